@@ -1,0 +1,110 @@
+"""Materials: elastic constants, yield strength, and what a pair of them gives."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from roughcontact.errors import InputError
+
+CEILING_FACTOR = 3.0
+"""Pressure ceiling over yield strength of the softer body (Tabor 1951: H ≈ 3 σ_Y)."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """An isotropic, linearly elastic material with an optional yield strength.
+
+    Parameters
+    ----------
+    young : float
+        Young's modulus E [Pa]; ``inf`` for a rigid body.
+    poisson : float
+        Poisson's ratio ν, in (-1, 0.5].
+    yield_strength : float, optional
+        Uniaxial yield strength σ_Y [Pa]; ``None`` if unknown or if the body never yields.
+    name : str
+        A name for reports.
+
+    Raises
+    ------
+    InputError
+        If a constant is outside its range.
+    """
+
+    young: float
+    poisson: float
+    yield_strength: float | None = None
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse constants that no material has."""
+        if not self.young > 0:
+            raise InputError(f"young must be positive [Pa], got {self.young!r}")
+        if not -1 < self.poisson <= 0.5:
+            raise InputError(f"poisson must lie in (-1, 0.5], got {self.poisson!r}")
+        if self.yield_strength is not None and not 0 < self.yield_strength < math.inf:
+            raise InputError(
+                f"yield_strength must be positive and finite [Pa], got {self.yield_strength!r}; "
+                "leave it out for a body that does not yield"
+            )
+
+    @property
+    def compliance(self) -> float:
+        """Plane-strain compliance (1 - ν²)/E [1/Pa]; 0 for a rigid body."""
+        return (1 - self.poisson**2) / self.young
+
+    @property
+    def first_yield_pressure(self) -> float | None:
+        """Peak Hertz pressure of a sphere at first yield below the surface [Pa].
+
+        ``1.295 exp(0.736 ν) σ_Y`` (Jackson and Green 2005, doi:10.1115/1.1866166), which is
+        1.615 σ_Y at ν = 0.3. ``None`` without a yield strength.
+        """
+        if self.yield_strength is None:
+            return None
+        return 1.295 * math.exp(0.736 * self.poisson) * self.yield_strength
+
+
+RIGID = Material(young=math.inf, poisson=0.0, name="rigid")
+"""A body that neither deforms nor yields."""
+
+
+def contact_modulus(first: Material, second: Material) -> float:
+    """Return the contact modulus E* of two bodies.
+
+    Parameters
+    ----------
+    first, second : Material
+        The two bodies; at most one of them rigid.
+
+    Returns
+    -------
+    float
+        E* [Pa], from 1/E* = (1 - ν₁²)/E₁ + (1 - ν₂²)/E₂.
+
+    Raises
+    ------
+    InputError
+        If both bodies are rigid.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), eq. (4.9), doi:10.1017/CBO9781139171731
+
+    Examples
+    --------
+    >>> steel = Material(young=210e9, poisson=0.3)
+    >>> round(contact_modulus(steel, RIGID) / 1e9, 2)
+    230.77
+    """
+    compliance = first.compliance + second.compliance
+    if compliance == 0:
+        raise InputError("both bodies are rigid: at least one needs a finite Young's modulus")
+    return 1 / compliance
+
+
+def softer(first: Material, second: Material) -> Material | None:
+    """Return the body with the smaller yield strength, or ``None`` if none is known."""
+    known = [body for body in (first, second) if body.yield_strength is not None]
+    return min(known, key=lambda body: body.yield_strength or math.inf, default=None)
