@@ -1,3 +1,42 @@
 """Contact of measured rough surfaces: pressure, real contact area, saturated area and gap."""
 
-__version__ = "0.1.0"
+from roughcontact._version import __version__
+from roughcontact.archive import load_result, save_result
+from roughcontact.contact import solve
+from roughcontact.errors import (
+    CapacityError,
+    ConvergenceError,
+    FormatError,
+    InputError,
+    InsufficientMemoryError,
+    RoughcontactError,
+)
+from roughcontact.formats import read_surface
+from roughcontact.generate import reference_map, self_affine
+from roughcontact.material import RIGID, Material, contact_modulus
+from roughcontact.result import ContactResult
+from roughcontact.solver import Step
+from roughcontact.surface import Provenance, Surface
+
+__all__ = [
+    "RIGID",
+    "CapacityError",
+    "ContactResult",
+    "ConvergenceError",
+    "FormatError",
+    "InputError",
+    "InsufficientMemoryError",
+    "Material",
+    "Provenance",
+    "RoughcontactError",
+    "Step",
+    "Surface",
+    "__version__",
+    "contact_modulus",
+    "load_result",
+    "read_surface",
+    "reference_map",
+    "save_result",
+    "self_affine",
+    "solve",
+]

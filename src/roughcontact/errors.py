@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -40,3 +41,16 @@ class ConvergenceError(RoughcontactError, RuntimeError):
     def __init__(self, message: str, result: ContactResult) -> None:
         super().__init__(message)
         self.result = result
+
+
+def require_positive(**values: float) -> None:
+    """Raise `InputError`, naming argument and value, unless all values are positive and finite."""
+    for name, value in values.items():
+        if not 0 < value < math.inf:
+            raise InputError(f"{name} must be positive and finite, got {value!r}")
+
+
+def require_pixel(pixel: tuple[float, float]) -> None:
+    """Raise `InputError` unless both edges of a pixel are positive and finite."""
+    if len(pixel) != 2 or not all(0 < edge < math.inf for edge in pixel):
+        raise InputError(f"pixel must be positive and finite (dy, dx) [m], got {pixel!r}")

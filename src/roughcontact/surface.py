@@ -127,8 +127,11 @@ class Surface:
         """
         if self.missing == 0:
             return self
+        # Imported late: sparse solvers double the time of the first import.
+        from roughcontact.filling import fill
+
         return self._prepared(
-            preparation.fill(self.heights, self.pixel),
+            fill(self.heights, self.pixel),
             f"filled: {self.missing} missing points by harmonic interpolation",
         )
 

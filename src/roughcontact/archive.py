@@ -1,0 +1,253 @@
+"""Results on disk: one NetCDF file holds what went in, what came out and how good it is."""
+
+from __future__ import annotations
+
+import math
+import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roughcontact.errors import FormatError, InputError
+from roughcontact.material import Material
+from roughcontact.result import ContactResult
+from roughcontact.surface import Provenance, Surface
+
+if TYPE_CHECKING:
+    import xarray
+
+_MAPS = {
+    "height": ("m", "height of the rough body, positive out of the material"),
+    "counter_height": ("m", "height of the counter-body, positive out of its material"),
+    "initial_gap": ("m", "gap at first touch"),
+    "pressure": ("Pa", "contact pressure"),
+    "gap": ("m", "displacement plus initial gap minus approach"),
+    "saturated": ("1", "1 where the pressure is at the ceiling"),
+    "ceiling": ("Pa", "largest pressure allowed"),
+}
+# Attributes that are numbers, with their units.
+_NUMBERS = {
+    "load": "N",
+    "approach": "m",
+    "contact_modulus": "Pa",
+    "certificate": "1",
+    "load_error": "1",
+    "tolerance": "1",
+    "seconds": "s",
+}
+_WORDS = ("boundary", "precision", "control", "status", "version")
+_COUNTS = ("iterations", "convolutions")
+_BODIES = ("material", "counter_material")
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a temporary name beside a file and move it there at the end.
+
+    Parameters
+    ----------
+    path : str or path
+        The file wanted.
+
+    Yields
+    ------
+    Path
+        Where to write. If the block fails nothing new stays behind, and an old file survives.
+    """
+    target = Path(path)
+    temporary = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
+    try:
+        yield temporary
+        os.replace(temporary, target)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def to_dataset(result: ContactResult) -> xarray.Dataset:
+    """Return a result as an xarray dataset that can be checked without this program.
+
+    Parameters
+    ----------
+    result : ContactResult
+        The result.
+
+    Returns
+    -------
+    xarray.Dataset
+        Variables ``height``, ``initial_gap``, ``pressure``, ``gap``, ``saturated`` over ``(y, x)``
+        in SI units, ``ceiling`` and ``counter_height`` where they are maps, and everything else
+        as attributes.
+    """
+    import xarray
+
+    surface = result.surface
+    maps: dict[str, Any] = {
+        "height": surface.heights,
+        "initial_gap": result.initial_gap,
+        "pressure": result.pressure,
+        "gap": result.gap,
+        "saturated": result.saturated.astype(np.int8),
+    }
+    if result.counter_surface is not None:
+        maps["counter_height"] = result.counter_surface.heights
+    attributes: dict[str, Any] = {
+        "title": "Contact of rough surfaces",
+        "Conventions": "CF-1.8",
+        "pixel_y": surface.pixel[0],
+        "pixel_x": surface.pixel[1],
+        "regime": result.regime,
+        "warnings": "\n".join(result.warnings),
+        "source": surface.provenance.source,
+        "instrument": surface.provenance.instrument,
+        "channel": surface.provenance.channel,
+        "preparation": "\n".join(surface.provenance.steps),
+    }
+    if surface.missing:
+        attributes["holes"] = "never touch"
+    for name in _NUMBERS:
+        attributes[name] = float(getattr(result, name))
+        attributes[f"{name}_units"] = _NUMBERS[name]
+    for name in (*_WORDS, *_COUNTS):
+        attributes[name] = getattr(result, name)
+    if isinstance(result.ceiling, np.ndarray):
+        maps["ceiling"] = result.ceiling
+    elif result.ceiling is not None:
+        attributes["ceiling"] = result.ceiling
+        attributes["ceiling_units"] = "Pa"
+    for body in _BODIES:
+        material: Material = getattr(result, body)
+        attributes[f"{body}_name"] = material.name
+        attributes[f"{body}_young"] = material.young
+        attributes[f"{body}_poisson"] = material.poisson
+        if material.yield_strength is not None:
+            attributes[f"{body}_yield_strength"] = material.yield_strength
+    ny, nx = surface.shape
+    axis = {"units": "m", "long_name": "centre of the pixel"}
+    return xarray.Dataset(
+        {
+            name: (("y", "x"), values, dict(zip(("units", "long_name"), _MAPS[name], strict=True)))
+            for name, values in maps.items()
+        },
+        coords={
+            "y": ("y", (np.arange(ny) + 0.5) * surface.pixel[0], axis),
+            "x": ("x", (np.arange(nx) + 0.5) * surface.pixel[1], axis),
+        },
+        attrs=attributes,
+    )
+
+
+def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
+    """Write a result to a NetCDF file.
+
+    Parameters
+    ----------
+    result : ContactResult
+        The result.
+    path : str or path
+        File to write; an old one is replaced when the new one is complete.
+
+    Raises
+    ------
+    InputError
+        If the suffix is not ``.nc``.
+    OSError
+        If the file cannot be written; an old file survives.
+    """
+    if Path(path).suffix.lower() != ".nc":
+        raise InputError(f"path must end in .nc, got {str(path)!r}")
+    dataset = to_dataset(result)
+    # Most pixels carry nothing: these two shrink to little; heights would not.
+    packed = {name: {"zlib": True, "complevel": 1} for name in ("pressure", "saturated")}
+    with replacing(path) as temporary:
+        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
+
+
+def load_result(path: str | os.PathLike[str]) -> ContactResult:
+    """Read a result that `ContactResult.save` wrote.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Returns
+    -------
+    ContactResult
+        The same result; every number keeps its bits.
+
+    Raises
+    ------
+    FormatError
+        If the file is missing, damaged or not a result of this program.
+    """
+    import xarray
+
+    path = Path(path)
+    if not path.is_file():
+        raise FormatError(f"{path} does not exist; check the name of the file")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with xarray.open_dataset(path, engine="h5netcdf") as dataset:
+                dataset.load()
+        return _from_dataset(dataset)
+    except InputError:
+        raise
+    # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more.
+    except Exception as error:
+        raise FormatError(
+            f"{path.name} cannot be read as a result ({type(error).__name__}: {error}); expected "
+            "a NetCDF file written by ContactResult.save"
+        ) from None
+
+
+def _from_dataset(dataset: xarray.Dataset) -> ContactResult:
+    attributes = dataset.attrs
+    maps = {name: np.array(dataset[name].values, dtype=float) for name in _MAPS if name in dataset}
+    pixel = float(attributes["pixel_y"]), float(attributes["pixel_x"])
+    surface = Surface(
+        maps["height"],
+        pixel,
+        Provenance(
+            source=str(attributes["source"]),
+            instrument=str(attributes["instrument"]),
+            channel=str(attributes["channel"]),
+            steps=tuple(step for step in str(attributes["preparation"]).split("\n") if step),
+        ),
+        holes_masked="holes" in attributes,
+    )
+    counter = maps.get("counter_height")
+    ceiling: Any = maps.get("ceiling")
+    if ceiling is None and "ceiling" in attributes:
+        ceiling = float(attributes["ceiling"])
+    bodies = {
+        body: Material(
+            young=float(attributes[f"{body}_young"]),
+            poisson=float(attributes[f"{body}_poisson"]),
+            yield_strength=_optional(attributes, f"{body}_yield_strength"),
+            name=str(attributes[f"{body}_name"]),
+        )
+        for body in _BODIES
+    }
+    scalars: dict[str, Any] = {name: float(attributes[name]) for name in _NUMBERS}
+    scalars |= {name: str(attributes[name]) for name in _WORDS}
+    scalars |= {name: int(attributes[name]) for name in _COUNTS}
+    return ContactResult(
+        surface=surface,
+        counter_surface=None if counter is None else Surface(counter, pixel, holes_masked=True),
+        material=bodies["material"],
+        counter_material=bodies["counter_material"],
+        ceiling=ceiling,
+        pressure=maps["pressure"],
+        gap=maps["gap"],
+        **scalars,
+    )
+
+
+def _optional(attributes: dict[str, Any], name: str) -> float | None:
+    value = attributes.get(name)
+    return None if value is None or math.isnan(float(value)) else float(value)

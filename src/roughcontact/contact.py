@@ -1,0 +1,353 @@
+"""Contact of two bodies: surfaces, materials and a load in, a result out."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact import convolution, solver
+from roughcontact._version import __version__
+from roughcontact.errors import (
+    CapacityError,
+    ConvergenceError,
+    InputError,
+    InsufficientMemoryError,
+    require_positive,
+)
+from roughcontact.material import CEILING_FACTOR, RIGID, Material, contact_modulus, softer
+from roughcontact.result import ContactResult, initial_gap
+from roughcontact.solver import Step
+from roughcontact.surface import Surface
+
+LOAD_TOLERANCE = 1e-10
+"""Largest load error of a converged result."""
+
+_BOUNDARIES = {"free": convolution.free, "periodic": convolution.periodic}
+
+
+def solve(
+    surface: Surface,
+    *,
+    material: Material,
+    load: float | None = None,
+    approach: float | None = None,
+    counter_material: Material = RIGID,
+    counter_surface: Surface | None = None,
+    ceiling: str | float | ArrayLike | None = "auto",
+    boundary: str = "free",
+    tolerance: float | None = None,
+    max_iterations: int = 500,
+    precision: str = "double",
+    start: ContactResult | None = None,
+    on_failure: str = "raise",
+    progress: Callable[[Step], None] | None = None,
+) -> ContactResult:
+    """Press a rough body against another one and return pressure, contact and gap.
+
+    Parameters
+    ----------
+    surface : Surface
+        Heights of the rough body, without unhandled holes.
+    material, counter_material : Material
+        Of the rough body and of its counter-body.
+    load : float
+        Normal load W [N]; give either this or ``approach``.
+    approach : float
+        Approach ω of the bodies from the first touch [m].
+    counter_surface : Surface, optional
+        Heights of the counter-body on the same grid, laid on the first map point by point
+        (mirror a map that was measured from its own front); a flat without it.
+    ceiling : "auto", float, array_like or None
+        Largest pressure [Pa], one for all or one a pixel. ``"auto"`` is three times the smaller
+        yield strength, and no ceiling where none is known; ``None`` is purely elastic.
+    boundary : {"free", "periodic"}
+        Whether the map is all there is, or one period of an endless surface.
+    tolerance : float, optional
+        Certificate ε at which the result counts as converged; 1e-6, or 1e-4 in single precision.
+    max_iterations : int
+        Most convolutions on any one grid.
+    precision : {"double", "single"}
+        Arithmetic of the transforms; single halves the memory and cannot certify much below 1e-4.
+    start : ContactResult, optional
+        Solution of a nearby problem on the same grid, to start from.
+    on_failure : {"raise", "return"}
+        What to do with a result above the tolerance.
+    progress : callable, optional
+        Called with a `Step` every time the solver has looked at the whole map.
+
+    Returns
+    -------
+    ContactResult
+        The solution with its certificate.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used; the message names it and its value.
+    CapacityError
+        If the load exceeds the ceiling times the area, or nothing can touch.
+    InsufficientMemoryError
+        If the problem does not fit into the memory that is free.
+    ConvergenceError
+        If the tolerance was not reached; its ``result`` is the best found.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from roughcontact import Material, Surface, solve
+    >>> y, x = np.mgrid[-32:32, -32:32] * 1e-6
+    >>> ball = Surface(-(x**2 + y**2) / (2 * 0.01), pixel=(1e-6, 1e-6))
+    >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1e9)
+    >>> result = solve(ball, material=steel, load=0.1)
+    >>> result.status, result.regime
+    ('converged', 'below first yield')
+    """
+    began = time.perf_counter()
+    _check_choice("boundary", boundary, tuple(_BOUNDARIES))
+    _check_choice("precision", precision, ("double", "single"))
+    _check_choice("on_failure", on_failure, ("raise", "return"))
+    if tolerance is None:
+        tolerance = 1e-6 if precision == "double" else 1e-4
+    require_positive(tolerance=tolerance)
+    if int(max_iterations) != max_iterations or max_iterations < 1:
+        raise InputError(f"max_iterations must be a positive integer, got {max_iterations!r}")
+    if (load is None) == (approach is None):
+        raise InputError("give either load or approach, and only one of them")
+    _check_surfaces(surface, counter_surface)
+    modulus = contact_modulus(material, counter_material)
+    resolved = _ceiling(ceiling, material, counter_material, surface.shape)
+    if start is not None and start.pressure.shape != surface.shape:
+        raise InputError(
+            f"start has {start.pressure.shape} pixels and the surface {surface.shape}; "
+            "start from a solution on the same grid"
+        )
+    check_memory(surface.shape, boundary=boundary, precision=precision)
+
+    gap = initial_gap(surface, counter_surface)
+    valid = gap.size - int(np.count_nonzero(np.isnan(gap)))
+    if valid < gap.size:
+        gap[np.isnan(gap)] = np.inf
+    area = surface.pixel[0] * surface.pixel[1]
+    if load is not None:
+        require_positive(load=load)
+        _check_capacity(load, resolved, gap, area, valid)
+    if approach is not None:
+        require_positive(approach=approach)
+        if boundary == "periodic" and resolved is None and valid == gap.size:
+            full = float(gap.mean())
+            if approach >= full:
+                raise CapacityError(
+                    f"approach = {approach:.6g} m is beyond full contact of this periodic "
+                    f"surface at {full:.6g} m, where the load is undefined; give a load instead"
+                )
+    if precision == "single":
+        gap = gap.astype(np.float32)
+
+    def operator(shape: tuple[int, int], coarsening: int) -> convolution.Convolution:
+        dy, dx = surface.pixel
+        return _BOUNDARIES[boundary](
+            shape, (coarsening * dy, coarsening * dx), modulus, precision=precision
+        )
+
+    problem = solver.Problem(
+        initial_gap=gap,
+        limit=np.inf if resolved is None else resolved,
+        total=None if load is None else load / area,
+        approach=approach,
+    )
+    loaded = None
+    if start is not None:
+        index = np.flatnonzero(start.pressure)
+        loaded = index, start.pressure.ravel()[index]
+    solution = solver.solve(
+        problem,
+        operator,
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+        start=loaded,
+        progress=progress,
+    )
+    del problem, gap
+    pressure = np.zeros(surface.shape)
+    pressure.ravel()[solution.index] = solution.pressure
+    carried = float(pressure.sum()) * area
+    load_error = 0.0 if load is None else abs(carried - load) / load
+    status = solution.status
+    if status is solver.Status.CONVERGED and load_error > LOAD_TOLERANCE:
+        status = solver.Status.STALLED
+    final_gap = solution.gap.astype(np.float64, copy=False)
+    if valid < final_gap.size:
+        final_gap[np.isinf(final_gap)] = np.nan
+    result = ContactResult(
+        surface=surface,
+        counter_surface=counter_surface,
+        material=material,
+        counter_material=counter_material,
+        contact_modulus=modulus,
+        ceiling=resolved,
+        boundary=boundary,
+        precision=precision,
+        tolerance=tolerance,
+        control="load" if approach is None else "approach",
+        load=carried if load is None else load,
+        approach=solution.approach,
+        pressure=pressure,
+        gap=final_gap,
+        certificate=solution.certificate,
+        load_error=load_error,
+        status=status.value,
+        iterations=solution.iterations,
+        convolutions=solution.convolutions,
+        seconds=time.perf_counter() - began,
+        version=__version__,
+    )
+    if not result.converged and on_failure == "raise":
+        raise ConvergenceError(
+            f"not converged: certificate {result.certificate:.1e} (tolerance {tolerance:.0e}), "
+            f"load error {load_error:.1e} after {result.convolutions} convolutions: "
+            f"{result.status}",
+            result,
+        )
+    return result
+
+
+def _check_choice(name: str, value: str, known: tuple[str, ...]) -> None:
+    if value not in known:
+        choices = " or ".join(repr(choice) for choice in known)
+        raise InputError(f"{name} must be {choices}, got {value!r}")
+
+
+def _check_surfaces(surface: Surface, counter_surface: Surface | None) -> None:
+    for name, body in (("surface", surface), ("counter_surface", counter_surface)):
+        if body is not None and body.missing and not body.holes_masked:
+            raise InputError(
+                f"{name} has {body.missing} missing points: fill them (.filled()), crop them away "
+                "(.cropped(...)) or let them never touch (.masked())"
+            )
+    if counter_surface is None:
+        return
+    if counter_surface.shape != surface.shape or not np.allclose(
+        counter_surface.pixel, surface.pixel, rtol=1e-9, atol=0
+    ):
+        raise InputError(
+            f"counter_surface has {counter_surface.shape} pixels of {counter_surface.pixel} m, "
+            f"surface {surface.shape} of {surface.pixel} m: both bodies need the same grid"
+        )
+
+
+def _ceiling(
+    ceiling: str | float | ArrayLike | None,
+    material: Material,
+    counter_material: Material,
+    shape: tuple[int, int],
+) -> float | NDArray[np.float64] | None:
+    if isinstance(ceiling, str):
+        _check_choice("ceiling", ceiling, ("auto",))
+        body = softer(material, counter_material)
+        return None if body is None else CEILING_FACTOR * (body.yield_strength or math.inf)
+    if ceiling is None:
+        return None
+    values = np.array(ceiling, dtype=np.float64)
+    if values.ndim == 0:
+        require_positive(ceiling=float(values))
+        return float(values)
+    if values.shape != shape:
+        raise InputError(f"ceiling has shape {values.shape}, the surface {shape}")
+    if not (values > 0).all():
+        raise InputError(
+            f"ceiling must be positive everywhere [Pa], its smallest value is {values.min()!r}"
+        )
+    values.flags.writeable = False
+    return values
+
+
+def _check_capacity(
+    load: float,
+    ceiling: float | NDArray[np.float64] | None,
+    gap: NDArray[np.float64],
+    area: float,
+    valid: int,
+) -> None:
+    if ceiling is None:
+        return
+    if isinstance(ceiling, np.ndarray):
+        capacity = float(ceiling[np.isfinite(gap)].sum()) * area
+    else:
+        capacity = ceiling * valid * area
+    if load > capacity:
+        raise CapacityError(
+            f"load = {load:.6g} N is more than the surface can carry: the ceiling times the "
+            f"area of its valid pixels is {capacity:.6g} N"
+        )
+
+
+def memory_estimate(
+    shape: tuple[int, int], *, boundary: str = "free", precision: str = "double"
+) -> int:
+    """Return the memory that `solve` needs beyond the surface itself.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    boundary : {"free", "periodic"}
+        As for `solve`.
+    precision : {"double", "single"}
+        As for `solve`.
+
+    Returns
+    -------
+    int
+        Bytes, for a contact on a small part of the map; a map in full contact needs about
+        twice as much.
+    """
+    ny, nx = shape
+    real = 8 if precision == "double" else 4
+    pixels = ny * nx
+    spectra = 2 if boundary == "free" else 1
+    rows = 2 * real * ny * (nx * spectra // 2 + 1)
+    kernel = 8 * (ny + 1) * (nx + 1) // (1 if boundary == "free" else 4)
+    if precision == "single":
+        kernel += kernel // 2
+    # Initial gap and open gap, coarse grids, then the pressure that is returned.
+    maps = 2 * real * pixels + real * pixels // 2 + 8 * pixels
+    return rows + kernel + maps
+
+
+def check_memory(
+    shape: tuple[int, int], *, boundary: str = "free", precision: str = "double"
+) -> None:
+    """Raise an error with a suggestion if a solve on this grid would not fit.
+
+    Parameters
+    ----------
+    shape, boundary, precision
+        As for `memory_estimate`.
+
+    Raises
+    ------
+    InsufficientMemoryError
+        If the estimate exceeds the memory that is free.
+    """
+    import psutil
+
+    needed = memory_estimate(shape, boundary=boundary, precision=precision)
+    free = psutil.virtual_memory().available
+    if needed <= free:
+        return
+    gib = 2**30
+    points = int(math.sqrt(free / needed * shape[0] * shape[1]))
+    advice = f"a square grid of up to about {points} × {points} points fits"
+    if (
+        precision == "double"
+        and memory_estimate(shape, boundary=boundary, precision="single") < free
+    ):
+        advice += '; precision="single" fits the whole map'
+    raise InsufficientMemoryError(
+        f"a map of {shape[0]} × {shape[1]} points needs about {needed / gib:.1f} GiB, "
+        f"and {free / gib:.1f} GiB are free: {advice}"
+    )

@@ -1,0 +1,402 @@
+"""FFT operators on maps; the only module that knows FFT libraries and threads.
+
+One application visits the memory three times: rows forward, columns forward and back with the
+multiplication in between, rows back. Rows without load are not transformed, columns are handled
+in blocks that stay in cache, and whoever wants the result sees it row block by row block while it
+is still in cache, so that no whole-array pass is needed around the transforms.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact import kernels
+
+try:
+    import ducc0 as _ducc0
+except ImportError:
+    _ducc0 = None
+import scipy.fft as _scipy_fft
+
+Visit = Callable[[int, slice, NDArray[Any]], None]
+
+# What one thread works on at a time: half of a usual second-level cache.
+_CACHE_BYTES = 1 << 19
+
+
+def backend() -> str:
+    """Return the name of the FFT library in use: ``"ducc0"`` or ``"scipy"``."""
+    return "scipy" if _ducc0 is None else "ducc0"
+
+
+def default_workers() -> int:
+    """Return the number of processor cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _rfft_rows(rows: NDArray[Any], out: NDArray[Any]) -> None:
+    if _ducc0 is not None:
+        _ducc0.fft.r2c(rows, axes=(1,), out=out, nthreads=1)
+    else:
+        out[...] = _scipy_fft.rfft(rows, axis=1, workers=1)
+
+
+def _irfft_rows(spectrum: NDArray[Any], length: int, out: NDArray[Any]) -> NDArray[Any]:
+    """Return the unnormalised inverse, in ``out`` where the library can."""
+    if _ducc0 is not None:
+        _ducc0.fft.c2r(
+            spectrum, axes=(1,), lastsize=length, forward=False, out=out, nthreads=1,
+            allow_overwriting_input=True,
+        )  # fmt: skip
+        return out
+    inverse: NDArray[Any] = _scipy_fft.irfft(
+        spectrum, length, axis=1, norm="forward", overwrite_x=True, workers=1
+    )
+    return inverse
+
+
+def _fft_columns(columns: NDArray[Any], forward: bool) -> NDArray[Any]:
+    """Return the transform along axis 0, in place where the library can; inverse unnormalised."""
+    if _ducc0 is not None:
+        _ducc0.fft.c2c(columns, axes=(0,), forward=forward, out=columns, nthreads=1)
+        return columns
+    if forward:
+        transformed: NDArray[Any] = _scipy_fft.fft(columns, axis=0, overwrite_x=True, workers=1)
+    else:
+        transformed = _scipy_fft.ifft(columns, axis=0, norm="forward", overwrite_x=True, workers=1)
+    return transformed
+
+
+def _even_spectrum(quadrant: NDArray[np.float64], workers: int) -> NDArray[np.float64]:
+    """Return the discrete Fourier transform of an even sequence, from and as one quadrant."""
+    if _ducc0 is not None:
+        spectrum: NDArray[np.float64] = _ducc0.fft.dct(
+            quadrant, axes=(0, 1), type=1, out=quadrant, nthreads=workers
+        )
+    else:
+        spectrum = _scipy_fft.dctn(quadrant, type=1, overwrite_x=True, workers=workers)
+    return spectrum
+
+
+def _fast_half(points: int) -> int:
+    """Return the smallest h ≥ points whose double is a fast transform length."""
+    return _scipy_fft.next_fast_len(points, real=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Support:
+    """The pixels of a map that matter, and where they lie in each row block.
+
+    Parameters
+    ----------
+    index : ndarray of int, shape (n,)
+        Flat indices of the pixels, ascending.
+    position : ndarray of int, shape (n,)
+        Flat indices of the same pixels in a map whose rows have the padded length.
+    starts : ndarray of int
+        First entry of each row block, and ``n`` behind the last.
+    """
+
+    index: NDArray[np.int64]
+    position: NDArray[np.int64]
+    starts: NDArray[np.int64]
+
+
+class Convolution:
+    """A circular convolution of real maps with a kernel that is even in x and in y.
+
+    Parameters
+    ----------
+    spectrum : ndarray, shape (my//2 + 1, mx//2 + 1)
+        Transform of the kernel over ``my × mx`` points, first quadrant.
+    shape : (int, int)
+        Grid points ``(ny, nx)`` of the maps.
+    padded : (int, int)
+        Period ``(my, mx)`` of the convolution, at least ``shape``; maps are padded with zeros.
+    workers : int
+        Threads.
+    precision : {"double", "single"}
+        Arithmetic of the transforms.
+    memory_of : Convolution, optional
+        An operator that is not at work at the same time; its buffer is used, not a new one.
+
+    Attributes
+    ----------
+    self_displacement : float
+        Displacement of a pixel under unit pressure on itself, K₀₀ [m/Pa].
+    convolutions : int
+        Number of applications so far.
+    """
+
+    def __init__(
+        self,
+        spectrum: NDArray[Any],
+        shape: tuple[int, int],
+        padded: tuple[int, int],
+        *,
+        workers: int,
+        precision: str = "double",
+        memory_of: Convolution | None = None,
+    ) -> None:
+        self.real: type = np.float32 if precision == "single" else np.float64
+        self._complex: type = np.complex64 if precision == "single" else np.complex128
+        self.shape, self.padded, self.workers = shape, padded, workers
+        self.spectrum = spectrum.astype(self.real, copy=False)
+        self.self_displacement = _value_at_origin(spectrum, padded)
+        self.convolutions = 0
+        width = padded[1] // 2 + 1
+        itemsize = np.dtype(self._complex).itemsize
+        points = shape[0] * width
+        if memory_of is None:
+            self._memory = np.empty(points * itemsize, np.uint8)
+            self._pool = ThreadPoolExecutor(workers)
+        else:
+            self._memory, self._pool = memory_of._memory, memory_of._pool
+        self._rows = self._memory[: points * itemsize].view(self._complex).reshape(-1, width)
+        self._local = threading.local()
+        step = max(1, min(shape[0], _CACHE_BYTES // (padded[1] * itemsize // 2)))
+        self._blocks = [slice(top, min(top + step, shape[0])) for top in range(0, shape[0], step)]
+        self._column_step = max(4, min(width, _CACHE_BYTES // (padded[0] * itemsize)))
+
+    def support(self, index: NDArray[np.int64]) -> Support:
+        """Return where the pixels with these ascending flat indices lie in the row blocks."""
+        nx = self.shape[1]
+        tops = [rows.start * nx for rows in self._blocks] + [self.shape[0] * nx]
+        position = index // nx
+        position *= self.padded[1] - nx
+        position += index
+        return Support(index, position, np.searchsorted(index, tops))
+
+    def each_block(self, task: Callable[[int, slice], None]) -> None:
+        """Call ``task(number, rows)`` for every row block, on all threads."""
+        self._each(lambda number: task(number, self._blocks[number]), range(len(self._blocks)))
+
+    def spread(self, support: Support, pressure: NDArray[Any], visit: Visit) -> None:
+        """Show the displacement of the whole map under pressure on some pixels.
+
+        Parameters
+        ----------
+        support : Support
+            The ``n`` loaded pixels.
+        pressure : ndarray, shape (n,)
+            Pressure on them [Pa].
+        visit : callable
+            ``visit(number, rows, displacement)`` gets each row block, shape ``(rows, nx)``, from
+            one of several threads; the array is only valid during the call.
+        """
+
+        def show(number: int, rows: slice, padded: NDArray[Any]) -> None:
+            visit(number, rows, padded[:, : self.shape[1]])
+
+        self._apply(support, pressure, show, range(len(self._blocks)))
+
+    def gather(self, support: Support, pressure: NDArray[Any]) -> NDArray[Any]:
+        """Return the displacement of the loaded pixels themselves, shape ``(n,)``."""
+        displacement = np.empty(support.index.size)
+        starts = support.starts
+
+        def show(number: int, rows: slice, padded: NDArray[Any]) -> None:
+            part = slice(starts[number], starts[number + 1])
+            positions = support.position[part] - rows.start * self.padded[1]
+            displacement[part] = padded.ravel()[positions]
+
+        self._apply(support, pressure, show, np.flatnonzero(np.diff(starts)))
+        return displacement
+
+    def __call__(self, pressure: NDArray[Any]) -> NDArray[Any]:
+        """Return the displacement of the whole map under a pressure map, shape ``(ny, nx)``."""
+        displacement: NDArray[Any] = np.empty(self.shape, self.real)
+
+        def visit(number: int, rows: slice, block: NDArray[Any]) -> None:
+            displacement[rows] = block
+
+        index = np.flatnonzero(pressure)
+        self.spread(self.support(index), pressure.ravel()[index], visit)
+        return displacement
+
+    def approximate_inverse(self) -> Convolution:
+        """Return ``displacement → pressure`` without padding, in single precision.
+
+        The inverse of a circular convolution divides by the spectrum. Every second wave of the
+        padded map is a wave of the unpadded one; on the pixels in contact this wrapped inverse,
+        about ``|q| E*/2``, is as good a preconditioner as is known at the cost of one small pair
+        of transforms (cf. Hiptmair 2006, doi:10.1016/j.camwa.2006.05.010).
+        """
+        padded = self.padded != self.shape
+        step = 2 if padded else 1
+        spectrum = self.spectrum[::step, ::step].copy()
+        constant = spectrum[0, 0]
+        spectrum[0, 0] = 1
+        np.divide(1, spectrum, out=spectrum)
+        spectrum[0, 0] = 1 / constant if constant > 0 else 0
+        period = (self.padded[0] // step, self.padded[1] // step)
+        return Convolution(
+            spectrum,
+            self.shape,
+            period,
+            workers=self.workers,
+            precision="single",
+            memory_of=self,
+        )
+
+    def _each(self, task: Callable[[Any], None], items: Iterable[Any]) -> None:
+        # list() lets an error inside a thread reach the caller.
+        list(self._pool.map(task, items))
+
+    def _scratch(self, name: str, shape: tuple[int, int], dtype: type) -> NDArray[Any]:
+        """Return this thread's scratch array: fresh memory costs a page fault every 4 KiB."""
+        flat = getattr(self._local, name, None)
+        if flat is None or flat.size < shape[0] * shape[1]:
+            flat = np.empty(shape[0] * shape[1], dtype)
+            setattr(self._local, name, flat)
+        array: NDArray[Any] = flat[: shape[0] * shape[1]].reshape(shape)
+        return array
+
+    def _apply(
+        self,
+        support: Support,
+        values: NDArray[Any],
+        show: Visit,
+        shown: Sequence[int] | NDArray[Any],
+    ) -> None:
+        self.convolutions += 1
+        (my, mx), spectra, blocks, starts = self.padded, self._rows, self._blocks, support.starts
+        half, width = my // 2 + 1, mx // 2 + 1
+        scale = 1 / (my * mx)
+
+        def forward(number: int) -> None:
+            rows = blocks[number]
+            padded = self._scratch("row", (rows.stop - rows.start, mx), self.real)
+            padded[...] = 0
+            part = slice(starts[number], starts[number + 1])
+            positions = support.position[part] - rows.start * mx
+            padded.ravel()[positions] = values[part] * scale
+            _rfft_rows(padded, spectra[rows])
+
+        loaded = np.flatnonzero(np.diff(starts))
+        self._each(forward, loaded)
+        runs_in = _runs(blocks, loaded)
+        runs_out = _runs(blocks, shown)
+
+        def columns(left: int) -> None:
+            right = min(left + self._column_step, width)
+            scratch = self._scratch("column", (my, right - left), self._complex)
+            end = 0
+            for rows in runs_in:
+                scratch[end : rows.start] = 0
+                scratch[rows] = spectra[rows, left:right]
+                end = rows.stop
+            scratch[end:] = 0
+            scratch = _fft_columns(scratch, forward=True)
+            symbol = self.spectrum[:, left:right]
+            scratch[:half] *= symbol
+            scratch[half:] *= symbol[my - half : 0 : -1]
+            scratch = _fft_columns(scratch, forward=False)
+            for rows in runs_out:
+                spectra[rows, left:right] = scratch[rows]
+
+        self._each(columns, range(0, width, self._column_step))
+
+        def backward(number: int) -> None:
+            rows = blocks[number]
+            padded = self._scratch("row", (rows.stop - rows.start, mx), self.real)
+            show(number, rows, _irfft_rows(spectra[rows], mx, padded))
+
+        self._each(backward, shown)
+
+
+def _runs(blocks: list[slice], numbers: Iterable[int]) -> list[slice]:
+    """Return the rows of some blocks, joined where they touch."""
+    runs: list[slice] = []
+    for number in numbers:
+        rows = blocks[number]
+        if runs and runs[-1].stop == rows.start:
+            runs[-1] = slice(runs[-1].start, rows.stop)
+        else:
+            runs.append(rows)
+    return runs
+
+
+def _value_at_origin(spectrum: NDArray[np.float64], padded: tuple[int, int]) -> float:
+    """Return the kernel at the origin: the mean of its spectrum over all wave vectors."""
+    weight_y, weight_x = (_multiplicity(points) for points in padded)
+    return float(weight_y @ (spectrum @ weight_x)) / (padded[0] * padded[1])
+
+
+def _multiplicity(points: int) -> NDArray[np.float64]:
+    weight = np.full(points // 2 + 1, 2.0)
+    weight[0] = 1
+    if points % 2 == 0:
+        weight[-1] = 1
+    return weight
+
+
+def free(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    contact_modulus: float,
+    *,
+    workers: int | None = None,
+    precision: str = "double",
+) -> Convolution:
+    """Return the operator ``pressure → displacement`` of a free half-space.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    contact_modulus : float
+        E* [Pa].
+    workers : int, optional
+        Threads; by default one for each core that the process may use.
+    precision : {"double", "single"}
+        Arithmetic of the transforms.
+
+    Returns
+    -------
+    Convolution
+        Linear convolution with Love's coefficients, exact to rounding by zero padding.
+    """
+    workers = workers or default_workers()
+    half = (_fast_half(shape[0]), _fast_half(shape[1]))
+    quadrant = kernels.love((half[0] + 1, half[1] + 1), pixel, contact_modulus)
+    spectrum = _even_spectrum(quadrant, workers)
+    padded = (2 * half[0], 2 * half[1])
+    return Convolution(spectrum, shape, padded, workers=workers, precision=precision)
+
+
+def periodic(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    contact_modulus: float,
+    *,
+    workers: int | None = None,
+    precision: str = "double",
+) -> Convolution:
+    """Return the operator ``pressure → displacement`` of a periodic half-space.
+
+    Parameters
+    ----------
+    shape, pixel, contact_modulus, workers, precision
+        As for `free`; the map is one period.
+
+    Returns
+    -------
+    Convolution
+        Circular convolution with the symbol 2/(E* |q|), zero at q = 0.
+    """
+    symbol = kernels.periodic(shape, pixel, contact_modulus)
+    workers = workers or default_workers()
+    return Convolution(symbol, shape, shape, workers=workers, precision=precision)

@@ -1,0 +1,135 @@
+"""Influence coefficients of the elastic half-space: normal displacement per pressure.
+
+Both functions return one quadrant, because both kernels are even in x and in y.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import require_pixel, require_positive
+
+Array = NDArray[np.float64]
+
+_BLOCK_BYTES = 1 << 20
+
+
+def love(shape: tuple[int, int], pixel: tuple[float, float], contact_modulus: float) -> Array:
+    """Return the displacement of pixels under unit pressure on the pixel ``[0, 0]``.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Offsets ``(ny, nx)`` wanted, from 0 to ``ny - 1`` and ``nx - 1`` pixels.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    contact_modulus : float
+        E* [Pa], from 1/E* = (1 - ν₁²)/E₁ + (1 - ν₂²)/E₂.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Coefficients K [m/Pa]; the other quadrants follow from K(±y, ±x) = K(y, x).
+
+    Raises
+    ------
+    InputError
+        If a pixel edge or the modulus is not positive and finite.
+
+    Notes
+    -----
+    With a = dx/2, b = dy/2 and the corners X = x ± a, Y = y ± b (Love 1929; Johnson 1985,
+    eq. 3.25, for both bodies together)::
+
+        π E* K = Σ± ± X [asinh(Y/X)] from y - b to y + b  +  Σ± ± Y [asinh(X/Y)] from x - a to x + a
+
+    Every bracket is a difference of nearly equal logarithms far from the origin. Written as
+    ``log1p`` of an exact small quotient, K keeps a relative error of about N × 10⁻¹⁶ at a
+    distance of N pixels; the textbook form loses N² times more.
+
+    References
+    ----------
+    Love, Phil. Trans. R. Soc. A 228 (1929) 377, doi:10.1098/rsta.1929.0009;
+    Johnson, Contact Mechanics (1985), p. 54, doi:10.1017/CBO9781139171731
+    """
+    require_pixel(pixel)
+    require_positive(contact_modulus=contact_modulus)
+    (ny, nx), (dy, dx) = shape, pixel
+    coefficients = np.empty((ny, nx))
+    # Row blocks keep the temporaries in cache and out of the peak memory.
+    rows = max(1, _BLOCK_BYTES // (8 * (nx + 1)))
+    x_center: Array = np.arange(nx, dtype=np.float64) * dx
+    x_corner: Array = (np.arange(nx + 1, dtype=np.float64) - 0.5) * dx
+    for top in range(0, ny, rows):
+        bottom = min(top + rows, ny)
+        y_center: Array = np.arange(top, bottom, dtype=np.float64)[:, None] * dy
+        y_corner: Array = (np.arange(top, bottom + 1, dtype=np.float64) - 0.5)[:, None] * dy
+        radius = np.hypot(x_corner, y_corner)
+        along_y = x_corner * _log_ratio(y_center, dy, radius[:-1], radius[1:], x_corner)
+        along_x = y_corner * _log_ratio(x_center, dx, radius[:, :-1], radius[:, 1:], y_corner)
+        block = coefficients[top:bottom]
+        np.subtract(along_y[:, 1:], along_y[:, :-1], out=block)
+        block += along_x[1:]
+        block -= along_x[:-1]
+    coefficients /= math.pi * contact_modulus
+    return coefficients
+
+
+def _log_ratio(
+    center: Array,
+    edge: float,
+    near: Array,
+    far: Array,
+    other: Array,
+) -> Array:
+    """Return ln[(c + e/2 + r_far) / (c - e/2 + r_near)] without cancellation."""
+    # r_far - r_near = (r_far² - r_near²) / (r_far + r_near) = 2 c e / (r_far + r_near)
+    ratio = edge * (1 + 2 * center / (near + far)) / (center - edge / 2 + near)
+    result = np.log1p(ratio, out=ratio)
+    # At c = 0 the denominator above cancels; there the logarithm is an odd function of e/2.
+    at_origin = np.broadcast_to(center == 0, result.shape)
+    opposite = np.broadcast_to(np.abs(other), result.shape)[at_origin]
+    result[at_origin] = 2 * np.arcsinh(edge / 2 / opposite)
+    return result
+
+
+def periodic(shape: tuple[int, int], pixel: tuple[float, float], contact_modulus: float) -> Array:
+    """Return the displacement per pressure of each wave on a periodic map.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)`` of one period.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    contact_modulus : float
+        E* [Pa].
+
+    Returns
+    -------
+    ndarray, shape (ny//2 + 1, nx//2 + 1)
+        Symbol 2/(E* |q|) [m/Pa] for wave numbers q ≥ 0 in both directions, and 0 at q = 0: the
+        mean displacement of a periodic half-space is not defined, so the approach counts from
+        the mean plane of the deformed surface.
+
+    Raises
+    ------
+    InputError
+        If a pixel edge or the modulus is not positive and finite.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), eq. (13.1), doi:10.1017/CBO9781139171731
+    """
+    require_pixel(pixel)
+    require_positive(contact_modulus=contact_modulus)
+    (ny, nx), (dy, dx) = shape, pixel
+    qy = 2 * math.pi * np.arange(ny // 2 + 1) / (ny * dy)
+    qx = 2 * math.pi * np.arange(nx // 2 + 1) / (nx * dx)
+    symbol: Array = np.hypot(qy[:, None], qx)
+    symbol[0, 0] = np.inf
+    np.divide(2 / contact_modulus, symbol, out=symbol)
+    return symbol

@@ -1,0 +1,270 @@
+"""What a contact problem gave, and what went in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.material import CEILING_FACTOR, Material, softer
+from roughcontact.surface import Surface
+
+BELOW_FIRST_YIELD = "below first yield"
+YIELDING_BELOW = "yielding below the surface"
+SATURATED = "saturated at the surface"
+BEYOND_CEILING = "elastic pressure beyond three yield strengths"
+UNKNOWN = "unknown (no yield strength given)"
+
+
+@dataclass(frozen=True, eq=False)
+class ContactResult:
+    """Pressure and gap of a solved contact, with everything that went in.
+
+    Maps are read-only, ``[y, x]``, in SI units; NaN marks missing points of the gap.
+
+    Parameters
+    ----------
+    surface : Surface
+        The map that was pressed.
+    counter_surface : Surface or None
+        The second measured body, or ``None`` for a flat one.
+    material, counter_material : Material
+        Of the two bodies.
+    contact_modulus : float
+        E* [Pa].
+    ceiling : float, ndarray of shape (ny, nx), or None
+        Largest pressure allowed [Pa]; ``None`` for a purely elastic contact.
+    boundary : {"free", "periodic"}
+        Whether the map is all there is, or one period.
+    precision : {"double", "single"}
+        Arithmetic of the transforms.
+    tolerance : float
+        Certificate asked for.
+    control : {"load", "approach"}
+        Which of the two was given.
+    load : float
+        Normal load W [N]: given, or that of the pressure found.
+    approach : float
+        Approach ω [m], from the first touch; the mean displacement of a periodic body counts
+        as zero.
+    pressure : ndarray, shape (ny, nx)
+        Contact pressure [Pa].
+    gap : ndarray, shape (ny, nx)
+        Displacement plus initial gap minus approach [m]. Negative where the pressure is at the
+        ceiling: that much material has to flow away.
+    certificate : float
+        ε = ‖p - clip(p - g/K₀₀, 0, ceiling)‖₂ / ‖p‖₂ of this pressure and gap.
+    load_error : float
+        |ΔxΔy Σp - W| / W; zero under approach control.
+    status : str
+        ``"converged"``, or why the solver stopped.
+    iterations, convolutions : int
+        On the finest grid.
+    seconds : float
+        Wall time of the solve.
+    version : str
+        Version of the program.
+    """
+
+    surface: Surface
+    counter_surface: Surface | None
+    material: Material
+    counter_material: Material
+    contact_modulus: float
+    ceiling: float | NDArray[np.float64] | None
+    boundary: str
+    precision: str
+    tolerance: float
+    control: str
+    load: float
+    approach: float
+    pressure: NDArray[np.float64]
+    gap: NDArray[np.float64]
+    certificate: float
+    load_error: float
+    status: str
+    iterations: int
+    convolutions: int
+    seconds: float
+    version: str = field(default="")
+
+    def __post_init__(self) -> None:
+        """Make the maps read-only."""
+        self.pressure.flags.writeable = False
+        self.gap.flags.writeable = False
+
+    @property
+    def converged(self) -> bool:
+        """Whether certificate and load error are within what was asked for."""
+        return self.status == "converged"
+
+    @property
+    def initial_gap(self) -> NDArray[np.float64]:
+        """Gap at first touch [m], NaN where missing, shape (ny, nx)."""
+        return initial_gap(self.surface, self.counter_surface)
+
+    @property
+    def contact(self) -> NDArray[np.bool_]:
+        """Pixels with pressure, shape (ny, nx)."""
+        mask: NDArray[np.bool_] = self.pressure > 0
+        return mask
+
+    @property
+    def saturated(self) -> NDArray[np.bool_]:
+        """Pixels whose pressure is at the ceiling, shape (ny, nx)."""
+        if self.ceiling is None:
+            return np.zeros(self.pressure.shape, bool)
+        mask: NDArray[np.bool_] = self.pressure >= self.ceiling
+        return mask
+
+    @property
+    def residual_indentation(self) -> NDArray[np.float64]:
+        """Permanent indentation that the model leaves on saturated pixels [m], shape (ny, nx)."""
+        return np.where(self.saturated, np.maximum(-self.gap, 0), 0.0)
+
+    @property
+    def pixel_area(self) -> float:
+        """Area of one pixel [m²]."""
+        return self.surface.pixel[0] * self.surface.pixel[1]
+
+    @cached_property
+    def contact_area(self) -> float:
+        """Real contact area [m²]: the pixels with pressure."""
+        return int(np.count_nonzero(self.contact)) * self.pixel_area
+
+    @cached_property
+    def contact_fraction(self) -> float:
+        """Contact area over the area of the whole map."""
+        return self.contact_area / (self.pressure.size * self.pixel_area)
+
+    @cached_property
+    def saturated_fraction(self) -> float:
+        """Saturated area over the area of the whole map."""
+        return int(np.count_nonzero(self.saturated)) / self.pressure.size
+
+    @cached_property
+    def max_pressure(self) -> float:
+        """Largest pressure [Pa]."""
+        return float(self.pressure.max())
+
+    @cached_property
+    def mean_gap(self) -> float:
+        """Mean open gap [m] over the points that are there; indented pixels count as closed."""
+        return float(np.nanmean(np.maximum(self.gap, 0)))
+
+    @property
+    def regime(self) -> str:
+        """How far the softer body is from elastic, in words.
+
+        First yield is judged by the peak pressure of a sphere, 1.295 exp(0.736 ν) σ_Y; it
+        happens below the surface, long before a pixel reaches the ceiling.
+        """
+        if self.saturated_fraction > 0:
+            return SATURATED
+        body = softer(self.material, self.counter_material)
+        if body is None or body.yield_strength is None or body.first_yield_pressure is None:
+            return UNKNOWN
+        if self.max_pressure < body.first_yield_pressure:
+            return BELOW_FIRST_YIELD
+        if self.max_pressure > CEILING_FACTOR * body.yield_strength:
+            return BEYOND_CEILING
+        return YIELDING_BELOW
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader of the numbers has to know, one sentence each."""
+        notes = []
+        if not self.converged:
+            notes.append(
+                f"not converged: certificate {self.certificate:.1e}, tolerance "
+                f"{self.tolerance:.0e} ({self.status})"
+            )
+        touching = self.contact
+        edge = (
+            touching[0].any() or touching[-1].any()
+            or touching[:, 0].any() or touching[:, -1].any()
+        )  # fmt: skip
+        if self.boundary == "free" and edge:
+            notes.append(
+                "contact reaches the edge of the map: either the map is too small for this load, "
+                "or the body is meant to end there"
+            )
+        if self.regime == BEYOND_CEILING:
+            notes.append(
+                "the elastic pressure exceeds three times the yield strength of the softer body: "
+                "solve with a ceiling"
+            )
+        missing = self.surface.missing
+        if missing:
+            notes.append(f"{missing} missing points were treated as never touching")
+        return tuple(notes)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the scalar results by name, in SI units, ready for JSON."""
+        ceiling = self.ceiling
+        return {
+            "status": self.status,
+            "certificate": self.certificate,
+            "load_error": self.load_error,
+            "tolerance": self.tolerance,
+            "load": self.load,
+            "approach": self.approach,
+            "control": self.control,
+            "boundary": self.boundary,
+            "contact_modulus": self.contact_modulus,
+            "ceiling": "per pixel" if isinstance(ceiling, np.ndarray) else ceiling,
+            "contact_area": self.contact_area,
+            "contact_fraction": self.contact_fraction,
+            "saturated_fraction": self.saturated_fraction,
+            "max_pressure": self.max_pressure,
+            "mean_gap": self.mean_gap,
+            "max_residual_indentation": float(self.residual_indentation.max()),
+            "regime": self.regime,
+            "warnings": list(self.warnings),
+            "shape": list(self.pressure.shape),
+            "pixel": list(self.surface.pixel),
+            "source": self.surface.provenance.source,
+            "preparation": list(self.surface.provenance.steps),
+            "iterations": self.iterations,
+            "convolutions": self.convolutions,
+            "seconds": self.seconds,
+            "version": self.version,
+        }
+
+    def save(self, path: str | Path) -> None:
+        """Write everything to a NetCDF file; see `roughcontact.load_result`.
+
+        Parameters
+        ----------
+        path : str or path
+            File to write; it appears only once it is complete.
+        """
+        from roughcontact.archive import save_result
+
+        save_result(self, path)
+
+
+def initial_gap(surface: Surface, counter_surface: Surface | None = None) -> NDArray[np.float64]:
+    """Return the gap at first touch.
+
+    Parameters
+    ----------
+    surface : Surface
+        The first body.
+    counter_surface : Surface, optional
+        The second body on the same grid; without it, a flat.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        ``max(z) - z`` [m] with z the heights, or the sum of both; NaN where a height is missing.
+    """
+    heights = surface.heights
+    if counter_surface is not None:
+        heights = heights + counter_surface.heights
+    gap: NDArray[np.float64] = np.nanmax(heights) - heights
+    return gap

@@ -1,0 +1,522 @@
+"""The bounded contact problem: which pressures close the gap without passing the ceiling.
+
+Minimise ½⟨p, K p⟩ + ⟨h₀, p⟩ over 0 ≤ p ≤ limit, with a given sum of p or a given approach ω.
+How the method differs from its textbook parents (Polonsky and Keer 1999,
+doi:10.1016/S0043-1648(99)00113-1; Hintermüller, Ito and Kunisch 2003,
+doi:10.1137/S1052623401383558):
+
+- The set of free pixels is read off the pressure and the gap (active-set, or semi-smooth Newton,
+  step); the linear problem on it is solved by preconditioned conjugate gradients just far enough
+  that the error of the set and the error on the set are alike. One convolution each.
+- The approach is the multiplier of an exact projection, never the mean gap over the free pixels:
+  with a ceiling there may be few of them, or none.
+- A step that makes no progress is followed by projected gradient steps with an exact line search,
+  which cannot cycle.
+- Everything but the transforms works on the pixels in or near contact; the only whole-map passes
+  ride on the transforms, while a block of rows is in cache.
+- The first pressure comes from the same problem on a grid of half the points, and so on down.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.convolution import Convolution
+from roughcontact.projection import project, shift_to_sum
+
+Limit = float | NDArray[np.float64]
+Loaded = tuple[NDArray[np.int64], NDArray[np.float64]]
+
+# Reached on coarse grids: below it the error of the grid outweighs that of the solver.
+_COARSE_TOLERANCE = 1e-3
+_COARSEST = 32
+# A linear solve stops at this reduction unless the set of free pixels is already right.
+_REDUCTION = 0.05
+# Steps without a better certificate before projected gradients take over, and their number.
+_PATIENCE = 5
+_RESCUE_STEPS = 8
+_RESCUES = 6
+
+
+class Status(Enum):
+    """Why the solver stopped; each value is its own advice."""
+
+    CONVERGED = "converged"
+    CONVOLUTION_LIMIT = "stopped at max_iterations; allow more, or start from a nearby solution"
+    STALLED = (
+        "no further progress; the tolerance may lie below the rounding error of this problem "
+        "(single precision reaches about 1e-4)"
+    )
+
+
+@dataclass(frozen=True)
+class Step:
+    """One look at the whole map while the solver runs.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid of the level at work; coarser than the map while the first pressure is sought.
+    iteration : int
+        Active-set steps on this level so far.
+    convolutions : int
+        Convolutions on this level so far.
+    certificate : float
+        ε of the pressure at hand.
+    tolerance : float
+        ε at which this level ends.
+    """
+
+    shape: tuple[int, int]
+    iteration: int
+    convolutions: int
+    certificate: float
+    tolerance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A bounded contact problem on one grid.
+
+    Parameters
+    ----------
+    initial_gap : ndarray, shape (ny, nx)
+        h₀ [m]; ``inf`` where the bodies never touch.
+    limit : float or ndarray, shape (ny, nx)
+        Ceiling of the pressure [Pa]; ``inf`` without one.
+    total : float, optional
+        Sum of the pressures wanted [Pa]: load over pixel area.
+    approach : float, optional
+        ω [m]; exactly one of ``total`` and ``approach`` is given.
+    """
+
+    initial_gap: NDArray[Any]
+    limit: Limit
+    total: float | None = None
+    approach: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What the solver found.
+
+    Parameters
+    ----------
+    index : ndarray of int, shape (n,)
+        Flat indices of the pixels with pressure, ascending.
+    pressure : ndarray, shape (n,)
+        Pressure on them [Pa].
+    gap : ndarray, shape (ny, nx)
+        Gap computed afresh from this pressure [m]; ``inf`` where the bodies never touch.
+    approach : float
+        ω [m].
+    certificate : float
+        ε of this pressure and gap.
+    status : Status
+        Why the solver stopped.
+    iterations, convolutions : int
+        On the finest grid.
+    history : tuple of Step
+        Every look at the whole map, coarse grids included.
+    """
+
+    index: NDArray[np.int64]
+    pressure: NDArray[np.float64]
+    gap: NDArray[Any]
+    approach: float
+    certificate: float
+    status: Status
+    iterations: int
+    convolutions: int
+    history: tuple[Step, ...]
+
+
+def solve(
+    problem: Problem,
+    operator: Callable[[tuple[int, int], int], Convolution],
+    *,
+    tolerance: float,
+    max_iterations: int,
+    start: Loaded | None = None,
+    progress: Callable[[Step], None] | None = None,
+) -> Solution:
+    """Return the pressure that solves a bounded contact problem.
+
+    Parameters
+    ----------
+    problem : Problem
+        What to solve; it must be feasible.
+    operator : callable
+        ``operator(shape, coarsening)`` returns ``pressure → displacement`` on a grid of that
+        shape whose pixels are ``coarsening`` times as long on either side.
+    tolerance : float
+        Certificate ε at which the solution counts as converged.
+    max_iterations : int
+        Most convolutions on any one grid.
+    start : (ndarray of int, ndarray), shapes (n,), optional
+        Pixels, ascending, and pressure [Pa] to start from, such as those of a neighbouring
+        load; without it the first pressure comes from coarser grids.
+    progress : callable, optional
+        Called with each `Step`.
+
+    Returns
+    -------
+    Solution
+        The solution, or the best approximation with a status that says why it is none.
+    """
+    history: list[Step] = []
+
+    def note(step: Step) -> None:
+        history.append(step)
+        if progress is not None:
+            progress(step)
+
+    levels = [problem]
+    if start is None:
+        while min(levels[-1].initial_gap.shape) >= 2 * _COARSEST:
+            levels.append(_coarsened(levels[-1]))
+        pixels = levels[-1].initial_gap.size
+        mean = (levels[-1].total or 0.0) / pixels
+        start = np.arange(pixels), np.full(pixels, mean)
+    for depth in range(len(levels) - 1, -1, -1):
+        level = levels[depth]
+        shape = level.initial_gap.shape
+        finest = depth == 0
+        solution = _solve_level(
+            level,
+            operator((shape[0], shape[1]), 2**depth),
+            start,
+            max(tolerance, _COARSE_TOLERANCE) if not finest else tolerance,
+            max_iterations,
+            note,
+        )
+        if not finest:
+            start = _prolonged(solution, levels[depth - 1].initial_gap.shape)
+            del levels[depth], solution
+    return Solution(**{**vars(solution), "history": tuple(history)})
+
+
+def _prolonged(coarse: Solution, shape: tuple[int, ...]) -> Loaded:
+    """Return each pressure on the four pixels that make up its coarse pixel."""
+    row, column = np.divmod(coarse.index, coarse.gap.shape[1])
+    count = np.bincount(row, minlength=coarse.gap.shape[0])
+    first = np.cumsum(count) - count
+    # A coarse row becomes two fine rows: this is where its pixels begin in ascending order.
+    place = 4 * first[row] + 2 * (np.arange(row.size) - first[row])
+    index = np.empty(4 * row.size, np.int64)
+    pressure = np.empty(4 * row.size)
+    inside = np.empty(4 * row.size, bool)
+    for down in (0, 1):
+        for right in (0, 1):
+            fine_row, fine_column = 2 * row + down, 2 * column + right
+            at = place + down * 2 * count[row] + right
+            index[at] = fine_row * shape[1] + fine_column
+            pressure[at] = coarse.pressure
+            inside[at] = (fine_row < shape[0]) & (fine_column < shape[1])
+    return index[inside], pressure[inside]
+
+
+def _coarsened(problem: Problem) -> Problem:
+    """Return the problem on pixels of twice the length; odd edges are repeated."""
+    gap, limit = problem.initial_gap, problem.limit
+    touchable = np.isfinite(gap)
+    if touchable.all():
+        gap = _block_mean(gap)
+    else:
+        weight = _block_mean(touchable.astype(np.float32))
+        gap = _block_mean(np.where(touchable, gap, 0))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            gap = np.where(weight > 0, gap / weight, np.inf)
+        if not isinstance(limit, np.ndarray):
+            limit = np.full(touchable.shape, limit)
+        # Infinite times zero is not zero: where nothing touches nothing is carried.
+        limit = np.where(touchable, limit, 0)
+    if isinstance(limit, np.ndarray):
+        limit = _block_mean(limit)
+    total = None if problem.total is None else problem.total / 4
+    return Problem(gap, limit, total, problem.approach)
+
+
+def _block_mean(values: NDArray[Any]) -> NDArray[np.float64]:
+    ny, nx = values.shape
+    if ny % 2 or nx % 2:
+        values = np.pad(values, ((0, ny % 2), (0, nx % 2)), mode="edge")
+    mean: NDArray[np.float64] = values[::2, ::2] + values[1::2, ::2]
+    mean += values[::2, 1::2]
+    mean += values[1::2, 1::2]
+    mean *= 0.25
+    return mean
+
+
+class _State:
+    """Pressure on a support, and the gap that it leaves on the whole map."""
+
+    def __init__(self, problem: Problem, operator: Convolution) -> None:
+        self.problem, self.operator = problem, operator
+        self.unit = operator.self_displacement
+        self.sum = problem.total
+        # Displacement plus initial gap, before the approach is taken off.
+        self.open: NDArray[Any] = np.empty(problem.initial_gap.shape, operator.real)
+        self.index = np.empty(0, np.int64)
+        self.pressure = np.empty(0)
+        self.gap = np.empty(0)
+        self.approach = 0.0
+        self.certificate = math.inf
+
+    def limit(self, index: NDArray[np.int64]) -> Limit:
+        limit = self.problem.limit
+        return limit.ravel()[index] if isinstance(limit, np.ndarray) else limit
+
+    def look(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> None:
+        """Compute gap, approach and certificate of a pressure afresh, over the whole map.
+
+        Afterwards ``index`` holds all pixels with pressure and all that want some, ``pressure``
+        and ``gap`` their values.
+        """
+        initial_gap = self.problem.initial_gap
+        loaded = pressure > 0
+        index, pressure = index[loaded], pressure[loaded]
+
+        def visit(number: int, rows: slice, displacement: NDArray[Any]) -> None:
+            np.add(displacement, initial_gap[rows], out=self.open[rows])
+
+        self.operator.spread(self.operator.support(index), pressure, visit)
+        opened = self.open.ravel()[index].astype(np.float64)
+        if self.sum is None:
+            approach = float(self.problem.approach or 0.0)
+        else:
+            # More pixels can only lower the approach that carries the load: this one is a bound.
+            approach = self._multiplier(index, pressure, opened)
+        index, pressure = self._joined(index, pressure, approach)
+        opened = self.open.ravel()[index].astype(np.float64)
+        if self.sum is not None:
+            approach = self._multiplier(index, pressure, opened)
+        self.index, self.pressure, self.approach = index, pressure, approach
+        self.gap = opened - approach
+        step = pressure - np.clip(pressure - self.gap / self.unit, 0, self.limit(index))
+        size = float(np.linalg.norm(pressure))
+        self.certificate = float(np.linalg.norm(step)) / size if size else math.inf
+        if size == 0 and not step.any():
+            self.certificate = 0.0
+
+    def _multiplier(
+        self,
+        index: NDArray[np.int64],
+        pressure: NDArray[np.float64],
+        opened: NDArray[np.float64],
+    ) -> float:
+        assert self.sum is not None
+        # Offset first, so that the root find works on numbers of the size of the pressure.
+        offset = float(np.median(opened)) if opened.size else 0.0
+        values = pressure - (opened - offset) / self.unit
+        return offset + self.unit * shift_to_sum(values, self.limit(index), self.sum)
+
+    def _joined(
+        self, index: NDArray[np.int64], pressure: NDArray[np.float64], approach: float
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Add the pixels without pressure whose gap is negative."""
+        nx = self.open.shape[1]
+        starts = self.operator.support(index).starts
+        found: dict[int, NDArray[np.int64]] = {}
+
+        def seek(number: int, rows: slice) -> None:
+            wanted = self.open[rows] < approach
+            wanted.ravel()[index[starts[number] : starts[number + 1]] - rows.start * nx] = False
+            pixels = np.flatnonzero(wanted)
+            if pixels.size:
+                found[number] = pixels + rows.start * nx
+
+        self.operator.each_block(seek)
+        if not found:
+            return index, pressure
+        new = np.concatenate([found[number] for number in sorted(found)])
+        if isinstance(self.problem.limit, np.ndarray):
+            new = new[self.problem.limit.ravel()[new] > 0]
+        at = np.searchsorted(index, new)
+        return np.insert(index, at, new), np.insert(pressure, at, 0.0)
+
+
+def _solve_level(
+    problem: Problem,
+    operator: Convolution,
+    start: Loaded,
+    tolerance: float,
+    max_iterations: int,
+    note: Callable[[Step], None],
+) -> Solution:
+    inverse = operator.approximate_inverse()
+    state = _State(problem, operator)
+    index, pressure = _admissible(problem, start)
+    best = math.inf
+    best_index, best_pressure = index, pressure
+    iteration, fruitless, rescues = 0, 0, 0
+    while True:
+        state.look(index, pressure)
+        shape = (state.open.shape[0], state.open.shape[1])
+        note(Step(shape, iteration, operator.convolutions, state.certificate, tolerance))
+        if state.certificate <= tolerance:
+            status = Status.CONVERGED
+            break
+        if state.certificate < 0.9 * best:
+            fruitless = 0
+        else:
+            fruitless += 1
+        if state.certificate < best:
+            best = state.certificate
+            best_index, best_pressure = state.index, state.pressure
+        if operator.convolutions >= max_iterations:
+            status = Status.CONVOLUTION_LIMIT
+            break
+        if fruitless >= _PATIENCE and rescues == _RESCUES:
+            status = Status.STALLED
+            break
+        iteration += 1
+        if fruitless >= _PATIENCE:
+            rescues, fruitless = rescues + 1, 0
+            index, pressure = _projected_gradient(state, max_iterations)
+        else:
+            index, pressure = _active_set_step(state, inverse, tolerance, max_iterations)
+    if status is not Status.CONVERGED and state.certificate > best:
+        state.look(best_index, best_pressure)
+    loaded = state.pressure > 0
+    state.open -= state.open.dtype.type(state.approach)
+    return Solution(
+        index=state.index[loaded],
+        pressure=state.pressure[loaded],
+        gap=state.open,
+        approach=state.approach,
+        certificate=state.certificate,
+        status=status,
+        iterations=iteration,
+        convolutions=operator.convolutions,
+        history=(),
+    )
+
+
+def _admissible(problem: Problem, start: Loaded) -> Loaded:
+    """Return a pressure that keeps bounds and load, near the one given."""
+    index, pressure = start
+    touchable = np.isfinite(problem.initial_gap)
+    if isinstance(problem.limit, np.ndarray):
+        touchable &= problem.limit > 0
+    keep = (pressure > 0) & touchable.ravel()[index]
+    index, pressure = index[keep], pressure[keep]
+    bound = problem.limit.ravel()[index] if isinstance(problem.limit, np.ndarray) else problem.limit
+    if problem.total is None:
+        return index, np.clip(pressure, 0, bound)
+    if not index.size or float(np.broadcast_to(bound, index.shape).sum()) < problem.total:
+        # What is loaded cannot carry the load: start from everything that can touch.
+        index = np.flatnonzero(touchable)
+        pressure = np.zeros(index.size)
+        pressure += problem.total / index.size
+        if isinstance(problem.limit, np.ndarray):
+            bound = problem.limit.ravel()[index]
+    return index, project(pressure, bound, problem.total)
+
+
+def _active_set_step(
+    state: _State, inverse: Convolution, tolerance: float, max_iterations: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Solve on the free pixels by conjugate gradients; return the pressure, kept admissible."""
+    index, pressure, gap, unit = state.index, state.pressure, state.gap, state.unit
+    bound = np.broadcast_to(state.limit(index), pressure.shape)
+    # Pixels with pressure stay free even where the gap opens: the solve will empty them.
+    free = np.where(pressure > 0, (pressure < bound) | (gap > 0), gap < 0)
+    place = np.flatnonzero(free)
+    limit = bound[place]
+    centre = state.sum is not None
+    x = pressure[place]
+    residual = _centred(-gap[place], centre)
+    size = float(np.linalg.norm(pressure)) or float(np.linalg.norm(residual)) / unit
+    support = state.operator.support(index[place])
+    inverse_support = inverse.support(support.index)
+    first = float(np.linalg.norm(residual))
+    direction: NDArray[np.float64] | None = None
+    previous = 1.0
+    while state.operator.convolutions < max_iterations:
+        z = _centred(inverse.gather(inverse_support, residual / unit), centre)
+        product = float(residual @ z)
+        if not product > 0:
+            break
+        direction = z if direction is None else z + (product / previous) * direction
+        previous = product
+        response = state.operator.gather(support, direction)
+        curvature = float(direction @ response)
+        if not curvature > 0:
+            break
+        length = product / curvature
+        x += length * direction
+        residual -= length * _centred(response, centre)
+        error = float(np.linalg.norm(residual)) / unit
+        violation = float(np.linalg.norm(x - np.clip(x, 0, limit)))
+        if error <= 0.7 * tolerance * size or violation > error:
+            break
+        if error * unit < _REDUCTION * first and violation > 0.1 * error:
+            break
+    return index, _restored(pressure, place, x, limit, bound, state.sum)
+
+
+def _centred(values: NDArray[np.float64], centre: bool) -> NDArray[np.float64]:
+    return values - values.mean() if centre and values.size else values
+
+
+def _restored(
+    pressure: NDArray[np.float64],
+    place: NDArray[np.int64],
+    x: NDArray[np.float64],
+    limit: NDArray[np.float64],
+    bound: NDArray[np.float64],
+    total: float | None,
+) -> NDArray[np.float64]:
+    """Return the pressure with the free values ``x`` back within the bounds and the load."""
+    moved = pressure.copy()
+    if total is None:
+        moved[place] = np.clip(x, 0, limit)
+        return moved
+    moved[place] = 0
+    left = total - float(moved.sum())
+    # Moving only the free pixels keeps the others exactly on their bounds.
+    if 0 <= left <= float(limit.sum()):
+        moved[place] = project(x, limit, left)
+        return moved
+    moved[place] = x
+    return project(moved, bound, total)
+
+
+def _projected_gradient(
+    state: _State, max_iterations: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Descend along projected gradients with Barzilai–Borwein lengths and exact line search.
+
+    The energy falls in every step (Birgin, Martínez and Raydan 2000,
+    doi:10.1137/S1052623497330963), so that active sets cannot be visited in a circle.
+    """
+    rate = 1 / state.unit
+    for _ in range(_RESCUE_STEPS):
+        if state.operator.convolutions + 2 > max_iterations:
+            break
+        index, pressure, gap = state.index, state.pressure, state.gap
+        bound = state.limit(index)
+        target = pressure - rate * gap
+        if state.sum is None:
+            target = np.clip(target, 0, bound)
+        else:
+            target = project(target, bound, state.sum)
+        direction = target - pressure
+        response = state.operator.gather(state.operator.support(index), direction)
+        curvature = float(direction @ response)
+        slope = -float(direction @ gap)
+        if not (slope > 0 and curvature > 0):
+            break
+        length = min(1.0, slope / curvature)
+        rate = float(direction @ direction) / curvature
+        moved = target if length == 1.0 else pressure + length * direction
+        state.look(index, moved)
+    return state.index, state.pressure

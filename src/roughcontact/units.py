@@ -1,0 +1,186 @@
+"""Text with units to SI numbers and back; the only user of pint."""
+
+from __future__ import annotations
+
+import math
+import re
+from decimal import Decimal
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from roughcontact.errors import InputError
+
+if TYPE_CHECKING:
+    import pint
+
+_SI_UNITS = {"length": "m", "force": "N", "pressure": "Pa"}
+_EXAMPLES = {"length": "'0.1 mm'", "force": "'1 N'", "pressure": "'210 GPa'"}
+_NAMED_DIMENSIONS = {
+    "": "a pure number",
+    "[length]": "a length",
+    "[length] ** 2": "an area",
+    "[length] ** 3": "a volume",
+    "[mass]": "a mass",
+    "[time]": "a time",
+    "[current]": "an electric current",
+    "[temperature]": "a temperature",
+    "[length] * [mass] / [time] ** 2": "a force",
+    "[mass] / [length] / [time] ** 2": "a pressure",
+    "[mass] / [time] ** 2": "a force per length",
+}
+
+_NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
+_NOT_FINITE = re.compile(r"[+-]?(?:inf(?:inity)?|nan)\b", re.IGNORECASE)
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d")
+# pint evaluates arithmetic; it is shown only names with one-digit powers, joined by * / or a space.
+_FACTOR = r"[A-Za-z_µÅ]+(?:(?:\^|\*\*)-?\d|[²³])?"
+_UNIT = re.compile(rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*")
+_LONGEST = 60
+
+# Letter case decides in SI (mN, MN), yet some spellings can only mean one thing.
+_LIKELY = {"pa": "Pa", "kpa": "kPa", "mpa": "MPa", "gpa": "GPa", "n": "N", "kn": "kN"}
+
+_PREFIXES = {
+    -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T", 15: "P",
+}  # fmt: skip
+
+
+def parse(text: str, dimension: str, name: str, positive: bool = True) -> float:
+    """Return the SI value of a number with its unit.
+
+    Parameters
+    ----------
+    text : str
+        A number and a unit, such as ``"1e3 N"``, ``"210 GPa"``, ``"5 µm"`` or ``"3 N/mm^2"``.
+        The case of the letters counts: ``mPa`` is a thousandth of a pascal.
+    dimension : {"length", "force", "pressure"}
+        What the quantity must be.
+    name : str
+        Name of the argument for the message, such as ``"--load"``.
+    positive : bool
+        Whether zero and negative values are refused.
+
+    Returns
+    -------
+    float
+        The value [m], [N] or [Pa]; finite.
+
+    Raises
+    ------
+    InputError
+        If the text is not one finite number with a unit of that dimension, or is not positive
+        where it must be.
+
+    Examples
+    --------
+    >>> parse("210 GPa", "pressure", "--young")
+    210000000000.0
+    """
+    if dimension not in _SI_UNITS:
+        raise ValueError(f"dimension must be one of {', '.join(_SI_UNITS)}, got {dimension!r}")
+    wanted = f"{name} needs a {dimension} with its unit such as {_EXAMPLES[dimension]}"
+    if not isinstance(text, str):
+        raise InputError(f"{wanted}, got {text!r} which has no unit")
+    shown = repr(text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…")
+    plain = _plain(text)
+    if not plain:
+        raise InputError(f"{wanted}, got an empty text")
+    if _DECIMAL_COMMA.match(plain):
+        raise InputError(f"{wanted}, got {shown}: write the number with a decimal point, no comma")
+    if _NOT_FINITE.match(plain):
+        raise InputError(f"{wanted}, got {shown} which is not a finite number")
+    number = _NUMBER.match(plain)
+    if number is None or len(plain) > _LONGEST:
+        raise InputError(f"{wanted}, got {shown}")
+    unit = plain[number.end() :].strip()
+    if not unit:
+        raise InputError(f"{wanted}, got {shown} which has no unit")
+    if not _UNIT.fullmatch(unit):
+        raise InputError(f"{wanted}, got {shown} which is not one number and one unit")
+    value = float(number.group()) * _factor(unit, dimension, f"{wanted}, got {shown}")
+    if not math.isfinite(value):
+        raise InputError(f"{wanted}, got {shown} which is not a finite number")
+    if positive and not value > 0:
+        raise InputError(f"{name} must be positive, got {shown}; write {_EXAMPLES[dimension]}")
+    return value
+
+
+def engineering(value: float, unit: str, digits: int = 4) -> str:
+    """Return a quantity as text with an SI prefix.
+
+    Parameters
+    ----------
+    value : float
+        The quantity in the unit without prefix.
+    unit : str
+        ``"m"``, ``"N"``, ``"Pa"``, or with a power, ``"m²"``; empty for a pure number.
+    digits : int
+        Significant digits; trailing zeros are left out.
+
+    Returns
+    -------
+    str
+        The number from 1 up to 1000 (10⁶ for a square) with the prefixed unit, in powers of ten
+        where no prefix from f to P fits.
+
+    Raises
+    ------
+    ValueError
+        If `digits` is below 1.
+
+    Examples
+    --------
+    >>> engineering(2.31e-7, "m"), engineering(3e9, "Pa"), engineering(2e-11, "m²")
+    ('231 nm', '3 GPa', '20 µm²')
+    """
+    if digits < 1:
+        raise ValueError(f"digits must be at least 1, got {digits}")
+    if not math.isfinite(value) or value == 0:
+        return f"{abs(value) if value == 0 else value:g} {unit}".rstrip()
+    # Decimal, so that 999.96 rounds up before the prefix is chosen and no digits appear from
+    # the division by a power of ten.
+    rounded = Decimal(f"{value:.{digits - 1}e}")
+    power = {"²": 2, "³": 3}.get(unit[-1:], 1)
+    prefix = 3 * (rounded.adjusted() // (3 * power))
+    if not unit or prefix not in _PREFIXES:
+        return f"{value:.{digits}g} {unit}".rstrip()
+    scaled = format(rounded.scaleb(-prefix * power), "f")
+    if "." in scaled:
+        scaled = scaled.rstrip("0").rstrip(".")
+    return f"{scaled} {_PREFIXES[prefix]}{unit}"
+
+
+def _plain(text: str) -> str:
+    # A word processor's micro, minus and spaces are what pint or the patterns do not know.
+    for special, usual in (("\u03bc", "µ"), ("\u2212", "-"), ("\u00a0", " "), ("\u202f", " ")):
+        text = text.replace(special, usual)
+    return text.strip()
+
+
+def _factor(unit: str, dimension: str, failure: str) -> float:
+    registry = _registry()
+    likely = _LIKELY.get(unit.lower())
+    hint = f"; did you mean {likely!r}?" if likely and likely != unit else ""
+    try:
+        parsed = registry.parse_units(unit.replace("·", "*"))
+        got: Any = parsed.dimensionality
+    # pint's errors share no base class; the pattern above leaves only unknown names to fail.
+    except (AttributeError, ValueError, TypeError, ArithmeticError):
+        raise InputError(f"{failure} whose unit {unit!r} is unknown{hint}") from None
+    wanted = registry.parse_units(_SI_UNITS[dimension])
+    if got != wanted.dimensionality:
+        raise InputError(f"{failure} ({_described(got)}){hint}")
+    return float(registry.convert(1.0, parsed, wanted))
+
+
+def _described(dimensionality: Any) -> str:
+    text = "" if not dimensionality else str(dimensionality)
+    return _NAMED_DIMENSIONS.get(text, f"of dimension {text.replace('**', '^')}")
+
+
+@lru_cache(maxsize=1)
+def _registry() -> pint.UnitRegistry[float]:
+    # Imported late: pint takes 0.3 s to import and build, and most commands need it once or never.
+    import pint
+
+    return pint.UnitRegistry()

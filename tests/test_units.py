@@ -1,0 +1,129 @@
+import math
+import subprocess
+import sys
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from roughcontact import units
+from roughcontact.errors import InputError
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "value"),
+    [
+        ("1 N", "force", 1.0),
+        ("1e3 N", "force", 1e3),
+        ("2.5kN", "force", 2.5e3),
+        ("5 mN", "force", 5e-3),
+        ("1 lbf", "force", 4.4482216152605),
+        ("1 kg*m/s^2", "force", 1.0),
+        ("210 GPa", "pressure", 210e9),
+        ("1 psi", "pressure", 6894.757293168361),
+        ("3 N/mm^2", "pressure", 3e6),
+        ("3 N/mm**2", "pressure", 3e6),
+        ("3 N/mm²", "pressure", 3e6),
+        ("1 mPa", "pressure", 1e-3),
+        ("5 \u00b5m", "length", 5e-6),
+        ("5 \u03bcm", "length", 5e-6),
+        ("5 um", "length", 5e-6),
+        ("7\u00a0nm", "length", 7e-9),
+        ("1 inch", "length", 25.4e-3),
+        (".5 m", "length", 0.5),
+        ("5. mm", "length", 5e-3),
+    ],
+)
+def test_parse_reads_what_engineers_write(text: str, dimension: str, value: float) -> None:
+    # One rounding in the number, one in the factor, one in their product.
+    assert units.parse(text, dimension, "x") == pytest.approx(value, rel=5e-16)
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "words"),
+    [
+        (
+            "1 MPa",
+            "force",
+            "--load needs a force with its unit such as '1 N', got '1 MPa' (a press",
+        ),
+        ("5 kg", "force", "(a mass)"),
+        ("20 degC", "pressure", "(a temperature)"),
+        ("210", "pressure", "has no unit"),
+        ("210 gpa", "pressure", "did you mean 'GPa'"),
+        ("1 pa", "pressure", "did you mean 'Pa'"),
+        ("1 furlongs_per_moon", "length", "unknown"),
+        ("1,5 N", "force", "decimal point"),
+        ("1,000 N", "force", "decimal point"),
+        ("inf N", "force", "not a finite number"),
+        ("-nan N", "force", "not a finite number"),
+        ("1e999 N", "force", "not a finite number"),
+        ("3 mm 4", "length", "not one number and one unit"),
+        ("9**9**9 N", "force", "not one number and one unit"),
+        ("1 N**99", "force", "not one number and one unit"),
+        ("1 N\n2 N", "force", "not one number and one unit"),
+        ("1 __import__('os')", "force", "not one number and one unit"),
+        ("N", "force", "needs a force"),
+        ("", "force", "empty"),
+        ("   ", "force", "empty"),
+        ("1 " + "N*" * 10_000 + "N", "force", "needs a force"),
+        ("0 N", "force", "must be positive"),
+        ("\u22121 N", "force", "must be positive"),
+    ],
+)
+def test_parse_refuses_in_one_sentence(text: str, dimension: str, words: str) -> None:
+    with pytest.raises(InputError) as caught:
+        units.parse(text, dimension, "--load")
+    message = str(caught.value)
+    assert words in message
+    assert message.startswith("--load ")
+    assert "\n" not in message
+    assert len(message) < 250
+
+
+def test_parse_refuses_a_bare_number_object() -> None:
+    with pytest.raises(InputError, match="has no unit"):
+        units.parse(210e9, "pressure", "--young")  # type: ignore[arg-type]
+
+
+def test_parse_allows_any_sign_when_asked() -> None:
+    assert units.parse("-2 um", "length", "--shift", positive=False) == -2e-6
+    assert units.parse("0 N", "force", "--load", positive=False) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "digits", "text"),
+    [
+        (3e9, "Pa", 4, "3 GPa"),
+        (2.31e-7, "m", 4, "231 nm"),
+        (-1.5e-6, "m", 4, "-1.5 µm"),
+        (0.0, "N", 4, "0 N"),
+        (-0.0, "N", 4, "0 N"),
+        (math.nan, "Pa", 4, "nan Pa"),
+        (-math.inf, "Pa", 4, "-inf Pa"),
+        (999.96, "N", 4, "1 kN"),
+        (123456.0, "N", 2, "120 kN"),
+        (1e-12, "m²", 4, "1 µm²"),
+        (2.5e-9, "m²", 4, "2500 µm²"),
+        (0.01234567, "", 4, "0.01235"),
+        (1e30, "Pa", 4, "1e+30 Pa"),
+    ],
+)
+def test_engineering(value: float, unit: str, digits: int, text: str) -> None:
+    assert units.engineering(value, unit, digits) == text
+
+
+@given(
+    st.floats(min_value=1e-13, max_value=1e15) | st.floats(min_value=-1e15, max_value=-1e-13),
+    st.sampled_from([("m", "length"), ("N", "force"), ("Pa", "pressure")]),
+)
+def test_what_engineering_writes_parse_reads(value: float, kind: tuple[str, str]) -> None:
+    unit, dimension = kind
+    text = units.engineering(value, unit, digits=17)
+    # 17 digits carry a float exactly; the factor of the prefix rounds twice.
+    assert units.parse(text, dimension, "x", positive=False) == pytest.approx(value, rel=5e-16)
+
+
+def test_import_leaves_pint_alone() -> None:
+    code = "import sys, roughcontact.units; sys.exit('pint' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
