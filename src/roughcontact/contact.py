@@ -147,11 +147,9 @@ def solve(
     if precision == "single":
         gap = gap.astype(np.float32)
 
-    def operator(shape: tuple[int, int], coarsening: int) -> convolution.Convolution:
-        dy, dx = surface.pixel
-        return _BOUNDARIES[boundary](
-            shape, (coarsening * dy, coarsening * dx), modulus, precision=precision
-        )
+    def operator(shape: tuple[int, int], coarsening: tuple[int, int]) -> convolution.Convolution:
+        pixel = (coarsening[0] * surface.pixel[0], coarsening[1] * surface.pixel[1])
+        return _BOUNDARIES[boundary](shape, pixel, modulus, precision=precision)
 
     problem = solver.Problem(
         initial_gap=gap,

@@ -24,12 +24,13 @@ try:
     import ducc0 as _ducc0
 except ImportError:
     _ducc0 = None
-import scipy.fft as _scipy_fft
 
 Visit = Callable[[int, slice, NDArray[Any]], None]
 
-# What one thread works on at a time: half of a usual second-level cache.
-_CACHE_BYTES = 1 << 19
+# What one thread works on at a time: a usual second-level cache for the columns, which are read
+# twice and transformed twice, half of one for the rows.
+_COLUMN_BYTES = 1 << 20
+_ROW_BYTES = 1 << 19
 
 
 def backend() -> str:
@@ -44,11 +45,16 @@ def default_workers() -> int:
     return os.cpu_count() or 1
 
 
+# SciPy's FFT is imported where it is needed: most of the time of `import roughcontact` would be its.
+
+
 def _rfft_rows(rows: NDArray[Any], out: NDArray[Any]) -> None:
     if _ducc0 is not None:
         _ducc0.fft.r2c(rows, axes=(1,), out=out, nthreads=1)
-    else:
-        out[...] = _scipy_fft.rfft(rows, axis=1, workers=1)
+        return
+    import scipy.fft
+
+    out[...] = scipy.fft.rfft(rows, axis=1, workers=1)
 
 
 def _irfft_rows(spectrum: NDArray[Any], length: int, out: NDArray[Any]) -> NDArray[Any]:
@@ -59,7 +65,9 @@ def _irfft_rows(spectrum: NDArray[Any], length: int, out: NDArray[Any]) -> NDArr
             allow_overwriting_input=True,
         )  # fmt: skip
         return out
-    inverse: NDArray[Any] = _scipy_fft.irfft(
+    import scipy.fft
+
+    inverse: NDArray[Any] = scipy.fft.irfft(
         spectrum, length, axis=1, norm="forward", overwrite_x=True, workers=1
     )
     return inverse
@@ -70,27 +78,35 @@ def _fft_columns(columns: NDArray[Any], forward: bool) -> NDArray[Any]:
     if _ducc0 is not None:
         _ducc0.fft.c2c(columns, axes=(0,), forward=forward, out=columns, nthreads=1)
         return columns
+    import scipy.fft
+
+    transformed: NDArray[Any]
     if forward:
-        transformed: NDArray[Any] = _scipy_fft.fft(columns, axis=0, overwrite_x=True, workers=1)
+        transformed = scipy.fft.fft(columns, axis=0, overwrite_x=True, workers=1)
     else:
-        transformed = _scipy_fft.ifft(columns, axis=0, norm="forward", overwrite_x=True, workers=1)
+        transformed = scipy.fft.ifft(columns, axis=0, norm="forward", overwrite_x=True, workers=1)
     return transformed
 
 
 def _even_spectrum(quadrant: NDArray[np.float64], workers: int) -> NDArray[np.float64]:
     """Return the discrete Fourier transform of an even sequence, from and as one quadrant."""
+    spectrum: NDArray[np.float64]
     if _ducc0 is not None:
-        spectrum: NDArray[np.float64] = _ducc0.fft.dct(
-            quadrant, axes=(0, 1), type=1, out=quadrant, nthreads=workers
-        )
-    else:
-        spectrum = _scipy_fft.dctn(quadrant, type=1, overwrite_x=True, workers=workers)
+        spectrum = _ducc0.fft.dct(quadrant, axes=(0, 1), type=1, out=quadrant, nthreads=workers)
+        return spectrum
+    import scipy.fft
+
+    spectrum = scipy.fft.dctn(quadrant, type=1, overwrite_x=True, workers=workers)
     return spectrum
 
 
 def _fast_half(points: int) -> int:
     """Return the smallest h ≥ points whose double is a fast transform length."""
-    return _scipy_fft.next_fast_len(points, real=True)
+    if _ducc0 is not None:
+        return int(_ducc0.fft.good_size(points, True))
+    import scipy.fft
+
+    return int(scipy.fft.next_fast_len(points, real=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,9 +180,9 @@ class Convolution:
             self._memory, self._pool = memory_of._memory, memory_of._pool
         self._rows = self._memory[: points * itemsize].view(self._complex).reshape(-1, width)
         self._local = threading.local()
-        step = max(1, min(shape[0], _CACHE_BYTES // (padded[1] * itemsize // 2)))
+        step = max(1, min(shape[0], _ROW_BYTES // (padded[1] * itemsize // 2)))
         self._blocks = [slice(top, min(top + step, shape[0])) for top in range(0, shape[0], step)]
-        self._column_step = max(4, min(width, _CACHE_BYTES // (padded[0] * itemsize)))
+        self._column_step = max(4, min(width, _COLUMN_BYTES // (padded[0] * itemsize)))
 
     def support(self, index: NDArray[np.int64]) -> Support:
         """Return where the pixels with these ascending flat indices lie in the row blocks."""
@@ -225,33 +241,31 @@ class Convolution:
         return displacement
 
     def approximate_inverse(self) -> Convolution:
-        """Return ``displacement → pressure`` without padding, in single precision.
+        """Return ``displacement / K₀₀ → pressure`` without padding, in single precision.
 
-        The inverse of a circular convolution divides by the spectrum. Every second wave of the
-        padded map is a wave of the unpadded one; on the pixels in contact this wrapped inverse,
-        about ``|q| E*/2``, is as good a preconditioner as is known at the cost of one small pair
-        of transforms (cf. Hiptmair 2006, doi:10.1016/j.camwa.2006.05.010).
+        The inverse of a circular convolution divides by the spectrum, and every second wave of
+        the padded map is a wave of the unpadded one. A wave that the spectrum does not move is
+        left out. The buffer is shared: the two operators must not be at work at the same time.
         """
-        padded = self.padded != self.shape
-        step = 2 if padded else 1
-        spectrum = self.spectrum[::step, ::step].copy()
-        constant = spectrum[0, 0]
-        spectrum[0, 0] = 1
-        np.divide(1, spectrum, out=spectrum)
-        spectrum[0, 0] = 1 / constant if constant > 0 else 0
-        period = (self.padded[0] // step, self.padded[1] // step)
+        step = 1 if self.padded == self.shape else 2
+        spectrum = self.spectrum[::step, ::step].astype(np.float64)
+        spectrum[spectrum <= 0] = np.inf
+        np.divide(self.self_displacement, spectrum, out=spectrum)
         return Convolution(
             spectrum,
             self.shape,
-            period,
+            (self.padded[0] // step, self.padded[1] // step),
             workers=self.workers,
             precision="single",
             memory_of=self,
         )
 
-    def _each(self, task: Callable[[Any], None], items: Iterable[Any]) -> None:
-        # list() lets an error inside a thread reach the caller.
-        list(self._pool.map(task, items))
+    def _each(self, task: Callable[[Any], None], items: Sequence[Any] | NDArray[Any]) -> None:
+        if len(items) == 1:
+            task(items[0])
+        else:
+            # list() lets an error inside a thread reach the caller.
+            list(self._pool.map(task, items))
 
     def _scratch(self, name: str, shape: tuple[int, int], dtype: type) -> NDArray[Any]:
         """Return this thread's scratch array: fresh memory costs a page fault every 4 KiB."""
@@ -371,7 +385,15 @@ def free(
     """
     workers = workers or default_workers()
     half = (_fast_half(shape[0]), _fast_half(shape[1]))
-    quadrant = kernels.love((half[0] + 1, half[1] + 1), pixel, contact_modulus)
+    quadrant = np.empty((half[0] + 1, half[1] + 1))
+    band = max(1, min(64, -(-quadrant.shape[0] // workers)))
+
+    def fill(top: int) -> None:
+        rows = quadrant[top : top + band]
+        rows[...] = kernels.love(rows.shape, pixel, contact_modulus, first_row=top)
+
+    with ThreadPoolExecutor(workers) as pool:
+        list(pool.map(fill, range(0, quadrant.shape[0], band)))
     spectrum = _even_spectrum(quadrant, workers)
     padded = (2 * half[0], 2 * half[1])
     return Convolution(spectrum, shape, padded, workers=workers, precision=precision)

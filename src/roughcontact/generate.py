@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy.fft
 from numpy.typing import NDArray
 
 from roughcontact.errors import InputError, require_pixel, require_positive
@@ -101,6 +100,9 @@ def self_affine(
         )
     side = (shape[0] * pixel[0], shape[1] * pixel[1])
     spectrum = _spectrum(shape, side, rolloff_wavelength, cutoff_wavelength, hurst, rng)
+    # Imported late: most of the time of `import roughcontact` would be SciPy's.
+    import scipy.fft
+
     # Columns above the cut-off are zero: transforming y first leaves them out.
     columns = scipy.fft.ifft(spectrum, axis=0, norm="forward", overwrite_x=True)
     heights: Array = scipy.fft.irfft(columns, n=shape[1], axis=1, norm="forward")

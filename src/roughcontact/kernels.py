@@ -17,17 +17,24 @@ Array = NDArray[np.float64]
 _BLOCK_BYTES = 1 << 20
 
 
-def love(shape: tuple[int, int], pixel: tuple[float, float], contact_modulus: float) -> Array:
+def love(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    contact_modulus: float,
+    first_row: int = 0,
+) -> Array:
     """Return the displacement of pixels under unit pressure on the pixel ``[0, 0]``.
 
     Parameters
     ----------
     shape : (int, int)
-        Offsets ``(ny, nx)`` wanted, from 0 to ``ny - 1`` and ``nx - 1`` pixels.
+        Offsets ``(ny, nx)`` wanted: ``nx`` from 0 on in x, ``ny`` from ``first_row`` on in y.
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
     contact_modulus : float
         E* [Pa], from 1/E* = (1 - ν₁²)/E₁ + (1 - ν₂²)/E₂.
+    first_row : int
+        Offset in y of the first row, for a table that is made in bands.
 
     Returns
     -------
@@ -65,8 +72,9 @@ def love(shape: tuple[int, int], pixel: tuple[float, float], contact_modulus: fl
     x_corner: Array = (np.arange(nx + 1, dtype=np.float64) - 0.5) * dx
     for top in range(0, ny, rows):
         bottom = min(top + rows, ny)
-        y_center: Array = np.arange(top, bottom, dtype=np.float64)[:, None] * dy
-        y_corner: Array = (np.arange(top, bottom + 1, dtype=np.float64) - 0.5)[:, None] * dy
+        offsets = np.arange(top, bottom + 1, dtype=np.float64)[:, None] + first_row
+        y_center: Array = offsets[:-1] * dy
+        y_corner: Array = (offsets - 0.5) * dy
         radius = np.hypot(x_corner, y_corner)
         along_y = x_corner * _log_ratio(y_center, dy, radius[:-1], radius[1:], x_corner)
         along_x = y_corner * _log_ratio(x_center, dx, radius[:, :-1], radius[:, 1:], y_corner)

@@ -29,16 +29,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.convolution import Convolution
+from roughcontact.preconditioner import FreePixelInverse
 from roughcontact.projection import project, shift_to_sum
 
 Limit = float | NDArray[np.float64]
 Loaded = tuple[NDArray[np.int64], NDArray[np.float64]]
 
+Operator = Callable[[tuple[int, int], tuple[int, int]], Convolution]
+
 # Reached on coarse grids: below it the error of the grid outweighs that of the solver.
-_COARSE_TOLERANCE = 1e-3
+_COARSE_TOLERANCE = 3e-3
 _COARSEST = 32
+# Blocks per side for the collective modes of the contact spots, and the fewest points in one.
+_BLOCKS = 24
+_BLOCK_POINTS = 32
 # A linear solve stops at this reduction unless the set of free pixels is already right.
-_REDUCTION = 0.05
+_REDUCTION = 0.1
 # Steps without a better certificate before projected gradients take over, and their number.
 _PATIENCE = 5
 _RESCUE_STEPS = 8
@@ -140,7 +146,7 @@ class Solution:
 
 def solve(
     problem: Problem,
-    operator: Callable[[tuple[int, int], int], Convolution],
+    operator: Operator,
     *,
     tolerance: float,
     max_iterations: int,
@@ -154,8 +160,8 @@ def solve(
     problem : Problem
         What to solve; it must be feasible.
     operator : callable
-        ``operator(shape, coarsening)`` returns ``pressure → displacement`` on a grid of that
-        shape whose pixels are ``coarsening`` times as long on either side.
+        ``operator(shape, (ky, kx))`` returns ``pressure → displacement`` on a grid of that shape
+        whose pixels are as large as ``ky × kx`` pixels of the map.
     tolerance : float
         Certificate ε at which the solution counts as converged.
     max_iterations : int
@@ -187,11 +193,11 @@ def solve(
         start = np.arange(pixels), np.full(pixels, mean)
     for depth in range(len(levels) - 1, -1, -1):
         level = levels[depth]
-        shape = level.initial_gap.shape
         finest = depth == 0
         solution = _solve_level(
             level,
-            operator((shape[0], shape[1]), 2**depth),
+            operator,
+            2**depth,
             start,
             max(tolerance, _COARSE_TOLERANCE) if not finest else tolerance,
             max_iterations,
@@ -345,13 +351,16 @@ class _State:
 
 def _solve_level(
     problem: Problem,
-    operator: Convolution,
+    family: Operator,
+    coarsening: int,
     start: Loaded,
     tolerance: float,
     max_iterations: int,
     note: Callable[[Step], None],
 ) -> Solution:
-    inverse = operator.approximate_inverse()
+    shape = (problem.initial_gap.shape[0], problem.initial_gap.shape[1])
+    operator = family(shape, (coarsening, coarsening))
+    inverse = _inverses(operator, family, coarsening)
     state = _State(problem, operator)
     index, pressure = _admissible(problem, start)
     best = math.inf
@@ -359,7 +368,6 @@ def _solve_level(
     iteration, fruitless, rescues = 0, 0, 0
     while True:
         state.look(index, pressure)
-        shape = (state.open.shape[0], state.open.shape[1])
         note(Step(shape, iteration, operator.convolutions, state.certificate, tolerance))
         if state.certificate <= tolerance:
             status = Status.CONVERGED
@@ -400,6 +408,22 @@ def _solve_level(
     )
 
 
+def _inverses(
+    operator: Convolution, family: Operator, coarsening: int
+) -> Callable[[NDArray[np.int64]], FreePixelInverse]:
+    """Return what makes an approximate inverse for any set of free pixels."""
+    wrapped = operator.approximate_inverse()
+    ny, nx = operator.shape
+    by, bx = (min(_BLOCKS, points // _BLOCK_POINTS) for points in (ny, nx))
+    response = None
+    if min(by, bx) > 1:
+        size = (-(-ny // by), -(-nx // bx))
+        unit = np.zeros((by, bx))
+        unit[0, 0] = 1 / (size[0] * size[1] * operator.self_displacement)
+        response = family((by, bx), (coarsening * size[0], coarsening * size[1]))(unit)
+    return lambda index: FreePixelInverse(wrapped, index, response)
+
+
 def _admissible(problem: Problem, start: Loaded) -> Loaded:
     """Return a pressure that keeps bounds and load, near the one given."""
     index, pressure = start
@@ -422,7 +446,10 @@ def _admissible(problem: Problem, start: Loaded) -> Loaded:
 
 
 def _active_set_step(
-    state: _State, inverse: Convolution, tolerance: float, max_iterations: int
+    state: _State,
+    inverse: Callable[[NDArray[np.int64]], FreePixelInverse],
+    tolerance: float,
+    max_iterations: int,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Solve on the free pixels by conjugate gradients; return the pressure, kept admissible."""
     index, pressure, gap, unit = state.index, state.pressure, state.gap, state.unit
@@ -436,12 +463,12 @@ def _active_set_step(
     residual = _centred(-gap[place], centre)
     size = float(np.linalg.norm(pressure)) or float(np.linalg.norm(residual)) / unit
     support = state.operator.support(index[place])
-    inverse_support = inverse.support(support.index)
+    precondition = inverse(support.index)
     first = float(np.linalg.norm(residual))
     direction: NDArray[np.float64] | None = None
     previous = 1.0
     while state.operator.convolutions < max_iterations:
-        z = _centred(inverse.gather(inverse_support, residual / unit), centre)
+        z = _centred(precondition(residual / unit), centre)
         product = float(residual @ z)
         if not product > 0:
             break

@@ -1,0 +1,33 @@
+"""Run every benchmark once at its smallest size: they must not rot."""
+
+from __future__ import annotations
+
+import inspect
+import itertools
+import subprocess
+import sys
+from pathlib import Path
+
+import bench_solve
+
+
+def main() -> None:
+    """Run them and print one line each."""
+    for name, suite in inspect.getmembers(bench_solve, inspect.isclass):
+        if not hasattr(suite, "params"):
+            continue
+        # The smallest size with every other parameter: the rest only takes longer.
+        for values in itertools.product(suite.params[0][:1], *suite.params[1:]):
+            instance = suite()
+            instance.setup(*values)
+            for method in (
+                m for m in dir(instance) if m.startswith(("time_", "peakmem_", "track_"))
+            ):
+                getattr(instance, method)(*values)
+                print(f"{name}.{method}{values}: ran")
+    peers = Path(__file__).with_name("peers.py")
+    subprocess.run([sys.executable, str(peers), "--cases", "smoke"], check=True)
+
+
+if __name__ == "__main__":
+    main()

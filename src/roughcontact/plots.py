@@ -1,0 +1,709 @@
+"""Figures of surfaces and results; they show what is stored and compute nothing new.
+
+Every function returns a `matplotlib.figure.Figure` that belongs to the caller: no pyplot, no
+global state. Maps keep their true aspect, with row 0 at the top as in an image.
+
+A map with more points than a figure has dots is drawn in cells of several points. A cell shows the
+largest pressure, or the most severe class of contact, of its points, so that the smallest spot
+stays visible; spots then look larger than they are, which a note below the map says. Percentages
+and areas are always counted on the points.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import secrets
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import InputError, RoughcontactError
+from roughcontact.result import ContactResult
+from roughcontact.surface import Surface
+from roughcontact.units import engineering
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import ListedColormap
+    from matplotlib.figure import Figure
+    from matplotlib.image import AxesImage
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+DPI = 150
+"""Dots per inch of every figure."""
+
+# Cells along the longer side of a map. The axes have more dots than that, so that drawing to the
+# nearest cell leaves none out.
+_CELLS_ALONE = 600
+_CELLS_IN_PANEL = 400
+
+_TITLE = 13.0
+_LABEL = 12.0
+_TICK = 11.0
+_NOTE = 9.5
+
+_MISSING = "#c4c4c4"
+_OPEN = "#f1f1ee"
+# Light, middle and dark grey when printed without colour; blue and dark red for all eyes.
+_ELASTIC = "#4aa3df"
+_SATURATED = "#7f0d1b"
+_OVER = "#000000"
+_CLOSED = "#d55e00"
+_NEUTRAL = "#444444"
+# Okabe and Ito's colours for all kinds of colour vision, darkest first.
+_SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
+
+_PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+_SUFFIXES = {".png": "png", ".svg": "svg", ".pdf": "pdf"}
+
+
+def surface(surface: Surface) -> Figure:
+    """Draw the heights of a surface.
+
+    Parameters
+    ----------
+    surface : Surface
+        The map; missing points are drawn grey.
+
+    Returns
+    -------
+    Figure
+        Heights above their mean; the colours span the middle 99 % of them, with arrows where
+        there are more.
+    """
+    figure, axes = _single(surface.size)
+    drawn = _draw_surface(axes, surface, _CELLS_ALONE)
+    axes.set_title(f"Surface heights, Sq {engineering(surface.Sq, 'm', 3)}", fontsize=_TITLE)
+    _note(figure, drawn.cell, "mean height")
+    return figure
+
+
+def pressure(result: ContactResult, limit: float | None = None) -> Figure:
+    """Draw the contact pressure.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solved contact.
+    limit : float, optional
+        Top of the colour scale [Pa], the same for figures that are to be compared; pressures
+        above it are black. By default the ceiling if it is reached, else the largest pressure.
+
+    Returns
+    -------
+    Figure
+        Pressure where there is contact; a neutral light colour elsewhere.
+
+    Raises
+    ------
+    InputError
+        If the limit is not positive and finite.
+    """
+    top = _limit([result], limit)
+    figure, axes = _single(result.surface.size)
+    drawn = _draw_pressure(axes, result, top, _CELLS_ALONE)
+    _pressure_bar(axes, drawn.image, top, over=result.max_pressure > top)
+    axes.set_title(
+        f"Contact pressure at {_load(result)}, largest "
+        f"{engineering(result.max_pressure, 'Pa', 3)}{_doubt(result)}",
+        fontsize=_TITLE,
+    )
+    _note(figure, drawn.cell, "largest pressure")
+    return figure
+
+
+def contact(result: ContactResult) -> Figure:
+    """Draw where the bodies touch, and where the pressure is at its ceiling.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solved contact.
+
+    Returns
+    -------
+    Figure
+        Three classes: no contact, elastic contact, saturated; and a fourth for missing points.
+        The legend gives their shares of the map, counted on the points.
+    """
+    figure, axes = _single(result.surface.size)
+    drawn = _draw_contact(axes, result, _CELLS_ALONE)
+    axes.set_title(f"Contact at {_load(result)}{_doubt(result)}", fontsize=_TITLE)
+    _note(figure, drawn.cell, "most severe class")
+    return figure
+
+
+def gap(result: ContactResult) -> Figure:
+    """Draw the gap that is left between the bodies.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solved contact.
+
+    Returns
+    -------
+    Figure
+        Open gap, linear from zero up to the 99.5th percentile; closed points (those with
+        pressure) and missing ones have colours of their own.
+    """
+    from matplotlib import colormaps
+
+    figure, axes = _single(result.surface.size)
+    size, blocks = result.surface.size, _blocks(result.gap.shape, result.surface.size, _CELLS_ALONE)
+    values = _cell_mean(np.maximum(result.gap, 0), blocks)
+    closed = _cell_any(result.contact, blocks)
+    values[closed] = np.nan
+    there = values[np.isfinite(values)]
+    top = float(np.percentile(there, 99.5)) if there.size else 0.0
+    top = top or float(there.max(initial=0.0)) or 1e-9
+    factor, unit = _scale(top, "m")
+    image = _image(axes, values * factor, size, blocks, result.gap.shape)
+    image.set_cmap(colormaps["Blues"].with_extremes(bad=_MISSING))
+    image.set_clim(0, top * factor)
+    marks = _image(
+        axes, np.where(closed, 1.0, np.nan), size, blocks, result.gap.shape
+    )
+    marks.set_cmap(_listed([_CLOSED]))
+    _bar(axes, image, f"open gap [{unit}]", "max" if (there > top).any() else "neither")
+    entries = [(_CLOSED, f"closed\n{_percent(result.contact_fraction)}")]
+    missing = int(np.count_nonzero(np.isnan(result.gap)))
+    if missing:
+        entries.append((_MISSING, f"missing\n{_percent(missing / result.gap.size)}"))
+    _legend(axes, entries)
+    axes.set_title(
+        f"Open gap at {_load(result)}, mean {engineering(result.mean_gap, 'm', 3)}{_doubt(result)}",
+        fontsize=_TITLE,
+    )
+    _note(figure, blocks, "mean gap, or closed if one of its points is,")
+    return figure
+
+
+def pressure_histogram(
+    results: ContactResult | Sequence[ContactResult],
+    labels: Sequence[str] | None = None,
+    scale: str = "linear",
+) -> Figure:
+    """Draw how the contact area is spread over the pressure.
+
+    Parameters
+    ----------
+    results : ContactResult or sequence of them
+        One or several solved contacts, drawn over the same bins.
+    labels : sequence of str, optional
+        One name a result.
+    scale : {"linear", "log"}
+        Of the pressure axis. With ``"log"`` the density is per decade of pressure.
+
+    Returns
+    -------
+    Figure
+        Density of contact area over pressure, in percent of the result's contact area. Points
+        at the ceiling, a peak without width, are not drawn but stated in the legend.
+
+    Raises
+    ------
+    InputError
+        If there is no result, the labels do not fit, or the scale is unknown.
+    """
+    from matplotlib.figure import Figure
+
+    if isinstance(results, ContactResult):
+        results = [results]
+    names = _names(results, labels)
+    if scale not in ("linear", "log"):
+        raise InputError(f"scale must be 'linear' or 'log', got {scale!r}")
+    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout="constrained")
+    axes = figure.subplots()
+    _draw_histogram(axes, results, names, scale)
+    figure.suptitle("Distribution of the contact pressure", fontsize=_TITLE)
+    return figure
+
+
+def comparison(
+    results: Sequence[ContactResult], labels: Sequence[str], limit: float | None = None
+) -> Figure:
+    """Draw several results side by side: pressure above, contact below.
+
+    Parameters
+    ----------
+    results : sequence of ContactResult
+        Solved contacts, for example with and without a ceiling.
+    labels : sequence of str
+        One name a result.
+    limit : float, optional
+        Top of the common colour scale [Pa]; pressures above it are black. By default the highest
+        ceiling that is reached, else the largest pressure.
+
+    Returns
+    -------
+    Figure
+        One column a result, all pressures with the same colours.
+
+    Raises
+    ------
+    InputError
+        If there is no result, the labels do not fit, or the limit is not positive and finite.
+    """
+    from matplotlib.figure import Figure
+
+    names = _names(results, labels)
+    top = _limit(results, limit)
+    aspect = max(_aspect(result.surface.size) for result in results)
+    width, height = 4.9 * len(results) + 1.0, 8.4 * aspect + 2.7
+    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained")
+    grid = figure.subplots(2, len(results), squeeze=False)
+    over = max(result.max_pressure for result in results) > top
+    cells = []
+    for column, (result, name) in enumerate(zip(results, names, strict=True)):
+        upper, lower = grid[:, column]
+        drawn = _draw_pressure(upper, result, top, _CELLS_IN_PANEL)
+        largest = engineering(result.max_pressure, "Pa", 3)
+        upper.set_title(
+            f"{name}{_doubt(result)}\n{_load(result)}, largest pressure {largest}", fontsize=_TITLE
+        )
+        if column == len(results) - 1:
+            _pressure_bar(upper, drawn.image, top, over=over)
+        cells.append(_draw_contact(lower, result, _CELLS_IN_PANEL).cell)
+    _note(figure, max(cells), "largest pressure, or most severe class,")
+    return figure
+
+
+def overview(result: ContactResult) -> Figure:
+    """Draw surface, pressure, contact and pressure distribution of a result on one page.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solved contact.
+
+    Returns
+    -------
+    Figure
+        Four panels under the numbers that matter.
+    """
+    from matplotlib.figure import Figure
+
+    height = 10.0 * max(_aspect(result.surface.size), 0.6) + 1.6
+    figure = Figure(figsize=(12.0, height), dpi=DPI, layout="constrained")
+    grid = figure.subplots(2, 2)
+    top = _limit([result], None)
+    drawn = _draw_surface(grid[0, 0], result.surface, _CELLS_IN_PANEL)
+    name = "Surface" if result.counter_surface is None else "Surface of the first body"
+    grid[0, 0].set_title(f"{name}, Sq {engineering(result.surface.Sq, 'm', 3)}", fontsize=_TITLE)
+    pressures = _draw_pressure(grid[0, 1], result, top, _CELLS_IN_PANEL)
+    _pressure_bar(grid[0, 1], pressures.image, top, over=result.max_pressure > top)
+    grid[0, 1].set_title("Contact pressure", fontsize=_TITLE)
+    _draw_contact(grid[1, 0], result, _CELLS_IN_PANEL)
+    grid[1, 0].set_title("Contact", fontsize=_TITLE)
+    _draw_histogram(grid[1, 1], [result], [""], "linear")
+    certificate = f"certificate {result.certificate:.1e}"
+    words = [
+        f"load {_load(result)}",
+        f"contact {_percent(result.contact_fraction)}",
+        f"saturated {_percent(result.saturated_fraction)}",
+        f"largest pressure {engineering(result.max_pressure, 'Pa', 3)}",
+        certificate if result.converged else f"NOT CONVERGED, {certificate}",
+    ]
+    figure.suptitle("  ·  ".join(words), fontsize=_TITLE + 1, fontweight="bold")
+    _note(figure, drawn.cell, "mean height, largest pressure or most severe class")
+    return figure
+
+
+def save(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Write a figure to a PNG, SVG or PDF file.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+    path : str or path
+        File to write, its type told by the suffix; it appears only once it is complete, and a
+        file that was there stays as it was until then.
+
+    Raises
+    ------
+    InputError
+        If the suffix is none of ``.png``, ``.svg``, ``.pdf``, or the folder does not exist.
+    RoughcontactError
+        If the file cannot be written.
+    """
+    target = Path(path)
+    kind = _SUFFIXES.get(target.suffix.lower())
+    if kind is None:
+        raise InputError(
+            f"cannot tell the type of the figure {str(target)!r} from its suffix; "
+            f"use one of {', '.join(_SUFFIXES)}"
+        )
+    if not target.parent.is_dir():
+        raise InputError(f"the folder of the figure {str(target)!r} does not exist; create it first")
+    unfinished = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+    try:
+        with unfinished.open("xb") as stream:
+            figure.savefig(stream, format=kind, dpi=DPI)
+        os.replace(unfinished, target)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise RoughcontactError(
+            f"the figure {str(target)!r} could not be written: {reason}"
+        ) from error
+    finally:
+        with contextlib.suppress(OSError):
+            unfinished.unlink(missing_ok=True)
+
+
+class _Drawn(NamedTuple):
+    image: AxesImage
+    cell: tuple[int, int]
+
+
+def _draw_surface(axes: Axes, surface: Surface, cells: int) -> _Drawn:
+    from matplotlib import colormaps
+
+    blocks = _blocks(surface.shape, surface.size, cells)
+    values = _cell_mean(surface.heights, blocks)
+    values -= np.nanmean(surface.heights)
+    there = values[np.isfinite(values)]
+    low, high = np.percentile(there, (0.5, 99.5)) if there.size else (0.0, 0.0)
+    span = float(max(high - low, 0.0))
+    if span == 0:
+        # A flat map, or one whose few features the percentiles cut away.
+        low, high = float(there.min(initial=0)), float(there.max(initial=0))
+        span = high - low
+    if span == 0:
+        low, high = -0.5e-9, 0.5e-9
+    factor, unit = _scale(max(abs(low), abs(high)), "m")
+    image = _image(axes, values * factor, surface.size, blocks, surface.shape)
+    image.set_cmap(colormaps["viridis"].with_extremes(bad=_MISSING))
+    image.set_clim(low * factor, high * factor)
+    below, above = bool((there < low).any()), bool((there > high).any())
+    extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, above]
+    _bar(axes, image, f"height above mean [{unit}]", extend)
+    if surface.missing:
+        share = _percent(surface.missing / surface.heights.size)
+        _legend(axes, [(_MISSING, f"missing {share}")])
+    return _Drawn(image, blocks)
+
+
+def _draw_pressure(axes: Axes, result: ContactResult, top: float, cells: int) -> _Drawn:
+    from matplotlib import colormaps
+
+    size, shape = result.surface.size, result.pressure.shape
+    blocks = _blocks(shape, size, cells)
+    values = _cell_max(result.pressure, blocks)
+    factor, _ = _scale(top, "Pa")
+    image = _image(axes, np.where(values > 0, values * factor, np.nan), size, blocks, shape)
+    # The lightest tenth of the map would drown in the ground, the darkest in what is beyond it.
+    colours = colormaps["inferno_r"](np.linspace(0.17, 0.8, 256))
+    image.set_cmap(_listed(colours).with_extremes(bad=_OPEN, over=_OVER))
+    image.set_clim(0, top * factor)
+    return _Drawn(image, blocks)
+
+
+def _pressure_bar(axes: Axes, image: AxesImage, top: float, over: bool) -> None:
+    _bar(axes, image, f"pressure [{_scale(top, 'Pa')[1]}]", "max" if over else "neither")
+
+
+def _draw_contact(axes: Axes, result: ContactResult, cells: int) -> _Drawn:
+    size, shape = result.surface.size, result.pressure.shape
+    blocks = _blocks(shape, size, cells)
+    classes = np.zeros(_cell_any(result.contact, blocks).shape)
+    missing = int(np.count_nonzero(np.isnan(result.gap)))
+    if missing:
+        classes[np.isnan(_cell_mean(result.gap, blocks))] = 3
+    classes[_cell_any(result.contact, blocks)] = 1
+    classes[_cell_any(result.saturated, blocks)] = 2
+    image = _image(axes, classes, size, blocks, shape)
+    image.set_cmap(_listed([_OPEN, _ELASTIC, _SATURATED, _MISSING]))
+    image.set_clim(-0.5, 3.5)
+    lost = missing / result.pressure.size
+    touching, saturated = result.contact_fraction, result.saturated_fraction
+    entries = [
+        (_OPEN, f"no contact\n{_percent(1 - touching - lost)}"),
+        (_ELASTIC, f"elastic\n{_percent(touching - saturated)}"),
+        (_SATURATED, f"saturated\n{_percent(saturated)}"),
+    ]
+    if missing:
+        entries.append((_MISSING, f"missing\n{_percent(lost)}"))
+    _legend(axes, entries)
+    return _Drawn(image, blocks)
+
+
+def _draw_histogram(
+    axes: Axes, results: Sequence[ContactResult], names: Sequence[str], scale: str
+) -> None:
+    below = [result.pressure[result.contact & ~result.saturated] for result in results]
+    largest = max(result.max_pressure for result in results) or 1.0
+    # Ceilings far above all pressures are named but do not stretch the axis.
+    ceilings = sorted({_uniform_ceiling(r) for r in results} - {math.inf})
+    shown = [ceiling for ceiling in ceilings if ceiling <= 2 * largest]
+    top = max([largest, *shown])
+    factor, unit = _scale(top, "Pa")
+    if scale == "log":
+        lowest = min((float(p.min()) for p in below if p.size), default=0.1 * top)
+        decades = min(math.log10(top / lowest) if lowest < top else 1.0, 4.0)
+        edges = np.geomspace(top * 10**-decades, top, max(round(12 * decades), 4) + 1)
+        widths, per = np.diff(np.log10(edges)), "decade"
+    else:
+        edges = np.linspace(0, top, 61)
+        widths, per = np.diff(edges) * factor, unit
+    for index, (result, name, values) in enumerate(zip(results, names, below, strict=True)):
+        counts, _ = np.histogram(np.clip(values, edges[0], edges[-1]), edges)
+        points = max(int(np.count_nonzero(result.contact)), 1)
+        axes.stairs(
+            100 * counts / points / widths,
+            edges * factor,
+            color=_SERIES[index % len(_SERIES)],
+            linewidth=1.8,
+            linestyle=("-", "--", ":")[index // len(_SERIES) % 3],
+            fill=len(results) == 1,
+            label=_histogram_label(result, name, points, values.size),
+        )
+    for ceiling in shown:
+        axes.axvline(ceiling * factor, color=_NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
+        axes.annotate(
+            f"ceiling {engineering(ceiling, 'Pa', 3)}",
+            (ceiling * factor, 1),
+            xycoords=axes.get_xaxis_transform(),
+            xytext=(0, 3),
+            textcoords="offset points",
+            ha="right" if ceiling > 0.85 * top else "center",
+            fontsize=_TICK,
+            color=_NEUTRAL,
+        )
+    if scale == "log":
+        axes.set_xscale("log")
+    else:
+        axes.set_xlim(0, 1.03 * top * factor)
+    axes.set_ylim(bottom=0)
+    axes.margins(y=0.1)
+    axes.set_xlabel(f"pressure [{unit}]", fontsize=_LABEL)
+    axes.set_ylabel(f"density of contact area [% per {per}]", fontsize=_LABEL)
+    axes.tick_params(labelsize=_TICK)
+    axes.grid(True, color="#dddddd", linewidth=0.8)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    axes.legend(fontsize=_TICK, loc="upper right", framealpha=0.9)
+
+
+def _histogram_label(result: ContactResult, name: str, points: int, below: int) -> str:
+    text = f"{name}: " if name else ""
+    text += f"{_percent(result.contact_fraction)} of the map in contact"
+    if result.ceiling is None:
+        return text
+    ceiling = _uniform_ceiling(result)
+    which = "their" if math.isinf(ceiling) else f"the {engineering(ceiling, 'Pa', 3)}"
+    if below == points:
+        return f"{text},\nnone of it at {which} ceiling"
+    return f"{text},\n{_percent(1 - below / points)} of it at {which} ceiling (not drawn)"
+
+
+def _uniform_ceiling(result: ContactResult) -> float:
+    # Infinite where there is none, or one that differs from point to point.
+    ceiling = result.ceiling
+    return ceiling if isinstance(ceiling, (int, float)) else math.inf
+
+
+def _limit(results: Sequence[ContactResult], limit: float | None) -> float:
+    if limit is not None:
+        if not 0 < limit < math.inf:
+            raise InputError(f"limit must be positive and finite [Pa], got {limit!r}")
+        return float(limit)
+    reached = [r.max_pressure for r in results if r.saturated_fraction > 0]
+    return max(reached or [r.max_pressure for r in results]) or 1.0
+
+
+def _names(results: Sequence[ContactResult], labels: Sequence[str] | None) -> list[str]:
+    if not results:
+        raise InputError("results is empty: give at least one")
+    if labels is None:
+        return [""] if len(results) == 1 else [f"result {i + 1}" for i in range(len(results))]
+    if isinstance(labels, str) or len(labels) != len(results):
+        raise InputError(f"labels must hold one text a result, got {labels!r} for {len(results)}")
+    return list(labels)
+
+
+def _load(result: ContactResult) -> str:
+    return engineering(result.load, "N", 3)
+
+
+def _doubt(result: ContactResult) -> str:
+    return "" if result.converged else " (NOT CONVERGED)"
+
+
+def _percent(share: float) -> str:
+    # Three digits of the share or of what it lacks to the whole: 99.97 % never reads as 100 %.
+    rest = min(share, 1 - share)
+    if rest <= 1e-12:
+        return f"{100 * share:.0f} %"
+    if share < 5e-7:
+        return "< 0.0001 %"
+    decimals = min(max(2 - math.floor(math.log10(100 * rest)), 0), 4)
+    return f"{100 * share:.{decimals}f} %"
+
+
+def _scale(largest: float, unit: str) -> tuple[float, str]:
+    # The rounding keeps 999.9999999 µm, which is a sum of pixels, from missing its prefix.
+    exponent = 3 * math.floor(math.log10(largest * (1 + 1e-9)) / 3) if largest > 0 else 0
+    exponent = min(max(exponent, min(_PREFIXES)), max(_PREFIXES))
+    return float(10.0**-exponent), _PREFIXES[exponent] + unit
+
+
+def _aspect(size: tuple[float, float]) -> float:
+    return min(max(size[0] / size[1], 0.2), 1.6)
+
+
+def _single(size: tuple[float, float]) -> tuple[Figure, Axes]:
+    from matplotlib.figure import Figure
+
+    # Large enough that the longer side of the map has more dots than the map has cells.
+    aspect = size[0] / size[1]
+    width, height = (5.2, 5.2 * aspect) if aspect < 1 else (5.2 / aspect, 5.2)
+    figure = Figure(
+        figsize=(max(width, 2.6) + 2.0, max(height, 1.0) + 1.9), dpi=DPI, layout="constrained"
+    )
+    return figure, figure.subplots()
+
+
+def _blocks(
+    shape: tuple[int, ...], size: tuple[float, float], cells: int
+) -> tuple[int, int]:
+    # Points (y, x) to a cell, given the most cells on the longer side.
+    longer = max(size)
+    by, bx = (
+        max(math.ceil(points / max(cells * side / longer, 1)), 1)
+        for points, side in zip(shape, size, strict=True)
+    )
+    return by, bx
+
+
+def _reduced(ufunc: np.ufunc, values: NDArray[Any], blocks: tuple[int, int]) -> NDArray[Any]:
+    for axis, block in enumerate(blocks):
+        if block > 1:
+            values = ufunc.reduceat(values, np.arange(0, values.shape[axis], block), axis=axis)
+    return values
+
+
+def _cell_max(values: Array, blocks: tuple[int, int]) -> Array:
+    return _reduced(np.maximum, values, blocks)
+
+
+def _cell_any(mask: Mask, blocks: tuple[int, int]) -> Mask:
+    return _reduced(np.logical_or, mask, blocks)
+
+
+def _cell_mean(values: Array, blocks: tuple[int, int]) -> Array:
+    # Mean of the points that are there; NaN where half of a cell or more is missing.
+    if blocks == (1, 1):
+        return values.copy()
+    there = np.isfinite(values)
+    count = _reduced(np.add, there.astype(np.float64), blocks)
+    total = _reduced(np.add, np.where(there, values, 0.0), blocks)
+    most = _reduced(np.add, np.ones(values.shape), blocks)
+    mean: Array = np.where(2 * count > most, total / np.maximum(count, 1), np.nan)
+    return mean
+
+
+def _image(
+    axes: Axes,
+    values: Array,
+    size: tuple[float, float],
+    blocks: tuple[int, int],
+    shape: tuple[int, ...],
+) -> AxesImage:
+    factor, unit = _scale(max(size), "m")
+    height, width = size[0] * factor, size[1] * factor
+    # Cells at the far edges may reach beyond the map; the limits cut them off.
+    bottom = values.shape[0] * blocks[0] * height / shape[0]
+    right = values.shape[1] * blocks[1] * width / shape[1]
+    image = axes.imshow(
+        np.ma.masked_invalid(values),
+        extent=(0, right, bottom, 0),
+        interpolation="nearest",
+        aspect="equal",
+    )
+    axes.set_xlim(0, width)
+    axes.set_ylim(height, 0)
+    axes.set_xlabel(f"x [{unit}]", fontsize=_LABEL)
+    axes.set_ylabel(f"y [{unit}]", fontsize=_LABEL)
+    axes.tick_params(labelsize=_TICK)
+    _few_ticks(axes, height / width)
+    return image
+
+
+def _few_ticks(axes: Axes, aspect: float) -> None:
+    from matplotlib.ticker import MaxNLocator
+
+    axes.xaxis.set_major_locator(MaxNLocator(max(round(5 / max(aspect, 1)), 2)))
+    axes.yaxis.set_major_locator(MaxNLocator(max(round(5 * min(aspect, 1)), 2)))
+
+
+def _bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
+    # An inset follows the map's own box, whatever its aspect; wide strips get the bar on top.
+    left, right = axes.get_xlim()
+    bottom, top = axes.get_ylim()
+    aspect = abs(bottom - top) / abs(right - left)
+    upright = aspect > 0.45
+    thickness = 0.045 * max(aspect, 1) if upright else 0.045 / aspect
+    place = (1 + 0.6 * thickness, 0, thickness, 1) if upright else (0, 1 + thickness, 1, thickness)
+    inset = axes.inset_axes(place)
+    bar = axes.figure.colorbar(
+        image,
+        cax=inset,
+        extend=extend,
+        orientation="vertical" if upright else "horizontal",
+        ticklocation="right" if upright else "top",
+    )
+    bar.set_label(label, fontsize=_LABEL)
+    bar.ax.tick_params(labelsize=_TICK)
+
+
+def _listed(colours: Any) -> ListedColormap:
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(colours)
+
+
+def _legend(axes: Axes, entries: Sequence[tuple[str, str]]) -> None:
+    from matplotlib.patches import Patch
+    from matplotlib.transforms import ScaledTranslation
+
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    # Below the axis label, at a distance in inches that no aspect changes.
+    below = axes.transAxes + ScaledTranslation(0, -0.52, figure.dpi_scale_trans)
+    axes.legend(
+        handles=[
+            Patch(facecolor=colour, edgecolor="#777777", linewidth=0.8, label=text)
+            for colour, text in entries
+        ],
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0),
+        bbox_transform=below,
+        borderaxespad=0,
+        ncols=len(entries),
+        fontsize=_TICK,
+        frameon=False,
+        handlelength=1.2,
+        handleheight=1.2,
+        columnspacing=1.4,
+    )
+
+
+def _note(figure: Figure, cell: tuple[int, int], shown: str) -> None:
+    if cell == (1, 1):
+        return
+    figure.supxlabel(
+        f"Drawn in cells of {cell[0]} × {cell[1]} points (y × x): a cell shows the {shown} of its "
+        "points.",
+        fontsize=_NOTE,
+        color=_NEUTRAL,
+    )

@@ -1,0 +1,689 @@
+import errno
+import importlib.util
+import json
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact
+from roughcontact import archive, cli, contact, load_result, plots
+from roughcontact.solver import Step
+
+MEASUREMENTS = Path(__file__).parents[1] / ".." / "shared" / "measurements"
+PACKAGE = Path(roughcontact.__file__).parents[1]
+
+needs_reader = pytest.mark.skipif(
+    importlib.util.find_spec("SurfaceTopography") is None, reason="SurfaceTopography is absent"
+)
+
+STEEL = ("--young", "210 GPa", "--poisson", "0.3")
+YIELDING = (*STEEL, "--yield-strength", "1 GPa")
+# ny ≠ nx and dy ≠ dx, so that a swap of axes shows.
+SCALE = ("--unit", "um", "--size", "0.1 mm x 0.2 mm")
+
+FIGURES = ("surface", "pressure", "contact", "gap", "histogram")
+
+Capture = pytest.CaptureFixture[str]
+
+
+def bumps() -> np.ndarray:
+    rng = np.random.default_rng(3)
+    y, x = np.mgrid[:40, :64] / 40
+    return np.cos(7 * y) * np.cos(5 * x) + 0.1 * rng.standard_normal(y.shape)
+
+
+@pytest.fixture
+def rough(tmp_path: Path) -> Path:
+    path = tmp_path / "rough.npy"
+    np.save(path, bumps())
+    return path
+
+
+@pytest.fixture
+def holed(tmp_path: Path) -> Path:
+    heights = bumps()
+    heights[5:8, 9] = np.nan
+    path = tmp_path / "holed.npy"
+    np.save(path, heights)
+    return path
+
+
+def measurement(name: str) -> str:
+    path = MEASUREMENTS / name
+    if not path.exists():
+        pytest.skip(f"shared/measurements/{name} is absent")
+    return str(path)
+
+
+def solve(path: Path, *options: str, load: str = "0.1 N") -> int:
+    return cli.main(["solve", str(path), *SCALE, "--load", load, *options])
+
+
+def refused(capsys: Capture, status: int, *words: str) -> str:
+    """Check that the run before ended with status 2 and one sentence that has these words."""
+    out, err = capsys.readouterr()
+    assert status == cli.BAD_INPUT
+    assert out == ""
+    assert err.startswith("roughcontact: error: ")
+    assert err.count("\n") == 1
+    assert err.endswith("\n")
+    for word in words:
+        assert word in err
+    return err
+
+
+def python(*arguments: str, stdout: int = subprocess.PIPE) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, *arguments],
+        stdout=stdout,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(PACKAGE)},
+    )
+
+
+def files(folder: Path) -> set[str]:
+    return {path.name for path in folder.rglob("*") if path.is_file()}
+
+
+# What is shown
+
+
+def test_no_arguments_show_the_help(capsys: Capture) -> None:
+    assert cli.main([]) == cli.SOLVED
+    out = capsys.readouterr().out
+    assert all(command in out for command in ("solve", "info", "demo", "Example"))
+
+
+@pytest.mark.parametrize("command", ["solve", "info", "demo"])
+def test_every_command_has_help_with_an_example(command: str, capsys: Capture) -> None:
+    assert cli.main([command, "--help"]) == cli.SOLVED
+    assert f"roughcontact {command} " in capsys.readouterr().out.split("Example")[1]
+
+
+def test_module_runs_as_a_program() -> None:
+    done = python("-m", "roughcontact", "--version")
+    assert (done.returncode, done.stdout, done.stderr) == (
+        0,
+        f"roughcontact {roughcontact.__version__}\n",
+        "",
+    )
+
+
+def test_importing_the_command_line_leaves_heavy_packages_alone() -> None:
+    code = (
+        "import sys, roughcontact.cli; "
+        "sys.exit(bool({'matplotlib', 'xarray', 'pint', 'SurfaceTopography'} & set(sys.modules)))"
+    )
+    assert python("-c", code).returncode == 0
+
+
+def test_solve_prints_a_table_that_fits_80_columns(
+    rough: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "33")
+    assert solve(rough, *YIELDING) == cli.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    lines = out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert all(line == line.rstrip() for line in lines)
+    cells = (re.split(r"  +", line, maxsplit=1) for line in lines)
+    shown = {pair[0]: pair[1] for pair in cells if len(pair) == 2}
+    assert shown["grid (y × x)"] == "40 × 64 points, pixel 2.5 µm × 3.125 µm"
+    assert shown["preparation"] == "leveled: least-squares plane subtracted"
+    assert shown["contact modulus"] == "230.8 GPa"
+    assert shown["ceiling"] == "3 GPa (3 × yield strength)"
+    assert shown["load"] == "100 mN (given)"
+    assert shown["status"] == "converged"
+    assert "µm² (" in shown["contact area"]
+    assert set(shown) >= {
+        "map", "size (y × x)", "body", "counter-body", "boundary", "approach", "max pressure",
+        "saturated", "mean gap", "residual indentation", "regime", "certificate", "load error",
+        "work",
+    }  # fmt: skip
+
+
+def test_json_is_what_the_library_returns(rough: Path, capsys: Capture) -> None:
+    assert solve(rough, *YIELDING, "--json") == cli.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    told = json.loads(out, parse_constant=pytest.fail)
+    surface = roughcontact.read_surface(rough, unit="um", size=(1e-4, 2e-4)).leveled()
+    steel = roughcontact.Material(210e9, 0.3, 1e9)
+    result = roughcontact.solve(surface, load=0.1, material=steel)
+    expected = result.summary()
+    for name in set(expected) - {"seconds"}:
+        assert told[name] == expected[name]
+    assert told["converged"] is True
+    assert told["material"] == {
+        "rigid": False, "young": 210e9, "poisson": 0.3, "yield_strength": 1e9,
+    }  # fmt: skip
+    # Infinity is no JSON.
+    assert told["counter_material"]["rigid"] is True
+    assert told["counter_material"]["young"] is None
+
+
+def test_every_option_reaches_the_library(rough: Path, holed: Path, capsys: Capture) -> None:
+    status = cli.main(
+        [
+            "solve", str(rough), *SCALE, "--approach", "300 nm", *YIELDING,
+            "--counter-young", "70 GPa", "--counter-poisson", "0.33",
+            "--counter-yield-strength", "300 MPa", "--counter-surface", str(holed),
+            "--ceiling", "2 GPa", "--boundary", "periodic", "--level", "quadric",
+            "--holes", "fill", "--crop", "0:32,:48", "--tolerance", "1e-5",
+            "--max-iterations", "300", "--precision", "double", "--json",
+        ]
+    )  # fmt: skip
+    assert status == cli.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert told["approach"] == pytest.approx(3e-7)
+    assert told["control"] == "approach"
+    assert told["boundary"] == "periodic"
+    assert told["ceiling"] == 2e9
+    assert told["tolerance"] == 1e-5
+    assert told["shape"] == [32, 48]
+    assert told["preparation"] == [
+        "cropped: rows 0:32, columns 0:48",
+        "leveled: least-squares quadric subtracted",
+    ]
+    assert told["counter_preparation"][2].startswith("filled: 3 missing points")
+    assert told["counter_material"] == {
+        "rigid": False, "young": 70e9, "poisson": 0.33, "yield_strength": 300e6,
+    }  # fmt: skip
+    assert told["contact_modulus"] == pytest.approx(1 / (0.91 / 210e9 + (1 - 0.33**2) / 70e9))
+
+
+def test_ceiling_is_automatic_given_or_none(rough: Path, capsys: Capture) -> None:
+    for options, ceiling in (
+        (YIELDING, 3e9),
+        ((*YIELDING, "--ceiling", "none"), None),
+        ((*YIELDING, "--ceiling", "auto"), 3e9),
+        (STEEL, None),
+    ):
+        assert solve(rough, *options, "--json") == cli.SOLVED
+        assert json.loads(capsys.readouterr().out)["ceiling"] == ceiling
+    assert solve(rough, *YIELDING, "--ceiling", "none") == cli.SOLVED
+    assert "none: purely elastic\n" in capsys.readouterr().out
+    assert solve(rough, *STEEL) == cli.SOLVED
+    assert "none: purely elastic, no yield strength is given\n" in capsys.readouterr().out
+
+
+def test_quiet_prints_nothing(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+    assert solve(rough, *STEEL, "--quiet", "--output", str(tmp_path / "out.nc")) == cli.SOLVED
+    assert capsys.readouterr() == ("", "")
+    assert (tmp_path / "out.nc").exists()
+
+
+def test_names_with_markup_and_control_characters_stay_harmless(
+    tmp_path: Path, capsys: Capture
+) -> None:
+    path = tmp_path / "[red]a[nonsense]\x1b[2J.npy"
+    np.save(path, bumps())
+    assert solve(path, *STEEL) == cli.SOLVED
+    out = capsys.readouterr().out
+    assert "[red]a[nonsense]" in out
+    assert "\x1b" not in out
+
+
+def test_progress_is_told_on_a_terminal_only(
+    rough: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # With this Rich would take a pipe for a terminal.
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    assert solve(rough, *STEEL, "--json") == cli.SOLVED
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    assert solve(rough, *STEEL, "--json") == cli.SOLVED
+    out, err = capsys.readouterr()
+    json.loads(out)
+    assert "solving" in err
+    assert "certificate" in err
+
+
+# What is written
+
+
+def test_output_and_figures_are_written(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+    before = files(tmp_path)
+    output = tmp_path / "out.nc"
+    figures = ("--figures", str(tmp_path / "run1"))
+    assert solve(rough, *YIELDING, "--output", str(output), *figures) == cli.SOLVED
+    names = {f"run1-{figure}.png" for figure in FIGURES}
+    assert files(tmp_path) - before == {"out.nc", *names}
+    out = capsys.readouterr().out
+    assert all(name in out.replace("\n", "").replace(" ", "") for name in ("out.nc", *names))
+    result = load_result(output)
+    assert result.converged
+    assert result.load == 0.1
+    for name in names:
+        assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_figures_go_into_an_existing_folder(rough: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "pictures"
+    folder.mkdir()
+    assert solve(rough, *STEEL, "--figures", str(folder)) == cli.SOLVED
+    assert files(folder) == {f"{figure}.png" for figure in FIGURES}
+
+
+def test_demo_writes_both_solutions_and_tells_what_they_are(
+    tmp_path: Path, capsys: Capture
+) -> None:
+    folder = tmp_path / "demo"
+    assert cli.main(["demo", "--folder", str(folder), "--points", "64"]) == cli.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    names = {
+        "elastic.nc", "ceiling.nc", "surface.png", "comparison.png", "histogram.png",
+        "overview.png",
+    }  # fmt: skip
+    assert files(folder) == names
+    assert all(f"\n{name} " in out for name in names)
+    assert "generated, not measured" in out
+    assert max(map(len, out.splitlines())) <= 80
+    elastic, limited = (load_result(folder / name) for name in ("elastic.nc", "ceiling.nc"))
+    assert elastic.ceiling is None
+    assert limited.ceiling == 3e9
+    assert elastic.load == limited.load == 1.0
+    assert elastic.surface.size == pytest.approx((1e-4, 1e-4))
+    assert (elastic.contact <= limited.contact).mean() > 0.99
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--points", "31"), ("--points", "at least 32", "31")),
+        (("--points", "many"), ("--points", "whole number", "'many'")),
+        (("--folder", "absent/demo"), ("--folder", "'absent' does not exist")),
+    ],
+)
+def test_demo_refuses(
+    options: tuple[str, ...],
+    words: tuple[str, ...],
+    tmp_path: Path,
+    capsys: Capture,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    refused(capsys, cli.main(["demo", *options]), *words)
+    assert files(tmp_path) == set()
+
+
+# Usage and bad input
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["solve"], ["FILE", "roughcontact solve --help"]),
+        (["press"], ["press", "roughcontact --help"]),
+        (["solve", "a.npy", "--laod", "1 N"], ["--laod"]),
+        (["info"], ["FILE"]),
+    ],
+)
+def test_usage_errors_return_2(arguments: list[str], words: list[str], capsys: Capture) -> None:
+    refused(capsys, cli.main(arguments), *words)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--load", "1 MPa", *STEEL), ("--load needs a force", "'1 MPa' (a pressure)")),
+        (("--load", "1", *STEEL), ("--load", "'1' which has no unit")),
+        (("--load", "-1 N", *STEEL), ("--load must be positive", "'-1 N'")),
+        (("--load", "0 N", *STEEL), ("--load must be positive", "'0 N'")),
+        (("--load", "nan N", *STEEL), ("--load", "'nan N'")),
+        (("--approach", "1 N", *STEEL), ("--approach needs a length", "'1 N'")),
+        (STEEL, ("--load", "--approach")),
+        (("--load", "1 N", "--approach", "1 um", *STEEL), ("either --load or --approach",)),
+        (("--load", "1 N", "--young", "210", "--poisson", "0.3"), ("--young", "'210'", "no unit")),
+        (("--load", "1 N", "--young", "-2 GPa", "--poisson", "0.3"), ("--young", "'-2 GPa'")),
+        (("--load", "1 N", "--young", "2 GPa", "--poisson", "0.7"), ("--poisson", "0.7", "0.5]")),
+        (("--load", "1 N", "--young", "2 GPa", "--poisson", "nan"), ("--poisson", "nan")),
+        (("--load", "1 N", "--young", "2 GPa", "--poisson", "0.3 m"), ("--poisson", "'0.3 m'")),
+        (("--load", "1 N", "--young", "2 GPa"), ("--poisson is needed",)),
+        (("--load", "1 N", "--poisson", "0.3"), ("--young is needed",)),
+        (("--load", "1 N", *STEEL, "--yield-strength", "1 N"), ("--yield-strength", "'1 N'")),
+        (("--load", "1 N", *STEEL, "--counter-young", "1 GPa"), ("--counter-poisson is needed",)),
+        (
+            ("--load", "1 N", *STEEL, "--counter-young", "1 GPa", "--counter-poisson", "-1"),
+            ("--counter-poisson", "-1.0"),
+        ),
+        (("--load", "1 N", *STEEL, "--ceiling", "3"), ("--ceiling", "'3'", "no unit")),
+        (("--load", "1 N", *STEEL, "--ceiling", "0 Pa"), ("--ceiling must be positive",)),
+        (("--load", "1 N", *STEEL, "--boundary", "open"), ("--boundary", "periodic", "'open'")),
+        (("--load", "1 N", *STEEL, "--level", "cubic"), ("--level", "quadric", "'cubic'")),
+        (("--load", "1 N", *STEEL, "--holes", "plug"), ("--holes", "fill", "'plug'")),
+        (("--load", "1 N", *STEEL, "--precision", "half"), ("--precision", "single", "'half'")),
+        (("--load", "1 N", *STEEL, "--tolerance", "0"), ("--tolerance", "positive", "0.0")),
+        (("--load", "1 N", *STEEL, "--tolerance", "x"), ("--tolerance", "'x'")),
+        (("--load", "1 N", *STEEL, "--max-iterations", "0"), ("--max-iterations", "0")),
+        (("--load", "1 N", *STEEL, "--crop", "1:9"), ("--crop", "0:256,100:356", "'1:9'")),
+        (("--load", "1 N", *STEEL, "--crop", "0:99,0:9"), ("rows", "(0, 99)")),
+        (("--load", "1 N", *STEEL, "--channel", "phase"), ("rough.npy", "'phase'")),
+        (("--load", "1 N", *STEEL, "--format", "docx"), ("--format must be one of", "'docx'")),
+        # 0.1 mm × 0.2 mm under 3 GPa carries 60 N.
+        (("--load", "61 N", *YIELDING), ("--load = 61 N", "60 N")),
+    ],
+)
+def test_bad_arguments_end_in_one_sentence(
+    options: tuple[str, ...],
+    words: tuple[str, ...],
+    rough: Path,
+    tmp_path: Path,
+    capsys: Capture,
+) -> None:
+    output = ("--output", str(tmp_path / "out.nc"))
+    status = cli.main(["solve", str(rough), *SCALE, *options, *output])
+    refused(capsys, status, *words)
+    assert files(tmp_path) == {"rough.npy"}
+
+
+@pytest.mark.parametrize("command", ["solve", "info"])
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("absent.opd", None, ("absent.opd", "does not exist")),
+        ("empty.npy", b"", ("empty.npy", "empty")),
+        ("cut.npy", "the first half", ("cut.npy", "cannot be read")),
+        ("note.npy", b"no numbers here", ("note.npy", "cannot be read")),
+        ("map.doc", b"words", ("map.doc", "'.doc'", "--format")),
+        ("text.csv", b"high,low\n", ("text.csv", "'high'")),
+        ("row.csv", b"1,2,3\n", ("row.csv", "shape (1, 3)")),
+        ("infinite.npy", np.array([[1.0, np.inf], [1, 2]]), ("infinite.npy", "1 infinite")),
+        ("complex.npy", np.ones((3, 3)) * 1j, ("complex.npy", "complex128")),
+    ],
+)
+def test_bad_files_end_in_one_sentence(
+    command: str,
+    name: str,
+    content: bytes | str | np.ndarray | None,
+    words: tuple[str, ...],
+    tmp_path: Path,
+    capsys: Capture,
+) -> None:
+    path = tmp_path / name
+    if isinstance(content, bytes):
+        path.write_bytes(content)
+    elif isinstance(content, str):
+        np.save(path, bumps())
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    elif content is not None:
+        np.save(path, content)
+    options = ["--load", "1 N", *STEEL] if command == "solve" else []
+    refused(capsys, cli.main([command, str(path), *SCALE, *options]), *words)
+
+
+def test_missing_unit_or_size_is_asked_for_as_an_option(rough: Path, capsys: Capture) -> None:
+    options = ["solve", str(rough), "--load", "1 N", *STEEL]
+    refused(capsys, cli.main(options), "no unit", "--unit 'um'")
+    refused(capsys, cli.main([*options, "--unit", "um"]), "--size '0.1 mm x 0.2 mm'")
+    refused(capsys, cli.main([*options, "--unit", "s"]), "--unit needs a length")
+
+
+def test_holes_are_refused_until_the_user_chooses(holed: Path, capsys: Capture) -> None:
+    choices = ("holed.npy has 3 missing points", "--holes fill", "--holes mask", "--crop")
+    refused(capsys, solve(holed, *STEEL), *choices)
+    for options, steps in (
+        (("--holes", "fill"), ["filled: 3 missing points by harmonic interpolation"]),
+        (("--holes", "mask"), ["masked: 3 missing points never touch"]),
+    ):
+        assert solve(holed, *STEEL, *options, "--json") == cli.SOLVED
+        assert json.loads(capsys.readouterr().out)["preparation"][1:] == steps
+    assert solve(holed, *STEEL, "--crop", "8:,:") == cli.SOLVED
+
+
+def test_bodies_on_unequal_grids_are_refused(
+    rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    other = tmp_path / "other.npy"
+    np.save(other, bumps()[:20])
+    status = solve(rough, *STEEL, "--counter-surface", str(other))
+    refused(capsys, status, "--counter-surface has (20, 64)", "(40, 64)")
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "words"),
+    [
+        ("--output", "absent/out.nc", ("--output", "absent", "does not exist")),
+        ("--output", "out.txt", ("--output", ".nc", "out.txt")),
+        ("--output", "folder.nc", ("--output", "folder.nc", "is a folder")),
+        ("--figures", "absent/run1", ("--figures", "absent", "does not exist")),
+        ("--figures", "absent/", ("--figures", "absent", "does not exist")),
+    ],
+)
+def test_outputs_are_checked_before_the_solve(
+    option: str,
+    name: str,
+    words: tuple[str, ...],
+    rough: Path,
+    tmp_path: Path,
+    capsys: Capture,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    (tmp_path / "folder.nc").mkdir()
+    monkeypatch.setattr(contact, "solve", lambda *_, **__: pytest.fail("solved"))
+    refused(capsys, solve(rough, *STEEL, option, f"{tmp_path}/{name}"), *words)
+
+
+def test_output_never_replaces_the_input(
+    rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    source = tmp_path / "out.nc"
+    assert solve(rough, *STEEL, "--output", str(source)) == cli.SOLVED
+    capsys.readouterr()
+    before = source.read_bytes()
+    status = cli.main(["solve", str(source), "--load", "1 N", *STEEL, "--output", str(source)])
+    refused(capsys, status, "--output", "is an input file")
+    assert source.read_bytes() == before
+
+
+# Runs that do not end well
+
+
+def test_not_converged_shows_the_best_and_writes_nothing(
+    rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    output = tmp_path / "out.nc"
+    output.write_text("an older result")
+    options = (*YIELDING, "--max-iterations", "2", "--tolerance", "1e-12", "--output", str(output))
+    assert solve(rough, *options, "--figures", str(tmp_path / "run1")) == cli.NOT_CONVERGED
+    out, err = capsys.readouterr()
+    assert "NOT CONVERGED" in out
+    assert "max pressure" in out
+    assert err.startswith("roughcontact: error: not converged: certificate")
+    assert "--max-iterations" in err
+    assert "no file was written" in err
+    assert err.count("\n") == 1
+    assert output.read_text() == "an older result"
+    assert files(tmp_path) == {"rough.npy", "out.nc"}
+    assert solve(rough, *options, "--json") == cli.NOT_CONVERGED
+    told = json.loads(capsys.readouterr().out)
+    assert told["converged"] is False
+    assert told["certificate"] > 1e-12
+    assert told["written"] == []
+
+
+def test_an_old_output_survives_a_refused_run(
+    rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    output = tmp_path / "out.nc"
+    output.write_text("an older result")
+    refused(capsys, solve(rough, *YIELDING, "--output", str(output), load="61 N"), "60 N")
+    assert output.read_text() == "an older result"
+    assert solve(rough, *YIELDING, "--output", str(output)) == cli.SOLVED
+    assert load_result(output).converged
+
+
+def test_a_full_disk_is_one_sentence_after_the_numbers(
+    rough: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    output = tmp_path / "out.nc"
+    output.write_text("an older result")
+    monkeypatch.setattr("xarray.Dataset.to_netcdf", full)
+    assert solve(rough, *STEEL, "--output", str(output)) == cli.BAD_INPUT
+    out, err = capsys.readouterr()
+    assert "max pressure" in out
+    assert "written" not in out
+    assert err.count("\n") == 1
+    assert "out.nc cannot be written (No space left on device)" in err
+    assert output.read_text() == "an older result"
+    assert files(tmp_path) == {"rough.npy", "out.nc"}
+
+
+def interrupt(*_: object, **__: object) -> None:
+    raise KeyboardInterrupt
+
+
+def interrupted_solver() -> Callable[..., Any]:
+    original = contact.solver.solve
+
+    def solver(*arguments: Any, progress: Callable[[Step], None], **options: Any) -> Any:
+        return original(*arguments, progress=interrupt, **options)
+
+    return solver
+
+
+def test_an_interrupted_solve_writes_nothing(
+    rough: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(contact.solver, "solve", interrupted_solver())
+    output = tmp_path / "out.nc"
+    output.write_text("an older result")
+    assert solve(rough, *STEEL, "--output", str(output)) == cli.INTERRUPTED
+    assert capsys.readouterr() == ("", "roughcontact: interrupted; nothing was written\n")
+    assert output.read_text() == "an older result"
+    assert files(tmp_path) == {"rough.npy", "out.nc"}
+    folder = tmp_path / "demo"
+    assert cli.main(["demo", "--folder", str(folder), "--points", "64"]) == cli.INTERRUPTED
+    assert not folder.exists()
+
+
+def test_an_interrupted_write_names_what_is_complete(
+    rough: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(plots, "gap", interrupt)
+    output = tmp_path / "out.nc"
+    options = ("--output", str(output), "--figures", str(tmp_path / "run1"))
+    assert solve(rough, *STEEL, *options) == cli.INTERRUPTED
+    err = capsys.readouterr().err
+    complete = {"out.nc", "run1-surface.png", "run1-pressure.png", "run1-contact.png"}
+    assert all(name in err for name in complete)
+    assert "run1-gap.png" not in err
+    assert files(tmp_path) == {"rough.npy", *complete}
+    monkeypatch.setattr(archive, "to_dataset", interrupt)
+    assert solve(rough, *STEEL, "--output", str(tmp_path / "new.nc")) == cli.INTERRUPTED
+    assert capsys.readouterr().err == "roughcontact: interrupted; nothing was written\n"
+    assert files(tmp_path) == {"rough.npy", *complete}
+
+
+def test_too_little_memory_is_one_sentence(
+    rough: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(contact, "memory_estimate", lambda *_, **__: 2**60)
+    refused(capsys, solve(rough, *STEEL), "GiB")
+
+    def exhausted(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(contact, "solve", exhausted)
+    refused(capsys, solve(rough, *STEEL), "memory", "--crop", "--precision single")
+
+
+def test_a_closed_pipe_is_quiet(rough: Path) -> None:
+    # The reader is gone before the first line comes.
+    reading, writing = os.pipe()
+    os.close(reading)
+    arguments = ("solve", str(rough), *SCALE, "--load", "1 N", *STEEL)
+    done = python("-m", "roughcontact", *arguments, stdout=writing)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (cli.PIPE_CLOSED, "")
+
+
+# Measured files
+
+
+def test_info_tells_size_and_roughness(holed: Path, capsys: Capture) -> None:
+    assert cli.main(["info", str(holed), *SCALE, "--json"]) == cli.SOLVED
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    heights = np.load(holed) * 1e-6
+    assert told["shape"] == [40, 64]
+    assert told["pixel"] == pytest.approx([2.5e-6, 3.125e-6])
+    assert told["size"] == pytest.approx([1e-4, 2e-4])
+    assert told["height_min"] == pytest.approx(np.nanmin(heights))
+    assert told["height_max"] == pytest.approx(np.nanmax(heights))
+    assert told["Sq"] == pytest.approx(np.nanstd(heights))
+    assert told["Sq_leveled"] < told["Sq"]
+    assert told["missing"] == 3
+    assert len(told["channels"]) == 1
+
+
+@needs_reader
+def test_info_prints_the_table_of_a_measured_file(capsys: Capture) -> None:
+    assert cli.main(["info", measurement("uncd_afm.001")]) == cli.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert max(map(len, out.splitlines())) <= 80
+    for words in (
+        "512 × 512 points, pixel 195.3 pm × 195.3 pm",
+        "-1.761 µm to -1.648 µm",
+        "27.79 nm, after plane 4.688 nm",
+        "0: Height [nm]",
+        "2: Phase, no heights",
+    ):
+        assert words in out
+
+
+@needs_reader
+@pytest.mark.parametrize("ceiling", ["auto", "none"])
+@pytest.mark.parametrize(
+    ("name", "load"),
+    [
+        ("wyko_nt1100_test_1.opd", "1 N"),
+        ("x3p-2.x3p", "1 N"),
+        ("sur-2.sur", "1 N"),
+        ("metropro-1.dat", "1 N"),
+        # 100 nm × 100 nm under 3 GPa carries 30 µN.
+        ("uncd_afm.001", "1 uN"),
+    ],
+)
+def test_measured_files_are_solved(name: str, load: str, ceiling: str, capsys: Capture) -> None:
+    arguments = ["--load", load, *YIELDING, "--holes", "fill", "--ceiling", ceiling, "--json"]
+    assert cli.main(["solve", measurement(name), *arguments]) == cli.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    told = json.loads(out, parse_constant=pytest.fail)
+    assert told["source"] == name
+    assert told["certificate"] <= 1e-6
+    assert told["load_error"] <= 1e-10
+    if ceiling == "auto":
+        assert told["max_pressure"] <= 3e9
+        assert told["saturated_fraction"] > 0
+    else:
+        assert told["saturated_fraction"] == 0
+        assert told["max_pressure"] > 3e9
+
+
+@needs_reader
+@pytest.mark.parametrize("command", ["solve", "info"])
+@pytest.mark.parametrize("name", ["bullet_land_original.x3p", "di_corrupted.di"])
+def test_damaged_measurements_end_in_one_sentence(
+    name: str, command: str, tmp_path: Path, capsys: Capture
+) -> None:
+    options = ["--load", "1 N", *STEEL, "--output", str(tmp_path / "out.nc")]
+    arguments = [command, measurement(name), *(options if command == "solve" else [])]
+    refused(capsys, cli.main(arguments), name)
+    assert files(tmp_path) == set()

@@ -1,0 +1,841 @@
+"""`solve`: surfaces, materials and a load in, a certified result out."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import roughcontact as rc
+from roughcontact import convolution
+from roughcontact.contact import check_memory, memory_estimate
+
+STEEL = rc.Material(young=210e9, poisson=0.3)
+YIELDING = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
+BOUNDARIES = ["free", "periodic"]
+LOAD = 1.0  # [N] on R(N): a mean pressure of 0.1 GPa
+
+
+def reference(n, seed=0):
+    heights, pixel = rc.reference_map(n, seed)
+    return rc.Surface(heights, pixel)
+
+
+def rough(shape=(45, 70), pixel=(0.8e-6, 0.5e-6), seed=0):
+    """A rough map with ny ≠ nx and dy ≠ dx."""
+    heights = rc.self_affine(
+        shape, pixel, rms_height=0.1e-6, rolloff_wavelength=12e-6, cutoff_wavelength=2e-6,
+        rng=np.random.default_rng(seed),
+    )  # fmt: skip
+    return rc.Surface(heights, pixel)
+
+
+def area(surface):
+    return surface.shape[0] * surface.shape[1] * surface.pixel[0] * surface.pixel[1]
+
+
+def difference(found, expected):
+    return np.linalg.norm(found - expected) / np.linalg.norm(expected)
+
+
+# --- the reference problem -------------------------------------------------------------------
+
+CEILINGS = [None, 10e9, 3e9, 1e9, 0.1e9 / 0.5, 0.1e9 / 0.9, 0.1e9 / 0.99]
+SIZES = [
+    128,
+    256,
+    pytest.param(512, marks=pytest.mark.slow),
+    pytest.param(1024, marks=pytest.mark.slow),
+]
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("ceiling", CEILINGS)
+@pytest.mark.parametrize("n", SIZES)
+def test_reference_problem(independent, n, ceiling, boundary):
+    result = rc.solve(reference(n), material=STEEL, load=LOAD, ceiling=ceiling, boundary=boundary)
+    independent.assert_solved(result, LOAD)
+    # Nothing crawls: measured 8 to 40.
+    assert result.convolutions <= 60
+
+
+def test_reference_problem_at_512(independent):
+    result = rc.solve(reference(512), material=YIELDING, load=LOAD)
+    assert result.ceiling == 3e9
+    independent.assert_solved(result, LOAD)
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize(("strain", "factor"), [(0.03, None), (0.03, 3.0), (0.01, 3.0), (0.1, 1.3)])
+@pytest.mark.parametrize("kind", ["white", "self-affine"])
+def test_maps_rough_down_to_the_pixel(independent, kind, strain, factor, boundary):
+    # Measured maps are noisy from pixel to pixel; R(N) is smooth over eight of them. A tenth to
+    # nine tenths in contact is the hard range: free, empty and full pixels alternate.
+    n = 160
+    if kind == "white":
+        heights = np.random.default_rng(1).standard_normal((n, n)) * 1e-7
+    else:
+        heights = rc.self_affine(
+            (n, n), (1e-6, 1e-6), rms_height=1.0, rolloff_wavelength=n * 1e-6 / 4,
+            cutoff_wavelength=2e-6, hurst=0.3, rng=np.random.default_rng(1),
+        )  # fmt: skip
+        heights *= 0.1 / rc.Surface(heights, (1e-6, 1e-6)).Sdq
+    surface = rc.Surface(heights, (1e-6, 1e-6))
+    mean = strain * 231e9
+    load = mean * area(surface)
+    result = rc.solve(
+        surface, material=STEEL, load=load, boundary=boundary,
+        ceiling=None if factor is None else factor * mean,
+    )  # fmt: skip
+    independent.assert_solved(result, load)
+    assert 0.1 < result.contact_fraction < 1
+
+
+# --- any load, any modulus, any ceiling ------------------------------------------------------
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("ceiling", [None, 3e9])
+@pytest.mark.parametrize("load", [1e-9, 1e-6, 1e-3, 1.0, 25.0, 1e3])
+def test_loads_over_twelve_decades(independent, load, ceiling, boundary):
+    surface = reference(128)
+    if ceiling is not None and load > ceiling * area(surface):
+        with pytest.raises(rc.CapacityError, match="30 N"):
+            rc.solve(surface, material=STEEL, load=load, ceiling=ceiling, boundary=boundary)
+        return
+    result = rc.solve(surface, material=STEEL, load=load, ceiling=ceiling, boundary=boundary)
+    independent.assert_solved(result, load)
+    if load == 1e3 and boundary == "periodic":
+        assert result.contact_fraction == 1
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    young=st.floats(3, 13).map(lambda x: 10**x),
+    poisson=st.floats(-0.9, 0.5),
+    counter=st.floats(3, 13).map(lambda x: 10**x),
+    strain=st.floats(-7, 0.5).map(lambda x: 10**x),
+    filling=st.sampled_from([0.0, 1e-2, 0.5, 0.9, 0.99, 0.999]),
+    boundary=st.sampled_from(BOUNDARIES),
+    lengths=st.floats(-6, 6).map(lambda x: 10**x),
+    seed=st.integers(0, 1000),
+)
+def test_any_material_and_unit(
+    independent, young, poisson, counter, strain, filling, boundary, lengths, seed
+):
+    one, two = rc.Material(young, poisson), rc.Material(counter, 0.25)
+    surface = rough((23, 31), seed=seed)
+    surface = rc.Surface(
+        surface.heights * lengths, (surface.pixel[0] * lengths, surface.pixel[1] * lengths)
+    )
+    modulus = rc.contact_modulus(one, two)
+    mean = strain * modulus
+    load = mean * area(surface)
+    ceiling = mean / filling if filling else None
+    result = rc.solve(
+        surface, material=one, counter_material=two, load=load, ceiling=ceiling, boundary=boundary
+    )
+    independent.assert_solved(result, load)
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("filling", [0.5, 0.9, 0.99, 0.999, 0.9999, 1.0])
+def test_ceilings_up_to_full_capacity(independent, filling, boundary):
+    surface = rough()
+    load = 0.5
+    ceiling = load / area(surface) / filling
+    if filling == 1.0:
+        capacity = ceiling * surface.heights.size * surface.pixel[0] * surface.pixel[1]
+        load = min(load, capacity)
+    result = rc.solve(surface, material=STEEL, load=load, ceiling=ceiling, boundary=boundary)
+    independent.assert_solved(result, load)
+    # By counting: of N pixels at most `filling` can be full, and all but a few rim pixels are.
+    assert result.saturated_fraction <= filling
+    assert result.saturated_fraction >= filling - 0.1
+    if filling == 1.0:
+        assert result.saturated.all()
+        assert result.regime == "saturated at the surface"
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+def test_steep_surface_under_a_very_low_ceiling(independent, boundary):
+    # Gap over K₀₀ is 1e4 to 1e6 times the ceiling: the multiplier's root find has far to go.
+    surface = rough((74, 12))
+    surface = rc.Surface(surface.heights * 100, surface.pixel)
+    for filling in (0.5, 0.99, 0.9999, 1 - 1e-6):
+        mean = 1e-6 * 231e9
+        load = mean * area(surface)
+        result = rc.solve(
+            surface, material=STEEL, load=load, ceiling=mean / filling, boundary=boundary
+        )
+        independent.assert_solved(result, load)
+
+
+def test_very_low_ceiling_is_the_bearing_area():
+    # The highest points carry the load one by one: no elastic displacement to speak of.
+    surface = rough()
+    ceiling = 1e3
+    count = 700
+    load = ceiling * count * surface.pixel[0] * surface.pixel[1]
+    result = rc.solve(surface, material=STEEL, load=load, ceiling=ceiling)
+    highest = np.zeros(surface.heights.size, bool)
+    highest[np.argsort(surface.heights.ravel())[-count:]] = True
+    differing = np.count_nonzero(result.contact != highest.reshape(surface.shape))
+    assert differing <= 2  # the last pixel may be shared by two
+
+
+# --- symmetries ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("ceiling", [None, 2e9])
+@pytest.mark.parametrize("factor", [1e6, 1e-3])
+def test_another_unit_of_length(factor, ceiling, boundary):
+    surface = rough()
+    options = {"ceiling": ceiling, "boundary": boundary, "tolerance": 1e-9}
+    one = rc.solve(surface, material=STEEL, load=0.5, **options)
+    # Newtons stay: pressures and moduli go down with the square of the factor.
+    scaled = rc.Surface(surface.heights * factor, tuple(edge * factor for edge in surface.pixel))
+    steel = replace(STEEL, young=STEEL.young / factor**2)
+    if ceiling is not None:
+        options["ceiling"] = ceiling / factor**2
+    two = rc.solve(scaled, material=steel, load=0.5, **options)
+    assert difference(two.pressure * factor**2, one.pressure) < 1e-6
+    assert two.approach / factor == pytest.approx(one.approach, rel=1e-6)
+    assert difference(two.gap / factor, one.gap) < 1e-6
+    assert two.contact_area / factor**2 == pytest.approx(one.contact_area, rel=1e-3)
+    assert two.certificate <= 1e-9
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("ceiling", [None, 2e9, "map"])
+@pytest.mark.parametrize("change", ["transposed", "upside down", "left right", "both"])
+def test_transposed_and_mirrored_maps(change, ceiling, boundary):
+    apply = {
+        "transposed": lambda a: np.ascontiguousarray(a.T),
+        "upside down": lambda a: np.ascontiguousarray(a[::-1]),
+        "left right": lambda a: np.ascontiguousarray(a[:, ::-1]),
+        "both": lambda a: np.ascontiguousarray(a[::-1, ::-1].T),
+    }[change]
+    surface = rough()
+    there = back = ceiling
+    if ceiling == "map":
+        there = np.random.default_rng(1).uniform(1e9, 4e9, surface.shape)
+        back = apply(there)
+    pixel = surface.pixel
+    if change in ("transposed", "both"):
+        pixel = pixel[::-1]
+    options = {"material": STEEL, "load": 0.5, "boundary": boundary, "tolerance": 1e-9}
+    one = rc.solve(surface, ceiling=there, **options)
+    two = rc.solve(rc.Surface(apply(surface.heights), pixel), ceiling=back, **options)
+    assert difference(two.pressure, apply(one.pressure)) < 1e-6
+    assert difference(two.gap, apply(one.gap)) < 1e-6
+    assert two.approach == pytest.approx(one.approach, rel=1e-6)
+
+
+@pytest.mark.parametrize("ceiling", [None, 2e9])
+def test_a_periodic_map_may_begin_anywhere(ceiling):
+    surface = rough()
+    options = {
+        "material": STEEL, "load": 0.5, "boundary": "periodic", "tolerance": 1e-9,
+        "ceiling": ceiling,
+    }  # fmt: skip
+    one = rc.solve(surface, **options)
+    rolled = rc.Surface(np.roll(surface.heights, (11, 29), (0, 1)), surface.pixel)
+    two = rc.solve(rolled, **options)
+    assert difference(two.pressure, np.roll(one.pressure, (11, 29), (0, 1))) < 1e-6
+
+
+def test_load_and_modulus_together_change_nothing_but_the_pressure():
+    surface = rough()
+    one = rc.solve(surface, material=STEEL, load=0.5, ceiling=2e9, tolerance=1e-9)
+    soft = replace(STEEL, young=STEEL.young / 1e4)
+    two = rc.solve(surface, material=soft, load=0.5e-4, ceiling=2e5, tolerance=1e-9)
+    assert difference(two.pressure * 1e4, one.pressure) < 1e-6
+    assert two.approach == pytest.approx(one.approach, rel=1e-6)
+
+
+def test_heights_may_start_anywhere():
+    surface = rough()
+    one = rc.solve(surface, material=STEEL, load=0.5, tolerance=1e-9)
+    lifted = rc.Surface(surface.heights + 1e-3, surface.pixel)
+    two = rc.solve(lifted, material=STEEL, load=0.5, tolerance=1e-9)
+    # 1 mm costs 1e-19 m of each height, 1e-12 of the roughness.
+    assert difference(two.pressure, one.pressure) < 1e-6
+    assert two.approach == pytest.approx(one.approach, rel=1e-6)
+
+
+# --- masks, ceilings by pixel, two bodies ----------------------------------------------------
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("ceiling", [None, 2e9, "map"])
+@pytest.mark.parametrize("missing", [0.01, 0.4])
+def test_masked_pixels_never_touch(independent, missing, ceiling, boundary):
+    surface = rough()
+    heights = surface.heights.copy()
+    rng = np.random.default_rng(2)
+    heights[rng.random(heights.shape) < missing] = np.nan
+    heights[10:20, 30:40] = np.nan
+    if ceiling == "map":
+        ceiling = rng.uniform(1e9, 4e9, heights.shape)
+    masked = rc.Surface(heights, surface.pixel).masked()
+    result = rc.solve(masked, material=STEEL, load=0.5, ceiling=ceiling, boundary=boundary)
+    independent.assert_solved(result, 0.5)
+    holes = np.isnan(heights)
+    assert (result.pressure[holes] == 0).all()
+    assert np.isnan(result.gap[holes]).all()
+    assert not np.isnan(result.gap[~holes]).any()
+    assert any("missing" in note for note in result.warnings)
+    assert math.isfinite(result.mean_gap)
+
+
+def test_masking_what_lies_deep_changes_nothing():
+    surface = rough()
+    options = {"material": STEEL, "load": 0.2, "tolerance": 1e-9}
+    whole = rc.solve(surface, **options)
+    heights = surface.heights.copy()
+    deep = whole.gap > np.quantile(whole.gap, 0.5)
+    heights[deep] = np.nan
+    masked = rc.solve(rc.Surface(heights, surface.pixel).masked(), **options)
+    assert difference(masked.pressure, whole.pressure) < 1e-6
+    assert masked.approach == pytest.approx(whole.approach, rel=1e-6)
+
+
+def test_capacity_counts_touchable_pixels_only():
+    surface = rough()
+    heights = surface.heights.copy()
+    heights[:, :35] = np.nan
+    masked = rc.Surface(heights, surface.pixel).masked()
+    half = 1e9 * area(surface) / 2
+    rc.solve(masked, material=STEEL, load=0.99 * half, ceiling=1e9)
+    with pytest.raises(rc.CapacityError, match=f"{half:.4g}"):
+        rc.solve(masked, material=STEEL, load=1.01 * half, ceiling=1e9)
+    by_pixel = np.full(surface.shape, 1e9)
+    with pytest.raises(rc.CapacityError, match="carry"):
+        rc.solve(masked, material=STEEL, load=1.01 * half, ceiling=by_pixel)
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+def test_ceiling_by_pixel(independent, boundary):
+    surface = rough()
+    ceiling = np.where(np.arange(surface.shape[1]) < 35, 1e9, 3e9) * np.ones((45, 1))
+    ceiling[:5] = np.inf
+    result = rc.solve(surface, material=STEEL, load=0.8, ceiling=ceiling, boundary=boundary)
+    independent.assert_solved(result, 0.8)
+    assert result.saturated[5:, :35].any()
+    assert result.pressure[5:, :35].max() == 1e9
+    assert result.pressure[5:, 35:].max() > 1e9
+    # A map of equal values is the scalar.
+    same = np.full(surface.shape, 2e9)
+    options = {"material": STEEL, "load": 0.8, "boundary": boundary, "tolerance": 1e-9}
+    one, two = (rc.solve(surface, ceiling=c, **options) for c in (2e9, same))
+    assert difference(two.pressure, one.pressure) < 1e-6
+
+
+@pytest.mark.parametrize("ceiling", [None, 2e9])
+def test_two_measured_bodies_are_their_sum(independent, ceiling):
+    one, two = rough(seed=3), rough(seed=4)
+    options = {"load": 0.5, "ceiling": ceiling, "tolerance": 1e-9}
+    copper = rc.Material(120e9, 0.34)
+    pair = rc.solve(one, counter_surface=two, material=STEEL, counter_material=copper, **options)
+    independent.assert_solved(pair, 0.5, tolerance=1e-9)
+    combined = rc.Surface(one.heights + two.heights, one.pixel)
+    alone = rc.solve(combined, material=copper, counter_material=STEEL, **options)
+    np.testing.assert_allclose(pair.initial_gap, alone.initial_gap, atol=1e-20)
+    assert difference(pair.pressure, alone.pressure) < 1e-6
+    # A body against its own negative touches everywhere at once.
+    negative = rc.Surface(-one.heights, one.pixel)
+    closed = rc.solve(one, counter_surface=negative, material=STEEL, load=0.5, boundary="periodic")
+    assert np.ptp(closed.pressure) < 1e-6 * closed.pressure.max()
+
+
+def test_holes_of_either_body_never_touch():
+    one, two = rough(seed=3).heights.copy(), rough(seed=4).heights.copy()
+    one[3, 4] = two[20, 30] = np.nan
+    pixel = rough().pixel
+    result = rc.solve(
+        rc.Surface(one, pixel).masked(),
+        counter_surface=rc.Surface(two, pixel).masked(),
+        material=STEEL,
+        load=0.5,
+    )
+    assert np.isnan(result.gap[3, 4])
+    assert np.isnan(result.gap[20, 30])
+    # Both are told.
+    assert any(note.startswith("2 missing") for note in result.warnings)
+
+
+# --- approach control ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("ceiling", [None, 2e9])
+def test_approach_control_reproduces_load_control(independent, ceiling, boundary):
+    surface = rough()
+    options = {
+        "material": STEEL, "ceiling": ceiling, "boundary": boundary, "tolerance": 1e-9
+    }  # fmt: skip
+    one = rc.solve(surface, load=0.5, **options)
+    two = rc.solve(surface, approach=one.approach, **options)
+    independent.assert_solved(two, tolerance=1e-9)
+    assert two.control == "approach"
+    assert two.approach == one.approach
+    assert two.load_error == 0
+    assert difference(two.pressure, one.pressure) < 1e-6
+    assert two.load == pytest.approx(0.5, rel=1e-6)
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+def test_more_approach_more_load(independent, boundary):
+    surface = rough()
+    loads = []
+    for approach in (1e-10, 1e-8, 5e-8, 1e-7, 1.5e-7):
+        result = rc.solve(surface, material=STEEL, approach=approach, boundary=boundary)
+        independent.assert_solved(result)
+        loads.append(result.load)
+    assert (np.diff(loads) > 0).all()
+    assert loads[0] > 0
+
+
+def test_approach_beyond_full_periodic_contact_has_no_load():
+    surface = rough()
+    full = float(surface.heights.max() - surface.heights.mean())
+    with pytest.raises(rc.CapacityError, match=r"approach.*full contact"):
+        rc.solve(surface, material=STEEL, approach=1.1 * full, boundary="periodic")
+    # With a ceiling there is one: every pixel sinks in.
+    result = rc.solve(surface, material=STEEL, approach=3 * full, boundary="periodic", ceiling=1e8)
+    assert result.saturated_fraction == 1
+
+
+# --- shapes that break solvers ---------------------------------------------------------------
+
+
+def flat_punch(shape=(40, 50)):
+    heights = np.full(shape, -1e-3)
+    heights[15:25, 20:35] = 0
+    return rc.Surface(heights, (1e-6, 2e-6))
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("ceiling", [None, 1.05, 1.5, 3.0])
+def test_flat_punch(independent, ceiling, boundary):
+    surface = flat_punch()
+    load = 0.1
+    mean = load / (150 * 2e-12)
+    result = rc.solve(
+        surface, material=STEEL, load=load, boundary=boundary,
+        ceiling=None if ceiling is None else ceiling * mean,
+    )  # fmt: skip
+    independent.assert_solved(result, load)
+    np.testing.assert_array_equal(result.contact, surface.heights == 0)
+    # Symmetric, and highest at the corners.
+    np.testing.assert_allclose(
+        result.pressure[15:25, 20:35], result.pressure[24:14:-1, 34:19:-1], rtol=1e-3
+    )
+    # 1e-6: the four corners are equal but for rounding and the certificate.
+    assert result.pressure[15, 20] == pytest.approx(result.max_pressure, rel=1e-5)
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("filling", [None, 0.5, 0.9, 0.99])
+def test_flat_everywhere(independent, filling, boundary):
+    surface = rc.Surface(np.zeros((30, 41)), (1e-6, 2e-6))
+    mean = 1.0 / area(surface)
+    result = rc.solve(
+        surface, material=STEEL, load=1.0, boundary=boundary,
+        ceiling=None if filling is None else mean / filling,
+    )  # fmt: skip
+    independent.assert_solved(result, 1.0)
+    assert result.contact_fraction == 1
+    if boundary == "periodic":
+        np.testing.assert_allclose(result.pressure, mean, rtol=1e-6)
+        # Zero, but for 1e-6 of what one pixel displaces itself.
+        assert abs(result.approach) <= 1e-6 * mean / 231e9 * 2e-6
+    else:
+        assert any("edge" in note for note in result.warnings)
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+def test_single_spike(independent, boundary):
+    heights = np.zeros((37, 52))
+    heights[11, 40] = 1e-3
+    surface = rc.Surface(heights, (1e-6, 1e-6))
+    result = rc.solve(surface, material=STEEL, load=0.01, boundary=boundary)
+    independent.assert_solved(result, 0.01)
+    np.testing.assert_array_equal(np.flatnonzero(result.pressure), [11 * 52 + 40])
+    assert result.max_pressure == pytest.approx(0.01 / 1e-12, rel=1e-10)
+    with pytest.raises(rc.CapacityError):
+        # One pixel cannot carry it, the flat below it could, but not at this ceiling.
+        rc.solve(surface, material=STEEL, load=0.01, ceiling=1e6, boundary=boundary)
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize(
+    "shape", [(2, 2), (2, 3), (32, 300), (4, 512), (2, 300), (61, 97), (256, 5)]
+)
+@pytest.mark.parametrize("kind", ["noise", "checkerboard", "steps", "spikes"])
+def test_awkward_shapes(independent, kind, shape, boundary):
+    rng = np.random.default_rng(5)
+    heights = {
+        "noise": rng.standard_normal(shape),
+        "checkerboard": (np.indices(shape).sum(0) % 2).astype(float),
+        "steps": np.broadcast_to(np.arange(shape[1]) * 3 // shape[1], shape).astype(float),
+        "spikes": np.where(rng.random(shape) < 0.03, 30.0, rng.random(shape)),
+    }[kind] * 0.1e-6
+    surface = rc.Surface(heights, (1e-6, 1.5e-6))
+    mean = 0.01 * 231e9
+    load = mean * area(surface)
+    for ceiling in (None, 3 * mean, mean / 0.9, mean / 0.999):
+        result = rc.solve(surface, material=STEEL, load=load, ceiling=ceiling, boundary=boundary)
+        independent.assert_solved(result, load)
+
+
+def test_full_periodic_contact(independent):
+    surface = rough()
+    result = rc.solve(surface, material=STEEL, load=1e3, boundary="periodic")
+    independent.assert_solved(result, 1e3)
+    assert result.contact_fraction == 1
+    # Flat: the displacement is the roughness itself, so the approach is the mean gap.
+    assert result.approach == pytest.approx(float(result.initial_gap.mean()), rel=1e-6)
+    assert result.mean_gap < 1e-6 * result.initial_gap.mean()
+
+
+# --- start, precision, failure ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ceiling", [None, 2e9])
+def test_start_from_a_neighbouring_load(independent, ceiling):
+    surface = rough((90, 140))
+    options = {"material": STEEL, "ceiling": ceiling, "tolerance": 1e-9}
+    cold = rc.solve(surface, load=0.55, **options)
+    for load in (0.5, 0.1, 0.0001, 2.0):
+        near = rc.solve(surface, load=load, **options)
+        warm = rc.solve(surface, load=0.55, start=near, **options)
+        independent.assert_solved(warm, 0.55, tolerance=1e-9)
+        assert difference(warm.pressure, cold.pressure) < 1e-6
+    again = rc.solve(surface, load=0.55, start=cold, **options)
+    assert again.convolutions <= 2
+    # From another ceiling, and under approach control.
+    other = rc.solve(surface, load=0.55, material=STEEL, ceiling=5e9)
+    warm = rc.solve(surface, load=0.55, start=other, **options)
+    assert difference(warm.pressure, cold.pressure) < 1e-6
+    warm = rc.solve(surface, approach=cold.approach, start=other, **options)
+    assert difference(warm.pressure, cold.pressure) < 1e-6
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("ceiling", [None, 3e9, 0.1e9 / 0.9])
+def test_single_precision_reaches_what_it_promises(independent, ceiling, boundary):
+    options = {"material": STEEL, "load": LOAD, "ceiling": ceiling, "boundary": boundary}
+    surface = reference(128)
+    single = rc.solve(surface, precision="single", **options)
+    assert single.tolerance == 1e-4
+    found = independent.judge(single)
+    # The certificate in double precision of what was found in single: honest within rounding.
+    assert found.certificate <= 1.5e-4
+    assert found.bounded
+    assert abs(found.load - LOAD) <= 1e-10 * LOAD
+    double = rc.solve(surface, **options)
+    assert difference(single.pressure, double.pressure) < 1e-2
+    # Really single: it is not the same answer.
+    assert (single.pressure != double.pressure).any()
+
+
+def test_single_precision_does_not_claim_what_it_cannot_reach():
+    result = rc.solve(
+        reference(128), material=STEEL, load=LOAD, precision="single", tolerance=1e-10,
+        on_failure="return",
+    )  # fmt: skip
+    assert not result.converged
+    assert "single precision" in result.status
+    # Found and reported, not looped on.
+    assert result.convolutions < 200
+
+
+def test_not_converged_is_an_error_with_the_best_result_attached(independent):
+    options = {"material": YIELDING, "load": LOAD, "max_iterations": 2, "tolerance": 1e-12}
+    with pytest.raises(rc.ConvergenceError, match="not converged: certificate") as caught:
+        rc.solve(reference(128), **options)
+    returned = rc.solve(reference(128), on_failure="return", **options)
+    for result in (caught.value.result, returned):
+        assert not result.converged
+        assert "max_iterations" in result.status
+        assert result.certificate > 1e-12
+        found = independent.judge(result)
+        assert found.certificate == pytest.approx(result.certificate, rel=1e-3, abs=1e-9)
+        assert found.bounded
+        assert found.load == pytest.approx(LOAD, rel=1e-10)
+        assert any("not converged" in note for note in result.warnings)
+    np.testing.assert_array_equal(caught.value.result.pressure, returned.pressure)
+
+
+def test_a_wrong_operator_is_not_certified_away(independent, monkeypatch):
+    # The judge sees what the program cannot: a kernel that is 1 % too large.
+    true = convolution.free
+
+    def wrong(shape, pixel, modulus, **options):
+        return true(shape, pixel, modulus / 1.01, **options)
+
+    monkeypatch.setitem(rc.contact._BOUNDARIES, "free", wrong)
+    result = rc.solve(reference(64), material=STEEL, load=LOAD)
+    assert result.converged
+    assert independent.judge(result).certificate > 1e-3
+
+
+def test_progress_is_told_while_it_runs():
+    seen = []
+    result = rc.solve(reference(128), material=YIELDING, load=LOAD, progress=seen.append)
+    assert {step.shape for step in seen} >= {(64, 64), (128, 128)}
+    assert seen[-1].certificate == result.certificate
+    assert seen[-1].convolutions == result.convolutions
+
+
+def test_the_same_call_gives_the_same_bits():
+    one, two = (rc.solve(reference(128), material=YIELDING, load=LOAD) for _ in range(2))
+    np.testing.assert_array_equal(one.pressure, two.pressure)
+    assert one.approach == two.approach
+
+
+def test_inputs_are_left_alone():
+    heights = rough().heights.copy()
+    ceiling = np.full(heights.shape, 2e9)
+    surface = rc.Surface(heights, rough().pixel)
+    kept = heights.copy()
+    result = rc.solve(surface, material=STEEL, load=0.5, ceiling=ceiling)
+    np.testing.assert_array_equal(heights, kept)
+    np.testing.assert_array_equal(surface.heights, kept)
+    assert (ceiling == 2e9).all()
+    for field in (result.pressure, result.gap, result.ceiling):
+        with pytest.raises(ValueError, match="read-only"):
+            field[0, 0] = 1
+
+
+# --- what a result says ----------------------------------------------------------------------
+
+
+def test_regimes():
+    # A smooth ball, ν = 0.3: first yield at a peak pressure of 1.615 σ_Y, ceiling at 3 σ_Y.
+    y, x = np.mgrid[-32:32, -32:32] * 1e-6
+    ball = rc.Surface(-(x**2 + y**2) / 2 / 1e-3, (1e-6, 1e-6))
+
+    def press(load, **options):
+        return rc.solve(ball, load=load, **{"material": YIELDING, **options})
+
+    # W = π³R²p³/(6E*²): p = 1.615 GPa at 0.41 N, 3 GPa at 2.6 N.
+    assert press(0.3).regime == "below first yield"
+    assert press(0.3).max_pressure < 1.615e9
+    assert press(1.0).regime == "yielding below the surface"
+    assert press(4.0).regime == "saturated at the surface"
+    assert press(4.0).saturated_fraction > 0
+    assert press(4.0, ceiling=None).regime.startswith("elastic pressure beyond three")
+    assert any("ceiling" in note for note in press(4.0, ceiling=None).warnings)
+    assert press(0.3, material=STEEL).regime.startswith("unknown")
+    # The softer of the two yields.
+    soft = rc.Material(210e9, 0.3, yield_strength=0.4e9)
+    result = press(0.3, counter_material=soft)
+    assert result.ceiling == pytest.approx(1.2e9)
+
+
+def test_automatic_ceiling():
+    surface = rough()
+    assert rc.solve(surface, material=STEEL, load=0.1).ceiling is None
+    assert rc.solve(surface, material=YIELDING, load=0.1).ceiling == 3e9
+    assert rc.solve(surface, material=YIELDING, load=0.1, ceiling=None).ceiling is None
+    harder = rc.Material(600e9, 0.22, yield_strength=4e9)
+    result = rc.solve(surface, material=harder, counter_material=YIELDING, load=0.1)
+    assert result.ceiling == 3e9
+
+
+def test_numbers_of_a_result(independent):
+    surface = rough()
+    result = rc.solve(surface, material=YIELDING, load=0.8)
+    found = independent.assert_solved(result, 0.8)
+    pixel_area = surface.pixel[0] * surface.pixel[1]
+    touching = np.count_nonzero(result.pressure)
+    assert result.contact_area == pytest.approx(touching * pixel_area)
+    assert result.contact_fraction == pytest.approx(touching / surface.heights.size)
+    full = result.pressure == 3e9
+    assert full.any()
+    assert result.saturated_fraction == pytest.approx(full.mean())
+    assert result.max_pressure == 3e9
+    np.testing.assert_array_equal(result.saturated, full)
+    np.testing.assert_allclose(
+        result.residual_indentation, np.where(full, np.maximum(-found.gap, 0), 0), atol=1e-15
+    )
+    assert result.residual_indentation.max() > 0
+    assert result.mean_gap == pytest.approx(np.maximum(found.gap, 0).mean(), rel=1e-6)
+    assert result.contact_modulus == pytest.approx(210e9 / 0.91)
+    summary = result.summary()
+    assert summary["status"] == "converged"
+    assert summary["load"] == 0.8
+    assert summary["shape"] == [45, 70]
+
+
+def test_contact_at_the_edge_is_flagged_on_a_free_map_only():
+    surface = rc.Surface(np.zeros((8, 9)), (1e-6, 1e-6))
+    for boundary in BOUNDARIES:
+        result = rc.solve(surface, material=STEEL, load=1e-3, boundary=boundary)
+        assert any("edge" in note for note in result.warnings) == (boundary == "free")
+    ball = np.zeros((9, 9))
+    ball[4, 4] = 1e-6
+    inner = rc.solve(rc.Surface(ball, (1e-6, 1e-6)), material=STEEL, load=1e-3)
+    assert inner.warnings == ()
+
+
+# --- bad input: what, got, do ----------------------------------------------------------------
+
+BAD_SOLVE = [
+    ({"load": 0.0}, "load.*0.0"),
+    ({"load": -2.5}, "load.*-2.5"),
+    ({"load": math.nan}, "load.*nan"),
+    ({"load": math.inf}, "load.*inf"),
+    ({"load": "1 N"}, "load.*1 N"),
+    ({"load": None}, "load or approach"),
+    ({"load": 1.0, "approach": 1e-9}, "load or approach"),
+    ({"load": None, "approach": -1e-9}, "approach.*-1e-09"),
+    ({"load": None, "approach": 0.0}, "approach.*0.0"),
+    ({"load": None, "approach": math.nan}, "approach.*nan"),
+    ({"ceiling": 0.0}, "ceiling.*0.0"),
+    ({"ceiling": -1e9}, "ceiling.*-1000000000.0"),
+    ({"ceiling": math.nan}, "ceiling.*nan"),
+    ({"ceiling": "hard"}, "ceiling.*hard"),
+    ({"ceiling": np.ones((3, 3))}, r"ceiling.*\(3, 3\)"),
+    ({"ceiling": np.zeros((45, 70))}, "ceiling.*0.0"),
+    ({"ceiling": np.full((45, 70), np.nan)}, "ceiling.*nan"),
+    ({"boundary": "open"}, "boundary.*'free' or 'periodic'.*open"),
+    ({"precision": "half"}, "precision.*half"),
+    ({"on_failure": "ignore"}, "on_failure.*ignore"),
+    ({"tolerance": 0.0}, "tolerance.*0.0"),
+    ({"tolerance": -1.0}, "tolerance.*-1.0"),
+    ({"tolerance": math.nan}, "tolerance.*nan"),
+    ({"max_iterations": 0}, "max_iterations.*0"),
+    ({"max_iterations": 2.5}, "max_iterations.*2.5"),
+    ({"max_iterations": math.nan}, "max_iterations.*nan"),
+    ({"max_iterations": math.inf}, "max_iterations.*inf"),
+    ({"material": rc.RIGID}, "rigid"),
+    ({"counter_surface": rc.Surface(np.zeros((4, 4)), (1e-6, 1e-6))}, r"counter_surface.*\(4, 4\)"),
+    (
+        {"counter_surface": rc.Surface(np.zeros((45, 70)), (1e-6, 1e-6))},
+        "counter_surface.*1e-06",
+    ),
+]
+
+
+@pytest.mark.parametrize(("options", "words"), BAD_SOLVE)
+def test_bad_arguments_of_solve(options, words):
+    with pytest.raises(rc.InputError, match=words) as caught:
+        rc.solve(rough(), **{"material": STEEL, "load": 0.5, **options})
+    assert isinstance(caught.value, ValueError)
+
+
+def test_start_must_fit():
+    other = rc.solve(rough((20, 30)), material=STEEL, load=0.1)
+    with pytest.raises(rc.InputError, match=r"start.*\(20, 30\).*\(45, 70\)"):
+        rc.solve(rough(), material=STEEL, load=0.5, start=other)
+
+
+def test_holes_have_to_be_handled():
+    heights = rough().heights.copy()
+    heights[3, 4:7] = np.nan
+    surface = rc.Surface(heights, rough().pixel)
+    with pytest.raises(rc.InputError, match=r"surface has 3 missing.*filled.*cropped.*masked"):
+        rc.solve(surface, material=STEEL, load=0.5)
+    with pytest.raises(rc.InputError, match=r"counter_surface has 3 missing"):
+        rc.solve(rough(), counter_surface=surface, material=STEEL, load=0.5)
+    for handled in (surface.filled(), surface.masked(), surface.cropped((10, 40), (0, 70))):
+        assert rc.solve(handled, material=STEEL, load=0.1).converged
+
+
+def test_bodies_whose_holes_leave_nothing_to_touch():
+    one, two = np.zeros((4, 6)), np.zeros((4, 6))
+    one[:, :3] = np.nan
+    two[:, 3:] = np.nan
+    pair = [rc.Surface(z, (1e-6, 1e-6)).masked() for z in (one, two)]
+    for ceiling in (None, 1e9):
+        with pytest.raises(rc.CapacityError):
+            rc.solve(pair[0], counter_surface=pair[1], material=STEEL, load=1e-3, ceiling=ceiling)
+
+
+BAD_MATERIAL = [
+    ({"young": 0.0}, "young.*0.0"),
+    ({"young": -1.0}, "young.*-1.0"),
+    ({"young": math.nan}, "young.*nan"),
+    ({"poisson": 0.51}, "poisson.*0.51"),
+    ({"poisson": -1.0}, "poisson.*-1.0"),
+    ({"poisson": math.nan}, "poisson.*nan"),
+    ({"yield_strength": 0.0}, "yield_strength.*0.0"),
+    ({"yield_strength": -1.0}, "yield_strength.*-1.0"),
+    ({"yield_strength": math.nan}, "yield_strength.*nan"),
+]
+
+
+@pytest.mark.parametrize(("constants", "words"), BAD_MATERIAL)
+def test_bad_materials(constants, words):
+    with pytest.raises(rc.InputError, match=words):
+        rc.Material(**{"young": 210e9, "poisson": 0.3, **constants})
+
+
+BAD_SURFACE = [
+    (np.zeros((1, 5)), (1e-6, 1e-6), r"heights.*\(1, 5\)"),
+    (np.zeros((5, 1)), (1e-6, 1e-6), r"heights.*\(5, 1\)"),
+    (np.zeros((0, 5)), (1e-6, 1e-6), r"heights.*\(0, 5\)"),
+    (np.zeros(5), (1e-6, 1e-6), r"heights.*\(5,\)"),
+    (np.zeros((2, 3, 4)), (1e-6, 1e-6), r"heights.*\(2, 3, 4\)"),
+    (np.zeros((3, 3), complex), (1e-6, 1e-6), "heights.*complex"),
+    (np.full((3, 3), "high"), (1e-6, 1e-6), "heights.*<U4"),
+    (np.zeros((3, 3), bool), (1e-6, 1e-6), "heights.*bool"),
+    (np.full((3, 3), np.inf), (1e-6, 1e-6), "heights.*9 infinite"),
+    (np.full((3, 3), np.nan), (1e-6, 1e-6), "heights.*no finite"),
+    (np.zeros((3, 3)), (0.0, 1e-6), "pixel.*0.0"),
+    (np.zeros((3, 3)), (1e-6, -1e-6), "pixel.*-1e-06"),
+    (np.zeros((3, 3)), (math.nan, 1e-6), "pixel.*nan"),
+    (np.zeros((3, 3)), (math.inf, 1e-6), "pixel.*inf"),
+    (np.zeros((3, 3)), (1e-6, 1e-6, 1e-6), "pixel.*1e-06, 1e-06, 1e-06"),
+    (np.zeros((3, 3)), 1e-6, "pixel.*1e-06"),
+]
+
+
+@pytest.mark.parametrize(("heights", "pixel", "words"), BAD_SURFACE)
+def test_bad_surfaces(heights, pixel, words):
+    with pytest.raises(rc.InputError, match=words):
+        rc.Surface(heights, pixel)
+
+
+def test_two_rigid_bodies():
+    with pytest.raises(rc.InputError, match="rigid"):
+        rc.solve(rough(), material=rc.RIGID, counter_material=rc.RIGID, load=0.5)
+    # One rigid body is fine, whichever it is.
+    options = {"load": 0.5, "tolerance": 1e-9}
+    one = rc.solve(rough(), material=STEEL, counter_material=rc.RIGID, **options)
+    two = rc.solve(rough(), material=rc.RIGID, counter_material=STEEL, **options)
+    np.testing.assert_array_equal(one.pressure, two.pressure)
+
+
+def test_capacity_names_the_load_and_what_can_be_carried():
+    surface = rough()
+    capacity = 1e8 * area(surface)
+    with pytest.raises(rc.CapacityError, match=f"load = 0.5 N.*{capacity:.6g} N"):
+        rc.solve(surface, material=STEEL, load=0.5, ceiling=1e8)
+
+
+def test_memory_is_said_before_starting(monkeypatch):
+    psutil = pytest.importorskip("psutil")
+
+    class Little:
+        available = memory_estimate((1000, 1000)) - 1
+
+    monkeypatch.setattr(psutil, "virtual_memory", Little)
+    with pytest.raises(rc.InsufficientMemoryError, match=r"1000 × 1000.*GiB.*fits"):
+        check_memory((1000, 1000))
+    # A hundredth of the points fits, and the grid that is advised does too.
+    check_memory((100, 100))
+    with pytest.raises(rc.InsufficientMemoryError) as caught:
+        check_memory((3000, 3000))
+    advised = int(str(caught.value).split("about ")[2].split()[0])
+    check_memory((advised - 2, advised - 2))
+    assert advised > 950
+    with pytest.raises(MemoryError):
+        rc.solve(rc.Surface(np.zeros((1100, 1000)), (1e-6, 1e-6)), material=STEEL, load=1e-3)
