@@ -89,14 +89,12 @@ def load_of(case: str) -> float:
 
 
 def run_roughcontact(
-    heights: np.ndarray, load: float, ceiling: float | None, precision: str
+    path: Path, load: float, ceiling: float | None, precision: str
 ) -> tuple[np.ndarray, float, dict[str, object]]:
     """Solve with this program, as a user calls it."""
     import roughcontact as rc
 
-    pixel = (SIDE / heights.shape[0], SIDE / heights.shape[1])
-    heights.flags.writeable = False
-    surface = rc.Surface(heights, pixel)
+    surface = rc.read_surface(path, unit="m", size=(SIDE, SIDE))
     body = rc.Material(young=210e9, poisson=0.3)
     began = time.perf_counter()
     result = rc.solve(surface, load=load, material=body, ceiling=ceiling, precision=precision)
@@ -183,10 +181,10 @@ def run_aspher(
 
 
 def peak_memory() -> float:
-    """Return the largest resident memory of this process so far [MB]."""
+    """Return the largest resident memory of this process so far [MB = 10⁶ bytes]."""
     for line in Path("/proc/self/status").read_text().splitlines():
         if line.startswith("VmHWM"):
-            return int(line.split()[1]) / 1024
+            return int(line.split()[1]) * 1024 / 1e6
     return math.nan
 
 
@@ -194,21 +192,35 @@ def worker(program: str, case: str, folder: Path, tolerance: float | None) -> No
     """Solve one case with one program, in this process."""
     points, ceiling, precision = CASES[case]
     module = __import__(PROGRAMS[program])
-    heights = np.load(folder / "heights.npy")
-    # What the import and the map itself take is not the solve's.
+    # What the import takes is not the solve's; the map itself is.
     before = peak_memory()
     load = load_of(case)
+    path = folder / "heights.npy"
     if program == "roughcontact":
-        pressure, seconds, more = run_roughcontact(heights, load, ceiling, precision)
-    elif program == "contactmechanics":
+        pressure, seconds, more = run_roughcontact(path, load, ceiling, precision)
+        return answer(folder, points, pressure, seconds, before, more, module)
+    heights = np.load(path)
+    if program == "contactmechanics":
         pressure, seconds, more = run_contactmechanics(heights, load, ceiling, tolerance or 0)
     elif program == "tamaas":
         pressure, seconds, more = run_tamaas(heights, load, ceiling, tolerance or 0)
     else:
         mode = program.partition("-")[2]
         pressure, seconds, more = run_aspher(heights, load, mode, tolerance or 0)
-    peak = peak_memory()
-    more |= {"seconds": seconds, "peak": peak, "above": peak - before + heights.nbytes / 1e6}
+    answer(folder, points, pressure, seconds, before, more, module)
+
+
+def answer(
+    folder: Path,
+    points: int,
+    pressure: np.ndarray,
+    seconds: float,
+    before: float,
+    more: dict[str, object],
+    module: object,
+) -> None:
+    """Write what a solve gave, and what it took."""
+    more |= {"seconds": seconds, "above": peak_memory() - before}
     more["version"] = str(getattr(module, "__version__", "?"))
     np.save(folder / "pressure.npy", pressure.astype(np.float32 if points > 8192 else np.float64))
     (folder / "answer.json").write_text(json.dumps(more))

@@ -21,7 +21,7 @@ def press(
     tolerance=1e-6, max_iterations=300, **options,
 ):  # fmt: skip
     def operator(shape, coarsening):
-        edges = (coarsening * pixel[0], coarsening * pixel[1])
+        edges = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
         return getattr(convolution, boundary)(shape, edges, MODULUS, workers=1)
 
     problem = Problem(h0, limit, total, approach)

@@ -170,9 +170,7 @@ _File = Annotated[
 
 
 def _option(name: str, metavar: str, text: str, panel: str) -> Any:
-    return typer.Option(
-        name, metavar=metavar, help=text, rich_help_panel=panel, show_default=False
-    )
+    return typer.Option(name, metavar=metavar, help=text, rich_help_panel=panel, show_default=False)
 
 
 def _flag(name: str, text: str) -> Any:

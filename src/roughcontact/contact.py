@@ -147,9 +147,13 @@ def solve(
     if precision == "single":
         gap = gap.astype(np.float32)
 
+    workspace = convolution.Workspace()
+
     def operator(shape: tuple[int, int], coarsening: tuple[int, int]) -> convolution.Convolution:
         pixel = (coarsening[0] * surface.pixel[0], coarsening[1] * surface.pixel[1])
-        return _BOUNDARIES[boundary](shape, pixel, modulus, precision=precision)
+        return _BOUNDARIES[boundary](
+            shape, pixel, modulus, precision=precision, workspace=workspace
+        )
 
     problem = solver.Problem(
         initial_gap=gap,

@@ -45,7 +45,7 @@ def default_workers() -> int:
     return os.cpu_count() or 1
 
 
-# SciPy's FFT is imported where it is needed: most of the time of `import roughcontact` would be its.
+# SciPy's FFT is imported where needed: most of the time of `import roughcontact` would be its.
 
 
 def _rfft_rows(rows: NDArray[Any], out: NDArray[Any]) -> None:
@@ -128,6 +128,51 @@ class Support:
     starts: NDArray[np.int64]
 
 
+class Workspace:
+    """Threads and memory that operators use one after the other.
+
+    Parameters
+    ----------
+    workers : int, optional
+        Threads; by default one for each core that the process may use.
+    """
+
+    def __init__(self, workers: int | None = None) -> None:
+        self.workers = workers or default_workers()
+        self._pool = ThreadPoolExecutor(self.workers)
+        self._memory = np.empty(0, np.uint8)
+        self._local = threading.local()
+
+    def each(self, task: Callable[[Any], None], items: Sequence[Any] | NDArray[Any]) -> None:
+        """Call a task for every item, on all threads."""
+        if len(items) == 1:
+            task(items[0])
+        else:
+            # list() lets an error inside a thread reach the caller.
+            list(self._pool.map(task, items))
+
+    def reserve(self, size: int) -> None:
+        """Make sure that `shared` arrays of so many bytes need no new memory."""
+        if self._memory.size < size:
+            self._memory = np.empty(size, np.uint8)
+
+    def shared(self, shape: tuple[int, int], dtype: type) -> NDArray[Any]:
+        """Return the one array that all operators share; its content is anything."""
+        size = shape[0] * shape[1] * np.dtype(dtype).itemsize
+        self.reserve(size)
+        return self._memory[:size].view(dtype).reshape(shape)
+
+    def scratch(self, name: str, shape: tuple[int, int], dtype: type) -> NDArray[Any]:
+        """Return an array of this thread: fresh memory would cost a page fault every 4 KiB."""
+        size = shape[0] * shape[1] * np.dtype(dtype).itemsize
+        memory = getattr(self._local, name, None)
+        if memory is None or memory.size < size:
+            memory = np.empty(size, np.uint8)
+            setattr(self._local, name, memory)
+        array: NDArray[Any] = memory[:size].view(dtype).reshape(shape)
+        return array
+
+
 class Convolution:
     """A circular convolution of real maps with a kernel that is even in x and in y.
 
@@ -139,12 +184,10 @@ class Convolution:
         Grid points ``(ny, nx)`` of the maps.
     padded : (int, int)
         Period ``(my, mx)`` of the convolution, at least ``shape``; maps are padded with zeros.
-    workers : int
-        Threads.
+    workspace : Workspace
+        Threads and memory; no other operator on it may be at work at the same time.
     precision : {"double", "single"}
         Arithmetic of the transforms.
-    memory_of : Convolution, optional
-        An operator that is not at work at the same time; its buffer is used, not a new one.
 
     Attributes
     ----------
@@ -160,29 +203,21 @@ class Convolution:
         shape: tuple[int, int],
         padded: tuple[int, int],
         *,
-        workers: int,
+        workspace: Workspace,
         precision: str = "double",
-        memory_of: Convolution | None = None,
     ) -> None:
         self.real: type = np.float32 if precision == "single" else np.float64
         self._complex: type = np.complex64 if precision == "single" else np.complex128
-        self.shape, self.padded, self.workers = shape, padded, workers
+        self.shape, self.padded, self.workspace = shape, padded, workspace
         self.spectrum = spectrum.astype(self.real, copy=False)
         self.self_displacement = _value_at_origin(spectrum, padded)
         self.convolutions = 0
-        width = padded[1] // 2 + 1
+        self._rows = (shape[0], padded[1] // 2 + 1)
         itemsize = np.dtype(self._complex).itemsize
-        points = shape[0] * width
-        if memory_of is None:
-            self._memory = np.empty(points * itemsize, np.uint8)
-            self._pool = ThreadPoolExecutor(workers)
-        else:
-            self._memory, self._pool = memory_of._memory, memory_of._pool
-        self._rows = self._memory[: points * itemsize].view(self._complex).reshape(-1, width)
-        self._local = threading.local()
+        workspace.reserve(self._rows[0] * self._rows[1] * itemsize)
         step = max(1, min(shape[0], _ROW_BYTES // (padded[1] * itemsize // 2)))
         self._blocks = [slice(top, min(top + step, shape[0])) for top in range(0, shape[0], step)]
-        self._column_step = max(4, min(width, _COLUMN_BYTES // (padded[0] * itemsize)))
+        self._column_step = max(4, min(self._rows[1], _COLUMN_BYTES // (padded[0] * itemsize)))
 
     def support(self, index: NDArray[np.int64]) -> Support:
         """Return where the pixels with these ascending flat indices lie in the row blocks."""
@@ -195,7 +230,8 @@ class Convolution:
 
     def each_block(self, task: Callable[[int, slice], None]) -> None:
         """Call ``task(number, rows)`` for every row block, on all threads."""
-        self._each(lambda number: task(number, self._blocks[number]), range(len(self._blocks)))
+        numbers = range(len(self._blocks))
+        self.workspace.each(lambda number: task(number, self._blocks[number]), numbers)
 
     def spread(self, support: Support, pressure: NDArray[Any], visit: Visit) -> None:
         """Show the displacement of the whole map under pressure on some pixels.
@@ -255,26 +291,9 @@ class Convolution:
             spectrum,
             self.shape,
             (self.padded[0] // step, self.padded[1] // step),
-            workers=self.workers,
+            workspace=self.workspace,
             precision="single",
-            memory_of=self,
         )
-
-    def _each(self, task: Callable[[Any], None], items: Sequence[Any] | NDArray[Any]) -> None:
-        if len(items) == 1:
-            task(items[0])
-        else:
-            # list() lets an error inside a thread reach the caller.
-            list(self._pool.map(task, items))
-
-    def _scratch(self, name: str, shape: tuple[int, int], dtype: type) -> NDArray[Any]:
-        """Return this thread's scratch array: fresh memory costs a page fault every 4 KiB."""
-        flat = getattr(self._local, name, None)
-        if flat is None or flat.size < shape[0] * shape[1]:
-            flat = np.empty(shape[0] * shape[1], dtype)
-            setattr(self._local, name, flat)
-        array: NDArray[Any] = flat[: shape[0] * shape[1]].reshape(shape)
-        return array
 
     def _apply(
         self,
@@ -284,13 +303,15 @@ class Convolution:
         shown: Sequence[int] | NDArray[Any],
     ) -> None:
         self.convolutions += 1
-        (my, mx), spectra, blocks, starts = self.padded, self._rows, self._blocks, support.starts
-        half, width = my // 2 + 1, mx // 2 + 1
+        (my, mx), blocks, starts = self.padded, self._blocks, support.starts
+        spectra = self.workspace.shared(self._rows, self._complex)
+        scratch_array, each = self.workspace.scratch, self.workspace.each
+        half, width = my // 2 + 1, self._rows[1]
         scale = 1 / (my * mx)
 
         def forward(number: int) -> None:
             rows = blocks[number]
-            padded = self._scratch("row", (rows.stop - rows.start, mx), self.real)
+            padded = scratch_array("row", (rows.stop - rows.start, mx), self.real)
             padded[...] = 0
             part = slice(starts[number], starts[number + 1])
             positions = support.position[part] - rows.start * mx
@@ -298,13 +319,13 @@ class Convolution:
             _rfft_rows(padded, spectra[rows])
 
         loaded = np.flatnonzero(np.diff(starts))
-        self._each(forward, loaded)
+        each(forward, loaded)
         runs_in = _runs(blocks, loaded)
         runs_out = _runs(blocks, shown)
 
         def columns(left: int) -> None:
             right = min(left + self._column_step, width)
-            scratch = self._scratch("column", (my, right - left), self._complex)
+            scratch = scratch_array("column", (my, right - left), self._complex)
             end = 0
             for rows in runs_in:
                 scratch[end : rows.start] = 0
@@ -319,14 +340,14 @@ class Convolution:
             for rows in runs_out:
                 spectra[rows, left:right] = scratch[rows]
 
-        self._each(columns, range(0, width, self._column_step))
+        each(columns, range(0, width, self._column_step))
 
         def backward(number: int) -> None:
             rows = blocks[number]
-            padded = self._scratch("row", (rows.stop - rows.start, mx), self.real)
+            padded = scratch_array("row", (rows.stop - rows.start, mx), self.real)
             show(number, rows, _irfft_rows(spectra[rows], mx, padded))
 
-        self._each(backward, shown)
+        each(backward, shown)
 
 
 def _runs(blocks: list[slice], numbers: Iterable[int]) -> list[slice]:
@@ -362,6 +383,7 @@ def free(
     *,
     workers: int | None = None,
     precision: str = "double",
+    workspace: Workspace | None = None,
 ) -> Convolution:
     """Return the operator ``pressure → displacement`` of a free half-space.
 
@@ -377,26 +399,27 @@ def free(
         Threads; by default one for each core that the process may use.
     precision : {"double", "single"}
         Arithmetic of the transforms.
+    workspace : Workspace, optional
+        Threads and memory to use instead of new ones.
 
     Returns
     -------
     Convolution
         Linear convolution with Love's coefficients, exact to rounding by zero padding.
     """
-    workers = workers or default_workers()
+    workspace = workspace or Workspace(workers)
     half = (_fast_half(shape[0]), _fast_half(shape[1]))
     quadrant = np.empty((half[0] + 1, half[1] + 1))
-    band = max(1, min(64, -(-quadrant.shape[0] // workers)))
+    band = max(1, min(64, -(-quadrant.shape[0] // workspace.workers)))
 
     def fill(top: int) -> None:
         rows = quadrant[top : top + band]
         rows[...] = kernels.love(rows.shape, pixel, contact_modulus, first_row=top)
 
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(fill, range(0, quadrant.shape[0], band)))
-    spectrum = _even_spectrum(quadrant, workers)
+    workspace.each(fill, range(0, quadrant.shape[0], band))
+    spectrum = _even_spectrum(quadrant, workspace.workers)
     padded = (2 * half[0], 2 * half[1])
-    return Convolution(spectrum, shape, padded, workers=workers, precision=precision)
+    return Convolution(spectrum, shape, padded, workspace=workspace, precision=precision)
 
 
 def periodic(
@@ -406,12 +429,13 @@ def periodic(
     *,
     workers: int | None = None,
     precision: str = "double",
+    workspace: Workspace | None = None,
 ) -> Convolution:
     """Return the operator ``pressure → displacement`` of a periodic half-space.
 
     Parameters
     ----------
-    shape, pixel, contact_modulus, workers, precision
+    shape, pixel, contact_modulus, workers, precision, workspace
         As for `free`; the map is one period.
 
     Returns
@@ -420,5 +444,5 @@ def periodic(
         Circular convolution with the symbol 2/(E* |q|), zero at q = 0.
     """
     symbol = kernels.periodic(shape, pixel, contact_modulus)
-    workers = workers or default_workers()
-    return Convolution(symbol, shape, shape, workers=workers, precision=precision)
+    workspace = workspace or Workspace(workers)
+    return Convolution(symbol, shape, shape, workspace=workspace, precision=precision)

@@ -168,9 +168,7 @@ def gap(result: ContactResult) -> Figure:
     image = _image(axes, values * factor, size, blocks, result.gap.shape)
     image.set_cmap(colormaps["Blues"].with_extremes(bad=_MISSING))
     image.set_clim(0, top * factor)
-    marks = _image(
-        axes, np.where(closed, 1.0, np.nan), size, blocks, result.gap.shape
-    )
+    marks = _image(axes, np.where(closed, 1.0, np.nan), size, blocks, result.gap.shape)
     marks.set_cmap(_listed([_CLOSED]))
     _bar(axes, image, f"open gap [{unit}]", "max" if (there > top).any() else "neither")
     entries = [(_CLOSED, f"closed\n{_percent(result.contact_fraction)}")]
@@ -343,7 +341,9 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
             f"use one of {', '.join(_SUFFIXES)}"
         )
     if not target.parent.is_dir():
-        raise InputError(f"the folder of the figure {str(target)!r} does not exist; create it first")
+        raise InputError(
+            f"the folder of the figure {str(target)!r} does not exist; create it first"
+        )
     unfinished = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
     try:
         with unfinished.open("xb") as stream:
@@ -573,9 +573,7 @@ def _single(size: tuple[float, float]) -> tuple[Figure, Axes]:
     return figure, figure.subplots()
 
 
-def _blocks(
-    shape: tuple[int, ...], size: tuple[float, float], cells: int
-) -> tuple[int, int]:
+def _blocks(shape: tuple[int, ...], size: tuple[float, float], cells: int) -> tuple[int, int]:
     # Points (y, x) to a cell, given the most cells on the longer side.
     longer = max(size)
     by, bx = (

@@ -33,36 +33,45 @@ def shift_to_sum(
     ``clip(values + λ, 0, limit)`` is the Euclidean projection of ``values`` on the set, and λ the
     multiplier of its sum (Pardalos and Kovoor 1990, doi:10.1007/BF01585748).
     """
-    low, high = -np.inf, np.inf
-    shift = 0.0
-    for _ in range(_MAX_STEPS):
+    low, high = _bracket(values, limit, total)
+    if total <= 0:
+        return low
+    shift = min(max(0.0, low), high)
+    tried: set[float] = set()
+    halve = False
+    while len(tried) < _MAX_STEPS and shift not in tried:
+        tried.add(shift)
         moved = values + shift
-        clipped = np.clip(moved, 0, limit)
-        excess = float(clipped.sum()) - total
+        excess = float(np.clip(moved, 0, limit).sum()) - total
+        if excess == 0:
+            break
+        width = high - low
         if excess > 0:
             high = shift
-        elif excess < 0:
+        else:
             low = shift
-        else:
-            break
         free = int(np.count_nonzero((moved > 0) & (moved < limit)))
-        if free:
-            proposal = shift - excess / free
-        elif excess < 0:
-            # Nothing moves yet: go to the first value that does.
-            proposal = -float(moved[moved <= 0].max(initial=-np.inf)) + shift
-            proposal += -excess / values.size
-        else:
-            over = (moved - limit)[moved >= limit]
-            proposal = shift - float(over.min(initial=np.inf)) - excess / values.size
-        if not low < proposal < high:
-            if not (np.isfinite(low) and np.isfinite(high)):
-                break
-            proposal = 0.5 * (low + high)
-        if proposal in (low, high, shift):
-            break
-        shift = proposal
+        step = shift - excess / free if free and not halve else np.nan
+        # Newton's steps may creep along a staircase of values: then halve the bracket in between.
+        halve = not halve and high - low > 0.5 * width
+        usable = low <= step <= high and step not in tried
+        shift = step if usable else 0.5 * (low + high)
     return shift
+
+
+def _bracket(
+    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float
+) -> tuple[float, float]:
+    """Return shifts below and above which the sum cannot lie on its way to ``total``."""
+    limits = np.broadcast_to(limit, values.shape)
+    unlimited = np.isinf(limits)
+    if unlimited.any():
+        # One value without limit can carry everything.
+        high = total - float(values[unlimited].max())
+    else:
+        high = float((limits - values).max())
+    low = -float(values.max())
+    return min(low, high), max(low, high)
 
 
 def project(
@@ -80,4 +89,12 @@ def project(
     ndarray, shape (n,)
         The projection; entries at a bound are exactly the bound.
     """
-    return np.clip(values + shift_to_sum(values, limit, total), 0, limit)
+    projected = np.clip(values + shift_to_sum(values, limit, total), 0, limit)
+    # What the resolution of the shift leaves, if the values dwarf the limit.
+    missing = total - float(projected.sum())
+    room = (limit - projected) if missing > 0 else projected
+    free = (projected > 0) & (projected < limit)
+    if missing and free.any():
+        share = np.clip(missing / np.count_nonzero(free), -room, room)
+        projected[free] += np.broadcast_to(share, projected.shape)[free]
+    return projected

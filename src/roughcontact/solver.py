@@ -191,13 +191,16 @@ def solve(
         pixels = levels[-1].initial_gap.size
         mean = (levels[-1].total or 0.0) / pixels
         start = np.arange(pixels), np.full(pixels, mean)
+    # The largest operator first: the coarse ones then work in its memory.
+    finest_operator = operator(_shape(problem), (1, 1))
     for depth in range(len(levels) - 1, -1, -1):
         level = levels[depth]
         finest = depth == 0
+        pixel = (2**depth, 2**depth)
         solution = _solve_level(
             level,
-            operator,
-            2**depth,
+            finest_operator if finest else operator(_shape(level), pixel),
+            _responses(_shape(level), operator, pixel),
             start,
             max(tolerance, _COARSE_TOLERANCE) if not finest else tolerance,
             max_iterations,
@@ -207,6 +210,11 @@ def solve(
             start = _prolonged(solution, levels[depth - 1].initial_gap.shape)
             del levels[depth], solution
     return Solution(**{**vars(solution), "history": tuple(history)})
+
+
+def _shape(problem: Problem) -> tuple[int, int]:
+    ny, nx = problem.initial_gap.shape
+    return ny, nx
 
 
 def _prolonged(coarse: Solution, shape: tuple[int, ...]) -> Loaded:
@@ -351,16 +359,20 @@ class _State:
 
 def _solve_level(
     problem: Problem,
-    family: Operator,
-    coarsening: int,
+    operator: Convolution,
+    response: NDArray[np.float64] | None,
     start: Loaded,
     tolerance: float,
     max_iterations: int,
     note: Callable[[Step], None],
 ) -> Solution:
-    shape = (problem.initial_gap.shape[0], problem.initial_gap.shape[1])
-    operator = family(shape, (coarsening, coarsening))
-    inverse = _inverses(operator, family, coarsening)
+    shape = _shape(problem)
+    wrapped = operator.approximate_inverse()
+    scaled = None if response is None else response / operator.self_displacement
+
+    def inverse(index: NDArray[np.int64]) -> FreePixelInverse:
+        return FreePixelInverse(wrapped, index, scaled)
+
     state = _State(problem, operator)
     index, pressure = _admissible(problem, start)
     best = math.inf
@@ -408,20 +420,20 @@ def _solve_level(
     )
 
 
-def _inverses(
-    operator: Convolution, family: Operator, coarsening: int
-) -> Callable[[NDArray[np.int64]], FreePixelInverse]:
-    """Return what makes an approximate inverse for any set of free pixels."""
-    wrapped = operator.approximate_inverse()
-    ny, nx = operator.shape
-    by, bx = (min(_BLOCKS, points // _BLOCK_POINTS) for points in (ny, nx))
-    response = None
-    if min(by, bx) > 1:
-        size = (-(-ny // by), -(-nx // bx))
-        unit = np.zeros((by, bx))
-        unit[0, 0] = 1 / (size[0] * size[1] * operator.self_displacement)
-        response = family((by, bx), (coarsening * size[0], coarsening * size[1]))(unit)
-    return lambda index: FreePixelInverse(wrapped, index, response)
+def _responses(
+    shape: tuple[int, int], operator: Operator, pixel: tuple[int, int]
+) -> NDArray[np.float64] | None:
+    """Return the displacement [m] of blocks of pixels by unit pressure on one pixel of the first.
+
+    None where the map is too small for blocks to be of use.
+    """
+    blocks = [min(_BLOCKS, points // _BLOCK_POINTS) for points in shape]
+    if min(blocks) < 2:
+        return None
+    size = [-(-points // number) for points, number in zip(shape, blocks, strict=True)]
+    unit = np.zeros(blocks)
+    unit[0, 0] = 1 / (size[0] * size[1])
+    return operator((blocks[0], blocks[1]), (size[0] * pixel[0], size[1] * pixel[1]))(unit)
 
 
 def _admissible(problem: Problem, start: Loaded) -> Loaded:
