@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -113,7 +114,7 @@ def solve(
     if tolerance is None:
         tolerance = 1e-6 if precision == "double" else 1e-4
     require_positive(tolerance=tolerance)
-    if int(max_iterations) != max_iterations or max_iterations < 1:
+    if not isinstance(max_iterations, Integral) or max_iterations < 1:
         raise InputError(f"max_iterations must be a positive integer, got {max_iterations!r}")
     if (load is None) == (approach is None):
         raise InputError("give either load or approach, and only one of them")
@@ -128,6 +129,10 @@ def solve(
     check_memory(surface.shape, boundary=boundary, precision=precision)
 
     gap = initial_gap(surface, counter_surface)
+    if np.isnan(gap).all():
+        raise CapacityError(
+            "no contact is possible: together the holes of both bodies leave no point to touch"
+        )
     valid = gap.size - int(np.count_nonzero(np.isnan(gap)))
     if valid < gap.size:
         gap[np.isnan(gap)] = np.inf

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from numbers import Real
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ class ConvergenceError(RoughcontactError, RuntimeError):
 def require_positive(**values: float) -> None:
     """Raise `InputError`, naming argument and value, unless all values are positive and finite."""
     for name, value in values.items():
-        if not 0 < value < math.inf:
+        if not isinstance(value, Real) or not 0 < value < math.inf:
             raise InputError(f"{name} must be positive and finite, got {value!r}")
 
 

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from matplotlib.colors import ListedColormap
     from matplotlib.figure import Figure
     from matplotlib.image import AxesImage
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+    from matplotlib.transforms import Transform
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -42,7 +44,7 @@ DPI = 150
 # Cells along the longer side of a map. The axes have more dots than that, so that drawing to the
 # nearest cell leaves none out.
 _CELLS_ALONE = 600
-_CELLS_IN_PANEL = 400
+_CELLS_IN_PANEL = 520
 
 _TITLE = 13.0
 _LABEL = 12.0
@@ -78,10 +80,10 @@ def surface(surface: Surface) -> Figure:
         Heights above their mean; the colours span the middle 99 % of them, with arrows where
         there are more.
     """
-    figure, axes = _single(surface.size)
+    figure, axes = _single(surface.size, legend=surface.missing > 0)
     drawn = _draw_surface(axes, surface, _CELLS_ALONE)
     axes.set_title(f"Surface heights, Sq {engineering(surface.Sq, 'm', 3)}", fontsize=_TITLE)
-    _note(figure, drawn.cell, "mean height")
+    _note(figure, drawn.cell, "the mean height")
     return figure
 
 
@@ -107,7 +109,7 @@ def pressure(result: ContactResult, limit: float | None = None) -> Figure:
         If the limit is not positive and finite.
     """
     top = _limit([result], limit)
-    figure, axes = _single(result.surface.size)
+    figure, axes = _single(result.surface.size, legend=False)
     drawn = _draw_pressure(axes, result, top, _CELLS_ALONE)
     _pressure_bar(axes, drawn.image, top, over=result.max_pressure > top)
     axes.set_title(
@@ -115,7 +117,7 @@ def pressure(result: ContactResult, limit: float | None = None) -> Figure:
         f"{engineering(result.max_pressure, 'Pa', 3)}{_doubt(result)}",
         fontsize=_TITLE,
     )
-    _note(figure, drawn.cell, "largest pressure")
+    _note(figure, drawn.cell, "the largest pressure")
     return figure
 
 
@@ -136,7 +138,7 @@ def contact(result: ContactResult) -> Figure:
     figure, axes = _single(result.surface.size)
     drawn = _draw_contact(axes, result, _CELLS_ALONE)
     axes.set_title(f"Contact at {_load(result)}{_doubt(result)}", fontsize=_TITLE)
-    _note(figure, drawn.cell, "most severe class")
+    _note(figure, drawn.cell, "the most severe class")
     return figure
 
 
@@ -157,7 +159,8 @@ def gap(result: ContactResult) -> Figure:
     from matplotlib import colormaps
 
     figure, axes = _single(result.surface.size)
-    size, blocks = result.surface.size, _blocks(result.gap.shape, result.surface.size, _CELLS_ALONE)
+    size = result.surface.size
+    blocks = _blocks(result.gap.shape, size, _CELLS_ALONE)
     values = _cell_mean(np.maximum(result.gap, 0), blocks)
     closed = _cell_any(result.contact, blocks)
     values[closed] = np.nan
@@ -171,16 +174,16 @@ def gap(result: ContactResult) -> Figure:
     marks = _image(axes, np.where(closed, 1.0, np.nan), size, blocks, result.gap.shape)
     marks.set_cmap(_listed([_CLOSED]))
     _bar(axes, image, f"open gap [{unit}]", "max" if (there > top).any() else "neither")
-    entries = [(_CLOSED, f"closed\n{_percent(result.contact_fraction)}")]
+    entries = [(_CLOSED, f"closed {_percent(result.contact_fraction)}")]
     missing = int(np.count_nonzero(np.isnan(result.gap)))
     if missing:
-        entries.append((_MISSING, f"missing\n{_percent(missing / result.gap.size)}"))
+        entries.append((_MISSING, f"missing {_percent(missing / result.gap.size)}"))
     _legend(axes, entries)
     axes.set_title(
         f"Open gap at {_load(result)}, mean {engineering(result.mean_gap, 'm', 3)}{_doubt(result)}",
         fontsize=_TITLE,
     )
-    _note(figure, blocks, "mean gap, or closed if one of its points is,")
+    _note(figure, blocks, "the mean gap, or closed for any closed point")
     return figure
 
 
@@ -218,10 +221,10 @@ def pressure_histogram(
     names = _names(results, labels)
     if scale not in ("linear", "log"):
         raise InputError(f"scale must be 'linear' or 'log', got {scale!r}")
-    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout="constrained")
+    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=_layout())
     axes = figure.subplots()
     _draw_histogram(axes, results, names, scale)
-    figure.suptitle("Distribution of the contact pressure", fontsize=_TITLE)
+    axes.set_title("Distribution of the contact pressure", fontsize=_TITLE, pad=24)
     return figure
 
 
@@ -256,7 +259,7 @@ def comparison(
     top = _limit(results, limit)
     aspect = max(_aspect(result.surface.size) for result in results)
     width, height = 4.9 * len(results) + 1.0, 8.4 * aspect + 2.7
-    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained")
+    figure = Figure(figsize=(width, height), dpi=DPI, layout=_layout())
     grid = figure.subplots(2, len(results), squeeze=False)
     over = max(result.max_pressure for result in results) > top
     cells = []
@@ -270,7 +273,7 @@ def comparison(
         if column == len(results) - 1:
             _pressure_bar(upper, drawn.image, top, over=over)
         cells.append(_draw_contact(lower, result, _CELLS_IN_PANEL).cell)
-    _note(figure, max(cells), "largest pressure, or most severe class,")
+    _note(figure, max(cells), "the largest pressure or the most severe class")
     return figure
 
 
@@ -289,8 +292,8 @@ def overview(result: ContactResult) -> Figure:
     """
     from matplotlib.figure import Figure
 
-    height = 10.0 * max(_aspect(result.surface.size), 0.6) + 1.6
-    figure = Figure(figsize=(12.0, height), dpi=DPI, layout="constrained")
+    height = 9.6 * max(_aspect(result.surface.size), 0.6) + 3.2
+    figure = Figure(figsize=(12.0, height), dpi=DPI, layout=_layout())
     grid = figure.subplots(2, 2)
     top = _limit([result], None)
     drawn = _draw_surface(grid[0, 0], result.surface, _CELLS_IN_PANEL)
@@ -302,16 +305,21 @@ def overview(result: ContactResult) -> Figure:
     _draw_contact(grid[1, 0], result, _CELLS_IN_PANEL)
     grid[1, 0].set_title("Contact", fontsize=_TITLE)
     _draw_histogram(grid[1, 1], [result], [""], "linear")
+    grid[1, 1].set_title("Distribution of the contact pressure", fontsize=_TITLE, pad=24)
     certificate = f"certificate {result.certificate:.1e}"
+    saturated = f"saturated {_percent(result.saturated_fraction)}"
     words = [
         f"load {_load(result)}",
         f"contact {_percent(result.contact_fraction)}",
-        f"saturated {_percent(result.saturated_fraction)}",
+        "no ceiling" if result.ceiling is None else saturated,
         f"largest pressure {engineering(result.max_pressure, 'Pa', 3)}",
         certificate if result.converged else f"NOT CONVERGED, {certificate}",
     ]
-    figure.suptitle("  ·  ".join(words), fontsize=_TITLE + 1, fontweight="bold")
-    _note(figure, drawn.cell, "mean height, largest pressure or most severe class")
+    figure.suptitle(
+        "  ·  ".join(words) + f"\nregime: {result.regime}", fontsize=_TITLE + 1, linespacing=1.4
+    )
+    shown = "the mean height, the largest pressure or the most severe class"
+    _note(figure, drawn.cell, shown)
     return figure
 
 
@@ -400,8 +408,9 @@ def _draw_pressure(axes: Axes, result: ContactResult, top: float, cells: int) ->
     values = _cell_max(result.pressure, blocks)
     factor, _ = _scale(top, "Pa")
     image = _image(axes, np.where(values > 0, values * factor, np.nan), size, blocks, shape)
-    # The lightest tenth of the map would drown in the ground, the darkest in what is beyond it.
-    colours = colormaps["inferno_r"](np.linspace(0.17, 0.8, 256))
+    # Without the lightest colours, which drown in the ground, and the darkest, which would pass
+    # for what is beyond the scale.
+    colours = colormaps["inferno_r"](np.linspace(0.17, 0.63, 256))
     image.set_cmap(_listed(colours).with_extremes(bad=_OPEN, over=_OVER))
     image.set_clim(0, top * factor)
     return _Drawn(image, blocks)
@@ -446,14 +455,10 @@ def _draw_histogram(
     shown = [ceiling for ceiling in ceilings if ceiling <= 2 * largest]
     top = max([largest, *shown])
     factor, unit = _scale(top, "Pa")
+    edges = _edges(below, shown, top, scale)
+    widths, per = np.diff(edges) * factor, unit
     if scale == "log":
-        lowest = min((float(p.min()) for p in below if p.size), default=0.1 * top)
-        decades = min(math.log10(top / lowest) if lowest < top else 1.0, 4.0)
-        edges = np.geomspace(top * 10**-decades, top, max(round(12 * decades), 4) + 1)
         widths, per = np.diff(np.log10(edges)), "decade"
-    else:
-        edges = np.linspace(0, top, 61)
-        widths, per = np.diff(edges) * factor, unit
     for index, (result, name, values) in enumerate(zip(results, names, below, strict=True)):
         counts, _ = np.histogram(np.clip(values, edges[0], edges[-1]), edges)
         points = max(int(np.count_nonzero(result.contact)), 1)
@@ -464,15 +469,18 @@ def _draw_histogram(
             linewidth=1.8,
             linestyle=("-", "--", ":")[index // len(_SERIES) % 3],
             fill=len(results) == 1,
-            label=_histogram_label(result, name, points, values.size),
+            label=_histogram_label(result, name),
         )
-    for ceiling in shown:
+    for row, ceiling in enumerate(shown):
+        text = f"ceiling {engineering(ceiling, 'Pa', 3)}"
+        if len(results) == 1 and results[0].saturated_fraction > 0:
+            text = f"{_share_at_ceiling(results[0])} at the {text}"
         axes.axvline(ceiling * factor, color=_NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
         axes.annotate(
-            f"ceiling {engineering(ceiling, 'Pa', 3)}",
+            text,
             (ceiling * factor, 1),
             xycoords=axes.get_xaxis_transform(),
-            xytext=(0, 3),
+            xytext=(0, 3 + 14 * (row % 2)),
             textcoords="offset points",
             ha="right" if ceiling > 0.85 * top else "center",
             fontsize=_TICK,
@@ -481,7 +489,7 @@ def _draw_histogram(
     if scale == "log":
         axes.set_xscale("log")
     else:
-        axes.set_xlim(0, 1.03 * top * factor)
+        axes.set_xlim(0, 1.03 * float(edges[-1]) * factor)
     axes.set_ylim(bottom=0)
     axes.margins(y=0.1)
     axes.set_xlabel(f"pressure [{unit}]", fontsize=_LABEL)
@@ -491,19 +499,49 @@ def _draw_histogram(
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    axes.legend(fontsize=_TICK, loc="upper right", framealpha=0.9)
+    axes.legend(
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0),
+        bbox_transform=_below(axes),
+        borderaxespad=0,
+        fontsize=_TICK,
+        frameon=False,
+    )
 
 
-def _histogram_label(result: ContactResult, name: str, points: int, below: int) -> str:
+def _edges(pressures: Sequence[Array], ceilings: Sequence[float], top: float, scale: str) -> Array:
+    # About as many bins as the points bear (Rice's rule); the lowest ceiling is an edge, so that
+    # no bin seems to reach beyond it.
+    count = min(max(2 * max(p.size for p in pressures) ** (1 / 3), 10), 60)
+    if scale == "log":
+        lowest = min((float(p.min()) for p in pressures if p.size), default=0.1 * top)
+        decades = min(max(math.log10(top / lowest), 0.5), 4.0)
+        step, anchor = decades / count, math.log10(ceilings[0] if ceilings else top)
+        before = math.ceil((decades - math.log10(top) + anchor) / step)
+        after = math.ceil((math.log10(top) - anchor) / step - 1e-9)
+        exponents = anchor + step * np.arange(-max(before, 1), after + 1)
+        return np.asarray(10.0**exponents)
+    step = top / count
+    if ceilings:
+        step = ceilings[0] / max(round(ceilings[0] / step), 1)
+    edges: Array = step * np.arange(math.ceil(top / step - 1e-9) + 1)
+    return edges
+
+
+def _histogram_label(result: ContactResult, name: str) -> str:
     text = f"{name}: " if name else ""
     text += f"{_percent(result.contact_fraction)} of the map in contact"
     if result.ceiling is None:
         return text
     ceiling = _uniform_ceiling(result)
-    which = "their" if math.isinf(ceiling) else f"the {engineering(ceiling, 'Pa', 3)}"
-    if below == points:
+    which = "its" if math.isinf(ceiling) else f"the {engineering(ceiling, 'Pa', 3)}"
+    if result.saturated_fraction == 0:
         return f"{text},\nnone of it at {which} ceiling"
-    return f"{text},\n{_percent(1 - below / points)} of it at {which} ceiling (not drawn)"
+    return f"{text},\n{_share_at_ceiling(result)} of it at {which} ceiling (not drawn)"
+
+
+def _share_at_ceiling(result: ContactResult) -> str:
+    return _percent(result.saturated_fraction / result.contact_fraction)
 
 
 def _uniform_ceiling(result: ContactResult) -> float:
@@ -557,18 +595,26 @@ def _scale(largest: float, unit: str) -> tuple[float, str]:
     return float(10.0**-exponent), _PREFIXES[exponent] + unit
 
 
+def _layout() -> ConstrainedLayoutEngine:
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    return ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1)
+
+
 def _aspect(size: tuple[float, float]) -> float:
     return min(max(size[0] / size[1], 0.2), 1.6)
 
 
-def _single(size: tuple[float, float]) -> tuple[Figure, Axes]:
+def _single(size: tuple[float, float], legend: bool = True) -> tuple[Figure, Axes]:
     from matplotlib.figure import Figure
 
     # Large enough that the longer side of the map has more dots than the map has cells.
     aspect = size[0] / size[1]
     width, height = (5.2, 5.2 * aspect) if aspect < 1 else (5.2 / aspect, 5.2)
     figure = Figure(
-        figsize=(max(width, 2.6) + 2.0, max(height, 1.0) + 1.9), dpi=DPI, layout="constrained"
+        figsize=(max(width, 2.6) + 2.0, max(height, 1.0) + (2.3 if legend else 1.8)),
+        dpi=DPI,
+        layout=_layout(),
     )
     return figure, figure.subplots()
 
@@ -583,10 +629,15 @@ def _blocks(shape: tuple[int, ...], size: tuple[float, float], cells: int) -> tu
     return by, bx
 
 
-def _reduced(ufunc: np.ufunc, values: NDArray[Any], blocks: tuple[int, int]) -> NDArray[Any]:
+def _reduced(
+    ufunc: np.ufunc,
+    values: NDArray[Any],
+    blocks: tuple[int, int],
+    dtype: type[np.generic] | None = None,
+) -> NDArray[Any]:
     for axis, block in enumerate(blocks):
         if block > 1:
-            values = ufunc.reduceat(values, np.arange(0, values.shape[axis], block), axis=axis)
+            values = ufunc.reduceat(values, np.arange(0, values.shape[axis], block), axis, dtype)
     return values
 
 
@@ -603,9 +654,13 @@ def _cell_mean(values: Array, blocks: tuple[int, int]) -> Array:
     if blocks == (1, 1):
         return values.copy()
     there = np.isfinite(values)
-    count = _reduced(np.add, there.astype(np.float64), blocks)
-    total = _reduced(np.add, np.where(there, values, 0.0), blocks)
-    most = _reduced(np.add, np.ones(values.shape), blocks)
+    count = _reduced(np.add, there, blocks, np.float64)
+    total = _reduced(np.add, values if there.all() else np.where(there, values, 0.0), blocks)
+    rows, columns = (
+        np.diff([*range(0, points, block), points])
+        for points, block in zip(values.shape, blocks, strict=True)
+    )
+    most = np.outer(rows, columns)
     mean: Array = np.where(2 * count > most, total / np.maximum(count, 1), np.nan)
     return mean
 
@@ -672,12 +727,7 @@ def _listed(colours: Any) -> ListedColormap:
 
 def _legend(axes: Axes, entries: Sequence[tuple[str, str]]) -> None:
     from matplotlib.patches import Patch
-    from matplotlib.transforms import ScaledTranslation
 
-    figure = axes.get_figure(root=True)
-    assert figure is not None
-    # Below the axis label, at a distance in inches that no aspect changes.
-    below = axes.transAxes + ScaledTranslation(0, -0.52, figure.dpi_scale_trans)
     axes.legend(
         handles=[
             Patch(facecolor=colour, edgecolor="#777777", linewidth=0.8, label=text)
@@ -685,7 +735,7 @@ def _legend(axes: Axes, entries: Sequence[tuple[str, str]]) -> None:
         ],
         loc="upper center",
         bbox_to_anchor=(0.5, 0),
-        bbox_transform=below,
+        bbox_transform=_below(axes),
         borderaxespad=0,
         ncols=len(entries),
         fontsize=_TICK,
@@ -696,12 +746,20 @@ def _legend(axes: Axes, entries: Sequence[tuple[str, str]]) -> None:
     )
 
 
+def _below(axes: Axes) -> Transform:
+    from matplotlib.transforms import ScaledTranslation
+
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    # Under the axis label, at a distance in inches that no aspect changes.
+    return axes.transAxes + ScaledTranslation(0, -0.52, figure.dpi_scale_trans)
+
+
 def _note(figure: Figure, cell: tuple[int, int], shown: str) -> None:
     if cell == (1, 1):
         return
     figure.supxlabel(
-        f"Drawn in cells of {cell[0]} × {cell[1]} points (y × x): a cell shows the {shown} of its "
-        "points.",
+        f"Drawn in cells of {cell[0]} × {cell[1]} points (y × x): a cell shows {shown} in it.",
         fontsize=_NOTE,
         color=_NEUTRAL,
     )

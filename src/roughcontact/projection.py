@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 _MAX_STEPS = 200
+# Relative to the limit, or to the largest value: what this near to a bound is put on it.
+_DUST = 1e-12
 
 
 def shift_to_sum(
@@ -92,9 +94,31 @@ def project(
     projected = np.clip(values + shift_to_sum(values, limit, total), 0, limit)
     # What the resolution of the shift leaves, if the values dwarf the limit.
     missing = total - float(projected.sum())
-    room = (limit - projected) if missing > 0 else projected
     free = (projected > 0) & (projected < limit)
     if missing and free.any():
-        share = np.clip(missing / np.count_nonzero(free), -room, room)
-        projected[free] += np.broadcast_to(share, projected.shape)[free]
+        share = missing / np.count_nonzero(free)
+        np.clip(projected + share, 0, limit, out=projected, where=free)
     return projected
+
+
+def without_dust(
+    pressure: NDArray[np.float64], limit: float | NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the pressure with what rounding left near a bound put on the bound.
+
+    Parameters
+    ----------
+    pressure : ndarray, shape (n,)
+        Values in ``[0, limit]``.
+    limit : float or ndarray, shape (n,)
+        Upper bounds.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The values; whether a pixel touches or is saturated is no matter of rounding any more.
+    """
+    dust = _DUST * np.minimum(limit, pressure.max(initial=0))
+    cleaned = np.where(pressure > limit - dust, limit, pressure)
+    cleaned[cleaned < dust] = 0
+    return cleaned

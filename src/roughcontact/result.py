@@ -198,7 +198,7 @@ class ContactResult:
                 "the elastic pressure exceeds three times the yield strength of the softer body: "
                 "solve with a ceiling"
             )
-        missing = self.surface.missing
+        missing = int(np.count_nonzero(np.isnan(self.gap)))
         if missing:
             notes.append(f"{missing} missing points were treated as never touching")
         return tuple(notes)
@@ -266,5 +266,7 @@ def initial_gap(surface: Surface, counter_surface: Surface | None = None) -> NDA
     heights = surface.heights
     if counter_surface is not None:
         heights = heights + counter_surface.heights
-    gap: NDArray[np.float64] = np.nanmax(heights) - heights
+    # An empty maximum, unlike np.nanmax's warning, leaves NaN everywhere.
+    highest = np.fmax.reduce(heights, axis=None)
+    gap: NDArray[np.float64] = highest - heights
     return gap

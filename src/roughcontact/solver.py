@@ -10,8 +10,8 @@ doi:10.1137/S1052623401383558):
   that the error of the set and the error on the set are alike. One convolution each.
 - The approach is the multiplier of an exact projection, never the mean gap over the free pixels:
   with a ceiling there may be few of them, or none.
-- A step that makes no progress is followed by projected gradient steps with an exact line search,
-  which cannot cycle.
+- A step that raises the energy is taken back and replaced by projected gradient steps, which find
+  the set of free pixels more slowly but surely.
 - Everything but the transforms works on the pixels in or near contact; the only whole-map passes
   ride on the transforms, while a block of rows is in cache.
 - The first pressure comes from the same problem on a grid of half the points, and so on down.
@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from roughcontact.convolution import Convolution
 from roughcontact.preconditioner import FreePixelInverse
-from roughcontact.projection import project, shift_to_sum
+from roughcontact.projection import project, shift_to_sum, without_dust
 
 Limit = float | NDArray[np.float64]
 Loaded = tuple[NDArray[np.int64], NDArray[np.float64]]
@@ -45,10 +45,12 @@ _BLOCKS = 24
 _BLOCK_POINTS = 32
 # A linear solve stops at this reduction unless the set of free pixels is already right.
 _REDUCTION = 0.1
-# Steps without a better certificate before projected gradients take over, and their number.
-_PATIENCE = 5
-_RESCUE_STEPS = 8
-_RESCUES = 6
+# Steps without a better certificate before projected gradients take over; their number the first
+# time, doubled every time; how often before giving up; over how many the energy may rise.
+_PATIENCE = 3
+_BURST = 4
+_BURSTS = 10
+_NONMONOTONE = 5
 
 
 class Status(Enum):
@@ -269,75 +271,92 @@ def _block_mean(values: NDArray[Any]) -> NDArray[np.float64]:
     return mean
 
 
-class _State:
-    """Pressure on a support, and the gap that it leaves on the whole map."""
+@dataclass(frozen=True, eq=False)
+class _Iterate:
+    """A pressure that keeps bounds and load, with what it does; only pixels that matter.
+
+    ``index`` holds all pixels with pressure and all that want some, ascending; ``pressure`` and
+    ``gap`` their values.
+    """
+
+    index: NDArray[np.int64]
+    pressure: NDArray[np.float64]
+    gap: NDArray[np.float64]
+    approach: float
+    certificate: float
+    # About the certificate that rounding alone would cause.
+    floor: float
+
+
+class _Viewer:
+    """Looks at what a pressure does on the whole map."""
 
     def __init__(self, problem: Problem, operator: Convolution) -> None:
         self.problem, self.operator = problem, operator
         self.unit = operator.self_displacement
-        self.sum = problem.total
-        # Displacement plus initial gap, before the approach is taken off.
+        # Displacement plus initial gap of the last look, before the approach is taken off.
         self.open: NDArray[Any] = np.empty(problem.initial_gap.shape, operator.real)
-        self.index = np.empty(0, np.int64)
-        self.pressure = np.empty(0)
-        self.gap = np.empty(0)
-        self.approach = 0.0
-        self.certificate = math.inf
 
     def limit(self, index: NDArray[np.int64]) -> Limit:
         limit = self.problem.limit
         return limit.ravel()[index] if isinstance(limit, np.ndarray) else limit
 
-    def look(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> None:
-        """Compute gap, approach and certificate of a pressure afresh, over the whole map.
-
-        Afterwards ``index`` holds all pixels with pressure and all that want some, ``pressure``
-        and ``gap`` their values.
-        """
-        initial_gap = self.problem.initial_gap
+    def look(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> _Iterate:
+        """Return what a pressure does, computed afresh over the whole map."""
+        initial_gap, total = self.problem.initial_gap, self.problem.total
+        pressure = without_dust(pressure, self.limit(index))
         loaded = pressure > 0
         index, pressure = index[loaded], pressure[loaded]
 
         def visit(number: int, rows: slice, displacement: NDArray[Any]) -> None:
             np.add(displacement, initial_gap[rows], out=self.open[rows])
 
-        self.operator.spread(self.operator.support(index), pressure, visit)
-        opened = self.open.ravel()[index].astype(np.float64)
-        if self.sum is None:
-            approach = float(self.problem.approach or 0.0)
-        else:
+        support = self.operator.support(index)
+        self.operator.spread(support, pressure, visit)
+        approach = self.problem.approach or 0.0
+        if total is not None:
             # More pixels can only lower the approach that carries the load: this one is a bound.
-            approach = self._multiplier(index, pressure, opened)
-        index, pressure = self._joined(index, pressure, approach)
-        opened = self.open.ravel()[index].astype(np.float64)
-        if self.sum is not None:
-            approach = self._multiplier(index, pressure, opened)
-        self.index, self.pressure, self.approach = index, pressure, approach
-        self.gap = opened - approach
-        step = pressure - np.clip(pressure - self.gap / self.unit, 0, self.limit(index))
-        size = float(np.linalg.norm(pressure))
-        self.certificate = float(np.linalg.norm(step)) / size if size else math.inf
-        if size == 0 and not step.any():
-            self.certificate = 0.0
+            approach = self._multiplier(index, pressure, total)
+        index, pressure = self._joined(index, pressure, support.starts, approach)
+        if total is not None:
+            approach = self._multiplier(index, pressure, total)
+        opened = self.opened(index)
+        gap = opened - approach
+        step = pressure - np.clip(pressure - gap / self.unit, 0, self.limit(index))
+        size, moved = float(np.linalg.norm(pressure)), float(np.linalg.norm(step))
+        scale = float(np.linalg.norm(opened)) + float(np.linalg.norm(initial_gap.ravel()[index]))
+        rounding = float(np.finfo(self.operator.real).eps) * scale / self.unit
+        return _Iterate(
+            index=index,
+            pressure=pressure,
+            gap=gap,
+            approach=approach,
+            certificate=moved / size if size else (math.inf if moved else 0.0),
+            floor=rounding / size if size else 0.0,
+        )
+
+    def opened(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return displacement plus initial gap of the last look on some pixels."""
+        return self.open.ravel()[index].astype(np.float64)
 
     def _multiplier(
+        self, index: NDArray[np.int64], pressure: NDArray[np.float64], total: float
+    ) -> float:
+        opened = self.opened(index)
+        # Offset first, so that the root find works on numbers of the size of the pressure.
+        offset = float(np.median(opened))
+        values = pressure - (opened - offset) / self.unit
+        return offset + self.unit * shift_to_sum(values, self.limit(index), total)
+
+    def _joined(
         self,
         index: NDArray[np.int64],
         pressure: NDArray[np.float64],
-        opened: NDArray[np.float64],
-    ) -> float:
-        assert self.sum is not None
-        # Offset first, so that the root find works on numbers of the size of the pressure.
-        offset = float(np.median(opened)) if opened.size else 0.0
-        values = pressure - (opened - offset) / self.unit
-        return offset + self.unit * shift_to_sum(values, self.limit(index), self.sum)
-
-    def _joined(
-        self, index: NDArray[np.int64], pressure: NDArray[np.float64], approach: float
-    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        starts: NDArray[np.int64],
+        approach: float,
+    ) -> Loaded:
         """Add the pixels without pressure whose gap is negative."""
         nx = self.open.shape[1]
-        starts = self.operator.support(index).starts
         found: dict[int, NDArray[np.int64]] = {}
 
         def seek(number: int, rows: slice) -> None:
@@ -373,51 +392,61 @@ def _solve_level(
     def inverse(index: NDArray[np.int64]) -> FreePixelInverse:
         return FreePixelInverse(wrapped, index, scaled)
 
-    state = _State(problem, operator)
-    index, pressure = _admissible(problem, start)
-    best = math.inf
-    best_index, best_pressure = index, pressure
-    iteration, fruitless, rescues = 0, 0, 0
+    viewer = _Viewer(problem, operator)
+    now = best = viewer.look(*_admissible(problem, start))
+    iteration, fruitless, bursts = 0, 0, 0
     while True:
-        state.look(index, pressure)
-        note(Step(shape, iteration, operator.convolutions, state.certificate, tolerance))
-        if state.certificate <= tolerance:
+        note(Step(shape, iteration, operator.convolutions, now.certificate, tolerance))
+        if now.certificate <= tolerance:
             status = Status.CONVERGED
             break
-        if state.certificate < 0.9 * best:
-            fruitless = 0
-        else:
-            fruitless += 1
-        if state.certificate < best:
-            best = state.certificate
-            best_index, best_pressure = state.index, state.pressure
         if operator.convolutions >= max_iterations:
             status = Status.CONVOLUTION_LIMIT
             break
-        if fruitless >= _PATIENCE and rescues == _RESCUES:
+        if fruitless >= _PATIENCE and (best.certificate <= 10 * best.floor or bursts == _BURSTS):
             status = Status.STALLED
             break
         iteration += 1
-        if fruitless >= _PATIENCE:
-            rescues, fruitless = rescues + 1, 0
-            index, pressure = _projected_gradient(state, max_iterations)
+        if fruitless < _PATIENCE:
+            moved = _active_set_step(now, viewer, inverse, tolerance, max_iterations)
+            after = viewer.look(now.index, moved)
+            # Where the set of free pixels is far off, the step overshoots: the energy rises.
+            overshot = after.certificate > now.certificate and _slopes(now, moved, viewer).sum() > 0
         else:
-            index, pressure = _active_set_step(state, inverse, tolerance, max_iterations)
-    if status is not Status.CONVERGED and state.certificate > best:
-        state.look(best_index, best_pressure)
-    loaded = state.pressure > 0
-    state.open -= state.open.dtype.type(state.approach)
+            overshot = True
+        if overshot:
+            after = _projected_gradient(now, viewer, _BURST << min(bursts, 6), max_iterations)
+            bursts, fruitless = bursts + 1, -1
+        fruitless = 0 if after.certificate < 0.9 * best.certificate else fruitless + 1
+        now = after
+        if now.certificate < best.certificate:
+            best = now
+    if status is not Status.CONVERGED and now.certificate > best.certificate:
+        now = viewer.look(best.index, best.pressure)
+    loaded = now.pressure > 0
+    viewer.open -= viewer.open.dtype.type(now.approach)
     return Solution(
-        index=state.index[loaded],
-        pressure=state.pressure[loaded],
-        gap=state.open,
-        approach=state.approach,
-        certificate=state.certificate,
+        index=now.index[loaded],
+        pressure=now.pressure[loaded],
+        gap=viewer.open,
+        approach=now.approach,
+        certificate=now.certificate,
         status=status,
         iterations=iteration,
         convolutions=operator.convolutions,
         history=(),
     )
+
+
+def _slopes(now: _Iterate, moved: NDArray[np.float64], viewer: _Viewer) -> NDArray[np.float64]:
+    """Return the slopes of the energy at both ends of the step that was looked at last.
+
+    The energy is quadratic: its change is the mean of the two, its curvature their difference.
+    """
+    direction = moved - now.pressure
+    # Whatever approach is taken off cancels under a given load, where the step sums to zero.
+    gap = viewer.opened(now.index) - now.approach
+    return np.array([direction @ now.gap, direction @ gap])
 
 
 def _responses(
@@ -458,35 +487,37 @@ def _admissible(problem: Problem, start: Loaded) -> Loaded:
 
 
 def _active_set_step(
-    state: _State,
+    now: _Iterate,
+    viewer: _Viewer,
     inverse: Callable[[NDArray[np.int64]], FreePixelInverse],
     tolerance: float,
     max_iterations: int,
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+) -> NDArray[np.float64]:
     """Solve on the free pixels by conjugate gradients; return the pressure, kept admissible."""
-    index, pressure, gap, unit = state.index, state.pressure, state.gap, state.unit
-    bound = np.broadcast_to(state.limit(index), pressure.shape)
+    pressure, gap, unit, operator = now.pressure, now.gap, viewer.unit, viewer.operator
+    bound = np.broadcast_to(viewer.limit(now.index), pressure.shape)
     # Pixels with pressure stay free even where the gap opens: the solve will empty them.
     free = np.where(pressure > 0, (pressure < bound) | (gap > 0), gap < 0)
     place = np.flatnonzero(free)
     limit = bound[place]
-    centre = state.sum is not None
+    centre = viewer.problem.total is not None
     x = pressure[place]
     residual = _centred(-gap[place], centre)
-    size = float(np.linalg.norm(pressure)) or float(np.linalg.norm(residual)) / unit
-    support = state.operator.support(index[place])
+    first = float(np.linalg.norm(residual)) / unit
+    size = float(np.linalg.norm(pressure)) or first
+    enough = max(0.7 * tolerance, 0.1 * now.floor) * size
+    support = operator.support(now.index[place])
     precondition = inverse(support.index)
-    first = float(np.linalg.norm(residual))
     direction: NDArray[np.float64] | None = None
     previous = 1.0
-    while state.operator.convolutions < max_iterations:
+    while operator.convolutions < max_iterations:
         z = _centred(precondition(residual / unit), centre)
         product = float(residual @ z)
         if not product > 0:
             break
         direction = z if direction is None else z + (product / previous) * direction
         previous = product
-        response = state.operator.gather(support, direction)
+        response = operator.gather(support, direction)
         curvature = float(direction @ response)
         if not curvature > 0:
             break
@@ -495,11 +526,11 @@ def _active_set_step(
         residual -= length * _centred(response, centre)
         error = float(np.linalg.norm(residual)) / unit
         violation = float(np.linalg.norm(x - np.clip(x, 0, limit)))
-        if error <= 0.7 * tolerance * size or violation > error:
+        if error <= enough or violation > error:
             break
-        if error * unit < _REDUCTION * first and violation > 0.1 * error:
+        if error < _REDUCTION * first and violation > 0.1 * error:
             break
-    return index, _restored(pressure, place, x, limit, bound, state.sum)
+    return _restored(pressure, place, x, limit, bound, viewer.problem.total)
 
 
 def _centred(values: NDArray[np.float64], centre: bool) -> NDArray[np.float64]:
@@ -530,32 +561,34 @@ def _restored(
 
 
 def _projected_gradient(
-    state: _State, max_iterations: int
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Descend along projected gradients with Barzilai–Borwein lengths and exact line search.
+    now: _Iterate, viewer: _Viewer, steps: int, max_iterations: int
+) -> _Iterate:
+    """Follow projected gradients with Barzilai–Borwein lengths; return the best pressure seen.
 
-    The energy falls in every step (Birgin, Martínez and Raydan 2000,
-    doi:10.1137/S1052623497330963), so that active sets cannot be visited in a circle.
+    A step may raise the energy above that before, but not above the highest of the last few, else
+    it is cut at the minimum along its line; so pressures cannot be visited in a circle (Birgin,
+    Martínez and Raydan 2000, doi:10.1137/S1052623497330963).
     """
-    rate = 1 / state.unit
-    for _ in range(_RESCUE_STEPS):
-        if state.operator.convolutions + 2 > max_iterations:
+    total, best = viewer.problem.total, now
+    rate = 1 / viewer.unit
+    energies = [0.0]
+    for _ in range(steps):
+        if viewer.operator.convolutions + 2 > max_iterations:
             break
-        index, pressure, gap = state.index, state.pressure, state.gap
-        bound = state.limit(index)
-        target = pressure - rate * gap
-        if state.sum is None:
-            target = np.clip(target, 0, bound)
-        else:
-            target = project(target, bound, state.sum)
-        direction = target - pressure
-        response = state.operator.gather(state.operator.support(index), direction)
-        curvature = float(direction @ response)
-        slope = -float(direction @ gap)
-        if not (slope > 0 and curvature > 0):
+        bound = viewer.limit(now.index)
+        target = now.pressure - rate * now.gap
+        target = np.clip(target, 0, bound) if total is None else project(target, bound, total)
+        after = viewer.look(now.index, target)
+        start, end = _slopes(now, target, viewer)
+        if not start < end:
             break
-        length = min(1.0, slope / curvature)
-        rate = float(direction @ direction) / curvature
-        moved = target if length == 1.0 else pressure + length * direction
-        state.look(index, moved)
-    return state.index, state.pressure
+        rate = float(np.sum((target - now.pressure) ** 2)) / (end - start)
+        cut = 1.0
+        if 0.5 * (start + end) + energies[-1] > max(energies[-_NONMONOTONE:]):
+            cut = -start / (end - start)
+            after = viewer.look(now.index, now.pressure + cut * (target - now.pressure))
+        energies.append(energies[-1] + cut * start + 0.5 * cut**2 * (end - start))
+        now = after
+        if now.certificate < best.certificate:
+            best = now
+    return best
