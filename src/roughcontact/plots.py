@@ -530,7 +530,7 @@ def _edges(pressures: Sequence[Array], ceilings: Sequence[float], top: float, sc
 
 def _histogram_label(result: ContactResult, name: str) -> str:
     text = f"{name}: " if name else ""
-    text += f"{_percent(result.contact_fraction)} of the map in contact"
+    text += f"{_percent(result.contact_fraction)} of the map in contact{_doubt(result)}"
     if result.ceiling is None:
         return text
     ceiling = _uniform_ceiling(result)
@@ -584,6 +584,8 @@ def _percent(share: float) -> str:
         return f"{100 * share:.0f} %"
     if share < 5e-7:
         return "< 0.0001 %"
+    if 1 - share < 5e-7:
+        return "> 99.9999 %"
     decimals = min(max(2 - math.floor(math.log10(100 * rest)), 0), 4)
     return f"{100 * share:.{decimals}f} %"
 
@@ -608,11 +610,12 @@ def _aspect(size: tuple[float, float]) -> float:
 def _single(size: tuple[float, float], legend: bool = True) -> tuple[Figure, Axes]:
     from matplotlib.figure import Figure
 
-    # Large enough that the longer side of the map has more dots than the map has cells.
+    # Large enough that the longer side of the map has more dots than the map has cells, and wide
+    # enough for the note whatever the map.
     aspect = size[0] / size[1]
-    width, height = (5.2, 5.2 * aspect) if aspect < 1 else (5.2 / aspect, 5.2)
+    height = 5.2 * min(aspect, 1.0)
     figure = Figure(
-        figsize=(max(width, 2.6) + 2.0, max(height, 1.0) + (2.3 if legend else 1.8)),
+        figsize=(7.2, max(height, 1.0) + (2.6 if legend else 1.8)),
         dpi=DPI,
         layout=_layout(),
     )
@@ -696,7 +699,7 @@ def _few_ticks(axes: Axes, aspect: float) -> None:
     from matplotlib.ticker import MaxNLocator
 
     axes.xaxis.set_major_locator(MaxNLocator(max(round(5 / max(aspect, 1)), 2)))
-    axes.yaxis.set_major_locator(MaxNLocator(max(round(5 * min(aspect, 1)), 2)))
+    axes.yaxis.set_major_locator(MaxNLocator(max(round(5 * min(aspect, 1)), 1)))
 
 
 def _bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:

@@ -1,0 +1,440 @@
+import io
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+from numpy.typing import NDArray
+
+from roughcontact import plots
+from roughcontact.errors import InputError, RoughcontactError
+from roughcontact.material import RIGID, Material
+from roughcontact.result import ContactResult
+from roughcontact.surface import Surface
+
+GIGA = 1e9
+
+
+def result_of(
+    pressure: NDArray[np.float64],
+    ceiling: float | NDArray[np.float64] | None = 3 * GIGA,
+    pixel: tuple[float, float] = (1e-6, 1e-6),
+    missing: NDArray[np.bool_] | None = None,
+    status: str = "converged",
+) -> ContactResult:
+    """Return a result with this pressure, without solving anything."""
+    heights = np.random.default_rng(1).normal(scale=1e-7, size=pressure.shape)
+    if missing is not None:
+        heights[missing] = np.nan
+    gap = np.where(pressure > 0, 0.0, np.nanmax(heights) - heights)
+    return ContactResult(
+        surface=Surface(heights, pixel),
+        counter_surface=None,
+        material=Material(210e9, 0.3, GIGA),
+        counter_material=RIGID,
+        contact_modulus=210e9 / 0.91,
+        ceiling=ceiling,
+        boundary="free",
+        precision="double",
+        tolerance=1e-6,
+        control="load",
+        load=float(pressure.sum()) * pixel[0] * pixel[1],
+        approach=1e-7,
+        pressure=pressure.copy(),
+        gap=gap,
+        certificate=4.7e-7,
+        load_error=0.0,
+        status=status,
+        iterations=1,
+        convolutions=1,
+        seconds=0.0,
+    )
+
+
+def spotted(shape: tuple[int, int] = (40, 60)) -> NDArray[np.float64]:
+    """Return a pressure with 5 % elastic and 1 % saturated points (for 40 × 60)."""
+    pressure = np.zeros(shape)
+    pressure[10:20, 20:32] = 2 * GIGA
+    pressure[12:16, 22:28] = 3 * GIGA
+    return pressure
+
+
+def every_figure(result: ContactResult) -> list[Figure]:
+    return [
+        plots.surface(result.surface),
+        plots.pressure(result),
+        plots.contact(result),
+        plots.gap(result),
+        plots.pressure_histogram(result),
+        plots.pressure_histogram([result, result], ["a", "b"], scale="log"),
+        plots.comparison([result, result], ["a", "b"]),
+        plots.overview(result),
+    ]
+
+
+def maps(figure: Figure) -> list[Axes]:
+    return [axes for axes in figure.axes if axes.images]
+
+
+def drawn(axes: Axes) -> Any:
+    return axes.images[0].get_array()
+
+
+def texts(figure: Figure) -> str:
+    from matplotlib.text import Text
+
+    return "\n".join(text.get_text() for text in figure.findobj(Text))
+
+
+def rendered(figure: Figure) -> NDArray[np.float64]:
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=plots.DPI)
+    stream.seek(0)
+    return np.asarray(imread(stream))[..., :3]
+
+
+@pytest.mark.parametrize(
+    ("shape", "holes"), [((40, 60), False), ((4, 90), True), ((90, 4), True), ((2, 2), False)]
+)
+def test_every_figure_is_rendered_without_warnings(shape: tuple[int, int], holes: bool) -> None:
+    pressure = np.zeros(shape)
+    pressure[0, 0], pressure[1, 1] = 3 * GIGA, GIGA
+    missing = np.zeros(shape, bool)
+    missing[0, 1] = holes
+    for figure in every_figure(result_of(pressure, missing=missing)):
+        figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize(
+    ("pressure", "ceiling"),
+    [
+        (np.zeros((8, 8)), 3 * GIGA),
+        (np.full((8, 8), 3 * GIGA), 3 * GIGA),
+        (np.full((8, 8), 1e3), None),
+        (np.eye(8) * GIGA, np.where(np.arange(64).reshape(8, 8) % 2, GIGA, np.inf)),
+    ],
+    ids=["nothing touches", "all saturated", "full elastic contact", "ceiling by point"],
+)
+def test_limiting_cases_are_drawn(
+    pressure: NDArray[np.float64], ceiling: float | NDArray[np.float64] | None
+) -> None:
+    for figure in every_figure(result_of(pressure, ceiling)):
+        figure.draw_without_rendering()
+
+
+def test_flat_surface_is_drawn() -> None:
+    plots.surface(Surface(np.full((9, 9), 1e-3), (1e-6, 1e-6))).draw_without_rendering()
+
+
+def test_axes_are_true_in_engineering_units() -> None:
+    result = result_of(spotted(), pixel=(2e-6, 1e-6))
+    (axes,) = maps(plots.pressure(result))
+    assert axes.get_xlabel() == "x [µm]"
+    assert axes.get_xlim() == pytest.approx((0, 60))
+    assert axes.get_ylim() == pytest.approx((80, 0))
+    assert axes.get_aspect() == 1
+    (axes,) = maps(plots.surface(Surface(np.eye(20), (1e-4, 1e-4))))
+    assert axes.get_xlabel() == "x [mm]"
+
+
+def test_block_reduction_keeps_the_axes_true() -> None:
+    # 1301 points do not divide into cells: the last ones reach beyond the map and are cut off.
+    result = result_of(np.pad(spotted(), ((0, 0), (1301 - 60, 0))))
+    (axes,) = maps(plots.pressure(result))
+    shape = drawn(axes).shape
+    assert shape == (14, 434)
+    assert axes.get_xlim() == pytest.approx((0, 1.301))
+    left, right, bottom, top = axes.images[0].get_extent()
+    assert (left, top) == (0, 0)
+    assert right == pytest.approx(434 * 3e-3)
+    assert bottom == pytest.approx(14 * 3e-3)
+
+
+@pytest.mark.parametrize("shape", [(1024, 1024), (70, 2000), (2000, 70), (900, 1300)])
+def test_single_point_of_contact_survives(shape: tuple[int, int]) -> None:
+    pressure = np.zeros(shape)
+    where = [(shape[0] // 7, shape[1] // 3), (shape[0] - 1, shape[1] - 1), (3, 5)]
+    for point in where:
+        pressure[point] = 3 * GIGA
+    result = result_of(pressure)
+    for axes in maps(plots.pressure(result)):
+        values = drawn(axes)
+        assert values.size < pressure.size
+        assert values.count() == len(where)
+        assert values.max() == pytest.approx(3)
+    (axes,) = maps(plots.contact(result))
+    assert np.count_nonzero(drawn(axes) == 2) == len(where)
+    gap = maps(plots.gap(result))[0]
+    assert gap.images[1].get_array().count() == len(where)
+
+
+@pytest.mark.parametrize("shape", [(1024, 1024), (300, 1100)])
+def test_single_points_reach_the_picture(shape: tuple[int, int]) -> None:
+    # Drawing to the nearest cell would lose cells if the axes had fewer dots than cells.
+    import scipy.ndimage
+
+    pressure = np.zeros(shape)
+    pressure[5::97, 5::97] = 3 * GIGA
+    figure = plots.contact(result_of(pressure))
+    (axes,) = maps(figure)
+    figure.draw_without_rendering()
+    box = axes.get_window_extent().shrunk(0.995, 0.995)
+    picture = rendered(figure)
+    height = picture.shape[0]
+    inside = picture[height - int(box.y1) : height - int(box.y0), int(box.x0) : int(box.x1)]
+    red = mpl.colors.to_rgb(plots._SATURATED)
+    _, count = scipy.ndimage.label(np.abs(inside - red).max(axis=2) < 0.02)
+    assert count == np.count_nonzero(pressure)
+
+
+@pytest.mark.parametrize("aspect", [0.05, 0.3, 0.76, 1.0, 1.5, 4.0])
+def test_maps_have_more_dots_than_cells(aspect: float) -> None:
+    shape = (round(60 * aspect), 60)
+    result = result_of(spotted((60, 60))[: shape[0]] if aspect <= 1 else np.eye(*shape) * GIGA)
+    alone = [plots.surface(result.surface), plots.pressure(result), plots.gap(result)]
+    panels = [plots.overview(result), plots.comparison([result] * 3, ["a", "b", "c"])]
+    for figures, cells in ((alone, plots._CELLS_ALONE), (panels, plots._CELLS_IN_PANEL)):
+        for figure in figures:
+            figure.draw_without_rendering()
+            for axes in maps(figure):
+                box = axes.get_window_extent()
+                assert max(box.width, box.height) >= cells
+
+
+def test_reduction_shows_the_most_severe_class_and_says_so() -> None:
+    pressure = np.zeros((1200, 1200))
+    pressure[0, 0], pressure[0, 1] = 3 * GIGA, GIGA
+    pressure[600, 600] = GIGA
+    figure = plots.contact(result_of(pressure))
+    (axes,) = maps(figure)
+    classes = drawn(axes)
+    assert classes[0, 0] == 2
+    assert classes[300, 300] == 1
+    assert np.count_nonzero(classes) == 2
+    assert "cells of 2 × 2 points" in texts(figure)
+    assert "cells of" not in texts(plots.contact(result_of(spotted())))
+
+
+def test_mean_of_cells_passes_over_missing_points() -> None:
+    heights = np.arange(24.0).reshape(4, 6)
+    heights[0, 0] = np.nan
+    heights[2:, 4:] = [[np.nan, np.nan], [1, np.nan]]
+    mean = plots._cell_mean(heights, (2, 2))
+    assert mean[0, 0] == pytest.approx((1 + 6 + 7) / 3)
+    assert mean[0, 1] == pytest.approx((2 + 3 + 8 + 9) / 4)
+    assert np.isnan(mean[1, 2])
+    # The last cells hold one column only.
+    odd = plots._cell_mean(np.arange(15.0).reshape(3, 5), (2, 2))
+    assert odd[1, 2] == 14
+    assert odd[0, 2] == pytest.approx((4 + 9) / 2)
+
+
+def test_contact_legend_gives_the_shares_of_the_points() -> None:
+    missing = np.zeros((40, 60), bool)
+    missing[0, :12] = True
+    figure = plots.contact(result_of(spotted(), missing=missing))
+    (axes,) = maps(figure)
+    legend = axes.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "no contact\n94.50 %", "elastic\n4.00 %", "saturated\n1.00 %", "missing\n0.500 %",
+    ]  # fmt: skip
+    assert np.count_nonzero(drawn(axes) == 3) == 12
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [(0, "0 %"), (1, "100 %"), (0.5, "50.0 %"), (0.0338058, "3.38 %"), (0.99967, "99.9670 %"),
+     (1e-8, "< 0.0001 %"), (1 - 1e-6, "99.9999 %"), (0.0009399, "0.0940 %")],
+)  # fmt: skip
+def test_percentages_never_round_to_all_or_nothing(share: float, text: str) -> None:
+    assert plots._percent(share) == text
+
+
+def test_nearly_everything_is_not_everything() -> None:
+    assert plots._percent(1 - 1e-9) != "100 %"
+    assert plots._percent(1 - 1e-9) == "> 99.9999 %"
+
+
+def test_classes_differ_in_grey_print() -> None:
+    colours = [plots._OPEN, plots._MISSING, plots._ELASTIC, plots._SATURATED]
+    grey = [float(np.dot(mpl.colors.to_rgb(c), (0.299, 0.587, 0.114))) for c in colours]
+    assert np.all(-np.diff(grey) > 0.15)
+
+
+def test_pressure_scale_ends_at_the_ceiling_that_is_reached_or_at_the_largest() -> None:
+    def top(result: ContactResult, limit: float | None = None) -> Any:
+        image = maps(plots.pressure(result, limit))[0].images[0]
+        return image.norm.vmax, image.colorbar.extend
+
+    assert top(result_of(spotted())) == (pytest.approx(3), "neither")
+    assert top(result_of(spotted(), None)) == (pytest.approx(3), "neither")
+    assert top(result_of(np.minimum(spotted(), 2 * GIGA))) == (pytest.approx(2), "neither")
+    assert top(result_of(spotted()), 2.5 * GIGA) == (pytest.approx(2.5), "max")
+    # In MPa below 1 GPa.
+    assert top(result_of(spotted()), 0.5 * GIGA) == (pytest.approx(500), "max")
+
+
+def test_comparison_shares_the_colour_limits() -> None:
+    elastic, limited = result_of(10 * spotted(), None), result_of(spotted())
+    figure = plots.comparison([elastic, limited], ["elastic", "ceiling"])
+    first, second = (axes.images[0] for axes in maps(figure)[:2])
+    assert first.get_clim() == second.get_clim() == pytest.approx((0, 3))
+    assert first.get_array().max() == pytest.approx(30)
+    figure = plots.comparison([elastic, limited], ["elastic", "ceiling"], limit=20 * GIGA)
+    assert all(axes.images[0].get_clim() == (0, 20) for axes in maps(figure)[:2])
+    figure = plots.comparison([elastic, elastic], ["one", "two"])
+    assert maps(figure)[0].images[0].get_clim() == pytest.approx((0, 30))
+
+
+def test_surface_colours_are_robust_and_holes_grey() -> None:
+    heights = np.random.default_rng(2).normal(scale=1e-7, size=(100, 100)) + 5e-3
+    heights[50, 50] += 1e-4
+    heights[:10, :10] = np.nan
+    figure = plots.surface(Surface(heights, (1e-6, 1e-6)))
+    image = maps(figure)[0].images[0]
+    low, high = image.get_clim()
+    assert -350 < low < -200
+    assert 200 < high < 350
+    assert image.colorbar is not None
+    assert image.colorbar.extend == "both"
+    assert np.ma.getmaskarray(drawn(maps(figure)[0])).sum() == 100
+    assert mpl.colors.to_hex(image.cmap.get_bad()) == plots._MISSING
+    assert "missing 1.00 %" in texts(figure)
+
+
+def test_histogram_integrates_to_the_area_below_the_ceiling() -> None:
+    rng = np.random.default_rng(3)
+    pressure = np.minimum(np.maximum(rng.normal(1.5, 1.5, (50, 60)), 0) * GIGA, 3 * GIGA)
+    limited, elastic = result_of(pressure), result_of(4 * pressure, None)
+    for scale in ("linear", "log"):
+        figure = plots.pressure_histogram([limited, elastic], ["ceiling", "elastic"], scale)
+        stairs = [patch.get_data() for patch in figure.axes[0].patches]
+        assert np.array_equal(stairs[0].edges, stairs[1].edges)
+        widths = np.diff(np.log10(stairs[0].edges) if scale == "log" else stairs[0].edges)
+        share = limited.saturated_fraction / limited.contact_fraction
+        assert np.sum(stairs[0].values * widths) == pytest.approx(100 * (1 - share))
+        assert np.sum(stairs[1].values * widths) == pytest.approx(100)
+        # No bin of the limited contact reaches beyond its ceiling.
+        assert np.all(stairs[0].values[stairs[0].edges[1:] > 3 + 1e-9] == 0)
+        assert "ceiling 3 GPa" in texts(figure)
+        assert f"{plots._percent(share)} of it at the 3 GPa ceiling" in texts(figure)
+
+
+def test_far_ceiling_does_not_stretch_the_histogram() -> None:
+    figure = plots.pressure_histogram(result_of(spotted() / 100))
+    assert figure.axes[0].get_xlim()[1] < 40
+    assert "none of it at the 3 GPa ceiling" in texts(figure)
+
+
+def test_overview_states_the_numbers_that_matter() -> None:
+    title = texts(plots.overview(result_of(spotted())))
+    for words in (
+        "load 264 mN", "contact 5.00 %", "saturated 1.00 %", "largest pressure 3 GPa",
+        "certificate 4.7e-07", "regime: saturated at the surface",
+    ):  # fmt: skip
+        assert words in title
+
+
+def test_failed_solution_is_never_drawn_as_solved() -> None:
+    result = result_of(spotted(), status="stalled")
+    for figure in (
+        plots.pressure(result), plots.contact(result), plots.gap(result), plots.overview(result),
+        plots.pressure_histogram(result), plots.comparison([result], ["a"]),
+    ):  # fmt: skip
+        assert "NOT CONVERGED" in texts(figure)
+
+
+def test_unfit_arguments_are_named() -> None:
+    result = result_of(spotted())
+    for limit in (0.0, -1.0, float("nan"), float("inf")):
+        with pytest.raises(InputError, match="limit must be positive"):
+            plots.pressure(result, limit)
+    with pytest.raises(InputError, match="labels"):
+        plots.comparison([result], ["a", "b"])
+    with pytest.raises(InputError, match="labels"):
+        plots.pressure_histogram([result, result], "ab")
+    with pytest.raises(InputError, match="results is empty"):
+        plots.pressure_histogram([])
+    with pytest.raises(InputError, match="scale"):
+        plots.pressure_histogram([result], scale="cubic")
+
+
+@pytest.mark.parametrize(
+    ("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF"),
+                          (".PNG", b"\x89PNG")],
+)  # fmt: skip
+def test_save_writes_the_type_of_the_suffix(tmp_path: Path, suffix: str, start: bytes) -> None:
+    path = tmp_path / f"figure{suffix}"
+    path.write_text("old")
+    other = tmp_path / "other name of the same file"
+    other.hardlink_to(path)
+    plots.save(plots.pressure(result_of(spotted())), path)
+    assert path.read_bytes().startswith(start)
+    # Moved into place: writing over the old file would have changed it under both names.
+    assert other.read_text() == "old"
+    assert set(tmp_path.iterdir()) == {path, other}
+
+
+@pytest.mark.parametrize("name", ["figure.bmp", "figure", "figure.png.txt"])
+def test_save_refuses_unknown_suffixes(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match=r"suffix; use one of \.png, \.svg, \.pdf"):
+        plots.save(Figure(), tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_save_refuses_a_missing_folder(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="folder"):
+        plots.save(Figure(), tmp_path / "no" / "figure.png")
+
+
+@pytest.mark.parametrize(
+    ("failure", "raised"),
+    [(OSError(28, "No space left on device"), RoughcontactError),
+     (KeyboardInterrupt(), KeyboardInterrupt)],
+)  # fmt: skip
+def test_failed_save_keeps_the_old_file_and_leaves_nothing(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    failure: BaseException,
+    raised: type[BaseException],
+) -> None:
+    path = tmp_path / "figure.png"
+    path.write_text("old")
+
+    def half(self: Figure, stream: Any, **kwargs: Any) -> None:
+        stream.write(b"half")
+        raise failure
+
+    monkeypatch.setattr(Figure, "savefig", half)
+    with pytest.raises(raised):
+        plots.save(Figure(), path)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_figures_leave_no_global_state() -> None:
+    # A fresh interpreter: no pyplot, no chosen backend, no changed setting, and a cheap import.
+    code = """
+import sys
+from roughcontact import plots
+assert not any(name.split(".")[0] == "matplotlib" for name in sys.modules)
+import matplotlib
+# Reading the entry "backend" chooses one and imports pyplot.
+def settings():
+    return {key: matplotlib.rcParams[key] for key in matplotlib.rcParams if key != "backend"}
+before = settings()
+import io, numpy
+from roughcontact.surface import Surface
+figure = plots.surface(Surface(numpy.eye(9), (1e-6, 1e-6)))
+figure.savefig(io.BytesIO(), format="png")
+assert "matplotlib.pyplot" not in sys.modules
+assert settings() == before
+"""
+    subprocess.run([sys.executable, "-W", "error", "-c", code], check=True, timeout=60)
