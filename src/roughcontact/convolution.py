@@ -139,17 +139,26 @@ class Workspace:
 
     def __init__(self, workers: int | None = None) -> None:
         self.workers = workers or default_workers()
-        self._pool = ThreadPoolExecutor(self.workers)
+        self._pool = ThreadPoolExecutor(max(1, self.workers - 1))
         self._memory = np.empty(0, np.uint8)
         self._local = threading.local()
 
-    def each(self, task: Callable[[Any], None], items: Sequence[Any] | NDArray[Any]) -> None:
-        """Call a task for every item, on all threads."""
-        if len(items) == 1:
-            task(items[0])
-        else:
-            # list() lets an error inside a thread reach the caller.
-            list(self._pool.map(task, items))
+    def each(self, task: Callable[[Any], None], items: Iterable[Any]) -> None:
+        """Call a task for every item, on all threads and this one."""
+        # One iterator for all: whoever is free takes the next item, and nothing is queued.
+        left = iter(items)
+
+        def work() -> None:
+            for item in left:
+                task(item)
+
+        helpers = [self._pool.submit(work) for _ in range(self.workers - 1)]
+        try:
+            work()
+        finally:
+            # result() hands an error inside a thread to the caller.
+            for helper in helpers:
+                helper.result()
 
     def reserve(self, size: int) -> None:
         """Make sure that `shared` arrays of so many bytes need no new memory."""

@@ -14,7 +14,9 @@ from roughcontact.errors import require_pixel, require_positive
 
 Array = NDArray[np.float64]
 
-_BLOCK_BYTES = 1 << 20
+_BLOCK_BYTES = 1 << 18
+# Distance in long pixel edges from which six orders of moments are exact to 1e-12.
+_NEAR = 64
 
 
 def love(
@@ -55,7 +57,8 @@ def love(
 
     Every bracket is a difference of nearly equal logarithms far from the origin. Written as
     ``log1p`` of an exact small quotient, K keeps a relative error of about N × 10⁻¹⁶ at a
-    distance of N pixels; the textbook form loses N² times more.
+    distance of N pixels; the textbook form loses N² times more. From 64 pixels on, the integral
+    of 1/r is expanded in the moments of the pixel, which is faster and as exact there.
 
     References
     ----------
@@ -64,26 +67,60 @@ def love(
     """
     require_pixel(pixel)
     require_positive(contact_modulus=contact_modulus)
-    (ny, nx), (dy, dx) = shape, pixel
+    ny, nx = shape
     coefficients = np.empty((ny, nx))
+    near = [math.ceil(_NEAR * max(pixel) / edge) for edge in pixel]
+    near_rows = min(ny, max(0, near[0] - first_row))
     # Row blocks keep the temporaries in cache and out of the peak memory.
     rows = max(1, _BLOCK_BYTES // (8 * (nx + 1)))
-    x_center: Array = np.arange(nx, dtype=np.float64) * dx
-    x_corner: Array = (np.arange(nx + 1, dtype=np.float64) - 0.5) * dx
     for top in range(0, ny, rows):
         bottom = min(top + rows, ny)
-        offsets = np.arange(top, bottom + 1, dtype=np.float64)[:, None] + first_row
-        y_center: Array = offsets[:-1] * dy
-        y_corner: Array = (offsets - 0.5) * dy
-        radius = np.hypot(x_corner, y_corner)
-        along_y = x_corner * _log_ratio(y_center, dy, radius[:-1], radius[1:], x_corner)
-        along_x = y_corner * _log_ratio(x_center, dx, radius[:, :-1], radius[:, 1:], y_corner)
+        offsets = np.arange(first_row + top, first_row + bottom, dtype=np.float64)
+        left = min(nx, near[1]) if top < near_rows else 0
         block = coefficients[top:bottom]
-        np.subtract(along_y[:, 1:], along_y[:, :-1], out=block)
-        block += along_x[1:]
-        block -= along_x[:-1]
+        if left:
+            block[:, :left] = _closed_form(offsets, np.arange(left, dtype=np.float64), pixel)
+        if left < nx:
+            block[:, left:] = _expansion(offsets, np.arange(left, nx, dtype=np.float64), pixel)
     coefficients /= math.pi * contact_modulus
     return coefficients
+
+
+def _closed_form(rows: Array, columns: Array, pixel: tuple[float, float]) -> Array:
+    """Return the integral of 1/r over pixels at consecutive offsets, by Love's formula."""
+    dy, dx = pixel
+    y_center, y_corner = rows[:, None] * dy, _corners(rows)[:, None] * dy
+    x_center, x_corner = columns * dx, _corners(columns) * dx
+    radius = np.hypot(x_corner, y_corner)
+    along_y = x_corner * _log_ratio(y_center, dy, radius[:-1], radius[1:], x_corner)
+    along_x = y_corner * _log_ratio(x_center, dx, radius[:, :-1], radius[:, 1:], y_corner)
+    integral: Array = along_y[:, 1:] - along_y[:, :-1] + along_x[1:] - along_x[:-1]
+    return integral
+
+
+def _corners(offsets: Array) -> Array:
+    return np.append(offsets - 0.5, offsets[-1] + 0.5)
+
+
+def _expansion(rows: Array, columns: Array, pixel: tuple[float, float]) -> Array:
+    """Return the integral of 1/r over far pixels, by its moments up to the fourth."""
+    a, b = (0.5 * edge for edge in (pixel[1], pixel[0]))
+    y2, x2 = (rows[:, None] * pixel[0]) ** 2, (columns * pixel[1]) ** 2
+    inverse = 1 / (x2 + y2)
+    # u and v: squares of the direction cosines; every order is a polynomial in them over r².
+    u, v = x2 * inverse, y2 * inverse
+    second = a**2 * (2 * u - v) + b**2 * (2 * v - u)
+    # ∂x⁴(1/r) = (105 u² - 90 u + 9)/r⁵, ∂x²∂y²(1/r) = (105 uv - 12)/r⁵ with u + v = 1
+    fourth = a**4 * (105 * u * u - 90 * u + 9) + b**4 * (105 * v * v - 90 * v + 9)
+    fourth *= 1 / 120
+    fourth += a**2 * b**2 * (105 / 36 * u * v - 12 / 36)
+    fourth *= inverse
+    fourth += second / 6
+    fourth *= inverse
+    fourth += 1
+    fourth *= np.sqrt(inverse)
+    fourth *= 4 * a * b
+    return fourth
 
 
 def _log_ratio(

@@ -8,6 +8,9 @@ presses itself. These few collective modes are handled on a coarse grid of block
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 class FreePixelInverse:
-    """Approximate inverse of K restricted to some pixels.
+    """Approximate inverse of K restricted to changing sets of pixels.
 
     With M the wrapped inverse on the pixels, R the sum over the pixels of each block, and C the
     displacement of a block by the force on another one, K ≈ M⁻¹ + Rᵀ C R. By Woodbury's identity,
@@ -25,52 +28,61 @@ class FreePixelInverse:
 
         M - diag(m) Rᵀ (C⁻¹ + D)⁻¹ R diag(m),   D = R diag(m) Rᵀ
 
+    m and D are those of the first set of pixels; the next ones differ little.
+
     Parameters
     ----------
     wrapped : Convolution
         ``displacement / K₀₀ → pressure``; see `Convolution.approximate_inverse`.
-    index : ndarray of int, shape (n,)
-        Flat indices of the pixels, ascending.
     response : ndarray, shape (by, bx), optional
         Displacement over K₀₀ of the pixels of each block under unit pressure on one pixel of the
         first block; without it only the wrapped inverse is used.
     """
 
-    def __init__(
-        self, wrapped: Convolution, index: NDArray[np.int64], response: Array | None = None
-    ) -> None:
-        self._wrapped = wrapped
-        self._support = wrapped.support(index)
-        self._factor = None
-        if response is None or index.size < 2:
-            return
-        (ny, nx), (by, bx) = wrapped.shape, response.shape
+    def __init__(self, wrapped: Convolution, response: Array | None = None) -> None:
+        self._wrapped, self._response = wrapped, response
+        self._weights: NDArray[np.float32] | None = None
+        self._coarse: Array | None = None
+
+    def on(self, index: NDArray[np.int64]) -> Callable[[Array], Array]:
+        """Return the inverse on some pixels, ``displacement / K₀₀ → pressure``, shapes ``(n,)``.
+
+        Parameters
+        ----------
+        index : ndarray of int, shape (n,)
+            Flat indices of the pixels, ascending.
+        """
+        support = self._wrapped.support(index)
+        if self._response is None or index.size < 2:
+            return lambda displacement: self._wrapped.gather(support, displacement)
+        (ny, nx), (by, bx) = self._wrapped.shape, self._response.shape
         row, column = np.divmod(index, nx)
-        row //= -(-ny // by)
-        column //= -(-nx // bx)
-        used, self._block = np.unique(row * bx + column, return_inverse=True)
-        # Imported late: most of the time of `import roughcontact` would be SciPy's.
-        from scipy.linalg import cho_factor
+        block = row // -(-ny // by) * bx + column // -(-nx // bx)
+        if self._weights is None:
+            first = self._wrapped.gather(support, np.ones(index.size))
+            # Positive but for rounding: a pixel is stiffer than its neighbours are soft.
+            first = np.maximum(first, 1e-6)
+            self._weights = np.full(ny * nx, first.mean(), np.float32)
+            self._weights[index] = first
+            self._coarse = self._collective(np.bincount(block, first, minlength=by * bx))
+        assert self._coarse is not None
+        weight, coarse = self._weights[index].astype(np.float64), self._coarse
 
-        # Positive but for rounding: a pixel is stiffer than its neighbours are soft.
-        self._weight = np.maximum(wrapped.gather(self._support, np.ones(index.size)), 1e-6)
-        self._stiffness = np.bincount(self._block, self._weight)
-        i, j = np.divmod(used, bx)
-        coupling = response[np.abs(i[:, None] - i), np.abs(j[:, None] - j)]
-        coupling[np.diag_indices_from(coupling)] += 1 / self._stiffness
-        self._factor = cho_factor(coupling, overwrite_a=True, check_finite=False)
-
-    def __call__(self, displacement: Array) -> Array:
-        """Return the pressure that causes about this displacement over K₀₀, shape ``(n,)``."""
-        pressure = self._wrapped.gather(self._support, displacement)
-        if self._factor is None:
+        def apply(displacement: Array) -> Array:
+            pressure = self._wrapped.gather(support, displacement)
+            force = np.bincount(block, weight * displacement, minlength=by * bx)
+            pressure -= weight * (coarse @ force)[block]
             return pressure
-        from scipy.linalg import cho_solve
 
-        force = np.bincount(self._block, self._weight * displacement)
-        mean = force / self._stiffness
-        # (C⁻¹ + D)⁻¹ = D⁻¹ - D⁻¹ (C + D⁻¹)⁻¹ D⁻¹
-        rest = mean - cho_solve(self._factor, mean, check_finite=False) / self._stiffness
-        correction: Array = self._weight * rest[self._block]
-        pressure -= correction
-        return pressure
+        return apply
+
+    def _collective(self, stiffness: NDArray[Any]) -> Array:
+        """Return (C⁻¹ + D)⁻¹ for the diagonal of D."""
+        assert self._response is not None
+        by, bx = self._response.shape
+        i, j = np.divmod(np.arange(by * bx), bx)
+        coupling = self._response[np.abs(i[:, None] - i), np.abs(j[:, None] - j)]
+        system = stiffness[:, None] * coupling
+        system[np.diag_indices_from(system)] += 1
+        inverse: Array = np.linalg.solve(system.T, coupling)
+        return inverse

@@ -42,7 +42,7 @@ _COARSE_TOLERANCE = 3e-3
 _COARSEST = 32
 # Blocks per side for the collective modes of the contact spots, and the fewest points in one.
 _BLOCKS = 24
-_BLOCK_POINTS = 32
+_BLOCK_POINTS = 64
 # A linear solve stops at this reduction unless the set of free pixels is already right.
 _REDUCTION = 0.1
 # Steps without a better certificate before projected gradients take over; their number the first
@@ -199,10 +199,11 @@ def solve(
         level = levels[depth]
         finest = depth == 0
         pixel = (2**depth, 2**depth)
+        level_operator = finest_operator if finest else operator(_shape(level), pixel)
         solution = _solve_level(
             level,
-            finest_operator if finest else operator(_shape(level), pixel),
-            _responses(_shape(level), operator, pixel),
+            level_operator,
+            _Patches(level_operator, operator, pixel),
             start,
             max(tolerance, _COARSE_TOLERANCE) if not finest else tolerance,
             max_iterations,
@@ -294,6 +295,7 @@ class _Viewer:
     def __init__(self, problem: Problem, operator: Convolution) -> None:
         self.problem, self.operator = problem, operator
         self.unit = operator.self_displacement
+        self.convolutions = 0
         # Displacement plus initial gap of the last look, before the approach is taken off.
         self.open: NDArray[Any] = np.empty(problem.initial_gap.shape, operator.real)
 
@@ -313,12 +315,14 @@ class _Viewer:
 
         support = self.operator.support(index)
         self.operator.spread(support, pressure, visit)
+        self.convolutions += 1
         approach = self.problem.approach or 0.0
         if total is not None:
             # More pixels can only lower the approach that carries the load: this one is a bound.
             approach = self._multiplier(index, pressure, total)
+        loaded_pixels = index.size
         index, pressure = self._joined(index, pressure, support.starts, approach)
-        if total is not None:
+        if total is not None and index.size > loaded_pixels:
             approach = self._multiplier(index, pressure, total)
         opened = self.opened(index)
         gap = opened - approach
@@ -344,7 +348,7 @@ class _Viewer:
     ) -> float:
         opened = self.opened(index)
         # Offset first, so that the root find works on numbers of the size of the pressure.
-        offset = float(np.median(opened))
+        offset = float(opened.mean())
         values = pressure - (opened - offset) / self.unit
         return offset + self.unit * shift_to_sum(values, self.limit(index), total)
 
@@ -376,31 +380,96 @@ class _Viewer:
         return np.insert(index, at, new), np.insert(pressure, at, 0.0)
 
 
+@dataclass(frozen=True, eq=False)
+class _Patch:
+    """A part of the map with an operator and an approximate inverse of its own."""
+
+    first: tuple[int, int]
+    map_width: int
+    operator: Convolution
+    inverse: FreePixelInverse
+
+    def holds(self, low: tuple[int, int], high: tuple[int, int]) -> bool:
+        """Return whether the rows and columns from ``low`` to ``high`` lie on it."""
+        return all(
+            first <= start and end < first + points
+            for first, points, start, end in zip(
+                self.first, self.operator.shape, low, high, strict=True
+            )
+        )
+
+    def index(self, index: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return flat indices on the patch for flat indices on the map."""
+        width = self.operator.shape[1]
+        if width == self.map_width:
+            return index - self.first[0] * width
+        row, column = np.divmod(index, self.map_width)
+        local: NDArray[np.int64] = (row - self.first[0]) * width + (column - self.first[1])
+        return local
+
+
+class _Patches:
+    """The smallest patch worth having that holds the pixels of a linear solve.
+
+    A pressure displaces a pixel alike on any map that holds both, unless the map is periodic:
+    where the contact is confined, so are the transforms.
+    """
+
+    def __init__(self, operator: Convolution, family: Operator, pixel: tuple[int, int]) -> None:
+        self._family, self._pixel, self._width = family, pixel, operator.shape[1]
+        self._whole = self._patch((0, 0), operator)
+        self._periodic = operator.padded == operator.shape
+        self._last = self._whole
+
+    def around(self, index: NDArray[np.int64]) -> _Patch:
+        """Return a patch that holds these pixels."""
+        ny, nx = shape = self._whole.operator.shape
+        if self._periodic or not index.size:
+            return self._whole
+        column = index % nx
+        low = int(index[0] // nx), int(column.min())
+        high = int(index[-1] // nx), int(column.max())
+        if self._last is not self._whole and self._last.holds(low, high):
+            return self._last
+        first, points = [], []
+        for start, end, most in zip(low, high, shape, strict=True):
+            # Room for the contact to grow by a few pixels from step to step.
+            margin = 2 + (end - start) // 32
+            first.append(max(0, start - margin))
+            points.append(min(most, end + 1 + margin) - first[-1])
+        if 2 * points[0] * points[1] > ny * nx:
+            return self._whole
+        operator = self._family((points[0], points[1]), self._pixel)
+        self._last = self._patch((first[0], first[1]), operator)
+        return self._last
+
+    def _patch(self, first: tuple[int, int], operator: Convolution) -> _Patch:
+        response = _responses(operator.shape, self._family, self._pixel)
+        if response is not None:
+            response /= operator.self_displacement
+        inverse = FreePixelInverse(operator.approximate_inverse(), response)
+        return _Patch(first, self._width, operator, inverse)
+
+
 def _solve_level(
     problem: Problem,
     operator: Convolution,
-    response: NDArray[np.float64] | None,
+    patches: _Patches,
     start: Loaded,
     tolerance: float,
     max_iterations: int,
     note: Callable[[Step], None],
 ) -> Solution:
     shape = _shape(problem)
-    wrapped = operator.approximate_inverse()
-    scaled = None if response is None else response / operator.self_displacement
-
-    def inverse(index: NDArray[np.int64]) -> FreePixelInverse:
-        return FreePixelInverse(wrapped, index, scaled)
-
     viewer = _Viewer(problem, operator)
     now = best = viewer.look(*_admissible(problem, start))
     iteration, fruitless, bursts = 0, 0, 0
     while True:
-        note(Step(shape, iteration, operator.convolutions, now.certificate, tolerance))
+        note(Step(shape, iteration, viewer.convolutions, now.certificate, tolerance))
         if now.certificate <= tolerance:
             status = Status.CONVERGED
             break
-        if operator.convolutions >= max_iterations:
+        if viewer.convolutions >= max_iterations:
             status = Status.CONVOLUTION_LIMIT
             break
         if fruitless >= _PATIENCE and (best.certificate <= 10 * best.floor or bursts == _BURSTS):
@@ -408,7 +477,7 @@ def _solve_level(
             break
         iteration += 1
         if fruitless < _PATIENCE:
-            moved = _active_set_step(now, viewer, inverse, tolerance, max_iterations)
+            moved = _active_set_step(now, viewer, patches, tolerance, max_iterations)
             after = viewer.look(now.index, moved)
             # Where the set of free pixels is far off, the step overshoots: the energy rises.
             overshot = after.certificate > now.certificate and _slopes(now, moved, viewer).sum() > 0
@@ -433,7 +502,7 @@ def _solve_level(
         certificate=now.certificate,
         status=status,
         iterations=iteration,
-        convolutions=operator.convolutions,
+        convolutions=viewer.convolutions,
         history=(),
     )
 
@@ -489,12 +558,12 @@ def _admissible(problem: Problem, start: Loaded) -> Loaded:
 def _active_set_step(
     now: _Iterate,
     viewer: _Viewer,
-    inverse: Callable[[NDArray[np.int64]], FreePixelInverse],
+    patches: _Patches,
     tolerance: float,
     max_iterations: int,
 ) -> NDArray[np.float64]:
     """Solve on the free pixels by conjugate gradients; return the pressure, kept admissible."""
-    pressure, gap, unit, operator = now.pressure, now.gap, viewer.unit, viewer.operator
+    pressure, gap, unit = now.pressure, now.gap, viewer.unit
     bound = np.broadcast_to(viewer.limit(now.index), pressure.shape)
     # Pixels with pressure stay free even where the gap opens: the solve will empty them.
     free = np.where(pressure > 0, (pressure < bound) | (gap > 0), gap < 0)
@@ -506,18 +575,21 @@ def _active_set_step(
     first = float(np.linalg.norm(residual)) / unit
     size = float(np.linalg.norm(pressure)) or first
     enough = max(0.7 * tolerance, 0.1 * now.floor) * size
-    support = operator.support(now.index[place])
-    precondition = inverse(support.index)
+    patch = patches.around(now.index[place])
+    free_index = patch.index(now.index[place])
+    support = patch.operator.support(free_index)
+    precondition = patch.inverse.on(free_index)
     direction: NDArray[np.float64] | None = None
     previous = 1.0
-    while operator.convolutions < max_iterations:
+    while viewer.convolutions < max_iterations:
         z = _centred(precondition(residual / unit), centre)
         product = float(residual @ z)
         if not product > 0:
             break
         direction = z if direction is None else z + (product / previous) * direction
         previous = product
-        response = operator.gather(support, direction)
+        response = patch.operator.gather(support, direction)
+        viewer.convolutions += 1
         curvature = float(direction @ response)
         if not curvature > 0:
             break
@@ -573,7 +645,7 @@ def _projected_gradient(
     rate = 1 / viewer.unit
     energies = [0.0]
     for _ in range(steps):
-        if viewer.operator.convolutions + 2 > max_iterations:
+        if viewer.convolutions + 2 > max_iterations:
             break
         bound = viewer.limit(now.index)
         target = now.pressure - rate * now.gap
