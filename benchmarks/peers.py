@@ -57,14 +57,17 @@ PROGRAMS = {
     "aspher-fft": "aspher",
     "aspher-h2": "aspher",
 }
-# Each at the tolerance of its own that brings the certificate to about 1e-6, found by trial.
+# Each at the tolerance of its own that brings the certificate to about 1e-6, found by trial:
+# elastic, and with a ceiling.
 PEER_TOLERANCE = {
-    "contactmechanics": 1e-6,
-    "tamaas": 1e-12,
-    "aspher-active": 1e-8,
-    "aspher-fft": 1e-8,
-    "aspher-h2": 1e-8,
+    "contactmechanics": (1e-7, 1e-6),
+    "tamaas": (1e-7, 1e-8),
+    "aspher-active": (1e-8, None),
+    "aspher-fft": (1e-8, None),
+    "aspher-h2": (1e-8, None),
 }
+# Order of ASPHER's H² operator: its default of 6 leaves an error of 1e-5 against the exact kernel.
+ASPHER_ORDER = 8
 
 
 def heights_of(case: str) -> np.ndarray:
@@ -174,7 +177,7 @@ def run_aspher(
     began = time.perf_counter()
     found = aspher.solve_nested(
         grid_size=heights.shape[0], gap=gap, p_nominal=load / SIDE**2, domain_size=SIDE,
-        E_star=MODULUS, tol=tolerance, coarsest=64, q=6, **options,
+        E_star=MODULUS, tol=tolerance, coarsest=64, q=ASPHER_ORDER, **options,
     )  # fmt: skip
     pressure = np.array(found.pressure).reshape(heights.shape)
     return pressure, time.perf_counter() - began, {}
@@ -346,7 +349,8 @@ def run_case(case: str, options: argparse.Namespace) -> list[dict[str, object]]:
                 continue
             if not installed(python, module) or (ceiling and program.startswith("aspher")):
                 continue
-            tolerance = options.tolerance or PEER_TOLERANCE.get(program)
+            own = PEER_TOLERANCE.get(program, (None, None))[ceiling is not None]
+            tolerance = options.tolerance or own
             repeats = options.repeats if program == "roughcontact" else 1
             answers = []
             for _ in range(repeats):

@@ -373,16 +373,14 @@ def _runs(blocks: list[slice], numbers: Iterable[int]) -> list[slice]:
 
 def _value_at_origin(spectrum: NDArray[np.float64], padded: tuple[int, int]) -> float:
     """Return the kernel at the origin: the mean of its spectrum over all wave vectors."""
-    weight_y, weight_x = (_multiplicity(points) for points in padded)
-    return float(weight_y @ (spectrum @ weight_x)) / (padded[0] * padded[1])
-
-
-def _multiplicity(points: int) -> NDArray[np.float64]:
-    weight = np.full(points // 2 + 1, 2.0)
-    weight[0] = 1
-    if points % 2 == 0:
-        weight[-1] = 1
-    return weight
+    # Waves of the other quadrants count again; those at 0 and at Nyquist have no other.
+    rows = 2 * spectrum.sum(axis=1) - spectrum[:, 0]
+    if padded[1] % 2 == 0:
+        rows -= spectrum[:, -1]
+    total = 2 * rows.sum() - rows[0]
+    if padded[0] % 2 == 0:
+        total -= rows[-1]
+    return float(total) / (padded[0] * padded[1])
 
 
 def free(

@@ -71,7 +71,8 @@ class FreePixelInverse:
         def apply(displacement: Array) -> Array:
             pressure = self._wrapped.gather(support, displacement)
             force = np.bincount(block, weight * displacement, minlength=by * bx)
-            pressure -= weight * (coarse @ force)[block]
+            # Not by BLAS: its threads spin for a while after each call.
+            pressure -= weight * np.einsum("ij,j->i", coarse, force)[block]
             return pressure
 
         return apply

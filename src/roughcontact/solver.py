@@ -327,8 +327,8 @@ class _Viewer:
         opened = self.opened(index)
         gap = opened - approach
         step = pressure - np.clip(pressure - gap / self.unit, 0, self.limit(index))
-        size, moved = float(np.linalg.norm(pressure)), float(np.linalg.norm(step))
-        scale = float(np.linalg.norm(opened)) + float(np.linalg.norm(initial_gap.ravel()[index]))
+        size, moved = _norm(pressure), _norm(step)
+        scale = _norm(opened) + _norm(initial_gap.ravel()[index])
         rounding = float(np.finfo(self.operator.real).eps) * scale / self.unit
         return _Iterate(
             index=index,
@@ -515,7 +515,7 @@ def _slopes(now: _Iterate, moved: NDArray[np.float64], viewer: _Viewer) -> NDArr
     direction = moved - now.pressure
     # Whatever approach is taken off cancels under a given load, where the step sums to zero.
     gap = viewer.opened(now.index) - now.approach
-    return np.array([direction @ now.gap, direction @ gap])
+    return np.array([_dot(direction, now.gap), _dot(direction, gap)])
 
 
 def _responses(
@@ -572,9 +572,9 @@ def _active_set_step(
     centre = viewer.problem.total is not None
     x = pressure[place]
     residual = _centred(-gap[place], centre)
-    first = float(np.linalg.norm(residual)) / unit
-    size = float(np.linalg.norm(pressure)) or first
-    enough = max(0.7 * tolerance, 0.1 * now.floor) * size
+    first = _norm(residual) / unit
+    size = _norm(pressure) or first
+    enough = max(0.9 * tolerance, 0.1 * now.floor) * size
     patch = patches.around(now.index[place])
     free_index = patch.index(now.index[place])
     support = patch.operator.support(free_index)
@@ -583,26 +583,36 @@ def _active_set_step(
     previous = 1.0
     while viewer.convolutions < max_iterations:
         z = _centred(precondition(residual / unit), centre)
-        product = float(residual @ z)
+        product = _dot(residual, z)
         if not product > 0:
             break
         direction = z if direction is None else z + (product / previous) * direction
         previous = product
         response = patch.operator.gather(support, direction)
         viewer.convolutions += 1
-        curvature = float(direction @ response)
+        curvature = _dot(direction, response)
         if not curvature > 0:
             break
         length = product / curvature
         x += length * direction
         residual -= length * _centred(response, centre)
-        error = float(np.linalg.norm(residual)) / unit
-        violation = float(np.linalg.norm(x - np.clip(x, 0, limit)))
+        error = _norm(residual) / unit
+        violation = _norm(x - np.clip(x, 0, limit))
         if error <= enough or violation > error:
             break
         if error < _REDUCTION * first and violation > 0.1 * error:
             break
     return _restored(pressure, place, x, limit, bound, viewer.problem.total)
+
+
+def _dot(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    # Not by BLAS: its threads spin for a while after each call, and the transforms need the cores.
+    return float(np.einsum("i,i->", first, second))
+
+
+def _norm(values: NDArray[Any]) -> float:
+    values = values.astype(np.float64, copy=False)
+    return math.sqrt(_dot(values, values))
 
 
 def _centred(values: NDArray[np.float64], centre: bool) -> NDArray[np.float64]:
@@ -654,7 +664,7 @@ def _projected_gradient(
         start, end = _slopes(now, target, viewer)
         if not start < end:
             break
-        rate = float(np.sum((target - now.pressure) ** 2)) / (end - start)
+        rate = _norm(target - now.pressure) ** 2 / (end - start)
         cut = 1.0
         if 0.5 * (start + end) + energies[-1] > max(energies[-_NONMONOTONE:]):
             cut = -start / (end - start)
