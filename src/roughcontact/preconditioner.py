@@ -41,7 +41,7 @@ class FreePixelInverse:
 
     def __init__(self, wrapped: Convolution, response: Array | None = None) -> None:
         self._wrapped, self._response = wrapped, response
-        self._weights: NDArray[np.float32] | None = None
+        self._weights: NDArray[np.float16] | None = None
         self._coarse: Array | None = None
 
     def on(self, index: NDArray[np.int64]) -> Callable[[Array], Array]:
@@ -62,7 +62,7 @@ class FreePixelInverse:
             first = self._wrapped.gather(support, np.ones(index.size))
             # Positive but for rounding: a pixel is stiffer than its neighbours are soft.
             first = np.maximum(first, 1e-6)
-            self._weights = np.full(ny * nx, first.mean(), np.float32)
+            self._weights = np.full(ny * nx, first.mean(), np.float16)
             self._weights[index] = first
             self._coarse = self._collective(np.bincount(block, first, minlength=by * bx))
         assert self._coarse is not None
