@@ -372,7 +372,8 @@ def run_case(case: str, options: argparse.Namespace) -> list[dict[str, object]]:
         seconds = float(row["seconds"])
         print(
             f"  {row['program']:18s} {seconds:9.3f} s  {seconds / pair:8.1f} T_pair"
-            f"  {seconds / reference:8.1f} ×  certificate {row.get('certificate', math.nan):.1e}"
+            f"  {seconds / reference:8.1f} ×"
+            f"  certificate {row.get('certificate', row.get('own', math.nan)):.1e}"
             f"  load error {row.get('load_error', math.nan):.1e}"
             f"  memory {row['above']:.0f} MB = {1e6 * float(row['above']) / points**2:.0f} B/pixel"
             f"  {row.get('convolutions', '')}",

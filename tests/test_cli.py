@@ -443,9 +443,7 @@ def test_holes_are_refused_until_the_user_chooses(holed: Path, capsys: Capture) 
     assert solve(holed, *STEEL, "--crop", "8:,:") == cli.SOLVED
 
 
-def test_bodies_on_unequal_grids_are_refused(
-    rough: Path, tmp_path: Path, capsys: Capture
-) -> None:
+def test_bodies_on_unequal_grids_are_refused(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     other = tmp_path / "other.npy"
     np.save(other, bumps()[:20])
     status = solve(rough, *STEEL, "--counter-surface", str(other))
@@ -476,9 +474,7 @@ def test_outputs_are_checked_before_the_solve(
     refused(capsys, solve(rough, *STEEL, option, f"{tmp_path}/{name}"), *words)
 
 
-def test_output_never_replaces_the_input(
-    rough: Path, tmp_path: Path, capsys: Capture
-) -> None:
+def test_output_never_replaces_the_input(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     source = tmp_path / "out.nc"
     assert solve(rough, *STEEL, "--output", str(source)) == cli.SOLVED
     capsys.readouterr()
@@ -514,9 +510,7 @@ def test_not_converged_shows_the_best_and_writes_nothing(
     assert told["written"] == []
 
 
-def test_an_old_output_survives_a_refused_run(
-    rough: Path, tmp_path: Path, capsys: Capture
-) -> None:
+def test_an_old_output_survives_a_refused_run(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     output = tmp_path / "out.nc"
     output.write_text("an older result")
     refused(capsys, solve(rough, *YIELDING, "--output", str(output), load="61 N"), "60 N")

@@ -75,9 +75,7 @@ def test_no_circles() -> None:
     }
     done: set[str] = set()
     while len(done) < len(graph):
-        ready = {
-            name for name in graph if name not in done and graph[name] & graph.keys() <= done
-        }
+        ready = {name for name in graph if name not in done and graph[name] & graph.keys() <= done}
         assert ready, f"circle among {sorted(graph.keys() - done)}"
         done |= ready
 

@@ -664,7 +664,7 @@ def _demo_files(
         (
             folder / "overview.png",
             _saver(lambda: plots.overview(limited)),
-            "with the ceiling: heights, pressure, contact, gap",
+            "with the ceiling: heights, pressure, contact, histogram",
         ),
     ]
 

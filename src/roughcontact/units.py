@@ -97,7 +97,9 @@ def parse(text: str, dimension: str, name: str, positive: bool = True) -> float:
         raise InputError(f"{wanted}, got {shown} which has no unit")
     if not _UNIT.fullmatch(unit):
         raise InputError(f"{wanted}, got {shown} which is not one number and one unit")
-    value = float(number.group()) * _factor(unit, dimension, f"{wanted}, got {shown}")
+    # In decimal, so that 300 nm is 3e-07 m and not 3.0000000000000004e-07 m.
+    factor = Decimal(repr(_factor(unit, dimension, f"{wanted}, got {shown}")))
+    value = float(Decimal(number.group()) * factor)
     if not math.isfinite(value):
         raise InputError(f"{wanted}, got {shown} which is not a finite number")
     if positive and not value > 0:
