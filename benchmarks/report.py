@@ -1,0 +1,98 @@
+"""Turn rows of peers.py into the table and the plot of docs/performance.md.
+
+python benchmarks/report.py rows.json [more.json ...]
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from peers import CASES
+
+DOCS = Path(__file__).parents[1] / "docs"
+START, END = "<!-- table -->", "<!-- end -->"
+
+
+def table(rows: list[dict]) -> str:
+    """Return the rows as Markdown."""
+    lines = [
+        "| case | program | time | in T_pair | × roughcontact | certificate | load error "
+        "| memory above import |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    own = {row["case"]: row["seconds"] for row in rows if row["program"] == "roughcontact"}
+    for row in rows:
+        if "failed" in row:
+            lines.append(f"| {row['case']} | {row['program']} | {row['failed']} | | | | | |")
+            continue
+        points = CASES[row["case"]][0]
+        pair = row["pair"]
+        certificate = f"{row.get('own', math.nan):.1e} (own)"
+        load_error = "–"
+        if "certificate" in row:
+            certificate, load_error = f"{row['certificate']:.1e}", f"{row['load_error']:.0e}"
+        lines.append(
+            f"| {row['case']} | {row['program']} | {row['seconds']:.3g} s "
+            f"| {'–' if pair != pair else format(row['seconds'] / pair, '.1f')} "
+            f"| {row['seconds'] / own[row['case']]:.3g} "
+            f"| {certificate} | {load_error} "
+            f"| {row['above']:.0f} MB, {1e6 * row['above'] / points**2:.0f} B/pixel |"
+        )
+    return "\n".join(lines)
+
+
+def plot(rows: list[dict]) -> Figure:
+    """Draw time over grid size, one line a program, with and without a ceiling."""
+    figure = Figure(figsize=(9, 4), layout="constrained")
+    panels = figure.subplots(1, 2, sharey=True)
+    for axes, kind in zip(panels, ("elastic", "ceiling"), strict=True):
+        for program in dict.fromkeys(row["program"] for row in rows):
+            chosen = sorted(
+                (CASES[row["case"]][0], row["seconds"])
+                for row in rows
+                if row["program"] == program
+                and row["case"].startswith("rough")
+                and row["case"].endswith(kind)
+                and "seconds" in row
+            )
+            if chosen:
+                axes.loglog(*zip(*chosen, strict=True), "o-", label=program)
+        pairs = sorted(
+            {
+                CASES[row["case"]][0]: row["pair"]
+                for row in rows
+                if row["case"].endswith(kind) and row["pair"] == row["pair"]
+            }.items()
+        )
+        if pairs:
+            axes.loglog(*zip(*pairs, strict=True), "k:", label="one plain FFT pair, T_pair")
+        axes.set_xscale("log", base=2)
+        axes.set_title("ceiling 3 GPa" if kind == "ceiling" else "elastic")
+        axes.set_xlabel("points per side")
+        axes.grid(alpha=0.3)
+        axes.legend(fontsize=8)
+    panels[0].set_ylabel("time of one solve [s]")
+    return figure
+
+
+def main() -> None:
+    """Write table and plot."""
+    rows = [row for name in sys.argv[1:] for row in json.loads(Path(name).read_text())]
+    # A case that was run twice keeps its last own row.
+    unique = {(row["case"], row["program"]): row for row in rows}
+    order = list(CASES)
+    rows = sorted(unique.values(), key=lambda row: order.index(row["case"]))
+    page = DOCS / "performance.md"
+    text = page.read_text(encoding="utf-8")
+    before, after = text.index(START) + len(START), text.index(END)
+    page.write_text(f"{text[:before]}\n{table(rows)}\n{text[after:]}", encoding="utf-8")
+    plot(rows).savefig(DOCS / "images" / "performance.png", dpi=130)
+
+
+if __name__ == "__main__":
+    main()

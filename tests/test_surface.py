@@ -1,0 +1,266 @@
+from dataclasses import FrozenInstanceError, replace
+
+import numpy as np
+import pytest
+
+from roughcontact import preparation, roughness
+from roughcontact.errors import InputError
+from roughcontact.surface import Provenance, Surface
+
+PIXEL = (2e-6, 3e-6)
+ORIGIN = Provenance("map.opd", "Wyko", "height", ("made",))
+
+
+def rough(shape: tuple[int, int] = (6, 9)) -> np.ndarray:
+    return 1e-6 * np.random.default_rng(4).standard_normal(shape)
+
+
+def holed() -> Surface:
+    heights = rough()
+    heights[2:4, 5] = np.nan
+    return Surface(heights, PIXEL, ORIGIN)
+
+
+# --- what is kept ----------------------------------------------------------------------------
+
+
+def test_heights_are_read_only_float64() -> None:
+    surface = Surface(rough(), PIXEL)
+    assert surface.heights.dtype == np.float64
+    with pytest.raises(ValueError, match="read-only"):
+        surface.heights[0, 0] = 1
+    with pytest.raises(FrozenInstanceError):
+        surface.heights = rough()
+    with pytest.raises(FrozenInstanceError):
+        surface.pixel = (1.0, 1.0)
+
+
+def test_the_array_given_stays_the_callers() -> None:
+    heights = rough()
+    surface = Surface(heights, PIXEL)
+    kept = heights.copy()
+    heights[:] = 7
+    np.testing.assert_array_equal(surface.heights, kept)
+    assert heights.flags.writeable
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        lambda base: base[:],
+        lambda base: base.T,
+        lambda base: base[::2, 1:],
+        lambda base: np.asfortranarray(base),
+        lambda base: np.broadcast_to(base[0], (4, 9)),
+    ],
+)
+def test_views_of_a_writeable_array_are_copied(given) -> None:
+    base = rough()
+    view = given(base)
+    view.flags.writeable = False
+    surface = Surface(view, PIXEL)
+    kept = view.copy()
+    base[:] = 7
+    np.testing.assert_array_equal(surface.heights, kept)
+
+
+def test_a_locked_array_with_an_older_writeable_view_is_not_trusted() -> None:
+    heights = rough()
+    view = heights[:]
+    heights.flags.writeable = False
+    surface = Surface(heights, PIXEL)
+    kept = heights.copy()
+    view[0, 0] = 7
+    np.testing.assert_array_equal(surface.heights, kept)
+
+
+def test_the_surface_of_a_surface_shares_its_heights() -> None:
+    # Large maps: a change of pixel or provenance must not double the memory.
+    surface = Surface(rough(), PIXEL)
+    assert np.shares_memory(replace(surface, pixel=(1.0, 1.0)).heights, surface.heights)
+
+
+@pytest.mark.parametrize("dtype", [np.int8, np.uint16, np.int64, np.float32, ">f8"])
+def test_other_numbers_become_float64(dtype) -> None:
+    heights = np.array([[1, 2, 3], [4, 5, 6]], dtype)
+    surface = Surface(heights, PIXEL)
+    assert surface.heights.dtype == np.float64
+    assert surface.heights.dtype.isnative
+    np.testing.assert_array_equal(surface.heights, [[1, 2, 3], [4, 5, 6]])
+    assert surface.heights[0, 2] == 3  # [y, x]
+
+
+def test_lists_are_taken() -> None:
+    surface = Surface([[1, 2], [3, 4.5]], [1, 2])
+    np.testing.assert_array_equal(surface.heights, [[1, 2], [3, 4.5]])
+    assert surface.pixel == (1.0, 2.0)
+    assert all(type(edge) is float for edge in surface.pixel)
+
+
+def test_shape_and_size_are_y_x() -> None:
+    surface = Surface(rough((6, 9)), (2e-6, 3e-6))
+    assert surface.shape == (6, 9)
+    assert surface.size == pytest.approx((12e-6, 27e-6), rel=1e-15)
+    assert surface.missing == 0
+    assert surface.provenance == Provenance("", "", "", ())
+    assert not surface.holes_masked
+
+
+# --- bad input -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("heights", "words"),
+    [
+        (np.zeros((1, 7)), r"heights must be a 2-D array.*at least 2 × 2.*got shape \(1, 7\)"),
+        (np.zeros((7, 0)), r"heights.*got shape \(7, 0\)"),
+        (np.zeros((0, 0)), r"heights.*got shape \(0, 0\)"),
+        (3.0, r"heights.*got shape \(\)"),
+        (np.zeros((2, 2), np.complex64), "heights must be real.*got dtype complex64"),
+        ([["a", "b"], ["c", "d"]], "heights must be real numbers.*got dtype <U1"),
+        ([[1.0, None], [2.0, 3.0]], "heights must be real numbers.*got dtype object"),
+        (np.zeros((2, 2), "M8[s]"), "heights must be real numbers.*datetime64"),
+        ([[1.0, np.inf], [-np.inf, 3.0]], "heights has 2 infinite values; mark.*NaN"),
+        (np.full((2, 2), 1e5, np.float16), "heights has 4 infinite"),
+        (np.full((2, 3), np.nan), "heights has no finite value: every point is missing"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:overflow encountered in cast")
+def test_heights_that_are_no_map(heights, words: str) -> None:
+    with pytest.raises(InputError, match=words) as caught:
+        Surface(heights, PIXEL)
+    assert isinstance(caught.value, ValueError)
+
+
+def test_ragged_heights() -> None:
+    with pytest.raises(InputError, match="heights"):
+        Surface([[1.0, 2.0], [3.0]], PIXEL)
+
+
+def test_a_masked_array_does_not_lose_its_mask() -> None:
+    heights = np.ma.masked_array(rough(), mask=False)
+    heights[2, 3] = np.ma.masked
+    heights.data[2, 3] = 1.0  # what lies under a mask is anything
+    try:
+        surface = Surface(heights, PIXEL)
+    except InputError:
+        return  # refusing is as good
+    assert np.isnan(surface.heights[2, 3])
+    assert surface.missing == 1
+
+
+@pytest.mark.parametrize(
+    "pixel", [(0, 1e-6), (1e-6, 0.0), (-1e-6, 1e-6), (1e-6, np.nan), (np.nan, 1e-6), (1, -np.inf)]
+)
+def test_a_pixel_is_positive(pixel: tuple[float, float]) -> None:
+    with pytest.raises(InputError, match=r"pixel must be positive and finite \(dy, dx\) \[m\], got"):
+        Surface(rough(), pixel)
+
+
+@pytest.mark.parametrize("pixel", [1e-6, None, (1e-6,), (1e-6, 1e-6, 1e-6), ("1 um", "1 um")])
+def test_a_pixel_is_a_pair(pixel) -> None:
+    with pytest.raises(InputError, match=r"pixel must be a pair \(dy, dx\)"):
+        Surface(rough(), pixel)
+
+
+# --- preparation -----------------------------------------------------------------------------
+
+
+def assert_prepared(before: Surface, after: Surface, step: str) -> None:
+    """A new, read-only surface of the same origin with one more step; the old one untouched."""
+    assert after is not before
+    assert not after.heights.flags.writeable
+    assert after.pixel == before.pixel == PIXEL
+    assert before.provenance == ORIGIN
+    assert replace(after.provenance, steps=("made",)) == ORIGIN
+    assert after.provenance.steps[:-1] == ("made",)
+    assert after.provenance.steps[-1].startswith(step)
+
+
+@pytest.mark.parametrize("form", ["plane", "quadric", "mean"])
+def test_leveled(form: str) -> None:
+    before = holed()
+    kept = before.heights.copy()
+    after = before.leveled(form)
+    assert_prepared(before, after, "leveled")
+    assert form in after.provenance.steps[-1]
+    np.testing.assert_array_equal(after.heights, preparation.level(kept, form))
+    np.testing.assert_array_equal(before.heights, kept)
+    assert after.missing == before.missing == 2
+
+
+def test_leveled_takes_a_plane_by_default() -> None:
+    before = holed()
+    np.testing.assert_array_equal(before.leveled().heights, before.leveled("plane").heights)
+
+
+def test_filled() -> None:
+    before = holed()
+    after = before.filled()
+    assert_prepared(before, after, "filled: 2 missing points")
+    assert (before.missing, after.missing) == (2, 0)
+    there = ~np.isnan(before.heights)
+    np.testing.assert_array_equal(after.heights[there], before.heights[there])
+    rim = before.heights[1:5, 4:7]
+    assert (after.heights[~there] <= np.nanmax(rim)).all()
+    assert (after.heights[~there] >= np.nanmin(rim)).all()
+
+
+def test_filled_knows_the_pixel() -> None:
+    # A hole far longer than wide takes its heights from the near rim: that depends on dy and dx.
+    heights = holed().heights
+    flat, tall = (Surface(heights, pixel).filled().heights for pixel in ((1, 9), (9, 1)))
+    assert np.abs(flat - tall)[np.isnan(heights)].max() > 1e-8
+
+
+def test_masked() -> None:
+    before = holed()
+    after = before.masked()
+    assert_prepared(before, after, "masked: 2 missing points")
+    assert after.holes_masked
+    assert not before.holes_masked
+    np.testing.assert_array_equal(after.heights, before.heights)
+    # What is done next does not forget it.
+    assert after.leveled().holes_masked
+    assert after.cropped((0, 4), (0, 9)).holes_masked
+
+
+def test_cropped() -> None:
+    before = holed()
+    after = before.cropped((1, 4), (2, 7))
+    assert_prepared(before, after, "cropped: rows 1:4, columns 2:7")
+    np.testing.assert_array_equal(after.heights, before.heights[1:4, 2:7])
+    assert after.shape == (3, 5)
+    assert after.missing == 2
+    # A view would keep the whole map in memory.
+    assert not np.shares_memory(after.heights, before.heights)
+    with pytest.raises(InputError, match=r"columns.*9.*got \(2, 10\)"):
+        before.cropped((1, 4), (2, 10))
+
+
+def test_steps_stand_in_their_order() -> None:
+    steps = holed().leveled().filled().cropped((0, 5), (0, 5)).provenance.steps
+    words = [step.split(":")[0] for step in steps]
+    assert words == ["made", "leveled", "filled", "cropped"]
+
+
+def test_nothing_to_fill_or_mask_is_no_step() -> None:
+    whole = Surface(rough(), PIXEL, ORIGIN)
+    assert whole.filled().provenance == ORIGIN
+    assert whole.masked().provenance == ORIGIN
+    assert not whole.masked().holes_masked
+
+
+# --- roughness -------------------------------------------------------------------------------
+
+
+def test_roughness_is_that_of_the_heights() -> None:
+    surface = holed()
+    assert surface.Sq == roughness.rms_height(surface.heights)
+    assert surface.Sdq == roughness.rms_gradient(surface.heights, PIXEL)
+
+
+def test_gradient_knows_the_axes() -> None:
+    y, x = np.mgrid[:5, :7]
+    assert Surface(0.5 * 2e-6 * y, (2e-6, 3e-6)).Sdq == pytest.approx(0.5, rel=1e-12)
+    assert Surface(0.5 * 3e-6 * x, (2e-6, 3e-6)).Sdq == pytest.approx(0.5, rel=1e-12)
