@@ -8,12 +8,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-import bench_solve
+from asv_bench import solve
 
 
 def main() -> None:
     """Run them and print one line each."""
-    for name, suite in inspect.getmembers(bench_solve, inspect.isclass):
+    for name, suite in inspect.getmembers(solve, inspect.isclass):
         if not hasattr(suite, "params"):
             continue
         # The smallest size with every other parameter: the rest only takes longer.

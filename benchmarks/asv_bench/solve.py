@@ -1,4 +1,4 @@
-"""Time and peak memory of one solve, for asv (``asv run`` in this folder)."""
+"""Time and peak memory of one solve; run by ``asv run`` in the folder ``benchmarks``."""
 
 from __future__ import annotations
 
