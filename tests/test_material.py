@@ -16,14 +16,14 @@ ratios = st.floats(-0.99, 0.5)
 
 
 def test_contact_modulus_of_two_bodies() -> None:
-    # By hand: 0.91 / 210 + 0.9516 / 70 = 0.0179276 1/GPa.
+    # By hand: 0.91 / 210 + 0.9516 / 70 = 0.0179276 1/GPa, and 55.780 GPa.
     expected = 1 / (0.91 / 210e9 + 0.9516 / 70e9)
-    assert expected == pytest.approx(55.779873e9, rel=1e-7)
+    assert expected == pytest.approx(55.780e9, abs=0.001e9)
     assert contact_modulus(STEEL, GLASS) == pytest.approx(expected, rel=1e-14)
 
 
 @given(moduli, ratios, moduli, ratios)
-def test_either_body_first_and_springs_in_series(e1: float, n1: float, e2: float, n2: float) -> None:
+def test_springs_in_series(e1: float, n1: float, e2: float, n2: float) -> None:
     one, two = Material(e1, n1), Material(e2, n2)
     both = contact_modulus(one, two)
     assert both == contact_modulus(two, one)
@@ -57,7 +57,7 @@ def test_rigid_neither_deforms_nor_yields() -> None:
         ({"poisson": 0.5000001}, r"poisson must lie in \(-1, 0\.5\], got 0\.5000001"),
         ({"poisson": -1.5}, r"poisson must lie in \(-1, 0\.5\], got -1\.5"),
         ({"poisson": math.inf}, r"poisson must lie in \(-1, 0\.5\], got inf"),
-        ({"yield_strength": math.inf}, "yield_strength must be positive and finite .*got inf.*leav"),
+        ({"yield_strength": math.inf}, "yield_strength must be positive .*got inf.*leave"),
         ({"yield_strength": -3.0}, r"yield_strength must be positive and finite .*got -3\.0"),
     ],
 )

@@ -121,11 +121,9 @@ def test_shape_and_size_are_y_x() -> None:
         ([[1.0, None], [2.0, 3.0]], "heights must be real numbers.*got dtype object"),
         (np.zeros((2, 2), "M8[s]"), "heights must be real numbers.*datetime64"),
         ([[1.0, np.inf], [-np.inf, 3.0]], "heights has 2 infinite values; mark.*NaN"),
-        (np.full((2, 2), 1e5, np.float16), "heights has 4 infinite"),
         (np.full((2, 3), np.nan), "heights has no finite value: every point is missing"),
     ],
 )
-@pytest.mark.filterwarnings("ignore:overflow encountered in cast")
 def test_heights_that_are_no_map(heights, words: str) -> None:
     with pytest.raises(InputError, match=words) as caught:
         Surface(heights, PIXEL)
@@ -153,7 +151,7 @@ def test_a_masked_array_does_not_lose_its_mask() -> None:
     "pixel", [(0, 1e-6), (1e-6, 0.0), (-1e-6, 1e-6), (1e-6, np.nan), (np.nan, 1e-6), (1, -np.inf)]
 )
 def test_a_pixel_is_positive(pixel: tuple[float, float]) -> None:
-    with pytest.raises(InputError, match=r"pixel must be positive and finite \(dy, dx\) \[m\], got"):
+    with pytest.raises(InputError, match=r"pixel must be positive and finite \(dy, dx\)"):
         Surface(rough(), pixel)
 
 

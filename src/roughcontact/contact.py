@@ -129,13 +129,15 @@ def solve(
     check_memory(surface.shape, boundary=boundary, precision=precision)
 
     gap = initial_gap(surface, counter_surface)
-    if np.isnan(gap).all():
+    valid = gap.size
+    if surface.missing or (counter_surface is not None and counter_surface.missing):
+        holes = np.isnan(gap)
+        gap[holes] = np.inf
+        valid -= int(np.count_nonzero(holes))
+    if valid == 0:
         raise CapacityError(
             "no contact is possible: together the holes of both bodies leave no point to touch"
         )
-    valid = gap.size - int(np.count_nonzero(np.isnan(gap)))
-    if valid < gap.size:
-        gap[np.isnan(gap)] = np.inf
     area = surface.pixel[0] * surface.pixel[1]
     if load is not None:
         require_positive(load=load)

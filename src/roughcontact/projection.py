@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _MAX_STEPS = 200
+_ROUNDING = 1e-15
 # Relative to the limit, or to the largest value: what this near to a bound is put on it.
 _DUST = 1e-12
 
@@ -45,7 +46,8 @@ def shift_to_sum(
         tried.add(shift)
         moved = values + shift
         excess = float(np.clip(moved, 0, limit).sum()) - total
-        if excess == 0:
+        # As exact as the sum of so many numbers is itself.
+        if abs(excess) <= _ROUNDING * total:
             break
         width = high - low
         if excess > 0:
