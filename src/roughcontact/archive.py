@@ -98,14 +98,15 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
         "title": "Contact of rough surfaces",
         "Conventions": "CF-1.8",
         "pixel_y": surface.pixel[0],
+        "pixel_y_units": "m",
         "pixel_x": surface.pixel[1],
+        "pixel_x_units": "m",
         "regime": result.regime,
         "warnings": "\n".join(result.warnings),
-        "source": surface.provenance.source,
-        "instrument": surface.provenance.instrument,
-        "channel": surface.provenance.channel,
-        "preparation": "\n".join(surface.provenance.steps),
+        **_described(surface.provenance),
     }
+    if result.counter_surface is not None:
+        attributes |= _described(result.counter_surface.provenance, "counter_")
     if surface.missing:
         attributes["holes"] = "never touch"
     for name in _NUMBERS:
@@ -122,9 +123,11 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
         material: Material = getattr(result, body)
         attributes[f"{body}_name"] = material.name
         attributes[f"{body}_young"] = material.young
+        attributes[f"{body}_young_units"] = "Pa"
         attributes[f"{body}_poisson"] = material.poisson
         if material.yield_strength is not None:
             attributes[f"{body}_yield_strength"] = material.yield_strength
+            attributes[f"{body}_yield_strength_units"] = "Pa"
     ny, nx = surface.shape
     axis = {"units": "m", "long_name": "centre of the pixel"}
     return xarray.Dataset(
@@ -138,6 +141,23 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
         },
         attrs=attributes,
     )
+
+
+def _described(provenance: Provenance, prefix: str = "") -> dict[str, str]:
+    return {
+        f"{prefix}source": provenance.source,
+        f"{prefix}instrument": provenance.instrument,
+        f"{prefix}channel": provenance.channel,
+        f"{prefix}preparation": "\n".join(provenance.steps),
+    }
+
+
+def _provenance(attributes: dict[str, Any], prefix: str = "") -> Provenance:
+    source, instrument, channel, steps = (
+        str(attributes[f"{prefix}{name}"])
+        for name in ("source", "instrument", "channel", "preparation")
+    )
+    return Provenance(source, instrument, channel, tuple(filter(None, steps.split("\n"))))
 
 
 def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
@@ -188,16 +208,15 @@ def load_result(path: str | os.PathLike[str]) -> ContactResult:
 
     path = Path(path)
     if not path.is_file():
-        raise FormatError(f"{path} does not exist; check the name of the file")
+        raise FormatError(f"{path} does not exist or is no file; check its name")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             with xarray.open_dataset(path, engine="h5netcdf") as dataset:
                 dataset.load()
         return _from_dataset(dataset)
-    except InputError:
-        raise
-    # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more.
+    # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more; what does
+    # not fit together our own checks refuse.
     except Exception as error:
         raise FormatError(
             f"{path.name} cannot be read as a result ({type(error).__name__}: {error}); expected "
@@ -207,20 +226,24 @@ def load_result(path: str | os.PathLike[str]) -> ContactResult:
 
 def _from_dataset(dataset: xarray.Dataset) -> ContactResult:
     attributes = dataset.attrs
-    maps = {name: np.array(dataset[name].values, dtype=float) for name in _MAPS if name in dataset}
+    maps = {}
+    for name in _MAPS:
+        if name in dataset:
+            if dataset[name].dims != ("y", "x"):
+                raise ValueError(f"{name} lies over {dataset[name].dims}, not over (y, x)")
+            maps[name] = np.array(dataset[name].values, dtype=float)
+            maps[name].flags.writeable = False
     pixel = float(attributes["pixel_y"]), float(attributes["pixel_x"])
     surface = Surface(
         maps["height"],
         pixel,
-        Provenance(
-            source=str(attributes["source"]),
-            instrument=str(attributes["instrument"]),
-            channel=str(attributes["channel"]),
-            steps=tuple(step for step in str(attributes["preparation"]).split("\n") if step),
-        ),
+        _provenance(attributes),
         holes_masked="holes" in attributes,
     )
-    counter = maps.get("counter_height")
+    counter = None
+    if "counter_height" in maps:
+        origin = _provenance(attributes, "counter_")
+        counter = Surface(maps["counter_height"], pixel, origin, holes_masked=True)
     ceiling: Any = maps.get("ceiling")
     if ceiling is None and "ceiling" in attributes:
         ceiling = float(attributes["ceiling"])
@@ -238,7 +261,7 @@ def _from_dataset(dataset: xarray.Dataset) -> ContactResult:
     scalars |= {name: int(attributes[name]) for name in _COUNTS}
     return ContactResult(
         surface=surface,
-        counter_surface=None if counter is None else Surface(counter, pixel, holes_masked=True),
+        counter_surface=counter,
         material=bodies["material"],
         counter_material=bodies["counter_material"],
         ceiling=ceiling,

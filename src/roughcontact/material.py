@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from numbers import Real
 
 from roughcontact.errors import InputError
 
@@ -39,6 +40,10 @@ class Material:
 
     def __post_init__(self) -> None:
         """Refuse constants that no material has."""
+        for name in ("young", "poisson", "yield_strength"):
+            value = getattr(self, name)
+            if not isinstance(value, Real) and not (name == "yield_strength" and value is None):
+                raise InputError(f"{name} must be a number in SI units, got {value!r}")
         if not self.young > 0:
             raise InputError(f"young must be positive [Pa], got {self.young!r}")
         if not -1 < self.poisson <= 0.5:

@@ -18,6 +18,9 @@ from roughcontact.convolution import Convolution
 
 Array = NDArray[np.float64]
 
+# Share of pixels that may be new before m is computed again.
+_STALE = 0.01
+
 
 class FreePixelInverse:
     """Approximate inverse of K restricted to changing sets of pixels.
@@ -28,7 +31,8 @@ class FreePixelInverse:
 
         M - diag(m) Rᵀ (C⁻¹ + D)⁻¹ R diag(m),   D = R diag(m) Rᵀ
 
-    m and D are those of the first set of pixels; the next ones differ little.
+    m and D are kept while the next sets hold few other pixels: where m counts more than M gives,
+    the inverse would not be positive.
 
     Parameters
     ----------
@@ -41,8 +45,8 @@ class FreePixelInverse:
 
     def __init__(self, wrapped: Convolution, response: Array | None = None) -> None:
         self._wrapped, self._response = wrapped, response
-        self._weights: NDArray[np.float16] | None = None
-        self._coarse: Array | None = None
+        self._weights = np.full(wrapped.shape[0] * wrapped.shape[1], np.nan, np.float16)
+        self._coarse = np.empty((0, 0))
 
     def on(self, index: NDArray[np.int64]) -> Callable[[Array], Array]:
         """Return the inverse on some pixels, ``displacement / K₀₀ → pressure``, shapes ``(n,)``.
@@ -58,15 +62,17 @@ class FreePixelInverse:
         (ny, nx), (by, bx) = self._wrapped.shape, self._response.shape
         row, column = np.divmod(index, nx)
         block = row // -(-ny // by) * bx + column // -(-nx // bx)
-        if self._weights is None:
-            first = self._wrapped.gather(support, np.ones(index.size))
+        weight = self._weights[index].astype(np.float64)
+        unknown = np.isnan(weight)
+        if np.count_nonzero(unknown) > _STALE * index.size:
             # Positive but for rounding: a pixel is stiffer than its neighbours are soft.
-            first = np.maximum(first, 1e-6)
-            self._weights = np.full(ny * nx, first.mean(), np.float16)
-            self._weights[index] = first
-            self._coarse = self._collective(np.bincount(block, first, minlength=by * bx))
-        assert self._coarse is not None
-        weight, coarse = self._weights[index].astype(np.float64), self._coarse
+            weight = np.maximum(self._wrapped.gather(support, np.ones(index.size)), 1e-6)
+            self._weights[...] = np.nan
+            self._weights[index] = weight
+            self._coarse = self._collective(np.bincount(block, weight, minlength=by * bx))
+        else:
+            weight[unknown] = 1e-6
+        coarse = self._coarse
 
         def apply(displacement: Array) -> Array:
             pressure = self._wrapped.gather(support, displacement)

@@ -179,14 +179,19 @@ class Surface:
 
 
 def _checked_heights(heights: ArrayLike) -> NDArray[np.float64]:
-    array = np.asarray(heights)
+    if isinstance(heights, np.ma.MaskedArray):
+        heights = np.ma.filled(heights.astype(np.float64), np.nan)
+    try:
+        array = np.asarray(heights)
+    except ValueError:
+        raise InputError("heights must be a 2-D array [y, x], got rows of unequal length") from None
     if array.dtype.kind not in "fiu":
         raise InputError(f"heights must be real numbers in metres, got dtype {array.dtype}")
     if array.ndim != 2 or min(array.shape) < 2:
         raise InputError(
             f"heights must be a 2-D array [y, x] of at least 2 × 2 points, got shape {array.shape}"
         )
-    # A read-only array that owns its data does not change behind our back: no copy needed.
+    # Whoever locks an array that owns its data means it: a map of gigabytes is not copied then.
     if (
         array.dtype == np.float64
         and array.flags.c_contiguous

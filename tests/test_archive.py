@@ -1,0 +1,386 @@
+import os
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+import roughcontact as rc
+from roughcontact import archive
+from roughcontact.archive import load_result, save_result
+
+STEEL = rc.Material(young=210e9, poisson=0.3, name="steel")
+YIELDING = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9, name="hard steel 1/3")
+# ny ≠ nx and dy ≠ dx, neither of them a binary fraction.
+SHAPE, PIXEL = (23, 36), (0.7e-6, 0.9e-6)
+ORIGIN = rc.Provenance("ground.opd", "Wyko NT1100", "Raw", ("leveled: plane", "a second step"))
+SURFACE = rc.Surface(
+    rc.self_affine(
+        SHAPE, PIXEL, rms_height=0.1e-6, rolloff_wavelength=9e-6, cutoff_wavelength=2e-6,
+        rng=np.random.default_rng(5),
+    ),
+    PIXEL,
+    ORIGIN,
+)  # fmt: skip
+
+
+def holed() -> rc.Surface:
+    heights = SURFACE.heights.copy()
+    heights[3:5, 7:10] = np.nan
+    return rc.Surface(heights, PIXEL, ORIGIN)
+
+
+def limits() -> np.ndarray:
+    ceiling = np.full(SHAPE, 3e9)
+    ceiling[:, 18:] = 1e9 / 3
+    ceiling[0, 0] = np.inf
+    return ceiling
+
+
+COUNTER = rc.Surface(SURFACE.heights[::-1] / 2, PIXEL, rc.Provenance("counter.opd", "", "", ("x",)))
+CASES = {
+    "elastic": {"material": STEEL},
+    "scalar ceiling": {"material": YIELDING, "load": 0.15},
+    "ceiling by pixel": {"material": YIELDING, "ceiling": limits(), "load": 0.1},
+    "masked holes": {"surface": holed().masked(), "material": YIELDING},
+    "two rough bodies": {"material": STEEL, "counter_surface": COUNTER},
+    "two soft bodies": {"material": STEEL, "counter_material": YIELDING, "load": 0.01},
+    "approach": {"material": STEEL, "load": None, "approach": 1e-7},
+    "periodic": {"material": YIELDING, "boundary": "periodic", "load": 0.1},
+    "single": {"material": YIELDING, "precision": "single"},
+    "not converged": {
+        "material": STEEL, "tolerance": 1e-14, "max_iterations": 2, "on_failure": "return",
+    },
+}  # fmt: skip
+
+
+def solved(case: str = "scalar ceiling") -> rc.ContactResult:
+    return rc.solve(**{"surface": SURFACE, "load": 0.05, **CASES[case]})
+
+
+@pytest.fixture(scope="module")
+def result() -> rc.ContactResult:
+    return solved()
+
+
+def bare(path: Path) -> xarray.Dataset:
+    """The file as anybody reads it."""
+    with xarray.open_dataset(path, engine="h5netcdf") as dataset:
+        return dataset.load()
+
+
+def assert_same_bits(one: np.ndarray, two: np.ndarray) -> None:
+    assert one.dtype == two.dtype
+    assert one.shape == two.shape
+    assert one.tobytes() == two.tobytes()
+
+
+# --- there and back --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_number_keeps_its_bits(case: str, tmp_path: Path) -> None:
+    result = solved(case)
+    assert result.converged == (case != "not converged")
+    if case.startswith(("scalar", "ceiling by")):
+        assert result.saturated.any()
+    result.save(tmp_path / "out.nc")
+    again = load_result(tmp_path / "out.nc")
+    maps = ("pressure", "gap", "initial_gap", "contact", "saturated", "residual_indentation")
+    for name in maps:
+        assert_same_bits(getattr(again, name), getattr(result, name))
+    assert_same_bits(again.surface.heights, result.surface.heights)
+    others = {"surface", "counter_surface", "ceiling", "pressure", "gap"}
+    for name in {field.name for field in fields(result)} - others:
+        assert getattr(again, name) == getattr(result, name), name
+        assert type(getattr(again, name)) is type(getattr(result, name)), name
+    assert again.surface.pixel == PIXEL
+    assert again.surface.provenance == result.surface.provenance
+    assert again.surface.holes_masked == result.surface.holes_masked
+    if isinstance(result.ceiling, np.ndarray):
+        assert_same_bits(again.ceiling, result.ceiling)
+    else:
+        assert again.ceiling == result.ceiling
+    if result.counter_surface is None:
+        assert again.counter_surface is None
+    else:
+        assert_same_bits(again.counter_surface.heights, result.counter_surface.heights)
+    assert again.summary() == result.summary()
+
+
+def test_what_was_loaded_is_read_only(tmp_path: Path) -> None:
+    solved("ceiling by pixel").save(tmp_path / "out.nc")
+    again = load_result(tmp_path / "out.nc")
+    for name in ("pressure", "gap", "ceiling"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(again, name)[0, 0] = 1
+
+
+def test_the_counter_body_keeps_its_origin(tmp_path: Path) -> None:
+    solved("two rough bodies").save(tmp_path / "out.nc")
+    assert load_result(tmp_path / "out.nc").counter_surface.provenance == COUNTER.provenance
+
+
+def test_a_loaded_result_is_a_start(tmp_path: Path) -> None:
+    # Everything `solve` needs comes out of the file.
+    masked = solved("masked holes")
+    masked.save(tmp_path / "out.nc")
+    again = load_result(tmp_path / "out.nc")
+    resolved = rc.solve(
+        again.surface, material=again.material, counter_material=again.counter_material,
+        ceiling=again.ceiling, load=again.load, start=again,
+    )  # fmt: skip
+    np.testing.assert_allclose(resolved.pressure, masked.pressure, rtol=0, atol=1e-5 * 3e9)
+
+
+def test_the_map_of_a_result_is_a_surface_file(tmp_path: Path) -> None:
+    for case in ("scalar ceiling", "masked holes"):
+        result = solved(case)
+        result.save(tmp_path / "out.nc")
+        surface = rc.read_surface(tmp_path / "out.nc")
+        assert_same_bits(surface.heights, result.surface.heights)
+        assert surface.pixel == PIXEL
+
+
+# --- what the file holds ---------------------------------------------------------------------
+
+
+def test_variables_and_coordinates(tmp_path: Path, result: rc.ContactResult) -> None:
+    result.save(tmp_path / "out.nc")
+    dataset = bare(tmp_path / "out.nc")
+    units = {"height": "m", "initial_gap": "m", "pressure": "Pa", "gap": "m", "saturated": "1"}
+    assert set(dataset.data_vars) == set(units)
+    for name, unit in units.items():
+        assert dataset[name].dims == ("y", "x")
+        assert dataset[name].shape == SHAPE
+        assert dataset[name].attrs["units"] == unit
+        assert dataset[name].attrs["long_name"]
+    for name, edge, points in zip("yx", PIXEL, SHAPE, strict=True):
+        assert dataset[name].attrs["units"] == "m"
+        np.testing.assert_allclose(np.diff(dataset[name].values), edge, rtol=1e-9)
+        assert dataset[name].size == points
+    assert dataset["pressure"].dtype == np.float64
+    assert set(np.unique(dataset["saturated"])) == {0, 1}
+    np.testing.assert_array_equal(dataset["saturated"] == 1, result.saturated)
+
+
+def test_attributes(tmp_path: Path, result: rc.ContactResult) -> None:
+    result.save(tmp_path / "out.nc")
+    attributes = bare(tmp_path / "out.nc").attrs
+    for name in ("load", "approach", "contact_modulus", "certificate", "load_error", "ceiling"):
+        assert attributes[name] == getattr(result, name), name
+        assert attributes[f"{name}_units"]
+    for name in ("boundary", "status", "regime", "version"):
+        assert attributes[name] == getattr(result, name), name
+    assert attributes["version"] == rc.__version__
+    assert attributes["source"] == "ground.opd"
+    for body in ("material", "counter_material"):
+        for name in ("young", "poisson", "name"):
+            assert attributes[f"{body}_{name}"] == getattr(getattr(result, body), name)
+    assert attributes["material_yield_strength"] == 1e9
+    assert "counter_material_yield_strength" not in attributes
+
+
+def test_no_number_with_a_dimension_lacks_its_unit(
+    tmp_path: Path, result: rc.ContactResult
+) -> None:
+    result.save(tmp_path / "out.nc")
+    attributes = bare(tmp_path / "out.nc").attrs
+    plain = {"iterations", "convolutions", "material_poisson", "counter_material_poisson"}
+    numbers = {name for name, value in attributes.items() if isinstance(value, np.number)}
+    assert {name for name in numbers - plain if f"{name}_units" not in attributes} == set()
+
+
+@pytest.mark.parametrize("case", [case for case in CASES if case != "not converged"])
+def test_the_solution_is_verified_from_the_file_alone(
+    case: str, tmp_path: Path, independent
+) -> None:
+    solved(case).save(tmp_path / "out.nc")
+    dataset = bare(tmp_path / "out.nc")
+    attributes = dataset.attrs
+    if "ceiling" in dataset:
+        assert dataset["ceiling"].attrs["units"] == "Pa"
+        ceiling = dataset["ceiling"].values
+    else:
+        ceiling = attributes.get("ceiling")
+    heights = dataset["height"].values
+    if "counter_height" in dataset:
+        heights = heights + dataset["counter_height"].values
+    # The gap in the file follows from the heights in the file, to rounding.
+    gap = dataset["initial_gap"].values
+    np.testing.assert_allclose(gap, np.nanmax(heights) - heights, rtol=0, atol=1e-21)
+    compliance = sum(
+        (1 - attributes[f"{body}_poisson"] ** 2) / attributes[f"{body}_young"]
+        for body in ("material", "counter_material")
+    )
+    assert attributes["contact_modulus"] == pytest.approx(1 / compliance, rel=1e-14)
+    pixel = tuple(float(np.diff(dataset[name].values).mean()) for name in "yx")
+    found = independent.judge_fields(
+        dataset["pressure"].values,
+        np.where(np.isnan(gap), np.inf, gap),
+        ceiling,
+        attributes["approach"],
+        pixel,
+        attributes["contact_modulus"],
+        attributes["boundary"],
+    )
+    # The pixel comes from differences of coordinates, to 1e-13; float32 rounds to 1e-7 of h0.
+    slack = 1e-4 if attributes["precision"] == "single" else 1e-9
+    assert found.bounded
+    assert found.certificate <= attributes["tolerance"] + slack
+    assert found.certificate == pytest.approx(attributes["certificate"], rel=1e-2, abs=slack)
+    assert found.load == pytest.approx(attributes["load"], rel=2e-10)
+    np.testing.assert_array_equal(dataset["saturated"] == 1, found.full)
+    np.testing.assert_allclose(
+        dataset["gap"], np.where(np.isfinite(gap), found.gap, np.nan), rtol=0,
+        atol=1e-12 if slack < 1e-6 else 1e-9,
+    )  # fmt: skip
+
+
+# --- writing ---------------------------------------------------------------------------------
+
+
+def half_written(error: BaseException):
+    def to_netcdf(_: xarray.Dataset, path: os.PathLike, **__: object) -> None:
+        Path(path).write_bytes(b"\x89HDF half of it")
+        raise error
+
+    return to_netcdf
+
+
+@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+def test_a_failing_write_leaves_the_old_file(
+    error: BaseException, tmp_path: Path, result: rc.ContactResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "out.nc"
+    result.save(path)
+    before = path.read_bytes()
+    monkeypatch.setattr("xarray.Dataset.to_netcdf", half_written(error))
+    with pytest.raises(type(error)):
+        result.save(path)
+    assert path.read_bytes() == before
+    with pytest.raises(type(error)):
+        result.save(tmp_path / "new.nc")
+    assert os.listdir(tmp_path) == ["out.nc"]
+
+
+def test_a_write_replaces_an_old_file(tmp_path: Path, result: rc.ContactResult) -> None:
+    path = tmp_path / "out.nc"
+    path.write_text("an older result")
+    save_result(result, str(path))
+    assert load_result(str(path)).load == result.load
+    assert os.listdir(tmp_path) == ["out.nc"]
+
+
+def test_the_file_appears_only_once_complete(
+    tmp_path: Path, result: rc.ContactResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen = []
+    replace_file = os.replace
+
+    def watched(source: os.PathLike, target: os.PathLike) -> None:
+        seen.append((Path(target).exists(), load_result(source).load))
+        replace_file(source, target)
+
+    monkeypatch.setattr(archive.os, "replace", watched)
+    result.save(tmp_path / "out.nc")
+    assert seen == [(False, result.load)]
+    assert (tmp_path / "out.nc").exists()
+
+
+@pytest.mark.parametrize("name", ["out.h5", "out", "out.nc.bak", "out.npz"])
+def test_the_suffix_is_nc(name: str, tmp_path: Path, result: rc.ContactResult) -> None:
+    with pytest.raises(rc.InputError, match=rf"path must end in \.nc, got.*{name}"):
+        result.save(tmp_path / name)
+    assert os.listdir(tmp_path) == []
+
+
+def test_no_folder_to_write_to(tmp_path: Path, result: rc.ContactResult) -> None:
+    with pytest.raises(OSError, match="absent"):
+        result.save(tmp_path / "absent" / "out.nc")
+
+
+# --- files that are no result ----------------------------------------------------------------
+
+
+def refused(path: Path, *words: str) -> None:
+    with pytest.raises(rc.FormatError) as caught:
+        load_result(path)
+    message = str(caught.value)
+    assert all(word in message for word in (path.name, *words)), message
+    assert "\n" not in message
+    # No chain of the library's errors behind it.
+    assert caught.value.__cause__ is None
+    assert caught.value.__suppress_context__ or caught.value.__context__ is None
+
+
+def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+    refused(tmp_path / "out.nc", "does not exist", "check")
+
+
+def test_files_of_another_kind(tmp_path: Path) -> None:
+    expected = ("expected a NetCDF file written by ContactResult.save",)
+    path = tmp_path / "bad.nc"
+    for content in (
+        b"",
+        b"garbage" * 999,
+        b"CDF\x01" + bytes(99),
+        b"\x89HDF\r\n\x1a\n" + bytes(99),
+    ):
+        path.write_bytes(content)
+        refused(path, *expected)
+    xarray.Dataset({"temperature": ("t", [1.0, 2.0])}).to_netcdf(path, engine="h5netcdf")
+    refused(path, *expected)
+    height = xarray.Dataset({"height": (("y", "x"), np.eye(3), {"units": "m"})})
+    height.to_netcdf(path, engine="h5netcdf")
+    refused(path, *expected)
+
+
+@pytest.mark.parametrize("fraction", [0.001, 0.1, 0.5, 0.9, 0.999])
+def test_truncated_files(fraction: float, tmp_path: Path, result: rc.ContactResult) -> None:
+    path = tmp_path / "out.nc"
+    result.save(path)
+    content = path.read_bytes()
+    path.write_bytes(content[: int(fraction * len(content))])
+    refused(path, "expected")
+
+
+@pytest.mark.parametrize("name", ["height", "pressure", "gap"])
+def test_a_variable_is_missing(name: str, tmp_path: Path, result: rc.ContactResult) -> None:
+    archive.to_dataset(result).drop_vars(name).to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
+    refused(tmp_path / "out.nc", name)
+
+
+@pytest.mark.parametrize("name", ["status", "load", "material_young", "pixel_x", "boundary"])
+def test_an_attribute_is_missing(name: str, tmp_path: Path, result: rc.ContactResult) -> None:
+    dataset = archive.to_dataset(result)
+    del dataset.attrs[name]
+    dataset.to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
+    refused(tmp_path / "out.nc", name)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("pixel_y", -1e-6), ("material_poisson", 0.7), ("material_young", 0.0), ("load", "much")],
+)
+def test_an_attribute_is_absurd(
+    name: str, value: object, tmp_path: Path, result: rc.ContactResult
+) -> None:
+    dataset = archive.to_dataset(result)
+    dataset.attrs[name] = value
+    dataset.to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
+    refused(tmp_path / "out.nc")
+
+
+def test_a_map_with_its_axes_swapped(tmp_path: Path, result: rc.ContactResult) -> None:
+    # Pixel and axes would no longer belong together; read_surface refuses the same file.
+    archive.to_dataset(result).transpose().to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
+    refused(tmp_path / "out.nc")
+
+
+def test_a_changed_result_is_saved_as_changed(tmp_path: Path, result: rc.ContactResult) -> None:
+    replace(result, status="stalled").save(tmp_path / "out.nc")
+    again = load_result(tmp_path / "out.nc")
+    assert again.status == "stalled"
+    assert not again.converged

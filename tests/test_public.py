@@ -1,0 +1,118 @@
+import ast
+import re
+import subprocess
+import sys
+import types
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+
+README = Path(__file__).parents[1] / "README.md"
+SOURCE = Path(rc.__file__).parents[1]
+# Seconds each, or not needed by those who only solve.
+LATE = (
+    "matplotlib", "pint", "xarray", "h5netcdf", "SurfaceTopography", "scipy.sparse", "typer",
+    "rich", "roughcontact.cli", "roughcontact.plots",
+)  # fmt: skip
+
+
+def test_import_leaves_heavy_libraries_alone() -> None:
+    code = "import sys, roughcontact; print('\\n'.join(sys.modules))"
+    run = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True,
+        env={"PYTHONPATH": str(SOURCE)},
+    )  # fmt: skip
+    assert run.stderr == ""
+    loaded = set(run.stdout.split())
+    assert "roughcontact.contact" in loaded
+    assert loaded.isdisjoint(LATE)
+
+
+def test_all_names_everything_that_is_imported() -> None:
+    tree = ast.parse(Path(rc.__file__).read_text(encoding="utf-8"))
+    imported = {
+        alias.asname or alias.name
+        for node in tree.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert set(rc.__all__) == imported
+    assert all(hasattr(rc, name) for name in rc.__all__)
+
+
+def test_all_holds_every_public_object() -> None:
+    # Nothing public hides behind the modules, which are attributes as well.
+    public = {
+        name
+        for name, value in vars(rc).items()
+        if not name.startswith("_") and not isinstance(value, types.ModuleType)
+    }
+    assert public == set(rc.__all__) - {"__version__"}
+
+
+def test_all_is_sorted_as_ruff_does() -> None:
+    # Constants, classes, the rest.
+    def kind(name: str) -> int:
+        return 0 if name.isupper() else 1 if name[0].isupper() else 2
+
+    assert rc.__all__ == sorted(rc.__all__, key=lambda name: (kind(name), name))
+    assert len(rc.__all__) == len(set(rc.__all__))
+
+
+def test_every_error_is_an_error_of_this_package() -> None:
+    errors = [getattr(rc, name) for name in rc.__all__ if name.endswith("Error")]
+    assert len(errors) == 6
+    assert all(issubclass(error, rc.RoughcontactError) for error in errors)
+
+
+def test_everything_public_is_documented() -> None:
+    for name in rc.__all__:
+        value = getattr(rc, name)
+        if isinstance(value, type) or callable(value):
+            assert value.__doc__, name
+            assert not value.__doc__.startswith(f"{name}("), name
+
+
+def example() -> str:
+    blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+    assert len(blocks) == 1
+    return blocks[0]
+
+
+def test_the_example_is_ten_lines() -> None:
+    lines = [line for line in example().splitlines() if line.strip()]
+    assert len(lines) <= 10
+    assert '"ground.opd"' in example()
+
+
+@pytest.mark.parametrize("holes", [False, True])
+def test_the_example_of_the_readme_runs(
+    holes: bool,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    heights, pixel = rc.reference_map(64)
+    # Tilted, as from an instrument.
+    heights = heights + 1e-3 * pixel[1] * np.arange(64)
+    if holes:
+        heights[20:22, 30] = np.nan
+    ground = rc.Surface(heights, pixel).masked()
+    # A result holds its map, and is thereby a file that `read_surface` knows.
+    rc.solve(ground, material=rc.Material(210e9, 0.3), load=0.1).save("ground.nc")
+    names: dict = {}
+    exec(example().replace("ground.opd", "ground.nc"), names)
+    result, again = names["result"], names["again"]
+    assert result.converged
+    assert result.load == 1.0
+    assert result.surface.missing == 0
+    assert result.regime == "saturated at the surface"
+    assert (tmp_path / "out.nc").exists()
+    assert again.pressure.tobytes() == result.pressure.tobytes()
+    printed = capsys.readouterr().out
+    assert printed.startswith(f"{result.max_pressure} {result.contact_fraction} ")
+    assert printed.count("\n") == 1
