@@ -99,6 +99,19 @@ class Surface:
         """Root-mean-square gradient (ISO 25178-2)."""
         return roughness.rms_gradient(self.heights, self.pixel)
 
+    def roughness(self) -> dict[str, float]:
+        """Return the roughness parameters of ISO 25178-2 under their symbols, in SI units.
+
+        Returns
+        -------
+        dict
+            ``Sq``, ``Sa``, ``Ssk``, ``Sku``, ``Sp``, ``Sv``, ``Sz``, ``Sdq``, ``Sdr``, ``Sal``,
+            ``Str``, ``Sk``, ``Spk``, ``Svk``, ``Smr1``, ``Smr2``, ``Vmp``, ``Vmc``, ``Vvc``,
+            ``Vvv``: see `roughcontact.roughness.summary`. Nothing is levelled or filtered first;
+            missing points are left out.
+        """
+        return roughness.summary(self.heights, self.pixel)
+
     def leveled(self, form: str = "plane") -> Surface:
         """Return a copy without its least-squares plane (or quadric, or mean).
 
