@@ -25,7 +25,11 @@ def table(rows: list[dict]) -> str:
         "| memory above import |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    own = {row["case"]: row["seconds"] for row in rows if row["program"] == "roughcontact"}
+    own = {
+        row["case"]: row["seconds"]
+        for row in rows
+        if row["program"] == "roughcontact" and "seconds" in row
+    }
     for row in rows:
         if "failed" in row:
             lines.append(f"| {row['case']} | {row['program']} | {row['failed']} | | | | | |")
@@ -39,7 +43,7 @@ def table(rows: list[dict]) -> str:
         lines.append(
             f"| {row['case']} | {row['program']} | {row['seconds']:.3g} s "
             f"| {'–' if pair != pair else format(row['seconds'] / pair, '.1f')} "
-            f"| {row['seconds'] / own[row['case']]:.3g} "
+            f"| {row['seconds'] / own.get(row['case'], math.nan):.3g} "
             f"| {certificate} | {load_error} "
             f"| {row['above']:.0f} MB, {1e6 * row['above'] / points**2:.0f} B/pixel |"
         )

@@ -185,16 +185,6 @@ def test_no_load_no_displacement(backend, boundary):
     assert operator.gather(nothing, np.empty(0)).size == 0
 
 
-def test_applications_are_counted():
-    operator = make("free", (9, 7))
-    before = operator.convolutions
-    operator(random_pressure((9, 7)))
-    support = operator.support(np.array([3, 5]))
-    operator.gather(support, np.ones(2))
-    operator.spread(support, np.ones(2), lambda *_: None)
-    assert operator.convolutions == before + 3
-
-
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 @pytest.mark.parametrize("workers", [2, 3, 8])
 def test_any_number_of_threads_gives_the_same_answer(monkeypatch, boundary, workers):

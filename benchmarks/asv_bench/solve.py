@@ -72,6 +72,9 @@ class Hertz:
     def peakmem_solve(self, points):
         self.time_solve(points)
 
+    def track_convolutions(self, points):
+        return rc.solve(self.surface, load=self.load, material=STEEL, ceiling=None).convolutions
+
 
 class Operator:
     """One application of the free-space operator, and its preparation."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from functools import partial
 from numbers import Integral
 
 import numpy as np
@@ -70,9 +71,10 @@ def solve(
     tolerance : float, optional
         Certificate ε at which the result counts as converged; 1e-6, or 1e-4 in single precision.
     max_iterations : int
-        Most convolutions on any one grid.
+        Most convolutions on any one grid (one more may be needed to judge the best pressure).
     precision : {"double", "single"}
-        Arithmetic of the transforms; single halves the memory and cannot certify much below 1e-4.
+        Arithmetic of the transforms; single needs about two thirds of the memory and promises a
+        certificate of 1e-4 (it usually reaches some 1e-6).
     start : ContactResult, optional
         Solution of a nearby problem on the same grid, to start from.
     on_failure : {"raise", "return"}
@@ -108,6 +110,16 @@ def solve(
     ('converged', 'below first yield')
     """
     began = time.perf_counter()
+    for name, value, kind in (
+        ("surface", surface, Surface),
+        ("counter_surface", counter_surface, Surface),
+        ("material", material, Material),
+        ("counter_material", counter_material, Material),
+        ("start", start, ContactResult),
+    ):
+        optional = name in ("counter_surface", "start")
+        if not (isinstance(value, kind) or (optional and value is None)):
+            raise InputError(f"{name} must be a {kind.__name__}, got {type(value).__name__}")
     _check_choice("boundary", boundary, tuple(_BOUNDARIES))
     _check_choice("precision", precision, ("double", "single"))
     _check_choice("on_failure", on_failure, ("raise", "return"))
@@ -139,9 +151,10 @@ def solve(
             "no contact is possible: together the holes of both bodies leave no point to touch"
         )
     area = surface.pixel[0] * surface.pixel[1]
+    total = None
     if load is not None:
         require_positive(load=load)
-        _check_capacity(load, resolved, gap, area, valid)
+        total = min(load / area, _capacity(load, resolved, gap, area, valid) / area)
     if approach is not None:
         require_positive(approach=approach)
         if boundary == "periodic" and resolved is None and valid == gap.size:
@@ -154,35 +167,27 @@ def solve(
     if precision == "single":
         gap = gap.astype(np.float32)
 
-    workspace = convolution.Workspace()
-
-    def operator(shape: tuple[int, int], coarsening: tuple[int, int]) -> convolution.Convolution:
-        pixel = (coarsening[0] * surface.pixel[0], coarsening[1] * surface.pixel[1])
-        # On coarse grids the error of the grid outweighs that of the arithmetic.
-        arithmetic = precision if coarsening == (1, 1) else "single"
-        return _BOUNDARIES[boundary](
-            shape, pixel, modulus, precision=arithmetic, workspace=workspace
-        )
-
     problem = solver.Problem(
         initial_gap=gap,
         limit=np.inf if resolved is None else resolved,
-        total=None if load is None else load / area,
+        total=total,
         approach=approach,
     )
     loaded = None
     if start is not None:
         index = np.flatnonzero(start.pressure)
         loaded = index, start.pressure.ravel()[index]
+    make = partial(_BOUNDARIES[boundary], workspace=convolution.Workspace())
     solution = solver.solve(
         problem,
-        operator,
+        partial(_operator, make, surface.pixel, modulus, precision),
         tolerance=tolerance,
-        max_iterations=max_iterations,
+        max_iterations=int(max_iterations),
         start=loaded,
         progress=progress,
     )
-    del problem, gap
+    # An error that is kept would keep the threads and the memory of the solve with it.
+    del problem, gap, make
     pressure = np.zeros(surface.shape)
     pressure.ravel()[solution.index] = solution.pressure
     carried = float(pressure.sum()) * area
@@ -226,6 +231,20 @@ def solve(
     return result
 
 
+def _operator(
+    make: Callable[..., convolution.Convolution],
+    pixel: tuple[float, float],
+    modulus: float,
+    precision: str,
+    shape: tuple[int, int],
+    coarsening: tuple[int, int],
+) -> convolution.Convolution:
+    coarse = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
+    # On coarse grids the error of the grid outweighs that of the arithmetic.
+    arithmetic = precision if coarsening == (1, 1) else "single"
+    return make(shape, coarse, modulus, precision=arithmetic)
+
+
 def _check_choice(name: str, value: str, known: tuple[str, ...]) -> None:
     if value not in known:
         choices = " or ".join(repr(choice) for choice in known)
@@ -262,7 +281,13 @@ def _ceiling(
         return None if body is None else CEILING_FACTOR * (body.yield_strength or math.inf)
     if ceiling is None:
         return None
-    values = np.array(ceiling, dtype=np.float64)
+    try:
+        given = np.asarray(ceiling)
+    except ValueError:
+        raise InputError("ceiling must be a number or a map, got rows of unequal length") from None
+    if given.dtype.kind not in "fiu" or isinstance(ceiling, np.ma.MaskedArray):
+        raise InputError(f"ceiling must be real numbers [Pa], got {type(ceiling).__name__}")
+    values = given.astype(np.float64)
     if values.ndim == 0:
         require_positive(ceiling=float(values))
         return float(values)
@@ -270,30 +295,35 @@ def _ceiling(
         raise InputError(f"ceiling has shape {values.shape}, the surface {shape}")
     if not (values > 0).all():
         raise InputError(
-            f"ceiling must be positive everywhere [Pa], its smallest value is {values.min()!r}"
+            f"ceiling must be positive everywhere [Pa], its smallest value is {float(values.min())!r}"
         )
+    if np.isinf(values).all():
+        return None
     values.flags.writeable = False
     return values
 
 
-def _check_capacity(
+def _capacity(
     load: float,
     ceiling: float | NDArray[np.float64] | None,
     gap: NDArray[np.float64],
     area: float,
     valid: int,
-) -> None:
+) -> float:
+    """Return the largest load that can be carried, or raise if this one is larger."""
     if ceiling is None:
-        return
+        return math.inf
     if isinstance(ceiling, np.ndarray):
         capacity = float(ceiling[np.isfinite(gap)].sum()) * area
     else:
         capacity = ceiling * valid * area
-    if load > capacity:
+    # The full capacity is a load like any other; rounding must not refuse it.
+    if load > capacity * (1 + 1e-12):
         raise CapacityError(
             f"load = {load:.6g} N is more than the surface can carry: the ceiling times the "
             f"area of its valid pixels is {capacity:.6g} N"
         )
+    return capacity
 
 
 def memory_estimate(

@@ -202,8 +202,6 @@ class Convolution:
     ----------
     self_displacement : float
         Displacement of a pixel under unit pressure on itself, K₀₀ [m/Pa].
-    convolutions : int
-        Number of applications so far.
     """
 
     def __init__(
@@ -220,7 +218,6 @@ class Convolution:
         self.shape, self.padded, self.workspace = shape, padded, workspace
         self.spectrum = spectrum.astype(self.real, copy=False)
         self.self_displacement = _value_at_origin(spectrum, padded)
-        self.convolutions = 0
         self._rows = (shape[0], padded[1] // 2 + 1)
         itemsize = np.dtype(self._complex).itemsize
         workspace.reserve(self._rows[0] * self._rows[1] * itemsize)
@@ -311,7 +308,6 @@ class Convolution:
         show: Visit,
         shown: Sequence[int] | NDArray[Any],
     ) -> None:
-        self.convolutions += 1
         (my, mx), blocks, starts = self.padded, self._blocks, support.starts
         spectra = self.workspace.shared(self._rows, self._complex)
         scratch_array, each = self.workspace.scratch, self.workspace.each

@@ -40,8 +40,12 @@ class ConvergenceError(RoughcontactError, RuntimeError):
     """
 
     def __init__(self, message: str, result: ContactResult) -> None:
-        super().__init__(message)
+        super().__init__(message, result)
         self.result = result
+
+    def __str__(self) -> str:
+        """Return the message alone."""
+        return str(self.args[0])
 
 
 def require_positive(**values: float) -> None:

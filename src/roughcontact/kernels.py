@@ -15,7 +15,7 @@ from roughcontact.errors import require_pixel, require_positive
 Array = NDArray[np.float64]
 
 _BLOCK_BYTES = 1 << 18
-# Distance in long pixel edges from which six orders of moments are exact to 1e-12.
+# Distance in long pixel edges from which moments up to the fourth are exact to 1e-12.
 _NEAR = 64
 
 

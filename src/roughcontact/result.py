@@ -63,7 +63,8 @@ class ContactResult:
     status : str
         ``"converged"``, or why the solver stopped.
     iterations, convolutions : int
-        On the finest grid.
+        Steps, and applications of the displacement operator, on the finest grid. The smaller
+        transforms of the preconditioner do not count, those on a part of the map do.
     seconds : float
         Wall time of the solve.
     version : str
@@ -195,8 +196,8 @@ class ContactResult:
             )
         if self.regime == BEYOND_CEILING:
             notes.append(
-                "the elastic pressure exceeds three times the yield strength of the softer body: "
-                "solve with a ceiling"
+                "the pressure exceeds three times the yield strength of the softer body: "
+                + ("solve with a ceiling" if self.ceiling is None else "the ceiling lies above it")
             )
         missing = int(np.count_nonzero(np.isnan(self.gap)))
         if missing:

@@ -60,7 +60,7 @@ class Status(Enum):
     CONVOLUTION_LIMIT = "stopped at max_iterations; allow more, or start from a nearby solution"
     STALLED = (
         "no further progress; the tolerance may lie below the rounding error of this problem "
-        "(single precision reaches about 1e-4)"
+        "(single precision promises 1e-4)"
     )
 
 
