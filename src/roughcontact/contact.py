@@ -294,9 +294,8 @@ def _ceiling(
     if values.shape != shape:
         raise InputError(f"ceiling has shape {values.shape}, the surface {shape}")
     if not (values > 0).all():
-        raise InputError(
-            f"ceiling must be positive everywhere [Pa], its smallest value is {float(values.min())!r}"
-        )
+        smallest = float(values.min())
+        raise InputError(f"ceiling must be positive everywhere [Pa], its smallest is {smallest!r}")
     if np.isinf(values).all():
         return None
     values.flags.writeable = False
