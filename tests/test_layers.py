@@ -11,7 +11,7 @@ ROWS = [
     {"_version", "errors", "units"},
     {
         "kernels", "convolution", "projection", "preconditioner", "solver",
-        "preparation", "filling", "roughness", "hertz", "analytic", "generate",
+        "preparation", "filling", "filters", "roughness", "hertz", "analytic", "generate",
     },
     {"material", "surface", "result"},
     {"contact", "formats", "archive"},

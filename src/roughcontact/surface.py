@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import preparation, roughness
-from roughcontact.errors import InputError
+from roughcontact import filters, preparation, roughness
+from roughcontact.errors import InputError, require_pixel
 
 
 @dataclass(frozen=True)
@@ -112,22 +114,85 @@ class Surface:
         """
         return roughness.summary(self.heights, self.pixel)
 
-    def leveled(self, form: str = "plane") -> Surface:
-        """Return a copy without its least-squares plane (or quadric, or mean).
+    def leveled(
+        self, form: str = "plane", points: Sequence[tuple[int, int]] | None = None
+    ) -> Surface:
+        """Return a copy without its plane (or quadric, or mean).
 
         Parameters
         ----------
-        form : {"plane", "quadric", "mean"}
-            What is fitted to the points that are there, and subtracted.
+        form : {"plane", "quadric", "mean", "robust", "three-point"}
+            What is fitted to the points that are there, and subtracted: by least squares a plane,
+            a quadric or the mean; a plane that outliers do not tilt; or the plane through three
+            points. See `preparation.level`.
+        points : three pairs of int, optional
+            Indices ``(y, x)`` of the points of "three-point", and only of that.
 
         Returns
         -------
         Surface
-            The residual heights, with zero mean over the points that are there.
+            The residual heights; least squares leaves a zero mean over the points that are there.
         """
-        return self._prepared(
-            preparation.level(self.heights, form), f"leveled: least-squares {form} subtracted"
+        heights = preparation.level(self.heights, form, points)
+        if points is not None:
+            places = ", ".join(f"({int(y)}, {int(x)})" for y, x in points)
+            step = f"leveled: plane through the points {places} subtracted"
+        elif form == "robust":
+            step = "leveled: robust plane (Tukey's biweight) subtracted"
+        else:
+            step = f"leveled: least-squares {form} subtracted"
+        return self._prepared(heights, step)
+
+    def without_form(self, shape: str, degree: int | None = None) -> Surface:
+        """Return a copy without its least-squares sphere, cylinder or polynomial.
+
+        Parameters
+        ----------
+        shape : {"sphere", "cylinder", "polynomial"}
+            What is fitted to the points that are there, and subtracted.
+        degree : int, optional
+            Total degree of the polynomial, and only of that.
+
+        Returns
+        -------
+        Surface
+            The residual heights, with zero mean over the points that are there. The provenance
+            names the radius; `preparation.remove_form` returns it as a number.
+        """
+        heights, found = preparation.remove_form(self.heights, self.pixel, shape, degree)
+        if degree is not None:
+            what = f"polynomial of degree {degree}, {found['removed_rms']:.9g} m rms"
+        else:
+            side = "convex" if found["radius"] > 0 else "concave"
+            what = f"{side} {shape} of radius {abs(found['radius']):.9g} m"
+            if shape == "cylinder":
+                what += f", axis at {math.degrees(found['angle']):.6g} degrees from x towards y"
+        return self._prepared(heights, f"form removed: least-squares {what}")
+
+    def without_outliers(self, limit: float = 6.0, window: int = 5) -> Surface:
+        """Return a copy in which spikes are missing points.
+
+        Parameters
+        ----------
+        limit : float
+            Largest deviation from the local median that is kept, in robust standard deviations.
+        window : int
+            Points along each side of the square whose median is taken; odd, 3 to 31.
+
+        Returns
+        -------
+        Surface
+            What is kept keeps its bits. New holes have to be filled, cropped or masked, even if
+            the old ones were masked.
+        """
+        heights = preparation.remove_outliers(self.heights, limit, window)
+        count = int(np.count_nonzero(np.isnan(heights))) - self.missing
+        step = (
+            f"outliers removed: {count} points further than {limit:g} robust standard deviations "
+            f"from the median of {window} × {window} points"
         )
+        copy = self._prepared(heights, step)
+        return replace(copy, holes_masked=False) if count else copy
 
     def filled(self) -> Surface:
         """Return a copy with its holes filled smoothly; measured points keep their bits.
@@ -183,6 +248,127 @@ class Surface:
         return self._prepared(
             part, f"cropped: rows {rows[0]}:{rows[1]}, columns {columns[0]}:{columns[1]}"
         )
+
+    def largest_rectangle(self) -> Surface:
+        """Return the largest rectangular part without holes.
+
+        Returns
+        -------
+        Surface
+            The part, with the same pixel.
+
+        Raises
+        ------
+        InputError
+            If no 2 × 2 points without a hole are left.
+        """
+        rows, columns = preparation.largest_rectangle(self.heights)
+        return self._prepared(
+            preparation.crop(self.heights, rows, columns),
+            f"cropped to the largest rectangle without holes: rows {rows[0]}:{rows[1]}, "
+            f"columns {columns[0]}:{columns[1]}",
+        )
+
+    def rotated(self, quarter_turns: int = 1) -> Surface:
+        """Return the map turned by multiples of 90°.
+
+        Parameters
+        ----------
+        quarter_turns : int
+            Number of quarter turns, counter-clockwise as the array prints, row 0 on top;
+            negative for clockwise.
+
+        Returns
+        -------
+        Surface
+            The same heights to the bit; an odd number of turns swaps the edges of the pixel.
+        """
+        heights = preparation.rotate(self.heights, quarter_turns)
+        turns = int(quarter_turns) % 4
+        step = f"rotated: {90 * turns} degrees counter-clockwise, row 0 on top"
+        pixel = self.pixel[::-1] if turns % 2 else self.pixel
+        return replace(self._prepared(heights, step), pixel=pixel)
+
+    def resampled(
+        self,
+        shape: tuple[int, int] | None = None,
+        *,
+        pixel: tuple[float, float] | None = None,
+        method: str = "bandlimited",
+    ) -> Surface:
+        """Return the map on another grid over the same outline.
+
+        Parameters
+        ----------
+        shape : (int, int), optional
+            Points ``(ny, nx)`` of the new grid; this or `pixel`.
+        pixel : (float, float), optional
+            Pixel edges ``(dy, dx)`` [m] to come as close to as the outline allows.
+        method : {"bandlimited", "spline"}
+            Trigonometric (the map is taken as periodic, waves too short for the new grid are
+            left out) or cubic spline (no period, but nothing is left out); see
+            `filters.resample`.
+
+        Returns
+        -------
+        Surface
+            The same size on the new grid, with pixels of size / shape.
+
+        Raises
+        ------
+        InputError
+            If there are missing points, or if not exactly one of shape and pixel is given.
+        """
+        if shape is None:
+            if pixel is None:
+                raise InputError("shape or pixel of the new grid must be given")
+            require_pixel(pixel)
+            shape = (round(self.size[0] / pixel[0]), round(self.size[1] / pixel[1]))
+            if min(shape) < 2:
+                raise InputError(
+                    f"pixel must be at most half the size of the map, {self.size} m, got {pixel!r}"
+                )
+        elif pixel is not None:
+            raise InputError("shape and pixel exclude each other; give one of them")
+        heights = filters.resample(self.heights, shape, method)
+        edges = (self.size[0] / heights.shape[0], self.size[1] / heights.shape[1])
+        how = "band-limited, taken as periodic" if method == "bandlimited" else "by a cubic spline"
+        step = (
+            f"resampled: {how}, from {self.shape[0]} × {self.shape[1]} to {heights.shape[0]} × "
+            f"{heights.shape[1]} points, pixel {edges[0]:.6g} × {edges[1]:.6g} m"
+        )
+        return replace(self._prepared(heights, step), pixel=edges)
+
+    def filtered(self, s: float | None = None, l: float | None = None) -> Surface:  # noqa: E741
+        """Return a copy without its short waves, its long waves, or both (ISO 16610-61).
+
+        Parameters
+        ----------
+        s : float, optional
+            Nesting index of the S-filter [m]: waves shorter than this are removed.
+        l : float, optional
+            Nesting index of the L-filter [m]: waves longer than this are removed, and the mean.
+
+        Returns
+        -------
+        Surface
+            50 % of a wave's amplitude pass at the cut-off. Missing points stay missing; near
+            edges and holes the weights are scaled to those that are there, which draws slopes
+            towards the mean: level the map and remove its form first.
+
+        Raises
+        ------
+        InputError
+            If neither is given, or a cut-off is below two pixels or above a side of the map.
+        """
+        heights = filters.band(self.heights, self.pixel, s, l)
+        parts = [
+            f"{name}-filter at {value:.6g} m"
+            for name, value in (("S", s), ("L", l))
+            if value is not None
+        ]
+        step = f"filtered: Gaussian {' and '.join(parts)} (ISO 16610-61, edges of order zero)"
+        return self._prepared(heights, step)
 
     def _prepared(self, heights: NDArray[np.float64], step: str) -> Surface:
         return replace(self, heights=heights, provenance=self._with_step(step))

@@ -1,0 +1,285 @@
+"""Waves of a map: Gaussian filters after ISO 16610, and resampling."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import InputError, require_pixel, require_positive
+
+Array = NDArray[np.float64]
+
+# Width of the weighting function over the cut-off, which makes the transmission there 50 %.
+ALPHA = math.sqrt(math.log(2) / math.pi)
+
+# The weights are cut off here, in cut-offs: exp(-π (1.5/α)²) = 1e-14 of the central weight.
+_REACH = 1.5
+
+# Values per block of rows or columns in transforms: temporaries of some 20 MiB.
+_BLOCK = 2**20
+
+
+def gaussian(heights: Array, pixel: tuple[float, float], cutoff: float) -> Array:
+    """Return the long waves of a map: the areal Gaussian filter of ISO 16610-61.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights [m], NaN where missing.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    cutoff : float
+        Nesting index λ [m]: waves of this length along x or y keep 50 % of their amplitude,
+        longer ones more.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        The mean surface, a new array; NaN stays NaN. ``heights`` less it are the short waves.
+
+    Raises
+    ------
+    InputError
+        If the cut-off is below two pixels or above a side of the map.
+
+    Notes
+    -----
+    Weights exp(-π (x² + y²)/(α λ)²)/(α λ)², α = √(ln 2/π), sampled at the pixels and cut off at
+    1.5 λ, where they are 1e-14 of the central one. Below about five pixels the sampled weights
+    let more than 50 % pass; their width is then chosen anew per axis, so that exactly 50 % pass.
+
+    Edges and holes: normalised convolution, that is, the weights of the points that are there are
+    scaled to the sum 1 (a regression of order zero). Constants pass everywhere; a tilt or a form
+    passes unchanged only where the whole window of ±1.5 λ is on the map. At an edge or a large
+    hole a slope is drawn towards the mean by slope × α λ/π = 0.15 λ × slope, at λ/2 from it by
+    0.002 λ × slope. Level the map and remove its form first.
+
+    References
+    ----------
+    ISO 16610-61:2015; ISO 16610-21:2011 for the weighting function.
+    """
+    require_pixel(pixel)
+    heights = np.asarray(heights, dtype=np.float64)
+    _check_cutoff(heights.shape, pixel, cutoff)
+    kernels = [
+        _weights(length, cutoff / edge) for length, edge in zip(heights.shape, pixel, strict=True)
+    ]
+    there = np.isfinite(heights)
+    full = bool(there.all())
+    # Heights far from zero would cost digits; the filter does not mind a constant.
+    offset = float(np.mean(heights if full else heights[there]))
+    values = heights - offset
+    if full:
+        for axis, kernel in enumerate(kernels):
+            total = _convolve(np.ones((1, values.shape[axis])), kernel, 1)[0]
+            values = _convolve(values, kernel, axis)
+            values /= total[:, None] if axis == 0 else total
+        return values + offset
+    values[~there] = 0
+    total = there.astype(np.float64)
+    for axis, kernel in enumerate(kernels):
+        values = _convolve(values, kernel, axis)
+        total = _convolve(total, kernel, axis)
+    smooth = np.full(heights.shape, np.nan)
+    # A point that is there has at least its own weight.
+    np.divide(values, total, out=smooth, where=there)
+    smooth += offset
+    return smooth
+
+
+def band(
+    heights: Array,
+    pixel: tuple[float, float],
+    s: float | None = None,
+    l: float | None = None,  # noqa: E741
+) -> Array:
+    """Return the waves of a map between two cut-offs.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights [m], NaN where missing.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    s : float, optional
+        Nesting index λs of the S-filter [m], which removes shorter waves.
+    l : float, optional
+        Nesting index λc of the L-filter [m], which removes longer waves, and the mean.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        S-filter first, then L-filter: a scale-limited surface where both are given.
+
+    Raises
+    ------
+    InputError
+        If neither is given, if s is not below l, or as in `gaussian`.
+    """
+    require_pixel(pixel)
+    if s is None and l is None:
+        raise InputError("s or l must be given: the cut-off below or above which waves are removed")
+    for cutoff in (s, l):
+        if cutoff is not None:
+            _check_cutoff(heights.shape, pixel, cutoff)
+    if s is not None and l is not None and not s < l:
+        raise InputError(f"s must be below l, got s = {s!r} and l = {l!r} m: no waves are left")
+    if s is not None:
+        heights = gaussian(heights, pixel, s)
+    return heights if l is None else heights - gaussian(heights, pixel, l)
+
+
+def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited") -> Array:
+    """Return the map on another number of points over the same outline.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights without NaN.
+    shape : (int, int)
+        Points of the new map, two or more each; its pixels tile the same rectangle, so the
+        centres of the outer ones move.
+    method : {"bandlimited", "spline"}
+        The trigonometric polynomial through the points, without the waves that the new grid
+        cannot hold: exact for a periodic map; a step between opposite edges makes ripples there.
+        Or the cubic spline through the points (not-a-knot ends, carried on by up to half an old
+        pixel), which assumes no period but removes no waves: filter first when coarsening.
+
+    Returns
+    -------
+    ndarray, of that shape
+        The new map.
+
+    Raises
+    ------
+    InputError
+        If heights are missing, if the shape or the method is none, or if the spline has fewer
+        than four points along a side.
+    """
+    if method not in ("bandlimited", "spline"):
+        raise InputError(f"method must be one of bandlimited, spline, got {method!r}")
+    heights = np.asarray(heights, dtype=np.float64)
+    new = _checked_shape(shape)
+    missing = int(np.count_nonzero(np.isnan(heights)))
+    if missing:
+        raise InputError(
+            f"heights has {missing} missing points; fill or crop them first, e.g. surface.filled()"
+        )
+    if method == "spline" and min(heights.shape) < 4:
+        raise InputError(
+            f"a spline needs at least 4 × 4 points, got {heights.shape[0]} × {heights.shape[1]}; "
+            "use method='bandlimited'"
+        )
+    values = heights.copy()
+    # The axis that shrinks most first: fewest points in between.
+    axes = sorted((0, 1), key=lambda axis: new[axis] / heights.shape[axis])
+    for axis in axes:
+        if new[axis] != values.shape[axis]:
+            change = _change_waves if method == "bandlimited" else _change_spline
+            values = change(values, new[axis], axis)
+    return values
+
+
+def _checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
+    pair = tuple(shape) if np.iterable(shape) else ()
+    whole = all(
+        isinstance(points, (int, np.integer)) and not isinstance(points, bool) for points in pair
+    )
+    if len(pair) != 2 or not whole or min(pair) < 2:
+        raise InputError(f"shape must be two integers (ny, nx) of at least 2, got {shape!r}")
+    return int(pair[0]), int(pair[1])
+
+
+def _check_cutoff(shape: tuple[int, ...], pixel: tuple[float, float], cutoff: float) -> None:
+    require_positive(cutoff=cutoff)
+    shortest = 2 * max(pixel)
+    longest = min(length * edge for length, edge in zip(shape, pixel, strict=True))
+    # Rounding of a cut-off that is meant to be just two pixels, or the whole side.
+    if not shortest * (1 - 1e-12) <= cutoff <= longest * (1 + 1e-12):
+        raise InputError(
+            f"cutoff must lie between two pixels and the shorter side of the map, {shortest:.6g} m "
+            f"to {longest:.6g} m, got {cutoff!r} m"
+        )
+
+
+def _weights(length: int, cutoff: float) -> Array:
+    """Return weights at 0, 1, … pixels from the centre; the cut-off is in pixels."""
+    distance = np.arange(min(length, math.ceil(_REACH * cutoff) + 1), dtype=np.float64)
+    if cutoff > 8:
+        # The copies of the spectrum meet the cut-off with 2^-(cutoff - 1)² of their amplitude.
+        width = ALPHA * cutoff
+    else:
+        width = _matched_width(cutoff)
+    weights: Array = np.exp(-math.pi * np.square(distance / width))
+    weights /= 2 * weights.sum() - 1
+    return weights
+
+
+def _matched_width(cutoff: float) -> float:
+    from scipy.optimize import brentq
+
+    distance = np.arange(1.0, 40.0)
+    wave = np.cos(2 * math.pi * distance / cutoff)
+
+    def excess(width: float) -> float:
+        weights = np.exp(-math.pi * np.square(distance / width))
+        return float((1 + 2 * weights @ wave) / (1 + 2 * weights.sum()) - 0.5)
+
+    return float(brentq(excess, 0.5 * ALPHA * cutoff, 2 * ALPHA * cutoff, xtol=1e-14))
+
+
+def _convolve(values: Array, weights: Array, axis: int) -> Array:
+    """Return the convolution with symmetric weights along an axis, zero beyond the edge."""
+    from scipy import fft
+
+    length, reach = values.shape[axis], weights.size - 1
+    points = fft.next_fast_len(length + reach, real=True)
+    circle = np.zeros(points)
+    circle[: reach + 1] = weights
+    circle[points - reach :] = weights[:0:-1]
+    # The weights are even, hence their spectrum real.
+    spectrum = fft.rfft(circle).real
+    if axis == 0:
+        spectrum = spectrum[:, None]
+    result = np.empty_like(values)
+    for part in _parts(values.shape, axis, points):
+        transformed = fft.rfft(values[part], n=points, axis=axis)
+        transformed *= spectrum
+        kept = (slice(length), slice(None)) if axis == 0 else (slice(None), slice(length))
+        result[part] = fft.irfft(transformed, n=points, axis=axis)[kept]
+    return result
+
+
+def _parts(shape: tuple[int, ...], axis: int, points: int) -> list[tuple[slice, slice]]:
+    other = shape[1 - axis]
+    step = max(1, _BLOCK // points)
+    slices = [slice(start, min(start + step, other)) for start in range(0, other, step)]
+    return [(slice(None), part) if axis == 0 else (part, slice(None)) for part in slices]
+
+
+def _change_waves(values: Array, points: int, axis: int) -> Array:
+    from scipy import fft
+
+    old = values.shape[axis]
+    spectrum = np.moveaxis(fft.rfft(values, axis=axis, norm="forward"), axis, -1)
+    kept = min(old, points) // 2 + 1
+    # The centre of the first new pixel, in old pixels from the centre of the first old one.
+    shift = 0.5 * (old / points - 1)
+    factor = np.exp(2j * math.pi * shift / old * np.arange(kept))
+    if min(old, points) % 2 == 0:
+        # The wave of two pixels: both its signs share one coefficient on the coarser grid, and
+        # have one each on the finer.
+        factor[-1] *= 0.5 if old < points else 2.0
+    changed = fft.irfft(spectrum[..., :kept] * factor, n=points, axis=-1, norm="forward")
+    return np.ascontiguousarray(np.moveaxis(changed, -1, axis))
+
+
+def _change_spline(values: Array, points: int, axis: int) -> Array:
+    from scipy.interpolate import make_interp_spline
+
+    old = values.shape[axis]
+    centres = (np.arange(points) + 0.5) * (old / points) - 0.5
+    spline = make_interp_spline(np.arange(old, dtype=np.float64), values, k=3, axis=axis)
+    return np.ascontiguousarray(spline(centres))

@@ -1,0 +1,322 @@
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from roughcontact import filters
+from roughcontact.errors import InputError
+from roughcontact.surface import Provenance, Surface
+
+PIXEL = (2e-6, 3e-6)
+
+
+def rough(seed: int, shape: tuple[int, int], holes: float = 0.0) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    heights = rng.normal(size=shape)
+    heights[rng.random(shape) < holes] = np.nan
+    return heights
+
+
+# --- Gaussian filter ---------------------------------------------------------------------------
+
+
+def transmission(wavelength: float, cutoff: float, axis: int) -> float:
+    """Amplitude that a cosine along an axis keeps in the middle of a long map, pixel 1."""
+    length = 2 * int(3 * max(cutoff, 2) + 2 * wavelength) + 1
+    across = int(np.ceil(cutoff)) + 2
+    t = np.arange(length) - length // 2
+    wave = np.cos(2 * np.pi * t / wavelength)
+    heights = np.tile(wave, (across, 1))
+    smooth = filters.gaussian(heights if axis else heights.T, (1.0, 1.0), cutoff)
+    return float((smooth if axis else smooth.T)[across // 2, length // 2])
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("cutoff", [2.0, 2.5, 3.0, 4.0, 6.0, 7.9, 8.1, 10.0, 33.3, 250.0])
+def test_half_of_a_wave_passes_at_the_cutoff(cutoff: float, axis: int) -> None:
+    # The rounding of the weights, and 1e-14 cut off; above 8 pixels, 2^-48 of aliasing.
+    assert transmission(cutoff, cutoff, axis) == pytest.approx(0.5, abs=1e-8)
+
+
+@pytest.mark.parametrize("ratio", [0.3, 0.5, 0.8, 1.25, 2.0, 5.0])
+def test_transmission_is_that_of_the_standard(ratio: float) -> None:
+    # ISO 16610-21: exp(-π (α λc/λ)²) = 2^-(λc/λ)².
+    expected = 2 ** -(ratio**-2)
+    assert transmission(ratio * 40, 40, 1) == pytest.approx(expected, abs=1e-9)
+
+
+def test_transmission_is_alike_in_all_directions_and_in_metres() -> None:
+    # A wave at 45° on pixels of 2 × 3: the areal filter halves it too.
+    pixel, cutoff = (2e-6, 3e-6), 6e-5
+    y = (np.arange(301) - 150)[:, None] * pixel[0]
+    x = (np.arange(201) - 100) * pixel[1]
+    wave = np.cos(2 * np.pi * (0.6 * x + 0.8 * y) / cutoff)
+    assert filters.gaussian(wave, pixel, cutoff)[150, 100] == pytest.approx(0.5, abs=1e-8)
+
+
+def test_agrees_with_the_sum_over_all_points() -> None:
+    shape, pixel, cutoff = (17, 23), (1.0, 1.5), 12.0
+    heights = rough(1, shape, holes=0.3)
+    there = np.isfinite(heights)
+    y, x = (np.arange(n) * edge for n, edge in zip(shape, pixel, strict=True))
+    alpha = np.sqrt(np.log(2) / np.pi)
+    smooth = filters.gaussian(heights, pixel, cutoff)
+    np.testing.assert_array_equal(np.isnan(smooth), ~there)
+    for j, i in np.argwhere(there)[::7]:
+        square = ((y[:, None] - y[j]) ** 2 + (x - x[i]) ** 2) / (alpha * cutoff) ** 2
+        weight = np.where(there, np.exp(-np.pi * square), 0)
+        mean = np.nansum(weight * np.where(there, heights, 0)) / weight.sum()
+        assert smooth[j, i] == pytest.approx(mean, abs=1e-12)
+
+
+@given(st.integers(0, 1000), st.floats(2, 20), st.floats(-1e3, 1e3), st.sampled_from([0, 0.3]))
+def test_constants_pass_everywhere(seed: int, cutoff: float, value: float, holes: float) -> None:
+    heights = np.where(np.isfinite(rough(seed, (24, 21), holes)), value, np.nan)
+    smooth = filters.gaussian(heights, (1.0, 1.0), cutoff)
+    np.testing.assert_allclose(smooth, heights, atol=1e-12 * abs(value), rtol=0)
+
+
+@given(st.floats(2, 12), st.floats(-3, 3), st.floats(-3, 3))
+def test_planes_pass_in_the_interior(cutoff: float, slope_y: float, slope_x: float) -> None:
+    y, x = np.mgrid[:60, :50]
+    plane = slope_y * y + slope_x * x
+    reach = int(np.ceil(1.5 * cutoff))
+    inside = (slice(reach, 60 - reach), slice(reach, 50 - reach))
+    smooth = filters.gaussian(plane, (1.0, 1.0), cutoff)
+    np.testing.assert_allclose(smooth[inside], plane[inside], atol=1e-11)
+    if max(abs(slope_y), abs(slope_x)) > 0.1:
+        assert np.abs(smooth - plane).max() > 1e-3  # the edge is not of first order
+
+
+def test_the_end_effect_is_the_one_stated() -> None:
+    x = np.tile(np.arange(400.0), (200, 1))
+    error = (filters.gaussian(x, (1.0, 1.0), 100) - x)[50]
+    # The sum over pixels against the integral: half a pixel of 100.
+    assert error[0] == pytest.approx(0.1495 * 100, abs=0.5)
+    assert error[-1] == pytest.approx(-error[0], rel=1e-9)
+    assert 0.15 < error[50] < 0.25
+    assert abs(error[150]) < 1e-10
+
+
+@given(st.integers(0, 1000), st.floats(6, 40), st.sampled_from([0, 0.2]))
+def test_what_the_filters_part_adds_up(seed: int, cutoff: float, holes: float) -> None:
+    heights = rough(seed, (30, 27), holes)
+    parts = filters.band(heights, PIXEL, s=cutoff * 1e-6) + filters.band(
+        heights, PIXEL, l=cutoff * 1e-6
+    )
+    np.testing.assert_allclose(parts, heights, atol=1e-14)
+
+
+@given(st.integers(0, 1000), st.floats(6, 30), st.sampled_from([0, 0.2]))
+def test_filter_of_the_transpose(seed: int, cutoff: float, holes: float) -> None:
+    heights = rough(seed, (18, 27), holes)
+    cutoff *= 1e-6
+    np.testing.assert_allclose(
+        filters.gaussian(heights.T, PIXEL[::-1], cutoff),
+        filters.gaussian(heights, PIXEL, cutoff).T,
+        atol=1e-12,
+    )
+
+
+def test_band_is_one_filter_after_the_other() -> None:
+    heights = rough(3, (40, 30), 0.1)
+    smooth = filters.gaussian(heights, PIXEL, 9e-6)
+    expected = smooth - filters.gaussian(smooth, PIXEL, 4e-5)
+    np.testing.assert_array_equal(filters.band(heights, PIXEL, 9e-6, 4e-5), expected)
+
+
+def test_filter_by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    heights = rough(5, (37, 23), holes=0.1)
+    whole = filters.gaussian(heights, PIXEL, 2e-5)
+    monkeypatch.setattr(filters, "_BLOCK", 200)
+    np.testing.assert_allclose(filters.gaussian(heights, PIXEL, 2e-5), whole, atol=1e-14)
+
+
+@pytest.mark.parametrize("cutoff", [5.9e-6, 7e-5, 0.0, -1e-5, np.nan, "2 mm"])
+def test_cutoffs_the_map_cannot_hold(cutoff) -> None:
+    # Two pixels are 6 µm, the sides 80 and 60 µm.
+    for call in (
+        lambda: filters.gaussian(np.zeros((40, 20)), PIXEL, cutoff),
+        lambda: filters.band(np.zeros((40, 20)), PIXEL, s=cutoff),
+        lambda: filters.band(np.zeros((40, 20)), PIXEL, l=cutoff),
+    ):
+        with pytest.raises(InputError, match="cutoff must"):
+            call()
+
+
+def test_band_refuses() -> None:
+    with pytest.raises(InputError, match="s or l must be given"):
+        filters.band(np.zeros((40, 20)), PIXEL)
+    with pytest.raises(InputError, match="s must be below l"):
+        filters.band(np.zeros((40, 20)), PIXEL, 2e-5, 1e-5)
+
+
+# --- resampling --------------------------------------------------------------------------------
+
+
+def band_limited(seed: int, shape: tuple[int, int], points: tuple[int, int]) -> np.ndarray:
+    """A periodic map of that shape whose waves fit on a grid of so many points."""
+    spectrum = np.fft.fft2(np.random.default_rng(seed).normal(size=shape))
+    for axis, (length, kept) in enumerate(zip(shape, points, strict=True)):
+        keep = np.abs(np.rint(np.fft.fftfreq(length) * length)) < kept / 2
+        spectrum *= keep[:, None] if axis == 0 else keep
+    return np.fft.ifft2(spectrum).real
+
+
+@given(*[st.integers(2, 24)] * 4, st.integers(0, 1000))
+def test_there_and_back_is_exact(ny: int, nx: int, my: int, mx: int, seed: int) -> None:
+    heights = band_limited(seed, (ny, nx), (my, mx))
+    back = filters.resample(filters.resample(heights, (my, mx)), (ny, nx))
+    np.testing.assert_allclose(back, heights, atol=1e-13)
+
+
+@given(*[st.integers(2, 16)] * 4, st.integers(0, 1000))
+def test_finer_and_back_is_exact_for_any_map(
+    ny: int, nx: int, more_y: int, more_x: int, seed: int
+) -> None:
+    heights = rough(seed, (ny, nx))
+    finer = filters.resample(heights, (ny + more_y, nx + more_x))
+    assert finer.mean() == pytest.approx(heights.mean(), abs=1e-14)
+    np.testing.assert_allclose(filters.resample(finer, (ny, nx)), heights, atol=1e-13)
+
+
+@given(*[st.integers(2, 12)] * 2, st.integers(0, 1000))
+def test_a_finer_map_passes_through_the_points(ny: int, nx: int, seed: int) -> None:
+    # At three times the points, every third centre is an old one.
+    heights = rough(seed, (ny, nx))
+    finer = filters.resample(heights, (3 * ny, 3 * nx))
+    np.testing.assert_allclose(finer[1::3, 1::3], heights, atol=1e-13)
+
+
+@pytest.mark.parametrize("shape", [(36, 50), (12, 14), (13, 15), (36, 9), (24, 20)])
+def test_waves_stay_where_they_are(shape: tuple[int, int]) -> None:
+    def wave(ny: int, nx: int) -> np.ndarray:
+        y, x = ((np.arange(n) + 0.5) / n for n in (ny, nx))
+        return 3 + np.cos(2 * np.pi * (2 * x - 3 * y[:, None]) + 0.3)
+
+    np.testing.assert_allclose(filters.resample(wave(24, 20), shape), wave(*shape), atol=1e-13)
+
+
+@given(*[st.integers(4, 20)] * 4, st.integers(0, 1000), st.sampled_from(["bandlimited", "spline"]))
+def test_resampling_mirrors_and_transposes(
+    ny: int, nx: int, my: int, mx: int, seed: int, method: str
+) -> None:
+    heights = rough(seed, (ny, nx))
+    new = filters.resample(heights, (my, mx), method)
+    assert new.shape == (my, mx)
+    other = filters.resample(heights[::-1].T, (mx, my), method)
+    # The spline's extrapolation enlarges rounding.
+    np.testing.assert_allclose(other, new[::-1].T, atol=1e-10)
+
+
+def test_the_spline_reproduces_cubics() -> None:
+    def cubic(ny: int, nx: int) -> np.ndarray:
+        y, x = ((np.arange(n) + 0.5) / n for n in (ny, nx))
+        return x**3 - 2 * x * y[:, None] ** 2 + y[:, None] ** 3 - 1
+
+    for shape in ((30, 40), (7, 5), (15, 6)):
+        new = filters.resample(cubic(9, 12), shape, "spline")
+        np.testing.assert_allclose(new, cubic(*shape), atol=1e-13)
+
+
+@pytest.mark.parametrize("method", ["bandlimited", "spline"])
+def test_the_same_grid_keeps_its_bits(method: str) -> None:
+    heights = rough(1, (5, 6))
+    same = filters.resample(heights, (5, 6), method)
+    assert same.tobytes() == heights.tobytes()
+    assert not np.shares_memory(same, heights)
+
+
+def test_resample_refuses() -> None:
+    heights = rough(1, (5, 6))
+    with pytest.raises(InputError, match="bandlimited, spline, got 'linear'"):
+        filters.resample(heights, (4, 4), "linear")
+    for shape in ((1, 5), (4,), (4, 4.0), 4, (True, 4)):
+        with pytest.raises(InputError, match="shape must be two integers"):
+            filters.resample(heights, shape)
+    with pytest.raises(InputError, match="4 × 4 points, got 3 × 6"):
+        filters.resample(heights[:3], (4, 4), "spline")
+    heights[2, 2] = np.nan
+    with pytest.raises(InputError, match="1 missing points; fill or crop"):
+        filters.resample(heights, (4, 4))
+
+
+# --- on a surface --------------------------------------------------------------------------------
+
+
+def ball() -> Surface:
+    y, x = ((np.arange(n) - 0.5 * n) * e for n, e in zip((40, 50), PIXEL, strict=True))
+    heights = np.sqrt(1e-6 - x**2 - y[:, None] ** 2) + 1e-9 * rough(1, (40, 50))
+    return Surface(heights, PIXEL, Provenance("ball.x3p", steps=("made",)))
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda s: s.leveled("robust"), "robust plane"),
+        (lambda s: s.leveled("three-point", [(0, 0), (9, 0), (0, 9)]), r"\(9, 0\), \(0, 9\)"),
+        (lambda s: s.without_form("sphere"), r"convex sphere of radius 0\.00\d+ m$"),
+        (lambda s: s.without_form("polynomial", degree=3), "degree 3, .* m rms"),
+        (lambda s: s.without_outliers(99), "0 points further than 99 robust.*5 × 5"),
+        (lambda s: s.largest_rectangle(), "rows 0:40, columns 0:50"),
+        (lambda s: s.rotated(-1), "270 degrees counter-clockwise"),
+        (lambda s: s.resampled((20, 30)), "periodic, from 40 × 50 to 20 × 30"),
+        (lambda s: s.resampled(pixel=(1e-6, 1e-6), method="spline"), "cubic spline.*80 × 150"),
+        (lambda s: s.filtered(s=8e-6, l=6e-5), "S-filter at 8e-06 m and L-filter at 6e-05 m"),
+    ],
+)
+def test_every_step_is_a_copy_and_a_sentence(call, words: str) -> None:
+    surface = ball()
+    before = surface.heights.tobytes()
+    prepared = call(surface)
+    assert surface.heights.tobytes() == before
+    assert surface.provenance.steps == ("made",)
+    assert prepared.provenance.source == "ball.x3p"
+    assert len(prepared.provenance.steps) == 2
+    assert re.search(words, prepared.provenance.steps[-1])
+
+
+def test_size_and_pixel_follow() -> None:
+    surface = ball()
+    assert surface.rotated().pixel == (3e-6, 2e-6)
+    assert surface.rotated(2).pixel == (2e-6, 3e-6)
+    for new in (surface.resampled((33, 20)), surface.resampled(pixel=(1.1e-6, 7e-6))):
+        assert new.size == pytest.approx(surface.size, rel=1e-14)
+    assert surface.resampled(pixel=(1.1e-6, 7e-6)).shape == (73, 21)
+    with pytest.raises(InputError, match="exclude"):
+        surface.resampled((4, 4), pixel=PIXEL)
+    with pytest.raises(InputError, match="shape or pixel"):
+        surface.resampled()
+    with pytest.raises(InputError, match="at most half"):
+        surface.resampled(pixel=(1.0, 1.0))
+
+
+def test_new_holes_are_not_masked_by_an_old_promise() -> None:
+    heights = 1e-9 * rough(1, (20, 20))
+    heights[3, 3] = np.nan
+    masked = Surface(heights, PIXEL).masked()
+    assert masked.without_outliers(limit=50).holes_masked
+    heights[9, 9] = 1.0
+    cleaned = Surface(heights, PIXEL).masked().without_outliers()
+    assert cleaned.missing == 2
+    assert not cleaned.holes_masked
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 1000))
+def test_a_turned_ball_has_the_same_radius_and_filter(seed: int) -> None:
+    heights = ball().heights.copy()
+    heights[np.random.default_rng(seed).random(heights.shape) < 0.2] = np.nan
+    surface = Surface(heights, PIXEL)
+    np.testing.assert_allclose(
+        surface.rotated().filtered(s=1e-5).heights,
+        surface.filtered(s=1e-5).rotated().heights,
+        atol=1e-17,
+    )
+    np.testing.assert_allclose(
+        surface.rotated().without_form("sphere").heights,
+        surface.without_form("sphere").rotated().heights,
+        atol=1e-15,
+    )
