@@ -13,6 +13,7 @@ from matplotlib.image import imread
 from numpy.typing import NDArray
 
 from roughcontact import plots
+from roughcontact.contact import solve
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.material import RIGID, Material
 from roughcontact.result import ContactResult
@@ -438,3 +439,14 @@ assert "matplotlib.pyplot" not in sys.modules
 assert settings() == before
 """
     subprocess.run([sys.executable, "-W", "error", "-c", code], check=True, timeout=60)
+
+
+def test_one_spike_does_not_set_the_scale() -> None:
+    # A spike at the ceiling above a broad, lightly loaded plateau.
+    heights = np.random.default_rng(3).random((64, 64)) * 1e-9
+    heights[0, 0] = 1e-6
+    material = Material(young=210e9, poisson=0.3, yield_strength=1e9)
+    result = solve(Surface(heights, (1e-6, 1e-6)), load=64 * 64 * 1e-12 * 2e7, material=material)
+    assert 0 < result.saturated_fraction < 1e-3
+    image = plots.pressure(result).axes[0].images[0]
+    assert image.norm.vmax < 0.5 * result.max_pressure

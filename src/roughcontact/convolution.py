@@ -33,11 +33,6 @@ _COLUMN_BYTES = 1 << 20
 _ROW_BYTES = 1 << 19
 
 
-def backend() -> str:
-    """Return the name of the FFT library in use: ``"ducc0"`` or ``"scipy"``."""
-    return "scipy" if _ducc0 is None else "ducc0"
-
-
 def default_workers() -> int:
     """Return the number of processor cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):

@@ -96,7 +96,9 @@ def pressure(result: ContactResult, limit: float | None = None) -> Figure:
         A solved contact.
     limit : float, optional
         Top of the colour scale [Pa], the same for figures that are to be compared; pressures
-        above it are black. By default the ceiling if it is reached, else the largest pressure.
+        above it are black. By default the largest pressure; where some pixels are saturated,
+        the pressure that 99.5 % of the contact do not exceed, which is the ceiling unless next
+        to nothing reaches it.
 
     Returns
     -------
@@ -550,12 +552,21 @@ def _uniform_ceiling(result: ContactResult) -> float:
     return ceiling if isinstance(ceiling, (int, float)) else math.inf
 
 
+# Share of the contact that lies within the scale of a pressure map.
+_SHOWN = 0.995
+
+
 def _limit(results: Sequence[ContactResult], limit: float | None) -> float:
     if limit is not None:
         if not 0 < limit < math.inf:
             raise InputError(f"limit must be positive and finite [Pa], got {limit!r}")
         return float(limit)
-    reached = [r.max_pressure for r in results if r.saturated_fraction > 0]
+    # Where next to nothing is saturated, one spike would leave a single shade for all the rest.
+    reached = [
+        float(np.quantile(r.pressure[r.contact], _SHOWN))
+        for r in results
+        if r.saturated_fraction > 0
+    ]
     return max(reached or [r.max_pressure for r in results]) or 1.0
 
 
