@@ -11,7 +11,7 @@ ROWS = [
     {"_version", "errors", "units"},
     {
         "kernels", "convolution", "projection", "preconditioner", "solver",
-        "preparation", "filling", "filters", "roughness", "hertz", "analytic", "generate",
+        "preparation", "filling", "filters", "roughness", "hertz", "analytic", "generate", "spots",
     },
     {"material", "surface", "result"},
     {"contact", "formats", "archive"},

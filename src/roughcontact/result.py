@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact import spots
 from roughcontact.material import CEILING_FACTOR, Material, softer
 from roughcontact.surface import Surface
 
@@ -203,6 +204,10 @@ class ContactResult:
         if missing:
             notes.append(f"{missing} missing points were treated as never touching")
         return tuple(notes)
+
+    def spots(self) -> spots.Spots:
+        """Return the contact spots: edge-connected pixels with pressure, the largest first."""
+        return spots.find(self.pressure, self.surface.pixel, self.boundary == "periodic")
 
     def summary(self) -> dict[str, Any]:
         """Return the scalar results by name, in SI units, ready for JSON."""

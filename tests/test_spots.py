@@ -1,0 +1,71 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import roughcontact as rc
+from roughcontact import spots
+
+PIXEL = (2e-6, 3e-6)
+
+
+def flood(mask: np.ndarray, periodic: bool) -> list[int]:
+    """Sizes of the edge-connected parts, one pixel after the other."""
+    ny, nx = mask.shape
+    left = set(zip(*np.nonzero(mask), strict=True))
+    sizes = []
+    while left:
+        front, size = [left.pop()], 0
+        while front:
+            y, x = front.pop()
+            size += 1
+            for ny_, nx_ in ((y - 1, x), (y + 1, x), (y, x - 1), (y, x + 1)):
+                place = (ny_ % ny, nx_ % nx) if periodic else (ny_, nx_)
+                if place in left:
+                    left.remove(place)
+                    front.append(place)
+        sizes.append(size)
+    return sorted(sizes, reverse=True)
+
+
+@given(
+    st.integers(2, 9), st.integers(2, 9), st.integers(0, 2**32 - 1), st.floats(0, 1), st.booleans()
+)
+def test_spots_are_those_of_a_flood_fill(
+    ny: int, nx: int, seed: int, share: float, periodic: bool
+) -> None:
+    rng = np.random.default_rng(seed)
+    pressure = np.where(rng.random((ny, nx)) < share, rng.random((ny, nx)) + 0.1, 0.0)
+    found = spots.find(pressure, PIXEL, periodic)
+    area = PIXEL[0] * PIXEL[1]
+    assert np.round(found.area / area).astype(int).tolist() == flood(pressure > 0, periodic)
+    assert found.count == found.label.max(initial=0)
+    assert ((found.label > 0) == (pressure > 0)).all()
+    for number in range(1, found.count + 1):
+        here = pressure[found.label == number]
+        assert found.load[number - 1] == pytest.approx(here.sum() * area, rel=1e-12)
+        assert found.peak[number - 1] == here.max()
+        assert found.area[number - 1] == pytest.approx(here.size * area, rel=1e-12)
+
+
+def test_a_corner_does_not_join_and_an_edge_of_a_period_does() -> None:
+    pressure = np.zeros((5, 6))
+    pressure[0, 2], pressure[1, 3], pressure[4, 2] = 1, 1, 1
+    assert spots.find(pressure, PIXEL).count == 3
+    assert spots.find(pressure, PIXEL, periodic=True).count == 2
+
+
+def test_no_contact_has_no_spots() -> None:
+    found = spots.find(np.zeros((3, 4)), PIXEL, periodic=True)
+    assert found.count == 0
+    assert found.load.size == found.peak.size == 0
+
+
+def test_a_result_knows_its_spots() -> None:
+    y, x = np.mgrid[-16:16, -16:16] * 1e-6
+    surface = rc.Surface(-(x**2 + y**2) / 0.02, (1e-6, 1e-6))
+    result = rc.solve(surface, load=0.05, material=rc.Material(210e9, 0.3))
+    found = result.spots()
+    assert found.count == 1
+    assert found.load[0] == pytest.approx(0.05)
+    assert found.area[0] == pytest.approx(result.contact_area)
