@@ -13,6 +13,7 @@ from roughcontact.errors import (
 )
 from roughcontact.formats import read_surface
 from roughcontact.generate import reference_map, self_affine
+from roughcontact.loading import LoadCurve, load_curve
 from roughcontact.material import RIGID, Material, contact_modulus
 from roughcontact.result import ContactResult
 from roughcontact.solver import Step
@@ -26,6 +27,7 @@ __all__ = [
     "FormatError",
     "InputError",
     "InsufficientMemoryError",
+    "LoadCurve",
     "Material",
     "Provenance",
     "RoughcontactError",
@@ -33,6 +35,7 @@ __all__ = [
     "Surface",
     "__version__",
     "contact_modulus",
+    "load_curve",
     "load_result",
     "read_surface",
     "reference_map",

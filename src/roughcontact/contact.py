@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from numbers import Integral
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,7 +46,7 @@ def solve(
     tolerance: float | None = None,
     max_iterations: int = 500,
     precision: str = "double",
-    start: ContactResult | None = None,
+    start: ContactResult | ArrayLike | None = None,
     on_failure: str = "raise",
     progress: Callable[[Step], None] | None = None,
 ) -> ContactResult:
@@ -75,8 +77,8 @@ def solve(
     precision : {"double", "single"}
         Arithmetic of the transforms; single needs about two thirds of the memory and promises a
         certificate of 1e-4 (it usually reaches some 1e-6).
-    start : ContactResult, optional
-        Solution of a nearby problem on the same grid, to start from.
+    start : ContactResult or array_like of shape (ny, nx), optional
+        Solution of a nearby problem on the same grid, or its pressure [Pa], to start from.
     on_failure : {"raise", "return"}
         What to do with a result above the tolerance.
     progress : callable, optional
@@ -110,15 +112,215 @@ def solve(
     ('converged', 'below first yield')
     """
     began = time.perf_counter()
+    stated = _stated(
+        surface,
+        material=material,
+        load=load,
+        approach=approach,
+        counter_material=counter_material,
+        counter_surface=counter_surface,
+        ceiling=ceiling,
+        boundary=boundary,
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+        precision=precision,
+        start=start,
+        on_failure=on_failure,
+    )
+    problem, tolerance = stated.problem, stated.tolerance
+    area = surface.pixel[0] * surface.pixel[1]
+    loaded = None
+    if start is not None:
+        pressure = start.pressure if isinstance(start, ContactResult) else np.asarray(start)
+        index = np.flatnonzero(pressure)
+        loaded = index, pressure.ravel()[index]
+    solution = solver.solve(
+        problem,
+        _operators(boundary, surface.pixel, stated.modulus, precision),
+        tolerance=tolerance,
+        max_iterations=int(max_iterations),
+        start=loaded,
+        progress=progress,
+    )
+    # An error that is kept would keep the memory of the solve with it.
+    del problem
+    del stated.problem
+    pressure = np.zeros(surface.shape)
+    pressure.ravel()[solution.index] = solution.pressure
+    carried = float(pressure.sum()) * area
+    load_error = 0.0 if load is None else abs(carried - load) / load
+    status = solution.status
+    if status is solver.Status.CONVERGED and load_error > LOAD_TOLERANCE:
+        status = solver.Status.STALLED
+    final_gap = solution.gap.astype(np.float64, copy=False)
+    if stated.valid < final_gap.size:
+        final_gap[np.isinf(final_gap)] = np.nan
+    result = ContactResult(
+        surface=surface,
+        counter_surface=counter_surface,
+        material=material,
+        counter_material=counter_material,
+        contact_modulus=stated.modulus,
+        ceiling=stated.ceiling,
+        boundary=boundary,
+        precision=precision,
+        tolerance=tolerance,
+        control="load" if approach is None else "approach",
+        load=carried if load is None else load,
+        approach=solution.approach,
+        pressure=pressure,
+        gap=final_gap,
+        certificate=solution.certificate,
+        load_error=load_error,
+        status=status.value,
+        iterations=solution.iterations,
+        convolutions=solution.convolutions,
+        seconds=time.perf_counter() - began,
+        version=__version__,
+    )
+    if not result.converged and on_failure == "raise":
+        raise ConvergenceError(
+            f"not converged: certificate {result.certificate:.1e} (tolerance {tolerance:.0e}), "
+            f"load error {load_error:.1e} after {result.convolutions} convolutions: "
+            f"{result.status}",
+            result,
+        )
+    return result
+
+
+def check(surface: Surface, **arguments: Any) -> None:
+    """Raise what `solve` would raise before it starts.
+
+    Parameters
+    ----------
+    surface : Surface
+        Heights of the rough body.
+    **arguments
+        Those of `solve`.
+
+    Raises
+    ------
+    InputError, CapacityError, InsufficientMemoryError
+        As for `solve`.
+    """
+    _stated(surface, **{"load": None, "approach": None, **arguments})
+
+
+def elastic(result: ContactResult) -> ContactResult:
+    """Return the solution of the same problem without a ceiling.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution, with a ceiling or without.
+
+    Returns
+    -------
+    ContactResult
+        The result itself if it has no ceiling; else a new solve under the same load.
+
+    Raises
+    ------
+    ConvergenceError
+        If the tolerance was not reached.
+    """
+    if result.ceiling is None:
+        return result
+    return solve(
+        result.surface,
+        load=result.load,
+        material=result.material,
+        counter_material=result.counter_material,
+        counter_surface=result.counter_surface,
+        ceiling=None,
+        boundary=result.boundary,
+        tolerance=result.tolerance,
+        precision=result.precision,
+    )
+
+
+def stiffness(result: ContactResult) -> float:
+    """Return the contact stiffness dW/dω of a solution.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+
+    Returns
+    -------
+    float
+        Increase of the load with the approach [N/m] as the load grows. Saturated pixels carry no
+        more; 0 where every touching pixel is saturated, infinite in a full periodic contact.
+
+    Notes
+    -----
+    Within the small step the contact does not change: its elastic pixels are pressed like a
+    rigid flat punch of that outline, which is one more contact problem with a gap of zero on them
+    and no contact elsewhere. A circle of radius a gives 2 E* a.
+
+    References
+    ----------
+    Barber 2003, Proc. R. Soc. A 459, 53, doi:10.1098/rspa.2002.1038
+    """
+    index = np.flatnonzero(result.contact & ~result.saturated)
+    if index.size == 0:
+        return 0.0
+    gap = np.full(result.pressure.shape, np.inf)
+    gap.ravel()[index] = 0.0
+    total = 1 / result.pixel_area
+    solution = solver.solve(
+        solver.Problem(initial_gap=gap, limit=np.inf, total=total),
+        _operators(result.boundary, result.surface.pixel, result.contact_modulus, result.precision),
+        tolerance=max(result.tolerance, 1e-6),
+        max_iterations=500,
+        start=(index, np.full(index.size, total / index.size)),
+    )
+    if solution.status is not solver.Status.CONVERGED:
+        raise ConvergenceError(
+            f"stiffness not converged: certificate {solution.certificate:.1e}: "
+            f"{solution.status.value}",
+            result,
+        )
+    # In full periodic contact the flat moves without displacing anything.
+    smallest = np.finfo(float).eps * result.pixel_area * total / result.contact_modulus
+    return math.inf if solution.approach <= smallest else 1 / solution.approach
+
+
+@dataclass
+class _Stated:
+    """A problem that has passed all checks; the solver may take its arrays away."""
+
+    problem: solver.Problem
+    modulus: float
+    ceiling: float | NDArray[np.float64] | None
+    tolerance: float
+    valid: int
+
+
+def _stated(
+    surface: Surface,
+    *,
+    material: Material,
+    load: float | None,
+    approach: float | None,
+    counter_material: Material = RIGID,
+    counter_surface: Surface | None = None,
+    ceiling: str | float | ArrayLike | None = "auto",
+    boundary: str = "free",
+    tolerance: float | None = None,
+    max_iterations: int = 500,
+    precision: str = "double",
+    start: ContactResult | ArrayLike | None = None,
+    on_failure: str = "raise",
+) -> _Stated:
     for name, value, kind in (
         ("surface", surface, Surface),
         ("counter_surface", counter_surface, Surface),
         ("material", material, Material),
         ("counter_material", counter_material, Material),
-        ("start", start, ContactResult),
     ):
-        optional = name in ("counter_surface", "start")
-        if not (isinstance(value, kind) or (optional and value is None)):
+        if not (isinstance(value, kind) or (name == "counter_surface" and value is None)):
             raise InputError(f"{name} must be a {kind.__name__}, got {type(value).__name__}")
     _check_choice("boundary", boundary, tuple(_BOUNDARIES))
     _check_choice("precision", precision, ("double", "single"))
@@ -132,12 +334,9 @@ def solve(
         raise InputError("give either load or approach, and only one of them")
     _check_surfaces(surface, counter_surface)
     modulus = contact_modulus(material, counter_material)
-    resolved = _ceiling(ceiling, material, counter_material, surface.shape)
-    if start is not None and start.pressure.shape != surface.shape:
-        raise InputError(
-            f"start has {start.pressure.shape} pixels and the surface {surface.shape}; "
-            "start from a solution on the same grid"
-        )
+    resolved = resolved_ceiling(ceiling, material, counter_material, surface.shape)
+    if start is not None:
+        _check_start(start, surface.shape)
     check_memory(surface.shape, boundary=boundary, precision=precision)
 
     gap = initial_gap(surface, counter_surface)
@@ -166,69 +365,20 @@ def solve(
                 )
     if precision == "single":
         gap = gap.astype(np.float32)
-
     problem = solver.Problem(
         initial_gap=gap,
         limit=np.inf if resolved is None else resolved,
         total=total,
         approach=approach,
     )
-    loaded = None
-    if start is not None:
-        index = np.flatnonzero(start.pressure)
-        loaded = index, start.pressure.ravel()[index]
+    return _Stated(problem, modulus, resolved, tolerance, valid)
+
+
+def _operators(
+    boundary: str, pixel: tuple[float, float], modulus: float, precision: str
+) -> solver.Operator:
     make = partial(_BOUNDARIES[boundary], workspace=convolution.Workspace())
-    solution = solver.solve(
-        problem,
-        partial(_operator, make, surface.pixel, modulus, precision),
-        tolerance=tolerance,
-        max_iterations=int(max_iterations),
-        start=loaded,
-        progress=progress,
-    )
-    # An error that is kept would keep the threads and the memory of the solve with it.
-    del problem, gap, make
-    pressure = np.zeros(surface.shape)
-    pressure.ravel()[solution.index] = solution.pressure
-    carried = float(pressure.sum()) * area
-    load_error = 0.0 if load is None else abs(carried - load) / load
-    status = solution.status
-    if status is solver.Status.CONVERGED and load_error > LOAD_TOLERANCE:
-        status = solver.Status.STALLED
-    final_gap = solution.gap.astype(np.float64, copy=False)
-    if valid < final_gap.size:
-        final_gap[np.isinf(final_gap)] = np.nan
-    result = ContactResult(
-        surface=surface,
-        counter_surface=counter_surface,
-        material=material,
-        counter_material=counter_material,
-        contact_modulus=modulus,
-        ceiling=resolved,
-        boundary=boundary,
-        precision=precision,
-        tolerance=tolerance,
-        control="load" if approach is None else "approach",
-        load=carried if load is None else load,
-        approach=solution.approach,
-        pressure=pressure,
-        gap=final_gap,
-        certificate=solution.certificate,
-        load_error=load_error,
-        status=status.value,
-        iterations=solution.iterations,
-        convolutions=solution.convolutions,
-        seconds=time.perf_counter() - began,
-        version=__version__,
-    )
-    if not result.converged and on_failure == "raise":
-        raise ConvergenceError(
-            f"not converged: certificate {result.certificate:.1e} (tolerance {tolerance:.0e}), "
-            f"load error {load_error:.1e} after {result.convolutions} convolutions: "
-            f"{result.status}",
-            result,
-        )
-    return result
+    return partial(_operator, make, pixel, modulus, precision)
 
 
 def _operator(
@@ -269,12 +419,48 @@ def _check_surfaces(surface: Surface, counter_surface: Surface | None) -> None:
         )
 
 
-def _ceiling(
+def _check_start(start: ContactResult | ArrayLike, shape: tuple[int, int]) -> None:
+    pressure = np.asarray(start.pressure if isinstance(start, ContactResult) else start)
+    if pressure.dtype.kind not in "fiu":
+        raise InputError(
+            f"start must be a ContactResult or a map of pressures [Pa], got {type(start).__name__}"
+        )
+    if pressure.shape != shape:
+        raise InputError(
+            f"start has {pressure.shape} pixels and the surface {shape}; "
+            "start from a solution on the same grid"
+        )
+    if not (np.isfinite(pressure).all() and (pressure >= 0).all()):
+        raise InputError("start must hold finite pressures that are not negative")
+
+
+def resolved_ceiling(
     ceiling: str | float | ArrayLike | None,
     material: Material,
     counter_material: Material,
     shape: tuple[int, int],
 ) -> float | NDArray[np.float64] | None:
+    """Return the ceiling as `solve` uses it.
+
+    Parameters
+    ----------
+    ceiling : "auto", float, array_like or None
+        As for `solve`.
+    material, counter_material : Material
+        Of the two bodies.
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+
+    Returns
+    -------
+    float, ndarray of shape (ny, nx), or None
+        Largest pressure [Pa]; ``None`` without a ceiling.
+
+    Raises
+    ------
+    InputError
+        If it is neither of these, not positive, or does not fit the grid.
+    """
     if isinstance(ceiling, str):
         _check_choice("ceiling", ceiling, ("auto",))
         body = softer(material, counter_material)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -139,6 +140,36 @@ class ContactResult:
         return int(np.count_nonzero(self.contact)) * self.pixel_area
 
     @cached_property
+    def corrected_contact_area(self) -> float:
+        """Contact area without the excess that its elastic rim gains from the pixels [m²].
+
+        A - (π - 1 + ln 2)/24 · S, S the length of the rim times the pixel: pixels that the rim
+        crosses touch too often, as the pressure of all of a pixel acts at its centre. The
+        rim of saturated pixels, where pressure does not fall to zero, is left alone.
+
+        References
+        ----------
+        Yastrebov, Anciaux and Molinari 2017, doi:10.1016/j.triboint.2017.04.023
+        """
+        touching = self.contact
+        elastic = touching & ~self.saturated
+        rims = 0
+        for axis in (0, 1):
+            if self.boundary == "periodic":
+                open_next = ~np.roll(touching, -1, axis)
+                next_open, here_open = elastic & open_next, ~touching & np.roll(elastic, -1, axis)
+                rims += int(np.count_nonzero(next_open) + np.count_nonzero(here_open))
+            else:
+                first = [slice(None)] * 2
+                second = [slice(None)] * 2
+                first[axis], second[axis] = slice(None, -1), slice(1, None)
+                one, two = tuple(first), tuple(second)
+                rims += int(np.count_nonzero(elastic[one] & ~touching[two]))
+                rims += int(np.count_nonzero(~touching[one] & elastic[two]))
+        excess = (math.pi - 1 + math.log(2)) / 24 * rims * self.pixel_area
+        return max(self.contact_area - excess, 0.0)
+
+    @cached_property
     def contact_fraction(self) -> float:
         """Contact area over the area of the whole map."""
         return self.contact_area / (self.pressure.size * self.pixel_area)
@@ -208,6 +239,18 @@ class ContactResult:
     def spots(self) -> spots.Spots:
         """Return the contact spots: edge-connected pixels with pressure, the largest first."""
         return spots.find(self.pressure, self.surface.pixel, self.boundary == "periodic")
+
+    def elastic(self) -> ContactResult:
+        """Return the solution of the same problem without a ceiling; `self` if it has none."""
+        from roughcontact import contact
+
+        return contact.elastic(self)
+
+    def stiffness(self) -> float:
+        """Return the contact stiffness dW/dω [N/m]; see `roughcontact.contact.stiffness`."""
+        from roughcontact import contact
+
+        return contact.stiffness(self)
 
     def summary(self) -> dict[str, Any]:
         """Return the scalar results by name, in SI units, ready for JSON."""

@@ -1,0 +1,285 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import roughcontact as rc
+from roughcontact import analytic, contact, hertz, loading
+
+STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
+LOADS = [0.02, 0.1, 0.5, 2.0]
+
+
+def rough(n: int = 64, seed: int = 3) -> rc.Surface:
+    return rc.Surface(*rc.reference_map(n, seed))
+
+
+def ball(n: int, radius: float = 0.01, side: float = 64e-6) -> rc.Surface:
+    pixel = side / n
+    x = (np.arange(n) - (n - 1) / 2) * pixel
+    return rc.Surface(-(x**2 + x[:, None] ** 2) / (2 * radius), (pixel, pixel))
+
+
+def numbers(curve: rc.LoadCurve) -> list[tuple[float, ...]]:
+    names = [name for name in loading.UNITS if name != "seconds"]
+    return [tuple(curve.column(name).tolist()) for name in names]
+
+
+@pytest.mark.parametrize("boundary", ["free", "periodic"])
+@pytest.mark.parametrize("ceiling", ["auto", None])
+def test_every_step_is_what_solve_gives(ceiling: str | None, boundary: str) -> None:
+    surface = rough()
+    curve = rc.load_curve(surface, material=STEEL, loads=LOADS, ceiling=ceiling, boundary=boundary)
+    assert curve.column("load").tolist() == LOADS
+    for step in curve.steps:
+        alone = rc.solve(
+            surface, material=STEEL, load=step.load, ceiling=ceiling, boundary=boundary
+        )
+        assert step.certificate <= 1e-6
+        assert step.approach == pytest.approx(alone.approach, rel=1e-5)
+        assert step.mean_gap == pytest.approx(alone.mean_gap, rel=1e-5)
+        assert step.max_pressure == pytest.approx(alone.max_pressure, rel=1e-4)
+        # A pixel at the rim may change sides within the certificate.
+        assert step.contact_area == pytest.approx(alone.contact_area, abs=2.5 * alone.pixel_area)
+        assert step.spots == pytest.approx(alone.spots().count, abs=1)
+    area = curve.column("contact_area")
+    assert (np.diff(area) > 0).all()
+    if ceiling is None:
+        assert (curve.column("saturated_area") == 0).all()
+    else:
+        assert (curve.column("saturated_area") <= area).all()
+
+
+def test_approaches_and_loads_are_one_curve() -> None:
+    surface = rough()
+    by_load = rc.load_curve(surface, material=STEEL, loads=LOADS)
+    by_depth = rc.load_curve(
+        surface, material=STEEL, approaches=by_load.column("approach").tolist()
+    )
+    assert by_depth.column("load") == pytest.approx(LOADS, rel=1e-5)
+    assert by_depth.control == "approach"
+
+
+@pytest.mark.parametrize("boundary", ["free", "periodic"])
+@pytest.mark.parametrize("ceiling", [None, 3e9])
+def test_stiffness_is_the_slope_of_the_curve(ceiling: float | None, boundary: str) -> None:
+    surface = rough()
+    options = {"material": STEEL, "ceiling": ceiling, "boundary": boundary, "tolerance": 1e-10}
+    here = rc.solve(surface, load=1.0, **options)
+    near = rc.solve(surface, load=1.0 + 1e-5, start=here, **options)
+    assert (near.contact == here.contact).all()
+    assert (near.saturated == here.saturated).all()
+    slope = (near.load - here.load) / (near.approach - here.approach)
+    assert contact.stiffness(here) == pytest.approx(slope, rel=1e-4)
+
+
+def test_stiffness_of_a_circle_is_twice_modulus_times_radius() -> None:
+    result = rc.solve(ball(128), load=0.1, material=STEEL, ceiling=None)
+    a = hertz.contact_radius(0.1, 0.01, result.contact_modulus)
+    # The pixels of a rim of radius 23 make the punch a little too large.
+    assert result.stiffness() == pytest.approx(2 * result.contact_modulus * a, rel=0.01)
+    curve = rc.load_curve(ball(128), loads=[0.1], material=STEEL, ceiling=None)
+    assert curve.constriction_length[0] == pytest.approx(4 * a, rel=0.01)
+
+
+def test_stiffness_without_elastic_pixels_is_zero_and_in_full_contact_infinite() -> None:
+    surface = rough(32)
+    full = rc.solve(surface, load=1e3, material=STEEL, ceiling=None, boundary="periodic")
+    assert full.contact_fraction == 1
+    assert np.isinf(full.stiffness())
+    soft = rc.solve(surface, load=1.0, material=STEEL, ceiling=1.0 / full.pixel_area / 32**2)
+    assert soft.saturated.all()
+    assert soft.stiffness() == 0
+    assert soft.corrected_contact_area == soft.contact_area
+
+
+@pytest.mark.parametrize("n", [32, 64, 128])
+def test_corrected_area_of_hertz(n: int) -> None:
+    result = rc.solve(ball(n), load=0.1, material=STEEL, ceiling=None)
+    a = hertz.contact_radius(0.1, 0.01, result.contact_modulus)
+    exact = np.pi * a**2
+    # A rim of 2πa/Δx pixels, each known to some tenths: measured below a sixth of it.
+    assert abs(result.corrected_contact_area - exact) < 0.2 * 2 * np.pi * a * result.pixel_area**0.5
+    assert abs(result.corrected_contact_area - exact) < abs(result.contact_area - exact)
+
+
+def test_corrected_area_counts_the_seam_of_a_period() -> None:
+    surface = rough()
+    options = {"load": 3.0, "material": STEEL, "boundary": "periodic", "ceiling": None}
+    result = rc.solve(surface, **options)
+    moved = rc.Surface(np.roll(surface.heights, (11, 23), (0, 1)), surface.pixel)
+    shifted = rc.solve(moved, **options)
+    assert shifted.corrected_contact_area == pytest.approx(result.corrected_contact_area, rel=1e-3)
+
+
+def test_low_load_slope_and_persson() -> None:
+    surface = rough(128)
+    curve = rc.load_curve(surface, material=STEEL, loads=loading.spaced(0.1, 30, 6), ceiling=None)
+    # No more than 5 % of the map: theory 1.6 to 2.5, few and small spots at this size.
+    assert 1.5 < curve.low_load_slope < 2.6
+    contact_area, saturated = curve.persson
+    mean = curve.column("load") / curve.nominal_area
+    expected = [
+        analytic.persson_fractions(p, curve.contact_modulus, curve.rms_gradient)[0] for p in mean
+    ]
+    assert contact_area / curve.nominal_area == pytest.approx(expected)
+    assert (saturated == 0).all()
+
+
+def test_resumed_sweep_ends_with_the_same_numbers(tmp_path: Path) -> None:
+    surface = rough()
+    whole = rc.load_curve(surface, material=STEEL, loads=LOADS, folder=tmp_path / "whole")
+
+    class StopError(Exception):
+        pass
+
+    def stop(number: int, step: rc.Step) -> None:
+        if number == 3:
+            raise StopError
+
+    folder = tmp_path / "cut"
+    with pytest.raises(StopError):
+        rc.load_curve(surface, material=STEEL, loads=LOADS, folder=folder, progress=stop)
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "step-0001.npz", "step-0002.npz", "sweep.json",
+    ]  # fmt: skip
+    before = {path: path.stat().st_mtime_ns for path in folder.iterdir()}
+    calls = []
+    resumed = rc.load_curve(
+        surface, material=STEEL, loads=LOADS, folder=folder,
+        progress=lambda number, step: calls.append(number),
+    )  # fmt: skip
+    assert min(calls) == 3
+    assert all(path.stat().st_mtime_ns == stamp for path, stamp in before.items())
+    assert numbers(resumed) == numbers(whole)
+
+
+CHILD = """
+import sys
+import roughcontact as rc
+steel = rc.Material(210e9, 0.3, 1e9, "steel")
+surface = rc.Surface(*rc.reference_map(128, 3))
+rc.load_curve(surface, material=steel, loads={loads}, folder=sys.argv[1])
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
+def test_killed_sweep_goes_on(tmp_path: Path) -> None:
+    loads = loading.spaced(0.01, 10, 25)
+    surface = rough(128)
+    folder = tmp_path / "sweep"
+    code = CHILD.format(loads=loads)
+    child = subprocess.Popen([sys.executable, "-c", code, str(folder)], env={**os.environ})
+    try:
+        for _ in range(6000):
+            if len(list(folder.glob("step-*.npz"))) >= 3 or child.poll() is not None:
+                break
+            time.sleep(0.01)
+    finally:
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+    done = len(list(folder.glob("step-*.npz")))
+    assert 3 <= done < len(loads)
+    resumed = rc.load_curve(surface, material=STEEL, loads=loads, folder=folder)
+    whole = rc.load_curve(surface, material=STEEL, loads=loads)
+    assert numbers(resumed) == numbers(whole)
+
+
+def test_a_folder_of_another_sweep_is_refused(tmp_path: Path) -> None:
+    surface = rough(32)
+    folder = tmp_path / "s"
+    rc.load_curve(surface, material=STEEL, loads=[0.1], folder=folder)
+    before = sorted((p.name, p.read_bytes()) for p in folder.iterdir())
+    with pytest.raises(rc.InputError, match="another sweep: values differ"):
+        rc.load_curve(surface, material=STEEL, loads=[0.2], folder=folder)
+    with pytest.raises(rc.InputError, match="another sweep: surface differ"):
+        rc.load_curve(rough(32, 4), material=STEEL, loads=[0.1], folder=folder)
+    with pytest.raises(rc.InputError, match="another sweep: ceiling differ"):
+        rc.load_curve(surface, material=STEEL, loads=[0.1], folder=folder, ceiling=None)
+    assert before == sorted((p.name, p.read_bytes()) for p in folder.iterdir())
+    (folder / "step-0001.npz").write_bytes(b"broken")
+    with pytest.raises(rc.FormatError, match="remove it to solve it again"):
+        rc.load_curve(surface, material=STEEL, loads=[0.1], folder=folder)
+    (folder / "sweep.json").write_text("{")
+    with pytest.raises(rc.FormatError, match=r"sweep\.json is damaged"):
+        rc.load_curve(surface, material=STEEL, loads=[0.1], folder=folder)
+    (folder / "sweep.json").unlink()
+    with pytest.raises(rc.InputError, match=r"without sweep\.json"):
+        rc.load_curve(surface, material=STEEL, loads=[0.1], folder=folder)
+    with pytest.raises(rc.InputError, match="is a file"):
+        rc.load_curve(surface, material=STEEL, loads=[0.1], folder=folder / "step-0001.npz")
+
+
+def test_the_largest_load_is_checked_first(tmp_path: Path) -> None:
+    with pytest.raises(rc.CapacityError, match="load = 1000 N"):
+        rc.load_curve(rough(32), material=STEEL, loads=[1.0, 1e3], folder=tmp_path / "s")
+    assert not (tmp_path / "s").exists()
+
+
+def test_a_step_that_fails_names_itself_and_keeps_the_others(tmp_path: Path) -> None:
+    with pytest.raises(rc.ConvergenceError, match=r"step 1 of 2, load = 0\.1 N: .* are kept in"):
+        rc.load_curve(
+            rough(), material=STEEL, loads=[0.1, 1.0], ceiling=None, max_iterations=1,
+            tolerance=1e-12, folder=tmp_path / "s",
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "either loads or approaches"),
+        ({"loads": [1.0], "approaches": [1e-7]}, "either loads or approaches"),
+        ({"loads": []}, "loads is empty"),
+        ({"loads": [1.0, 0.5]}, "loads must ascend"),
+        ({"loads": [1.0, 1.0]}, "loads must ascend"),
+        ({"loads": [-1.0]}, "loads must be positive"),
+        ({"approaches": [float("nan")]}, "approaches must be positive"),
+        ({"loads": ["1 N"]}, "loads must be positive"),
+    ],
+)
+def test_bad_loads(arguments: dict, message: str) -> None:
+    with pytest.raises(rc.InputError, match=message):
+        rc.load_curve(rough(32), material=STEEL, **arguments)
+
+
+@given(st.floats(1e-9, 1e3), st.floats(1.001, 1e6), st.integers(2, 50))
+def test_spacing(first: float, ratio: float, number: int) -> None:
+    last = first * ratio
+    for spacing in ("log", "linear"):
+        values = np.array(loading.spaced(first, last, number, spacing))
+        assert values[0] == first
+        assert values[-1] == last
+        steps = np.diff(np.log(values) if spacing == "log" else values)
+        assert (steps > 0).all()
+        assert steps == pytest.approx(np.full(number - 1, steps.mean()), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "arguments", [(1, 1, 3), (2, 1, 3), (0, 1, 3), (1, 2, 1), (1, 2, 3, "cubic"), (1, np.inf, 3)]
+)
+def test_bad_spacing(arguments: tuple) -> None:
+    with pytest.raises(rc.InputError):
+        loading.spaced(*arguments)
+
+
+def test_curve_on_disk(tmp_path: Path) -> None:
+    curve = rc.load_curve(rough(32), material=STEEL, loads=[0.1, 1.0])
+    curve.save(tmp_path / "curve.csv")
+    curve.save(tmp_path / "curve.json")
+    table = np.genfromtxt(tmp_path / "curve.csv", delimiter=",", names=True, deletechars="")
+    assert table["load_[N]"].tolist() == [0.1, 1.0]
+    assert table["stiffness_[N/m]"].tolist() == curve.column("stiffness").tolist()
+    read = json.loads((tmp_path / "curve.json").read_text(encoding="utf-8"))
+    assert read["contact_area"] == curve.column("contact_area").tolist()
+    with pytest.raises(rc.InputError, match=r"\.csv or \.json"):
+        curve.save(tmp_path / "curve.xls")
+    with pytest.raises(rc.InputError, match="name must be one of"):
+        curve.column("area")
