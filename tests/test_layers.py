@@ -14,7 +14,7 @@ ROWS = [
         "preparation", "filling", "filters", "roughness", "hertz", "analytic", "generate", "spots",
     },
     {"material", "surface", "result"},
-    {"contact", "loading", "formats", "archive"},
+    {"contact", "loading", "study", "formats", "archive"},
     {"plots"},
     {"cli", "__init__", "__main__"},
 ]  # fmt: skip

@@ -17,6 +17,7 @@ from roughcontact.loading import LoadCurve, load_curve
 from roughcontact.material import RIGID, Material, contact_modulus
 from roughcontact.result import ContactResult
 from roughcontact.solver import Step
+from roughcontact.study import ResolutionStudy, resolution_study
 from roughcontact.surface import Provenance, Surface
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "LoadCurve",
     "Material",
     "Provenance",
+    "ResolutionStudy",
     "RoughcontactError",
     "Step",
     "Surface",
@@ -39,6 +41,7 @@ __all__ = [
     "load_result",
     "read_surface",
     "reference_map",
+    "resolution_study",
     "save_result",
     "self_affine",
     "solve",
