@@ -16,7 +16,8 @@ ROWS = [
     {"material", "surface", "result"},
     {"contact", "loading", "study", "formats", "archive"},
     {"plots"},
-    {"cli", "__init__", "__main__"},
+    {"job"},
+    {"console", "cli", "__init__", "__main__"},
 ]  # fmt: skip
 
 # Methods of the public face that only pass `self` on, inside the function.

@@ -1,0 +1,327 @@
+"""What the command line shows: tables, warnings, complaints; plain text of a fixed width."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import math
+import os
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from roughcontact import job
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from roughcontact.formats import Channel
+    from roughcontact.job import Say
+    from roughcontact.material import Material
+    from roughcontact.result import ContactResult
+    from roughcontact.solver import Step
+    from roughcontact.surface import Surface
+
+Row = tuple[str, ...]
+
+_WIDTH = 80
+_WIDEST = 100
+
+
+# What is shown
+
+
+@contextlib.contextmanager
+def progress(quiet: bool = False) -> Iterator[Say]:
+    """Give a function that shows a line on the terminal while the work goes on."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda text: None
+        return
+    with Console(stderr=True, highlight=False).status("") as status:
+        yield lambda text: status.update(Text(_printable(text)))
+
+
+def described(step: Step) -> str:
+    """Return what the solver is doing, in one line."""
+    ny, nx = step.shape
+    return (
+        f"solving {ny} × {nx}: {step.convolutions} convolutions, "
+        f"certificate {step.certificate:.1e}, target {step.tolerance:.0e}"
+    )
+
+
+def show_solution(result: ContactResult, ceiling: str, written: Sequence[Path]) -> None:
+    """Print problem, answer and trust of a result, then its warnings and files."""
+    _print_table(_problem_rows(result, ceiling), _answer_rows(result), _trust_rows(result))
+    # The status above has said already where the result is not converged.
+    _print_warnings(note for note in result.warnings if not note.startswith("not converged"))
+    if written:
+        _print_table([("written" if path is written[0] else "", str(path)) for path in written])
+
+
+def show_info(surface: Surface, found: dict[str, Any], channels: Sequence[Channel]) -> None:
+    """Print what is in a file."""
+    low, high = found["height_min"], found["height_max"]
+    rows: list[Row] = [
+        *_map_rows(surface),
+        ("instrument", found["instrument"] or "not named in the file"),
+        ("heights", f"{_length(low)} to {_length(high)}, range {_length(high - low)}"),
+        ("Sq", f"{_length(found['Sq'])}, after plane {_length(found['Sq_leveled'])}"),
+        ("Sdq", f"{found['Sdq']:.4g}, after plane {found['Sdq_leveled']:.4g}"),
+        ("missing points", f"{found['missing']} ({_percent(found['missing_fraction'])})"),
+    ]
+    listed: list[Row] = []
+    for index, entry in enumerate(channels):
+        name = f"{index}: {entry.name or 'heights'}" + (f" [{entry.unit}]" if entry.unit else "")
+        listed.append(
+            ("" if listed else "channels", name + ("" if entry.is_height else ", no heights"))
+        )
+    _print_table(rows, listed)
+
+
+def show_demo(
+    results: Sequence[ContactResult], labels: Sequence[str], folder: Path, files: Sequence[Row]
+) -> None:
+    """Print both solutions of the example side by side, and the files."""
+    _print_table(_problem_rows(results[1], None))
+    answers, trust = (
+        [
+            (left[0], left[1], right[1])
+            for left, right in zip(rows(results[0]), rows(results[1]), strict=True)
+        ]
+        for rows in (_answer_rows, _trust_rows)
+    )
+    _print_table(answers, trust, heads=("", *labels))
+    notes: dict[str, list[str]] = {}
+    for label, result in zip(labels, results, strict=True):
+        for note in result.warnings:
+            notes.setdefault(note, []).append(label)
+    _print_warnings(f"{' and '.join(names)}: {note}" for note, names in notes.items())
+    _print(Text(f"Written to {_printable(str(folder))}:"))
+    _print_table(files)
+    print("The surface is generated, not measured; `roughcontact solve FILE` takes yours.")
+
+
+def _map_rows(surface: Surface) -> list[Row]:
+    (ny, nx), (dy, dx), (height, width) = surface.shape, surface.pixel, surface.size
+    source = surface.provenance.source or "no name"
+    if surface.provenance.channel:
+        source += f", channel {surface.provenance.channel}"
+    return [
+        ("map", source),
+        ("grid (y × x)", f"{ny} × {nx} points, pixel {_length(dy)} × {_length(dx)}"),
+        ("size (y × x)", f"{_length(height)} × {_length(width)}"),
+    ]
+
+
+def _problem_rows(result: ContactResult, ceiling: str | None) -> list[Row]:
+    rows = _map_rows(result.surface)
+    rows += _step_rows("preparation", result.surface)
+    rows.append(("body", _in_words(result.material)))
+    rows.append(("counter-body", _in_words(result.counter_material)))
+    if result.counter_surface is None:
+        rows[-1] = ("counter-body", f"{rows[-1][1]}, flat")
+    else:
+        rows += _map_rows(result.counter_surface)[:1]
+        rows += _step_rows("preparation", result.counter_surface)
+    rows.append(("contact modulus", _pressure(result.contact_modulus)))
+    if ceiling is not None:
+        rows.append(("ceiling", _ceiling_in_words(result, ceiling)))
+    rows.append(("boundary", result.boundary))
+    return rows
+
+
+def _step_rows(name: str, surface: Surface) -> list[Row]:
+    steps = surface.provenance.steps or ("none",)
+    return [("" if index else name, step) for index, step in enumerate(steps)]
+
+
+def _ceiling_in_words(result: ContactResult, ceiling: str) -> str:
+    if not isinstance(result.ceiling, float):
+        known = ceiling.strip() == "none"
+        return "none: purely elastic" + ("" if known else ", no yield strength is given")
+    automatic = ceiling.strip() == "auto"
+    return _pressure(result.ceiling) + (" (3 × yield strength)" if automatic else "")
+
+
+def _answer_rows(result: ContactResult) -> list[Row]:
+    from roughcontact import units
+
+    indentation = float(result.residual_indentation.max())
+    given = {result.control: " (given)"}
+    area = units.engineering(result.contact_area, "m²")
+    return [
+        ("load", units.engineering(result.load, "N") + given.get("load", "")),
+        ("approach", _length(result.approach) + given.get("approach", "")),
+        ("max pressure", _pressure(result.max_pressure)),
+        ("contact area", f"{area} ({_percent(result.contact_fraction)})"),
+        ("saturated", _percent(result.saturated_fraction)),
+        ("mean gap", _length(result.mean_gap)),
+        ("residual indentation", f"up to {_length(indentation)}" if indentation else "none"),
+        ("regime", result.regime),
+    ]
+
+
+def _trust_rows(result: ContactResult) -> list[Row]:
+    status = "converged" if result.converged else f"NOT CONVERGED: {job.in_options(result.status)}"
+    return [
+        ("status", status),
+        ("certificate", f"{result.certificate:.1e} (tolerance {result.tolerance:.0e})"),
+        ("load error", f"{result.load_error:.1e}" if result.load_error else "0"),
+        ("work", f"{result.convolutions} convolutions, {result.seconds:.2f} s"),
+    ]
+
+
+def facts(surface: Surface) -> dict[str, Any]:
+    """Return what is in a map, in SI units, ready for JSON."""
+    import numpy as np
+
+    leveled = surface.leveled()
+    about = surface.provenance
+    return {
+        "source": about.source,
+        "instrument": about.instrument,
+        "channel": about.channel,
+        "shape": list(surface.shape),
+        "pixel": list(surface.pixel),
+        "size": list(surface.size),
+        "height_min": float(np.nanmin(surface.heights)),
+        "height_max": float(np.nanmax(surface.heights)),
+        "Sq": surface.Sq,
+        "Sq_leveled": leveled.Sq,
+        "Sdq": surface.Sdq,
+        "Sdq_leveled": leveled.Sdq,
+        "missing": surface.missing,
+        "missing_fraction": surface.missing / surface.heights.size,
+    }
+
+
+def echo(result: ContactResult) -> dict[str, Any]:
+    """Return the summary of a result with the materials that went in."""
+    bodies = {"material": result.material, "counter_material": result.counter_material}
+    other = result.counter_surface
+    return {
+        **result.summary(),
+        "converged": result.converged,
+        "precision": result.precision,
+        **{
+            name: {
+                "rigid": math.isinf(body.young),
+                "young": body.young,
+                "poisson": body.poisson,
+                "yield_strength": body.yield_strength,
+            }
+            for name, body in bodies.items()
+        },
+        "counter_source": None if other is None else other.provenance.source,
+        "counter_preparation": None if other is None else list(other.provenance.steps),
+    }
+
+
+def to_json(values: dict[str, Any]) -> str:
+    """Return JSON text; null for what is not finite."""
+    return json.dumps(_finite(values), indent=2, allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    # JSON has no word for infinity (a rigid body's modulus) or NaN.
+    if isinstance(value, dict):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _in_words(material: Material) -> str:
+    stiffness = "rigid"
+    if math.isfinite(material.young):
+        stiffness = f"E {_pressure(material.young)}, Poisson {material.poisson:g}"
+    if material.yield_strength is None:
+        return stiffness
+    return f"{stiffness}, yield strength {_pressure(material.yield_strength)}"
+
+
+def _length(value: float) -> str:
+    from roughcontact import units
+
+    return units.engineering(value, "m")
+
+
+def _pressure(value: float) -> str:
+    from roughcontact import units
+
+    return units.engineering(value, "Pa")
+
+
+def _percent(fraction: float) -> str:
+    return f"{100 * fraction:.4g} %"
+
+
+# Printing
+
+
+def _print_table(*blocks: Sequence[Row], heads: Row = ()) -> None:
+    table = Table(box=box.SIMPLE, show_header=bool(heads), pad_edge=False, show_edge=False)
+    names = heads or ("",) * len(blocks[0][0])
+    for index, head in enumerate(names):
+        table.add_column(head, overflow="fold", no_wrap=index == 0)
+    for block in blocks:
+        for row in block:
+            table.add_row(*(Text(_printable(cell)) for cell in row))
+        table.add_section()
+    _print(table)
+    print()
+
+
+def _print_warnings(notes: Iterable[str]) -> None:
+    lines = [f"warning: {_printable(job.in_options(note))}" for note in notes]
+    for line in lines:
+        _print(Text(line))
+    if lines:
+        print()
+
+
+def _print(thing: Table | Text) -> None:
+    """Print text laid out by Rich, without its trailing blanks and its colours."""
+    # A pipe has no width: the same text for everyone, whatever COLUMNS says.
+    width = min(Console().width, _WIDEST) if sys.stdout.isatty() else _WIDTH
+    # Printed here, since Rich ends with status 1 where a pipe is closed: "not converged".
+    text = io.StringIO()
+    Console(file=text, width=width, color_system=None, highlight=False).print(thing)
+    for line in text.getvalue().splitlines():
+        print(line.rstrip())
+
+
+def complain(sentence: str) -> None:
+    """Print one sentence on standard error."""
+    with contextlib.suppress(BrokenPipeError):
+        print(f"roughcontact: {one_line(sentence)}", file=sys.stderr, flush=True)
+
+
+def one_line(text: str) -> str:
+    """Return text without line breaks and control characters."""
+    return " ".join(_printable(text).split())
+
+
+def _printable(text: str) -> str:
+    # A file name can carry the terminal's control sequences.
+    return "".join(c if c.isprintable() else " " for c in text)
+
+
+def discard_output() -> None:
+    """Turn standard output away if it takes no more, or it would fail again at the end."""
+    try:
+        sys.stdout.flush()
+        return
+    except (OSError, ValueError):
+        pass
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, sys.stdout.fileno())
+        os.close(null)

@@ -1,0 +1,577 @@
+"""One run of the program: options in words in, files and a result out."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from roughcontact import units
+from roughcontact.errors import InputError, RoughcontactError
+
+if TYPE_CHECKING:
+    from roughcontact.material import Material
+    from roughcontact.result import ContactResult
+    from roughcontact.solver import Step
+    from roughcontact.surface import Surface
+
+Say = Callable[[str], None]
+Task = tuple[Path, Callable[[Path], object]]
+
+MAP, BODIES, SOLVER, OUTPUT = "Map", "Bodies and load", "Solver", "Output"
+
+LEVELS = ("plane", "quadric", "mean", "robust", "none")
+HOLES = ("error", "fill", "mask", "crop")
+FIGURES = ("surface", "pressure", "contact", "gap", "histogram")
+
+
+class UnfinishedError(Exception):
+    """Ctrl-C, with the files that were complete by then."""
+
+    def __init__(self, written: Sequence[Path]) -> None:
+        super().__init__()
+        self.written = written
+
+
+@dataclass(frozen=True)
+class Option:
+    """One word of the command line and of project files.
+
+    Parameters
+    ----------
+    panel : str
+        Heading under which the help lists it.
+    metavar : str
+        What is to be given; empty for a flag.
+    help : str
+        What it does.
+    parse : callable
+        ``parse(text, name)`` returns the value; its errors start with the name.
+    """
+
+    panel: str
+    metavar: str
+    help: str
+    parse: Callable[[str, str], Any]
+
+
+def _quantity(dimension: str) -> Callable[[str, str], float]:
+    return lambda text, name: units.parse(text, dimension, name)
+
+
+def _text(text: str, name: str) -> str:
+    return text
+
+
+def _path(text: str, name: str) -> Path:
+    return Path(text)
+
+
+def _float(text: str, name: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"{name} must be a number without a unit, got {text!r}") from None
+
+
+def _int(text: str, name: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise InputError(f"{name} must be a whole number, got {text!r}") from None
+
+
+def _choice(*known: str) -> Callable[[str, str], str]:
+    def chosen(text: str, name: str) -> str:
+        if text not in known:
+            raise InputError(f"{name} must be one of {', '.join(known)}, got {text!r}")
+        return text
+
+    return chosen
+
+
+def _ceiling(text: str, name: str) -> str | float | None:
+    plain = text.strip()
+    if plain == "none":
+        return None
+    return plain if plain == "auto" else units.parse(text, "pressure", name)
+
+
+def _window(text: str, name: str) -> tuple[slice, slice]:
+    match = re.fullmatch(r"\s*(\d*)\s*:\s*(\d*)\s*,\s*(\d*)\s*:\s*(\d*)\s*", text)
+    if match is None:
+        raise InputError(
+            f"{name} needs the first row and the row after the last, and the same of the columns, "
+            f"such as 0:256,100:356, got {text!r}"
+        )
+    ends = [int(digits) if digits else None for digits in match.groups()]
+    return slice(ends[0], ends[1]), slice(ends[2], ends[3])
+
+
+def _form(text: str, name: str) -> tuple[str, int | None]:
+    words = text.split()
+    if words in (["sphere"], ["cylinder"]):
+        return words[0], None
+    if len(words) == 2 and words[0] == "polynomial" and words[1].isdigit():
+        return "polynomial", int(words[1])
+    raise InputError(f"{name} must be sphere, cylinder or 'polynomial N', got {text!r}")
+
+
+def _turns(text: str, name: str) -> int:
+    degrees = _float(text, name)
+    if degrees % 90:
+        raise InputError(f"{name} must be a multiple of 90 degrees, got {text!r}")
+    return int(degrees // 90)
+
+
+OPTIONS: dict[str, Option] = {
+    "format": Option(MAP, "NAME", "Format of the file; by default its suffix decides.", _text),
+    "channel": Option(
+        MAP, "NAME|INDEX", "Height channel; by default the file's own choice.", _text
+    ),
+    "unit": Option(MAP, "UNIT", "Unit of the heights, if the file gives none: um.", _text),
+    "size": Option(
+        MAP, "LENGTHS", 'Sides (y, x) of the map, if the file gives none: "0.1 mm x 0.2 mm".', _text
+    ),
+    "crop": Option(MAP, "ROWS,COLUMNS", "Part of the map to keep, such as 0:256,100:356.", _window),
+    "outliers": Option(
+        MAP, "NUMBER",
+        "Take points further than so many robust standard deviations from their surroundings as "
+        "missing, such as 6.", _float,
+    ),
+    "level": Option(
+        MAP, "|".join(LEVELS),
+        "What is fitted and subtracted; plane (least squares) by default.", _choice(*LEVELS),
+    ),
+    "form": Option(
+        MAP, "FORM",
+        'Form to remove by least squares: sphere, cylinder or "polynomial 4".', _form,
+    ),
+    "holes": Option(
+        MAP, "|".join(HOLES),
+        "Missing points: error (default) refuses them, fill interpolates smoothly, mask "
+        "lets them never touch, crop keeps the largest rectangle without them.", _choice(*HOLES),
+    ),
+    "s-filter": Option(
+        MAP, "LENGTH", 'Remove waves shorter than this (ISO 16610-61), such as "2.5 um".',
+        _quantity("length"),
+    ),
+    "l-filter": Option(
+        MAP, "LENGTH", 'Remove waves longer than this, such as "80 um".', _quantity("length")
+    ),
+    "pixel": Option(
+        MAP, "LENGTH", 'Resample (cubic splines) to about this pixel, such as "0.5 um".',
+        _quantity("length"),
+    ),
+    "rotate": Option(MAP, "DEGREES", "Turn counter-clockwise by a multiple of 90.", _turns),
+    "load": Option(
+        BODIES, "FORCE", 'Normal load, such as "1 N"; this or --approach.', _quantity("force")
+    ),
+    "approach": Option(
+        BODIES, "LENGTH", 'Approach of the bodies from the first touch, such as "1 um".',
+        _quantity("length"),
+    ),
+    "young": Option(
+        BODIES, "PRESSURE", 'Young\'s modulus, such as "210 GPa"; needed.', _quantity("pressure")
+    ),
+    "poisson": Option(BODIES, "NUMBER", "Poisson's ratio, such as 0.3; needed.", _float),
+    "yield-strength": Option(
+        BODIES, "PRESSURE", 'Yield strength, such as "1 GPa".', _quantity("pressure")
+    ),
+    "counter-young": Option(
+        BODIES, "PRESSURE", "Young's modulus of the counter-body; it is rigid without.",
+        _quantity("pressure"),
+    ),
+    "counter-poisson": Option(BODIES, "NUMBER", "Poisson's ratio of the counter-body.", _float),
+    "counter-yield-strength": Option(
+        BODIES, "PRESSURE", "Yield strength of the counter-body.", _quantity("pressure")
+    ),
+    "counter-surface": Option(
+        BODIES, "FILE",
+        "Height map of the counter-body on the same grid, laid on point by point; a flat without.",
+        _path,
+    ),
+    "ceiling": Option(
+        BODIES, "PRESSURE",
+        'Largest pressure, such as "3 GPa"; or auto (default): 3 times the smaller yield '
+        "strength; or none: purely elastic.", _ceiling,
+    ),
+    "boundary": Option(
+        BODIES, "free|periodic",
+        "free (default): the map is all there is; periodic: it repeats.",
+        _choice("free", "periodic"),
+    ),
+    "tolerance": Option(
+        SOLVER, "NUMBER", "Certificate to reach; 1e-6 by default, 1e-4 in single precision.",
+        _float,
+    ),
+    "max-iterations": Option(
+        SOLVER, "NUMBER", "Most convolutions on any one grid; 500 by default.", _int
+    ),
+    "precision": Option(
+        SOLVER, "double|single", "single needs two thirds of the memory; double by default.",
+        _choice("double", "single"),
+    ),
+    "output": Option(OUTPUT, "FILE.nc", "Write the result to this NetCDF file.", _path),
+    "figures": Option(
+        OUTPUT, "FOLDER|PREFIX",
+        "Write surface, pressure, contact, gap and histogram as PNG into an existing folder, "
+        "or with this start of their names; with .svg or .pdf at its end in that format.", _text,
+    ),
+}  # fmt: skip
+"""Every option that describes one run, in the order of the help."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One contact to solve: what was asked for, checked as far as it can be without its files.
+
+    Parameters
+    ----------
+    file : Path
+        The measured map.
+    given : Mapping
+        The options that were given, as text, to repeat the run.
+
+    The other fields are the values of `OPTIONS`, under their names with underscores.
+    """
+
+    file: Path
+    given: Mapping[str, str | bool] = field(default_factory=dict)
+    format: str | None = None
+    channel: str | None = None
+    unit: str | None = None
+    size: str | None = None
+    crop: tuple[slice, slice] | None = None
+    outliers: float | None = None
+    level: str = "plane"
+    form: tuple[str, int | None] | None = None
+    holes: str = "error"
+    s_filter: float | None = None
+    l_filter: float | None = None
+    pixel: float | None = None
+    rotate: int = 0
+    load: float | None = None
+    approach: float | None = None
+    young: float | None = None
+    poisson: float | None = None
+    yield_strength: float | None = None
+    counter_young: float | None = None
+    counter_poisson: float | None = None
+    counter_yield_strength: float | None = None
+    counter_surface: Path | None = None
+    ceiling: str | float | None = "auto"
+    boundary: str = "free"
+    tolerance: float | None = None
+    max_iterations: int = 500
+    precision: str = "double"
+    output: Path | None = None
+    figures: str | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what can be seen to be wrong before anything is read."""
+        self.material()
+        self.counter_material()
+        if self.output is not None:
+            _check_result_file(self.output, self.inputs)
+        for path in self.figure_files.values():
+            check_place(path, "--figures")
+
+    @property
+    def inputs(self) -> list[Path]:
+        """The files that are read."""
+        return [path for path in (self.file, self.counter_surface) if path is not None]
+
+    def material(self) -> Material:
+        """Return the material of the rough body."""
+        return _material("", self.young, self.poisson, self.yield_strength)
+
+    def counter_material(self) -> Material:
+        """Return the material of the counter-body; rigid if nothing is said about it."""
+        from roughcontact.material import RIGID, Material
+
+        if self.counter_young is None and self.counter_poisson is None:
+            strength = self.counter_yield_strength
+            return RIGID if strength is None else Material(RIGID.young, 0.0, strength, RIGID.name)
+        return _material(
+            "counter-", self.counter_young, self.counter_poisson, self.counter_yield_strength
+        )
+
+    @property
+    def figure_files(self) -> dict[str, Path]:
+        """The files of the figures, by their names."""
+        start = self.figures
+        if start is None:
+            return {}
+        suffix = Path(start).suffix.lower()
+        suffix = suffix if suffix in (".png", ".svg", ".pdf") else ""
+        if Path(start).is_dir():
+            return {name: Path(start) / f"{name}.png" for name in FIGURES}
+        if start.endswith(("/", os.sep)):
+            raise InputError(f"--figures: the folder '{start}' does not exist; create it first")
+        stem = start[: len(start) - len(suffix)]
+        return {name: Path(f"{stem}-{name}{suffix or '.png'}") for name in FIGURES}
+
+    def surfaces(self, say: Say) -> list[Surface]:
+        """Read and prepare the map, and that of the counter-body if there is one."""
+        from roughcontact import formats
+
+        maps = []
+        for path in self.inputs:
+            say(f"reading {path.name}")
+            surface = formats.read_surface(path, self.format, self.channel, self.unit, self.size)
+            maps.append(self._prepared(surface, path))
+        return maps
+
+    def problem(self, maps: Sequence[Surface]) -> dict[str, Any]:
+        """Return the arguments that `solve` and its relatives share, but for load or approach."""
+        return {
+            "material": self.material(),
+            "counter_material": self.counter_material(),
+            "counter_surface": maps[1] if len(maps) > 1 else None,
+            "ceiling": self.ceiling,
+            "boundary": self.boundary,
+            "tolerance": self.tolerance,
+            "precision": self.precision,
+        }
+
+    def command(self, name: str) -> str:
+        """Return the command that repeats the run."""
+        import shlex
+
+        words = ["roughcontact", name, str(self.file)]
+        for option, value in self.given.items():
+            words += [f"--{option}"] if value is True else [f"--{option}", str(value)]
+        return shlex.join(words)
+
+    def _prepared(self, surface: Surface, path: Path) -> Surface:
+        # Points go first, then form, then waves: each step sees what the one before has cleaned.
+        if self.crop is not None:
+            rows, columns = (
+                (part.start or 0, points if part.stop is None else part.stop)
+                for part, points in zip(self.crop, surface.shape, strict=True)
+            )
+            surface = surface.cropped(rows, columns)
+        if self.outliers is not None:
+            surface = surface.without_outliers(self.outliers)
+        if self.holes == "crop" and surface.missing:
+            surface = surface.largest_rectangle()
+        if self.level != "none":
+            surface = surface.leveled(self.level)
+        if self.form is not None:
+            surface = surface.without_form(*self.form)
+        if surface.missing and self.holes == "error":
+            raise InputError(
+                f"{path.name} has {surface.missing} missing points; choose --holes fill (smooth "
+                "interpolation), --holes mask (they never touch) or --holes crop (the largest "
+                "rectangle without them), or cut them away with --crop"
+            )
+        surface = surface.filled() if self.holes == "fill" else surface.masked()
+        if self.s_filter is not None or self.l_filter is not None:
+            surface = surface.filtered(self.s_filter, self.l_filter)
+        if self.pixel is not None:
+            surface = surface.resampled(pixel=(self.pixel, self.pixel), method="spline")
+        return surface.rotated(self.rotate) if self.rotate % 4 else surface
+
+
+def from_text(
+    file: Path,
+    given: Mapping[str, str | bool],
+    name: Callable[[str], str] = lambda key: f"--{key}",
+) -> Job:
+    """Return the job that options in words describe.
+
+    Parameters
+    ----------
+    file : Path
+        The measured map.
+    given : Mapping
+        Text by the names in `OPTIONS`; ``True`` for a flag.
+    name : callable
+        What an error message calls an option.
+
+    Returns
+    -------
+    Job
+        The job, checked.
+
+    Raises
+    ------
+    InputError
+        If a value cannot be used, or values do not go together.
+    """
+    values: dict[str, Any] = {}
+    for key, value in given.items():
+        parsed = value if isinstance(value, bool) else OPTIONS[key].parse(value, name(key))
+        values[key.replace("-", "_")] = parsed
+    return Job(file=file, given=dict(given), **values)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a job gave.
+
+    Parameters
+    ----------
+    result : ContactResult
+        The solution, or the best found.
+    written : tuple of Path
+        Files that are complete.
+    failure : RoughcontactError or None
+        Why a file could not be written.
+    """
+
+    result: ContactResult
+    written: tuple[Path, ...]
+    failure: RoughcontactError | None
+
+
+def run(job: Job, say: Say, look: Callable[[Step], None] | None = None) -> Outcome:
+    """Read, prepare, solve, and write what was asked for.
+
+    Parameters
+    ----------
+    job : Job
+        What to do.
+    say : callable
+        Called with a few words before every stage.
+    look : callable, optional
+        Called with every `Step` of the solver.
+
+    Returns
+    -------
+    Outcome
+        The result, even where its files could not be written. No file is written for one that
+        did not converge.
+
+    Raises
+    ------
+    RoughcontactError
+        If the job cannot be done.
+    """
+    from roughcontact import contact
+
+    if (job.load is None) == (job.approach is None):
+        raise InputError(
+            "give either --load or --approach, and only one of them, such as --load '1 N'"
+        )
+    maps = job.surfaces(say)
+    result = contact.solve(
+        maps[0],
+        **job.problem(maps),
+        load=job.load,
+        approach=job.approach,
+        max_iterations=job.max_iterations,
+        on_failure="return",
+        progress=look,
+    )
+    if not result.converged:
+        return Outcome(result, (), None)
+    # The numbers are shown even where the files cannot be written.
+    try:
+        return Outcome(result, tuple(write(_tasks(job, result), say)), None)
+    except RoughcontactError as error:
+        return Outcome(result, (), error)
+
+
+def write(tasks: Iterable[Task], say: Say) -> list[Path]:
+    """Write files one after the other and return those that are complete.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written.
+    UnfinishedError
+        If Ctrl-C came.
+    """
+    written: list[Path] = []
+    for path, save in tasks:
+        say(f"writing {path}")
+        try:
+            save(path)
+        except KeyboardInterrupt:
+            raise UnfinishedError(written) from None
+        except OSError as error:
+            reason = error.strerror or " ".join(str(error).split())
+            raise InputError(
+                f"{path} cannot be written ({reason}); what was there before is unchanged"
+            ) from None
+        written.append(path)
+    return written
+
+
+def saver(draw: Callable[[], Any]) -> Callable[[Path], object]:
+    """Return what draws a figure and saves it."""
+    from roughcontact import plots
+
+    return lambda path: plots.save(draw(), path)
+
+
+def check_place(path: Path, option: str) -> None:
+    """Raise `InputError` unless a file of that name can be written."""
+    folder = path.parent
+    if path.is_dir():
+        raise InputError(f"{option} '{path}' is a folder; give the name of a file")
+    if not folder.is_dir():
+        raise InputError(f"{option}: the folder '{folder}' does not exist; create it first")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"{option}: no permission to write into the folder '{folder}'")
+
+
+def _material(
+    prefix: str, young: float | None, poisson: float | None, yield_strength: float | None
+) -> Material:
+    from roughcontact.material import Material
+
+    if young is None or poisson is None:
+        missing = f"--{prefix}young" if young is None else f"--{prefix}poisson"
+        example = "'210 GPa'" if young is None else "0.3"
+        raise InputError(f"{missing} is needed, such as {missing} {example}")
+    try:
+        return Material(young, poisson, yield_strength)
+    except InputError as error:
+        raise InputError(f"--{prefix}{error}") from None
+
+
+def _check_result_file(path: Path, inputs: Iterable[Path]) -> None:
+    if path.suffix.lower() != ".nc":
+        raise InputError(f"--output writes NetCDF: give a name that ends in .nc, got '{path}'")
+    check_place(path, "--output")
+    for other in inputs:
+        if path.exists() and other.exists() and path.samefile(other):
+            raise InputError(f"--output '{path}' is an input file; give another name")
+
+
+def _tasks(job: Job, result: ContactResult) -> list[Task]:
+    from roughcontact import plots
+
+    tasks: list[Task] = [] if job.output is None else [(job.output, result.save)]
+    draw: dict[str, Callable[[], Any]] = {
+        "surface": lambda: plots.surface(result.surface),
+        "pressure": lambda: plots.pressure(result),
+        "contact": lambda: plots.contact(result),
+        "gap": lambda: plots.gap(result),
+        "histogram": lambda: plots.pressure_histogram([result]),
+    }
+    return tasks + [(path, saver(draw[name])) for name, path in job.figure_files.items()]
+
+
+_ARGUMENT = re.compile(
+    r"""\b(format|channel|unit|size|precision)=("[^"]*"|'[^']*')?"""
+    r"|^(format|unit|size|load|approach|ceiling|tolerance|boundary|precision)\b(?= |$)"
+    r"|\b(max_iterations|counter_surface)\b"
+)
+
+
+def in_options(message: str) -> str:
+    """Return a message of the library in the words of the command line."""
+
+    def option(match: re.Match[str]) -> str:
+        keyword, value, leading, underscored = match.groups()
+        name = (keyword or leading or underscored).replace("_", "-")
+        return f"--{name} {value}" if value else f"--{name}"
+
+    return _ARGUMENT.sub(option, message)
