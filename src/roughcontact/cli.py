@@ -16,7 +16,7 @@ import typer
 from roughcontact import console, job
 from roughcontact._version import __version__
 from roughcontact.errors import InputError, RoughcontactError
-from roughcontact.job import MAP, OPTIONS, OUTPUT, Job
+from roughcontact.job import BODIES, MAP, OPTIONS, OUTPUT, Job
 
 if TYPE_CHECKING:
     from roughcontact.result import ContactResult
@@ -156,7 +156,9 @@ def _flag(name: str, text: str) -> Any:
 
 def _words(key: str) -> Any:
     option = OPTIONS[key]
-    return _option(f"--{key}", option.metavar, option.help, option.panel)
+    if option.metavar:
+        return _option(f"--{key}", option.metavar, option.help, option.panel)
+    return typer.Option(f"--{key}", help=option.help, rich_help_panel=option.panel)
 
 
 _Json = Annotated[bool, _flag("--json", "Print JSON in SI units, and nothing else.")]
@@ -171,18 +173,19 @@ def _describing(*without: str) -> Callable[[Command], Command]:
         @functools.wraps(command)
         def described(file: Path, **words: Any) -> None:
             given = {key: words.pop(key.replace("-", "_")) for key in keys}
-            given = {key: value for key, value in given.items() if value is not None}
+            given = {key: value for key, value in given.items() if value not in (None, False)}
             command(job.from_text(file, given), **words)
 
         hints = typing.get_type_hints(command, include_extras=True)
         own = list(inspect.signature(command).parameters.values())[1:]
         kind = inspect.Parameter.KEYWORD_ONLY
         parameters = [inspect.Parameter("file", inspect.Parameter.POSITIONAL_OR_KEYWORD)]
-        parameters += [inspect.Parameter(key.replace("-", "_"), kind, default=None) for key in keys]
+        annotations: dict[str, Any] = {"file": _File}
+        for key in keys:
+            name, flag = key.replace("-", "_"), not OPTIONS[key].metavar
+            annotations[name] = Annotated[bool if flag else str | None, _words(key)]
+            parameters.append(inspect.Parameter(name, kind, default=False if flag else None))
         parameters += [parameter.replace(kind=kind) for parameter in own]
-        annotations = {"file": _File} | {
-            key.replace("-", "_"): Annotated[str | None, _words(key)] for key in keys
-        }
         annotations |= {parameter.name: hints[parameter.name] for parameter in own}
         # Typer reads what a command takes from here.
         described.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
@@ -214,9 +217,13 @@ def _solve(asked: Job, as_json: _Json = False, quiet: _Quiet = False) -> None:
     result, written = outcome.result, outcome.written
     if as_json:
         told = {**console.echo(result), "written": [str(path) for path in written]}
+        if outcome.study is not None:
+            told["study"] = outcome.study.summary()
         print(console.to_json(told))
     elif not quiet:
-        console.show_solution(result, str(asked.given.get("ceiling", "auto")), written)
+        console.show_solution(
+            result, str(asked.given.get("ceiling", "auto")), outcome.study, written
+        )
     if outcome.failure is not None:
         raise outcome.failure
     if not result.converged:
@@ -228,6 +235,89 @@ def _solve(asked: Job, as_json: _Json = False, quiet: _Quiet = False) -> None:
             + ("; no file was written" if wanted else "")
         )
         raise typer.Exit(NOT_CONVERGED)
+
+
+@_app.command(
+    "sweep",
+    help="""Solve the contact under one load after the other: area, gap, stiffness, spots.
+
+With --folder every finished step is saved at once, and the same command goes on where it was
+interrupted.
+
+\b
+Example:
+roughcontact sweep ground.opd --from "10 mN" --to "10 N" --steps 13 --young "210 GPa" \\
+    --poisson 0.3 --holes fill --folder ground-sweep --output curve.csv
+""",
+)
+@_reporting
+@_describing("load", "approach", "study", "output", "figures")
+def _sweep(
+    asked: Job,
+    first: Annotated[
+        str | None,
+        _option("--from", "LOAD|APPROACH", 'First load "10 mN" or approach "0.1 um".', BODIES),
+    ] = None,
+    last: Annotated[
+        str | None, _option("--to", "LOAD|APPROACH", "Last load or approach.", BODIES)
+    ] = None,
+    steps: Annotated[
+        str, _option("--steps", "NUMBER", "How many loads; 13 by default.", BODIES)
+    ] = "13",
+    spacing: Annotated[
+        str,
+        _option("--spacing", "log|linear", "Equal ratios (default) or differences.", BODIES),
+    ] = "log",
+    folder: Annotated[
+        Path | None,
+        _option("--folder", "FOLDER", "Where finished steps are kept, to go on later.", OUTPUT),
+    ] = None,
+    output: Annotated[
+        Path | None, _option("--output", "FILE.csv|json", "Write the curve as a table.", OUTPUT)
+    ] = None,
+    figure: Annotated[
+        Path | None, _option("--figure", "FILE", "Draw the curve as PNG, SVG or PDF.", OUTPUT)
+    ] = None,
+    as_json: _Json = False,
+    quiet: _Quiet = False,
+) -> None:
+    from roughcontact import loading, plots
+
+    if first is None or last is None:
+        missing = "--from" if first is None else "--to"
+        raise InputError(f"{missing} is needed: a load such as '1 N' or an approach such as '1 um'")
+    control, low = job.load_or_approach(first, "--from")
+    other, high = job.load_or_approach(last, "--to")
+    if control != other:
+        raise InputError(
+            f"--from and --to must both be loads or both approaches, got {first!r} and {last!r}"
+        )
+    number = OPTIONS["max-iterations"].parse(steps, "--steps")
+    values = loading.spaced(low, high, number, spacing)
+    for path, option in ((output, "--output"), (figure, "--figure")):
+        if path is not None:
+            job.check_place(path, option)
+    if output is not None and output.suffix.lower() not in (".csv", ".json"):
+        raise InputError(f"--output must end in .csv or .json, got '{output}'")
+    with console.progress(quiet) as say:
+        maps = asked.surfaces(say)
+        curve = loading.load_curve(
+            maps[0],
+            **asked.problem(maps),
+            loads=values if control == "load" else None,
+            approaches=values if control == "approach" else None,
+            max_iterations=asked.max_iterations,
+            folder=folder,
+            progress=lambda n, step: say(f"{n} of {number}: {console.described(step)}"),
+        )
+        tasks: list[job.Task] = [] if output is None else [(output, curve.save)]
+        if figure is not None:
+            tasks.append((figure, job.saver(lambda: plots.load_curve(curve))))
+        written = job.write(tasks, say)
+    if as_json:
+        print(console.to_json({**curve.summary(), "written": [str(path) for path in written]}))
+    elif not quiet:
+        console.show_curve(curve, written)
 
 
 @_app.command("info", epilog="Example:\n\nroughcontact info ground.opd")

@@ -8,7 +8,7 @@ import json
 import math
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich import box
@@ -22,10 +22,12 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from roughcontact.formats import Channel
+    from roughcontact.loading import LoadCurve
     from roughcontact.job import Say
     from roughcontact.material import Material
     from roughcontact.result import ContactResult
     from roughcontact.solver import Step
+    from roughcontact.study import ResolutionStudy, Variant
     from roughcontact.surface import Surface
 
 Row = tuple[str, ...]
@@ -56,11 +58,81 @@ def described(step: Step) -> str:
     )
 
 
-def show_solution(result: ContactResult, ceiling: str, written: Sequence[Path]) -> None:
+def show_solution(
+    result: ContactResult, ceiling: str, study: ResolutionStudy | None, written: Sequence[Path]
+) -> None:
     """Print problem, answer and trust of a result, then its warnings and files."""
     _print_table(_problem_rows(result, ceiling), _answer_rows(result), _trust_rows(result))
     # The status above has said already where the result is not converged.
     _print_warnings(note for note in result.warnings if not note.startswith("not converged"))
+    if study is not None:
+        _print_study(study)
+    _print_written(written)
+
+
+def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
+    """Print a load curve, one row a load, and what the simple laws say."""
+    from roughcontact import units
+
+    heads = ("load", "approach", "contact", "saturated", "mean gap", "stiffness", "spots")
+    area = curve.nominal_area
+    rows = [
+        (
+            units.engineering(step.load, "N", 3),
+            units.engineering(step.approach, "m", 3),
+            _percent(step.contact_area / area, 3),
+            _percent(step.saturated_area / area, 3),
+            units.engineering(step.mean_gap, "m", 3),
+            units.engineering(step.stiffness, "N/m", 3),
+            str(step.spots),
+        )
+        for step in curve.steps
+    ]
+    _print_table(rows, heads=heads)
+    worst = max(step.certificate for step in curve.steps)
+    facts: list[Row] = [
+        ("rms gradient", f"{curve.rms_gradient:.4g}"),
+        ("low-load slope", _slope_in_words(curve)),
+        ("certificates", f"{worst:.1e} at most"),
+    ]
+    _print_table(facts)
+    _print_written(written)
+
+
+def _slope_in_words(curve: LoadCurve) -> str:
+    slope = curve.low_load_slope
+    if curve.column("saturated_area").any():
+        return "only defined for an elastic contact; see --ceiling none"
+    if math.isnan(slope):
+        return "not defined: every load closes more than 5 % of the map"
+    return f"A = {slope:.3g} W/(E* h'); theory 1.6 (Persson) to 2.5 (Bush, Gibson, Thomas)"
+
+
+def _print_study(study: ResolutionStudy) -> None:
+    def rows(variants: Iterable[Variant], value: Callable[[Variant], str]) -> list[Row]:
+        return [
+            (
+                value(v),
+                _percent(v.contact_fraction, 3),
+                _percent(v.saturated_fraction, 3),
+                _pressure(v.max_pressure),
+                _pressure(v.mean_pressure),
+            )
+            for v in variants
+        ]
+
+    _print_table(
+        rows(study.grids, lambda v: f"pixel {_length(max(v.pixel))}"),
+        rows(study.cutoffs, lambda v: f"S-filter {_length(v.value)}"),
+        rows(study.ceilings, lambda v: f"ceiling {v.value:g} × yield"),
+        heads=("study", "contact", "saturated", "max pressure", "mean pressure"),
+    )
+    for sentence in study.sentences:
+        _print(Text(sentence))
+    print()
+
+
+def _print_written(written: Sequence[Path]) -> None:
     if written:
         _print_table([("written" if path is written[0] else "", str(path)) for path in written])
 
@@ -259,8 +331,8 @@ def _pressure(value: float) -> str:
     return units.engineering(value, "Pa")
 
 
-def _percent(fraction: float) -> str:
-    return f"{100 * fraction:.4g} %"
+def _percent(fraction: float, digits: int = 4) -> str:
+    return f"{100 * fraction:.{digits}g} %"
 
 
 # Printing
@@ -272,6 +344,8 @@ def _print_table(*blocks: Sequence[Row], heads: Row = ()) -> None:
     for index, head in enumerate(names):
         table.add_column(head, overflow="fold", no_wrap=index == 0)
     for block in blocks:
+        if not block:
+            continue
         for row in block:
             table.add_row(*(Text(_printable(cell)) for cell in row))
         table.add_section()

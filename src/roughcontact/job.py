@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from roughcontact.material import Material
     from roughcontact.result import ContactResult
     from roughcontact.solver import Step
+    from roughcontact.study import ResolutionStudy
     from roughcontact.surface import Surface
 
 Say = Callable[[str], None]
@@ -70,6 +71,12 @@ def _path(text: str, name: str) -> Path:
     return Path(text)
 
 
+def _flag(text: str, name: str) -> bool:
+    if text.lower() not in ("true", "false"):
+        raise InputError(f"{name} must be true or false, got {text!r}")
+    return text.lower() == "true"
+
+
 def _float(text: str, name: str) -> float:
     try:
         return float(text)
@@ -118,6 +125,20 @@ def _form(text: str, name: str) -> tuple[str, int | None]:
     if len(words) == 2 and words[0] == "polynomial" and words[1].isdigit():
         return "polynomial", int(words[1])
     raise InputError(f"{name} must be sphere, cylinder or 'polynomial N', got {text!r}")
+
+
+def load_or_approach(text: str, name: str) -> tuple[str, float]:
+    """Return which of the two a text with a unit is, and its value."""
+    try:
+        return "approach", units.parse(text, "length", name)
+    except InputError:
+        pass
+    try:
+        return "load", units.parse(text, "force", name)
+    except InputError as error:
+        words = "needs a load such as '1 N', or an approach such as '1 um',"
+        found = str(error).partition(", got ")[2]
+        raise InputError(f"{name} {words} got {found}" if found else str(error)) from None
 
 
 def _turns(text: str, name: str) -> int:
@@ -215,6 +236,11 @@ OPTIONS: dict[str, Option] = {
         SOLVER, "double|single", "single needs two thirds of the memory; double by default.",
         _choice("double", "single"),
     ),
+    "study": Option(
+        SOLVER, "",
+        "Solve again on coarser and finer grids, with filters and other ceilings, and tell what "
+        "depends on them.", _flag,
+    ),
     "output": Option(OUTPUT, "FILE.nc", "Write the result to this NetCDF file.", _path),
     "figures": Option(
         OUTPUT, "FOLDER|PREFIX",
@@ -268,6 +294,7 @@ class Job:
     tolerance: float | None = None
     max_iterations: int = 500
     precision: str = "double"
+    study: bool = False
     output: Path | None = None
     figures: str | None = None
 
@@ -418,6 +445,8 @@ class Outcome:
     ----------
     result : ContactResult
         The solution, or the best found.
+    study : ResolutionStudy or None
+        The same on other grids, if it was asked for.
     written : tuple of Path
         Files that are complete.
     failure : RoughcontactError or None
@@ -425,8 +454,9 @@ class Outcome:
     """
 
     result: ContactResult
-    written: tuple[Path, ...]
-    failure: RoughcontactError | None
+    study: ResolutionStudy | None = None
+    written: tuple[Path, ...] = ()
+    failure: RoughcontactError | None = None
 
 
 def run(job: Job, say: Say, look: Callable[[Step], None] | None = None) -> Outcome:
@@ -452,7 +482,7 @@ def run(job: Job, say: Say, look: Callable[[Step], None] | None = None) -> Outco
     RoughcontactError
         If the job cannot be done.
     """
-    from roughcontact import contact
+    from roughcontact import contact, study
 
     if (job.load is None) == (job.approach is None):
         raise InputError(
@@ -469,12 +499,21 @@ def run(job: Job, say: Say, look: Callable[[Step], None] | None = None) -> Outco
         progress=look,
     )
     if not result.converged:
-        return Outcome(result, (), None)
+        return Outcome(result)
+    looked_at = None
+    if job.study:
+        looked_at = study.resolution_study(
+            maps[0],
+            **job.problem(maps),
+            load=result.load,
+            progress=lambda text: say(f"study: {text}"),
+        )
     # The numbers are shown even where the files cannot be written.
     try:
-        return Outcome(result, tuple(write(_tasks(job, result), say)), None)
+        written = tuple(write(_tasks(job, result), say))
     except RoughcontactError as error:
-        return Outcome(result, (), error)
+        return Outcome(result, looked_at, failure=error)
+    return Outcome(result, looked_at, written)
 
 
 def write(tasks: Iterable[Task], say: Say) -> list[Path]:
