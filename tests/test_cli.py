@@ -100,10 +100,10 @@ def files(folder: Path) -> set[str]:
 def test_no_arguments_show_the_help(capsys: Capture) -> None:
     assert cli.main([]) == cli.SOLVED
     out = capsys.readouterr().out
-    assert all(command in out for command in ("solve", "info", "demo", "Example"))
+    assert all(command in out for command in ("solve", "sweep", "info", "demo", "Example"))
 
 
-@pytest.mark.parametrize("command", ["solve", "info", "demo"])
+@pytest.mark.parametrize("command", ["solve", "sweep", "info", "demo"])
 def test_every_command_has_help_with_an_example(command: str, capsys: Capture) -> None:
     assert cli.main([command, "--help"]) == cli.SOLVED
     assert f"roughcontact {command} " in capsys.readouterr().out.split("Example")[1]
@@ -681,3 +681,141 @@ def test_damaged_measurements_end_in_one_sentence(
     arguments = [command, measurement(name), *(options if command == "solve" else [])]
     refused(capsys, cli.main(arguments), name)
     assert files(tmp_path) == set()
+
+
+# Preparation, study, sweep
+
+
+def test_every_preparation_reaches_the_library_in_its_order(holed: Path, capsys: Capture) -> None:
+    options = (
+        "--crop", "0:36,0:60", "--outliers", "5", "--level", "robust", "--form", "polynomial 3",
+        "--holes", "fill", "--s-filter", "12 um", "--l-filter", "80 um", "--pixel", "2 um",
+        "--rotate", "90",
+    )  # fmt: skip
+    assert solve(holed, *STEEL, *options, "--json") == cli.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    starts = [step.split(":")[0] for step in told["preparation"]]
+    assert starts == [
+        "cropped", "outliers removed", "leveled", "form removed", "filled", "filtered",
+        "resampled", "rotated",
+    ]  # fmt: skip
+    surface = roughcontact.read_surface(holed, unit="um", size=(1e-4, 2e-4))
+    prepared = (
+        surface.cropped((0, 36), (0, 60)).without_outliers(5).leveled("robust")
+        .without_form("polynomial", 3).filled().filtered(12e-6, 80e-6)
+        .resampled(pixel=(2e-6, 2e-6), method="spline").rotated()
+    )  # fmt: skip
+    assert told["shape"] == list(prepared.shape)
+    result = roughcontact.solve(prepared, load=0.1, material=roughcontact.Material(210e9, 0.3))
+    assert told["max_pressure"] == result.max_pressure
+
+
+def test_holes_can_be_cut_away(holed: Path, capsys: Capture) -> None:
+    assert solve(holed, *STEEL, "--holes", "crop", "--json") == cli.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert told["preparation"][0].startswith("cropped to the largest rectangle without holes")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--form", "cone"), ("--form must be sphere", "'cone'")),
+        (("--form", "polynomial"), ("--form must be",)),
+        (("--outliers", "many"), ("--outliers must be a number",)),
+        (("--rotate", "45"), ("--rotate must be a multiple of 90",)),
+        (("--s-filter", "3"), ("--s-filter needs a length", "no unit")),
+        (("--pixel", "1 N"), ("--pixel needs a length", "(a force)")),
+        (("--s-filter", "1 nm"), ("cutoff",)),
+    ],
+)
+def test_bad_preparation_is_one_sentence(
+    options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
+) -> None:
+    refused(capsys, solve(rough, *STEEL, *options), *words)
+
+
+def test_study_is_told_in_plain_words(tmp_path: Path, capsys: Capture) -> None:
+    heights = np.kron(bumps(), np.ones((2, 2)))
+    path = tmp_path / "rough.npy"
+    np.save(path, heights)
+    assert solve(path, *YIELDING, "--study") == cli.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert max(map(len, out.splitlines())) <= 80
+    assert "Ceiling: as the factor goes from 2.8 to 3.2" in " ".join(out.split())
+    assert solve(path, *YIELDING, "--study", "--json") == cli.SOLVED
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    surface = roughcontact.read_surface(path, unit="um", size=(1e-4, 2e-4)).leveled()
+    steel = roughcontact.Material(210e9, 0.3, 1e9)
+    expected = roughcontact.resolution_study(surface, load=0.1, material=steel)
+    assert told["study"]["sentences"] == list(expected.sentences)
+
+
+def sweep(path: Path, *options: str) -> int:
+    return cli.main(
+        ["sweep", str(path), *SCALE, *STEEL, "--from", "10 mN", "--to", "1 N", *options]
+    )
+
+
+def test_sweep_writes_what_the_library_returns(
+    rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    output, folder = tmp_path / "curve.csv", tmp_path / "steps"
+    assert sweep(rough, "--steps", "4", "--output", str(output), "--folder", str(folder)) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert max(map(len, out.splitlines())) <= 80
+    assert "low-load slope" in out
+    assert files(folder) == {"sweep.json", *(f"step-{n:04d}.npz" for n in range(1, 5))}
+    table = np.genfromtxt(output, delimiter=",", names=True, deletechars="")
+    surface = roughcontact.read_surface(rough, unit="um", size=(1e-4, 2e-4)).leveled()
+    curve = roughcontact.load_curve(
+        surface, material=roughcontact.Material(210e9, 0.3), loads=np.geomspace(0.01, 1, 4)
+    )
+    assert table["load_[N]"] == pytest.approx(curve.column("load"))
+    assert table["contact_area_[m²]"] == pytest.approx(curve.column("contact_area"))
+    assert sweep(rough, "--steps", "4", "--folder", str(folder), "--json") == 0
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert told["contact_area"] == table["contact_area_[m²]"].tolist()
+
+
+def test_sweep_over_approaches_draws(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+    figure = tmp_path / "curve.svg"
+    options = ["--from", "50 nm", "--to", "300 nm", "--steps", "3", "--spacing", "linear"]
+    status = cli.main(["sweep", str(rough), *SCALE, *STEEL, *options, "--figure", str(figure)])
+    assert status == cli.SOLVED
+    assert "<svg" in figure.read_text(encoding="utf-8")
+    assert "approach" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--from", "1 MPa"), ("--from needs a load", "'1 MPa' (a pressure)")),
+        (("--from", "1 um"), ("both be loads or both approaches",)),
+        (("--to", "1"), ("--to needs a load", "no unit")),
+        (("--to", "1 mN"), ("below the last",)),
+        (("--steps", "1"), ("at least 2",)),
+        (("--steps", "few"), ("--steps must be a whole number",)),
+        (("--spacing", "cubic"), ("spacing", "'cubic'")),
+        (("--output", "curve.nc"), ("--output must end in .csv or .json",)),
+        (("--output", "absent/curve.csv"), ("'absent' does not exist",)),
+    ],
+)
+def test_bad_sweeps_end_in_one_sentence(
+    options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
+) -> None:
+    refused(capsys, sweep(rough, *options), *words)
+
+
+def test_sweep_needs_both_ends(rough: Path, capsys: Capture) -> None:
+    refused(capsys, cli.main(["sweep", str(rough), *SCALE, *STEEL]), "--from is needed")
+
+
+def test_a_sweep_in_the_folder_of_another_is_refused(
+    rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    folder = ("--folder", str(tmp_path / "steps"))
+    assert sweep(rough, "--steps", "2", *folder) == cli.SOLVED
+    capsys.readouterr()
+    refused(capsys, sweep(rough, "--steps", "3", *folder), "another sweep", "values differ")

@@ -173,7 +173,7 @@ def _describing(*without: str) -> Callable[[Command], Command]:
         @functools.wraps(command)
         def described(file: Path, **words: Any) -> None:
             given = {key: words.pop(key.replace("-", "_")) for key in keys}
-            given = {key: value for key, value in given.items() if value not in (None, False)}
+            given = {key: value for key, value in given.items() if value}
             command(job.from_text(file, given), **words)
 
         hints = typing.get_type_hints(command, include_extras=True)
@@ -182,9 +182,10 @@ def _describing(*without: str) -> Callable[[Command], Command]:
         parameters = [inspect.Parameter("file", inspect.Parameter.POSITIONAL_OR_KEYWORD)]
         annotations: dict[str, Any] = {"file": _File}
         for key in keys:
-            name, flag = key.replace("-", "_"), not OPTIONS[key].metavar
-            annotations[name] = Annotated[bool if flag else str | None, _words(key)]
-            parameters.append(inspect.Parameter(name, kind, default=False if flag else None))
+            name, option = key.replace("-", "_"), OPTIONS[key]
+            value = list[str] if option.many else str if option.metavar else bool
+            annotations[name] = Annotated[value | None, _words(key)]
+            parameters.append(inspect.Parameter(name, kind, default=None))
         parameters += [parameter.replace(kind=kind) for parameter in own]
         annotations |= {parameter.name: hints[parameter.name] for parameter in own}
         # Typer reads what a command takes from here.
@@ -227,7 +228,7 @@ def _solve(asked: Job, as_json: _Json = False, quiet: _Quiet = False) -> None:
     if outcome.failure is not None:
         raise outcome.failure
     if not result.converged:
-        wanted = asked.output is not None or asked.figures is not None
+        wanted = asked.output or asked.report or asked.figures
         console.complain(
             f"error: not converged: certificate {result.certificate:.1e}, tolerance "
             f"{result.tolerance:.0e}, load error {result.load_error:.1e}; "
@@ -251,7 +252,7 @@ roughcontact sweep ground.opd --from "10 mN" --to "10 N" --steps 13 --young "210
 """,
 )
 @_reporting
-@_describing("load", "approach", "study", "output", "figures")
+@_describing("load", "approach", "study", "output", "report", "figures")
 def _sweep(
     asked: Job,
     first: Annotated[

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from roughcontact.formats import Channel
-    from roughcontact.loading import LoadCurve
     from roughcontact.job import Say
+    from roughcontact.loading import LoadCurve
     from roughcontact.material import Material
     from roughcontact.result import ContactResult
     from roughcontact.solver import Step

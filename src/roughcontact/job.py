@@ -21,11 +21,13 @@ if TYPE_CHECKING:
 
 Say = Callable[[str], None]
 Task = tuple[Path, Callable[[Path], object]]
+Given = Mapping[str, str | bool | list[str]]
 
 MAP, BODIES, SOLVER, OUTPUT = "Map", "Bodies and load", "Solver", "Output"
 
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
 HOLES = ("error", "fill", "mask", "crop")
+SUFFIXES = (".nc", ".vti", ".csv", ".json")
 FIGURES = ("surface", "pressure", "contact", "gap", "histogram")
 
 
@@ -51,12 +53,15 @@ class Option:
         What it does.
     parse : callable
         ``parse(text, name)`` returns the value; its errors start with the name.
+    many : bool
+        Whether it may be given several times.
     """
 
     panel: str
     metavar: str
     help: str
     parse: Callable[[str, str], Any]
+    many: bool = False
 
 
 def _quantity(dimension: str) -> Callable[[str, str], float]:
@@ -241,7 +246,14 @@ OPTIONS: dict[str, Option] = {
         "Solve again on coarser and finer grids, with filters and other ceilings, and tell what "
         "depends on them.", _flag,
     ),
-    "output": Option(OUTPUT, "FILE.nc", "Write the result to this NetCDF file.", _path),
+    "output": Option(
+        OUTPUT, "FILE",
+        "Write the result: .nc everything, .vti maps for ParaView, .csv pressure, .json numbers; "
+        "may be given again.", _path, many=True,
+    ),
+    "report": Option(
+        OUTPUT, "FILE.html", "Write a report with figures into one HTML file.", _path
+    ),
     "figures": Option(
         OUTPUT, "FOLDER|PREFIX",
         "Write surface, pressure, contact, gap and histogram as PNG into an existing folder, "
@@ -266,7 +278,7 @@ class Job:
     """
 
     file: Path
-    given: Mapping[str, str | bool] = field(default_factory=dict)
+    given: Given = field(default_factory=dict)
     format: str | None = None
     channel: str | None = None
     unit: str | None = None
@@ -295,15 +307,18 @@ class Job:
     max_iterations: int = 500
     precision: str = "double"
     study: bool = False
-    output: Path | None = None
+    output: tuple[Path, ...] = ()
+    report: Path | None = None
     figures: str | None = None
 
     def __post_init__(self) -> None:
         """Refuse what can be seen to be wrong before anything is read."""
         self.material()
         self.counter_material()
-        if self.output is not None:
-            _check_result_file(self.output, self.inputs)
+        for path in self.output:
+            _check_result_file(path, "--output", SUFFIXES, self.inputs)
+        if self.report is not None:
+            _check_result_file(self.report, "--report", (".html",), self.inputs)
         for path in self.figure_files.values():
             check_place(path, "--figures")
 
@@ -371,7 +386,8 @@ class Job:
 
         words = ["roughcontact", name, str(self.file)]
         for option, value in self.given.items():
-            words += [f"--{option}"] if value is True else [f"--{option}", str(value)]
+            for text in value if isinstance(value, list) else [value]:
+                words += [f"--{option}"] if text is True else [f"--{option}", str(text)]
         return shlex.join(words)
 
     def _prepared(self, surface: Surface, path: Path) -> Surface:
@@ -406,7 +422,7 @@ class Job:
 
 def from_text(
     file: Path,
-    given: Mapping[str, str | bool],
+    given: Given,
     name: Callable[[str], str] = lambda key: f"--{key}",
 ) -> Job:
     """Return the job that options in words describe.
@@ -416,7 +432,7 @@ def from_text(
     file : Path
         The measured map.
     given : Mapping
-        Text by the names in `OPTIONS`; ``True`` for a flag.
+        Text by the names in `OPTIONS`; ``True`` for a flag, a list for what may come again.
     name : callable
         What an error message calls an option.
 
@@ -432,7 +448,11 @@ def from_text(
     """
     values: dict[str, Any] = {}
     for key, value in given.items():
-        parsed = value if isinstance(value, bool) else OPTIONS[key].parse(value, name(key))
+        parse = OPTIONS[key].parse
+        if isinstance(value, list):
+            parsed: Any = tuple(parse(text, name(key)) for text in value)
+        else:
+            parsed = value if isinstance(value, bool) else parse(value, name(key))
         values[key.replace("-", "_")] = parsed
     return Job(file=file, given=dict(given), **values)
 
@@ -575,19 +595,22 @@ def _material(
         raise InputError(f"--{prefix}{error}") from None
 
 
-def _check_result_file(path: Path, inputs: Iterable[Path]) -> None:
-    if path.suffix.lower() != ".nc":
-        raise InputError(f"--output writes NetCDF: give a name that ends in .nc, got '{path}'")
-    check_place(path, "--output")
+def _check_result_file(
+    path: Path, option: str, suffixes: tuple[str, ...], inputs: Iterable[Path]
+) -> None:
+    if path.suffix.lower() not in suffixes:
+        known = " or ".join([", ".join(suffixes[:-1]), suffixes[-1]] if suffixes[1:] else suffixes)
+        raise InputError(f"{option} needs a name that ends in {known}, got '{path}'")
+    check_place(path, option)
     for other in inputs:
         if path.exists() and other.exists() and path.samefile(other):
-            raise InputError(f"--output '{path}' is an input file; give another name")
+            raise InputError(f"{option} '{path}' is an input file; give another name")
 
 
 def _tasks(job: Job, result: ContactResult) -> list[Task]:
     from roughcontact import plots
 
-    tasks: list[Task] = [] if job.output is None else [(job.output, result.save)]
+    tasks: list[Task] = [(path, result.save) for path in job.output]
     draw: dict[str, Callable[[], Any]] = {
         "surface": lambda: plots.surface(result.surface),
         "pressure": lambda: plots.pressure(result),

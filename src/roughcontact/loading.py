@@ -151,9 +151,9 @@ class LoadCurve:
         """κ of A = κ W/(E* h′), where no more than a twentieth of the map touches.
 
         Least squares through the origin on the corrected contact area; NaN if every load is
-        higher, or where pixels are saturated. Theory: √(2π) = 2.5 (Bush, Gibson and Thomas 1975), √(8/π) = 1.6 (Persson 2001);
-        boundary elements: 1.8 to 2.3 (Hyun et al. 2004). It means something where there are many
-        spots.
+        higher, or where pixels are saturated. Theory: √(2π) = 2.5 (Bush, Gibson and Thomas 1975),
+        √(8/π) = 1.6 (Persson 2001); boundary elements: 1.8 to 2.3 (Hyun et al. 2004). It means
+        something where there are many spots.
         """
         area, load = self.column("corrected_contact_area"), self.column("load")
         low = area <= LOW_LOAD * self.nominal_area

@@ -15,18 +15,20 @@ if TYPE_CHECKING:
 
 _SI_UNITS = {"length": "m", "force": "N", "pressure": "Pa"}
 _EXAMPLES = {"length": "'0.1 mm'", "force": "'1 N'", "pressure": "'210 GPa'"}
+# Powers of length, mass, time, current, temperature; pint prints them in an order of its own.
+_BASES = ("[length]", "[mass]", "[time]", "[current]", "[temperature]")
 _NAMED_DIMENSIONS = {
-    "": "a pure number",
-    "[length]": "a length",
-    "[length] ** 2": "an area",
-    "[length] ** 3": "a volume",
-    "[mass]": "a mass",
-    "[time]": "a time",
-    "[current]": "an electric current",
-    "[temperature]": "a temperature",
-    "[length] * [mass] / [time] ** 2": "a force",
-    "[mass] / [length] / [time] ** 2": "a pressure",
-    "[mass] / [time] ** 2": "a force per length",
+    (0, 0, 0, 0, 0): "a pure number",
+    (1, 0, 0, 0, 0): "a length",
+    (2, 0, 0, 0, 0): "an area",
+    (3, 0, 0, 0, 0): "a volume",
+    (0, 1, 0, 0, 0): "a mass",
+    (0, 0, 1, 0, 0): "a time",
+    (0, 0, 0, 1, 0): "an electric current",
+    (0, 0, 0, 0, 1): "a temperature",
+    (1, 1, -2, 0, 0): "a force",
+    (-1, 1, -2, 0, 0): "a pressure",
+    (0, 1, -2, 0, 0): "a force per length",
 }
 
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
@@ -176,8 +178,10 @@ def _factor(unit: str, dimension: str, failure: str) -> float:
 
 
 def _described(dimensionality: Any) -> str:
-    text = "" if not dimensionality else str(dimensionality)
-    return _NAMED_DIMENSIONS.get(text, f"of dimension {text.replace('**', '^')}")
+    powers = tuple(dimensionality.get(base, 0) for base in _BASES)
+    other = f"of dimension {str(dimensionality).replace('**', '^')}"
+    known = len(dimensionality) == sum(power != 0 for power in powers)
+    return _NAMED_DIMENSIONS.get(powers, other) if known else other
 
 
 @lru_cache(maxsize=1)
