@@ -11,9 +11,10 @@ ROWS = [
     {"_version", "errors", "units"},
     {
         "kernels", "convolution", "projection", "preconditioner", "solver",
-        "preparation", "filling", "filters", "roughness", "hertz", "analytic", "generate",
+        "preparation", "filling", "filters", "alignment", "roughness", "hertz", "analytic",
+        "generate",
     },
-    {"material", "surface", "result"},
+    {"material", "surface", "bodies", "result"},
     {"contact", "formats", "archive"},
     {"plots"},
     {"cli", "__init__", "__main__"},
