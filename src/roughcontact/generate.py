@@ -308,7 +308,7 @@ def ellipsoid(
 
     References
     ----------
-    Johnson, Contact Mechanics (1985), eq. (4.2), doi:10.1017/CBO9781139171731
+    Johnson, Contact Mechanics (1985), sec. 4.1, doi:10.1017/CBO9781139171731
     """
     y, x = _from_center(shape, pixel, center)
     radius_y, radius_x = _pair("radii", radii)

@@ -166,7 +166,7 @@ def _checked_ceiling(name: str, ceiling: float | ArrayLike) -> NDArray[np.float6
         values = np.asarray(ceiling)
     except ValueError:
         raise InputError(f"{name} ceiling must be a number or a map, got uneven rows") from None
-    if values.dtype.kind not in "fiu" or values.ndim not in (0, 2):
+    if values.dtype.kind not in "fiu" or values.ndim not in (0, 2) or not values.size:
         raise InputError(
             f"{name} ceiling must be a number or a map [y, x] in Pa, got dtype {values.dtype} and "
             f"shape {values.shape}"
