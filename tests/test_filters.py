@@ -320,3 +320,33 @@ def test_a_turned_ball_has_the_same_radius_and_filter(seed: int) -> None:
         surface.without_form("sphere").rotated().heights,
         atol=1e-15,
     )
+
+
+# --- one axis at a time ---------------------------------------------------------------------------
+
+
+@given(st.integers(0, 1000), st.floats(2, 15), st.sampled_from([0, 0.2]))
+def test_equal_cutoffs_along_both_axes_are_the_areal_filter(
+    seed: int, cutoff: float, holes: float
+) -> None:
+    heights = rough(seed, (15, 18), holes)
+    smooth = filters.along_axes(heights, (cutoff, cutoff))
+    np.testing.assert_array_equal(smooth, filters.gaussian(heights, (1.0, 1.0), cutoff))
+
+
+def test_an_axis_may_be_left_alone() -> None:
+    heights = rough(5, (20, 30))
+    smooth = filters.along_axes(heights, (0.0, 6.0))
+    # Each row by itself: a map of one row repeated.
+    for row in (0, 7, 19):
+        alone = filters.gaussian(np.tile(heights[row], (30, 1)), (1.0, 1.0), 6.0)
+        np.testing.assert_allclose(smooth[row], alone[0], rtol=0, atol=1e-13)
+    across = filters.along_axes(heights.T, (6.0, 0.0)).T
+    np.testing.assert_allclose(across, smooth, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(filters.along_axes(heights, (0.0, 0.0)), heights, atol=1e-15)
+
+
+@pytest.mark.parametrize("cutoffs", [(1.9, 4.0), (4.0, -1.0), (np.nan, 4.0), (4.0, np.inf)])
+def test_cutoffs_along_axes_that_are_none(cutoffs: tuple[float, float]) -> None:
+    with pytest.raises(InputError, match="cutoffs must be 0 or at least two pixels"):
+        filters.along_axes(rough(1, (8, 8)), cutoffs)

@@ -10,14 +10,18 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 ROWS = [
     {"_version", "errors", "units"},
     {
-        "kernels", "convolution", "projection", "preconditioner", "solver",
-        "preparation", "filling", "filters", "roughness", "hertz", "analytic", "generate", "spots",
+        "kernels", "convolution", "projection", "preconditioner", "solver", "stress", "halfspace",
+        "plasticity", "preparation", "filling", "filters", "alignment", "roughness", "spots",
+        "hertz", "analytic", "generate", "hardness",
     },
-    {"material", "surface", "result"},
-    {"contact", "loading", "study", "formats", "archive"},
-    {"plots"},
-    {"job"},
-    {"console", "cli", "__init__", "__main__"},
+    {"material", "catalogue", "surface", "bodies", "result"},
+    {
+        "contact", "loading", "history", "tilt", "study", "subsurface", "elastoplastic",
+        "formats", "netcdf", "archive", "export",
+    },
+    {"plots", "report"},
+    {"job", "console", "project"},
+    {"cli", "__init__", "__main__"},
 ]  # fmt: skip
 
 # Methods of the public face that only pass `self` on, inside the function.

@@ -253,3 +253,138 @@ def test_gradient_knows_the_axes() -> None:
     y, x = np.mgrid[:5, :7]
     assert Surface(0.5 * 2e-6 * y, (2e-6, 3e-6)).Sdq == pytest.approx(0.5, rel=1e-12)
     assert Surface(0.5 * 3e-6 * x, (2e-6, 3e-6)).Sdq == pytest.approx(0.5, rel=1e-12)
+
+
+# --- a form, another grid ------------------------------------------------------------------------
+
+
+def punch(shape: tuple[int, int] = (6, 9)) -> Surface:
+    heights = np.full(shape, np.nan)
+    heights[1:5, 2:7] = 0.0
+    origin = Provenance("nominal punch", steps=("the outside never touches",))
+    return Surface(heights, PIXEL, origin, holes_masked=True)
+
+
+def test_with_form_adds_the_heights() -> None:
+    before = Surface(rough(), PIXEL, ORIGIN)
+    form = Surface(rough()[::-1], PIXEL, Provenance("nominal sphere"))
+    after = before.with_form(form)
+    assert_prepared(before, after, "form added: nominal sphere")
+    np.testing.assert_array_equal(after.heights, before.heights + form.heights)
+    np.testing.assert_array_equal(form.with_form(before).heights, after.heights)
+    assert not after.holes_masked
+    assert before.with_form(Surface(rough(), PIXEL)).provenance.steps[-1].endswith("another map")
+
+
+def test_the_outside_of_a_body_needs_no_mask() -> None:
+    before = Surface(rough(), PIXEL, ORIGIN)
+    for after in (before.with_form(punch()), punch().with_form(before)):
+        assert after.holes_masked
+        np.testing.assert_array_equal(np.isnan(after.heights), np.isnan(punch().heights))
+    assert before.with_form(punch()).provenance.steps[-1] == (
+        "form added: nominal punch (the outside never touches)"
+    )
+
+
+def test_holes_of_a_measurement_are_not_accepted_by_a_form() -> None:
+    whole = Surface(np.zeros((6, 9)), PIXEL)
+    assert not holed().with_form(whole).holes_masked
+    assert holed().with_form(whole).missing == 2
+    assert holed().masked().with_form(whole).holes_masked
+    # Beside the outside they would be filled, or masked, together with it.
+    for one, other in ((holed(), punch()), (punch(), holed())):
+        with pytest.raises(InputError, match="2 missing points of one map lie inside the other"):
+            one.with_form(other)
+    masked = holed().masked().with_form(punch())
+    assert masked.holes_masked
+    assert masked.missing == 6 * 9 - 4 * 5 + 2
+    # A body that is not said to end there has holes like any other.
+    holes = replace(punch(), holes_masked=False)
+    assert not Surface(rough(), PIXEL).with_form(holes).holes_masked
+
+
+def test_holes_outside_of_a_body_do_not_matter() -> None:
+    heights = rough()
+    heights[0, :] = np.nan
+    after = Surface(heights, PIXEL).with_form(punch())
+    assert after.holes_masked
+    assert after.missing == punch().missing
+
+
+def test_a_form_needs_the_grid() -> None:
+    surface = Surface(rough(), PIXEL)
+    with pytest.raises(InputError, match=r"form has \(5, 9\) pixels.*shape=surface.shape"):
+        surface.with_form(Surface(rough((5, 9)), PIXEL))
+    with pytest.raises(InputError, match=r"form has .*aligned"):
+        surface.with_form(Surface(rough(), (2e-6, 3.1e-6)))
+    with pytest.raises(InputError, match="form must be a Surface, got float"):
+        surface.with_form(1e-3)
+    outside = np.full((6, 9), np.nan)
+    outside[0, 0] = 1.0
+    with pytest.raises(InputError, match="every point is missing"):
+        surface.with_form(punch()).with_form(Surface(outside, PIXEL, None, True))
+
+
+@pytest.mark.parametrize("quarters", [0, 1, 2, 3])
+def test_aligned_by_quarter_turns_is_rotated(quarters: int) -> None:
+    before = Surface(rough((7, 7)), (2e-6, 2e-6), ORIGIN)
+    # Array and axes: what `rotated` turns counter-clockwise as printed goes from y towards x.
+    after = before.aligned(before, angle=-90 * quarters)
+    assert after.heights.tobytes() == before.rotated(quarters).heights.tobytes()
+    assert after.pixel == before.pixel
+
+
+def test_aligned_between_the_quarters_is_between() -> None:
+    # By 89.999°: a thousandth of a degree moves the corners by 1.4e-4 pixels.
+    before = Surface(rough((9, 9)), (2e-6, 2e-6))
+    after = before.aligned(before, angle=-89.999)
+    there = np.isfinite(after.heights)
+    # All but the corners and edges, half of which are moved off the map.
+    assert there[1:-1, 1:-1].all()
+    close = before.rotated().heights
+    np.testing.assert_allclose(after.heights[there], close[there], rtol=0, atol=1e-9)
+
+
+def test_aligned_without_motion_keeps_the_bits() -> None:
+    before = holed()
+    after = before.aligned(Surface(np.zeros((6, 9)), PIXEL))
+    assert_prepared(before, after, "aligned: point by point onto 6 × 9 points of 2e-06 × 3e-06 m")
+    assert after.heights.tobytes() == before.heights.tobytes()
+    assert not after.holes_masked
+    assert before.masked().aligned(before).holes_masked
+
+
+def test_aligned_says_what_it_did() -> None:
+    grid = Surface(np.zeros((8, 8)), (1.5e-6, 4e-6))
+    before = Surface(rough((30, 40)), PIXEL, ORIGIN)
+    after = before.aligned(grid, (4e-6, -5e-6), 30, mirrored=True)
+    assert after.provenance.steps[-1] == (
+        "aligned: mirrored in x, turned by 30 degrees from x towards y, shifted by (4e-06, -5e-06)"
+        " m (y, x), by a bicubic spline onto 8 × 8 points of 1.5e-06 × 4e-06 m"
+    )
+    assert after.shape == grid.shape
+    assert after.pixel == grid.pixel
+    coarse = before.aligned(Surface(np.zeros((6, 6)), (1.6e-5, 6e-6)))
+    assert (
+        "after a Gaussian S-filter at 3.2e-05 m along y and 1.2e-05 m along x onto"
+        in (coarse.provenance.steps[-1])
+    )
+    assert coarse.provenance.steps[-1].endswith("12 of them off the map")
+    assert coarse.missing == 12
+
+
+def test_what_lies_off_the_map_is_not_masked_by_an_old_promise() -> None:
+    grid = Surface(np.zeros((6, 9)), PIXEL)
+    after = holed().masked().aligned(grid, offset=(0, 3e-6))
+    assert not after.holes_masked
+    assert after.missing == 6 + 2
+
+
+def test_aligned_refuses() -> None:
+    surface = Surface(rough(), PIXEL)
+    with pytest.raises(InputError, match="do not overlap"):
+        surface.aligned(surface, offset=(1.2e-5, 0))
+    with pytest.raises(InputError, match="grid must be a Surface, got tuple"):
+        surface.aligned((6, 9))
+    with pytest.raises(InputError, match="angle must be"):
+        surface.aligned(surface, angle=np.nan)

@@ -63,30 +63,38 @@ def gaussian(heights: Array, pixel: tuple[float, float], cutoff: float) -> Array
     require_pixel(pixel)
     heights = np.asarray(heights, dtype=np.float64)
     _check_cutoff(heights.shape, pixel, cutoff)
-    kernels = [
-        _weights(length, cutoff / edge) for length, edge in zip(heights.shape, pixel, strict=True)
-    ]
-    there = np.isfinite(heights)
-    full = bool(there.all())
-    # Heights far from zero would cost digits; the filter does not mind a constant.
-    offset = float(np.mean(heights if full else heights[there]))
-    values = heights - offset
-    if full:
-        for axis, kernel in enumerate(kernels):
-            total = _convolve(np.ones((1, values.shape[axis])), kernel, 1)[0]
-            values = _convolve(values, kernel, axis)
-            values /= total[:, None] if axis == 0 else total
-        return values + offset
-    values[~there] = 0
-    total = there.astype(np.float64)
-    for axis, kernel in enumerate(kernels):
-        values = _convolve(values, kernel, axis)
-        total = _convolve(total, kernel, axis)
-    smooth = np.full(heights.shape, np.nan)
-    # A point that is there has at least its own weight.
-    np.divide(values, total, out=smooth, where=there)
-    smooth += offset
-    return smooth
+    return _smoothed(heights, (cutoff / pixel[0], cutoff / pixel[1]))
+
+
+def along_axes(heights: Array, cutoffs: tuple[float, float]) -> Array:
+    """Return the map smoothed along y and along x by the Gaussian filter of ISO 16610-21.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights, NaN where missing.
+    cutoffs : (float, float)
+        Nesting index along y and along x [pixels], two or more; 0 leaves that axis as it is.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        A new array; NaN stays NaN. With the same length in both directions the result of
+        `gaussian`, whose weights, edges and holes are those of this filter.
+
+    Raises
+    ------
+    InputError
+        If a cut-off is neither 0 nor at least two pixels.
+
+    References
+    ----------
+    ISO 16610-21:2011.
+    """
+    for cutoff in cutoffs:
+        if not (cutoff == 0 or 2 * (1 - 1e-12) <= cutoff < math.inf):
+            raise InputError(f"cutoffs must be 0 or at least two pixels, got {cutoffs!r}")
+    return _smoothed(np.asarray(heights, dtype=np.float64), cutoffs)
 
 
 def band(
@@ -190,6 +198,34 @@ def _checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
     if len(pair) != 2 or not whole or min(pair) < 2:
         raise InputError(f"shape must be two integers (ny, nx) of at least 2, got {shape!r}")
     return int(pair[0]), int(pair[1])
+
+
+def _smoothed(heights: Array, cutoffs: tuple[float, float]) -> Array:
+    """Return the normalised convolution along both axes; cut-offs are in pixels, 0 for none."""
+    kernels = {
+        axis: _weights(heights.shape[axis], cutoff) for axis, cutoff in enumerate(cutoffs) if cutoff
+    }
+    there = np.isfinite(heights)
+    full = bool(there.all())
+    # Heights far from zero would cost digits; the filter does not mind a constant.
+    offset = float(np.mean(heights if full else heights[there]))
+    values = heights - offset
+    if full:
+        for axis, kernel in kernels.items():
+            total = _convolve(np.ones((1, values.shape[axis])), kernel, 1)[0]
+            values = _convolve(values, kernel, axis)
+            values /= total[:, None] if axis == 0 else total
+        return values + offset
+    values[~there] = 0
+    total = there.astype(np.float64)
+    for axis, kernel in kernels.items():
+        values = _convolve(values, kernel, axis)
+        total = _convolve(total, kernel, axis)
+    smooth = np.full(heights.shape, np.nan)
+    # A point that is there has at least its own weight.
+    np.divide(values, total, out=smooth, where=there)
+    smooth += offset
+    return smooth
 
 
 def _check_cutoff(shape: tuple[int, ...], pixel: tuple[float, float], cutoff: float) -> None:

@@ -1,4 +1,4 @@
-"""Made surfaces: self-affine random maps, paraboloids, waves.
+"""Made surfaces: self-affine random maps, waves, and the bodies that press on them.
 
 Heights [m] are positive out of the material, ``heights[y, x]``; pairs are ``(y, x)``.
 """
@@ -6,10 +6,12 @@ Heights [m] are positive out of the material, ``heights[y, x]``; pairs are ``(y,
 from __future__ import annotations
 
 import math
+from numbers import Real
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.alignment import cosine_sine
 from roughcontact.errors import InputError, require_pixel, require_positive
 
 Array = NDArray[np.float64]
@@ -162,6 +164,30 @@ def reference_map(n: int, rng_seed: int = 0) -> tuple[Array, tuple[float, float]
     return heights, pixel
 
 
+def flat(shape: tuple[int, int], pixel: tuple[float, float]) -> Array:
+    """Return the heights of a flat.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Zeros [m].
+
+    Raises
+    ------
+    InputError
+        If the grid or the pixel is not positive.
+    """
+    _require_grid(shape, pixel)
+    return np.zeros(shape)
+
+
 def paraboloid(
     shape: tuple[int, int],
     pixel: tuple[float, float],
@@ -197,12 +223,296 @@ def paraboloid(
     >>> paraboloid((1, 3), (1e-6, 1e-6), radius=0.5e-6)
     array([[-1.e-06, -0.e+00, -1.e-06]])
     """
-    _require_grid(shape, pixel)
+    y, x = _from_center(shape, pixel, center)
     require_positive(radius=radius)
-    cy, cx = center or ((shape[0] - 1) / 2, (shape[1] - 1) / 2)
-    y = pixel[0] * (np.arange(shape[0]) - cy)
-    x = pixel[1] * (np.arange(shape[1]) - cx)
-    return -(y[:, None] ** 2 + x**2) / (2 * radius)
+    return -(y**2 + x**2) / (2 * radius)
+
+
+def sphere(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    radius: float,
+    center: tuple[float, float] | None = None,
+) -> Array:
+    """Return the heights ``(R² - r²)^(1/2) - R`` of a sphere.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    radius : float
+        R [m].
+    center : (float, float), optional
+        Summit ``(y, x)`` in pixels, see `paraboloid`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m], 0 at the summit, NaN beyond the radius. The lower half is left out.
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel or the radius is not positive, or no point lies under the sphere.
+
+    Examples
+    --------
+    >>> sphere((1, 5), (1.0, 1.0), radius=1.25)
+    array([[ nan, -0.5, -0. , -0.5,  nan]])
+    """
+    y, x = _from_center(shape, pixel, center)
+    require_positive(radius=radius)
+    return _on_grid(_arc(y**2 + x**2, radius), "sphere")
+
+
+def ellipsoid(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    radii: tuple[float, float],
+    angle: float = 0.0,
+    center: tuple[float, float] | None = None,
+) -> Array:
+    """Return the heights ``-y²/(2R_y) - x²/(2R_x)`` of an ellipsoid near its summit.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    radii : (float, float)
+        Principal radii of curvature ``(R_y, R_x)`` [m] at the summit: those of the sections
+        along y and along x before the turn.
+    angle : float
+        Angle [degrees] by which the body is turned, from x towards y.
+    center : (float, float), optional
+        Summit ``(y, x)`` in pixels, see `paraboloid`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m], 0 at the summit.
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel or a radius is not positive.
+
+    Notes
+    -----
+    The body of Hertz's theory, an elliptic paraboloid: two radii of curvature do not determine
+    an ellipsoid, whose third axis is free. The neglected part is of the order of ``r⁴/(8R³)``,
+    a fraction (r/2R)² of the height at r.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), sec. 4.1, doi:10.1017/CBO9781139171731
+    """
+    y, x = _from_center(shape, pixel, center)
+    radius_y, radius_x = _pair("radii", radii)
+    along, across = _turned(y, x, angle)
+    return -(across**2 / (2 * radius_y) + along**2 / (2 * radius_x))
+
+
+def cylinder(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    radius: float,
+    angle: float = 0.0,
+    center: tuple[float, float] | None = None,
+) -> Array:
+    """Return the heights ``(R² - d²)^(1/2) - R`` of a lying cylinder, d from its highest line.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    radius : float
+        R [m].
+    angle : float
+        Angle [degrees] of the axis from x towards y: 0 lies along x, 90 along y.
+    center : (float, float), optional
+        A point ``(y, x)`` under the axis in pixels, see `paraboloid`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m], 0 on the highest line, NaN beyond the radius. The cylinder ends at the edge
+        of the map.
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel or the radius is not positive, or no point lies under the cylinder.
+
+    Examples
+    --------
+    >>> cylinder((1, 3), (1.0, 1.0), radius=1.25, angle=90)
+    array([[-0.5, -0. , -0.5]])
+    """
+    y, x = _from_center(shape, pixel, center)
+    require_positive(radius=radius)
+    return _on_grid(_arc(_turned(y, x, angle)[1] ** 2, radius), "cylinder")
+
+
+def punch(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    radius: float,
+    edge_radius: float = 0.0,
+    center: tuple[float, float] | None = None,
+) -> Array:
+    """Return the heights of a flat-ended round punch.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    radius : float
+        Outer radius a [m].
+    edge_radius : float
+        Radius ρ [m] of the rounded edge, at most a: the end is flat up to a - ρ.
+    center : (float, float), optional
+        Axis ``(y, x)`` in pixels, see `paraboloid`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m], 0 on the flat, NaN outside. The points on the outline belong to the punch.
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel or the radius is not positive, the edge radius is not between 0
+        and the radius, or no point lies under the punch.
+
+    Notes
+    -----
+    A pixel is under the punch if its centre is: the area is met to about a pixel along the rim.
+    """
+    y, x = _from_center(shape, pixel, center)
+    require_positive(radius=radius)
+    flat = radius - _checked_edge(edge_radius, radius)
+    return _on_grid(_rounded(np.hypot(y, x) - flat, edge_radius, radius), "punch")
+
+
+def rectangular_punch(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    sides: tuple[float, float],
+    edge_radius: float = 0.0,
+    center: tuple[float, float] | None = None,
+) -> Array:
+    """Return the heights of a flat-ended punch with sides along y and x.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    sides : (float, float)
+        Full outer sides ``(l_y, l_x)`` [m].
+    edge_radius : float
+        Radius ρ [m] of the rounded edges, at most half a side: a ball has rolled around the
+        flat, so that the corners are rounded in plan as well.
+    center : (float, float), optional
+        Axis ``(y, x)`` in pixels, see `paraboloid`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m], 0 on the flat, NaN outside. The points on the outline belong to the punch.
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel or a side is not positive, the edge radius is not between 0 and
+        half the shorter side, or no point lies under the punch.
+    """
+    y, x = _from_center(shape, pixel, center)
+    half_y, half_x = (side / 2 for side in _pair("sides", sides))
+    rho = _checked_edge(edge_radius, min(half_y, half_x))
+    beyond_y, beyond_x = np.abs(y) - (half_y - rho), np.abs(x) - (half_x - rho)
+    beyond = np.hypot(np.maximum(beyond_y, 0), np.maximum(beyond_x, 0))
+    return _on_grid(_rounded(beyond, edge_radius, max(half_y, half_x)), "punch")
+
+
+def cone(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    slope: float,
+    center: tuple[float, float] | None = None,
+) -> Array:
+    """Return the heights ``-m r`` of a cone.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    slope : float
+        Slope m: the cotangent of the half-angle at the tip, as in `analytic.cone_load`.
+    center : (float, float), optional
+        Tip ``(y, x)`` in pixels, see `paraboloid`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m], 0 at the tip.
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel or the slope is not positive.
+    """
+    y, x = _from_center(shape, pixel, center)
+    require_positive(slope=slope)
+    return -slope * np.hypot(y, x)
+
+
+def wedge(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    slope: float,
+    angle: float = 0.0,
+    center: tuple[float, float] | None = None,
+) -> Array:
+    """Return the heights ``-m d`` of a symmetric wedge, d from its ridge.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    slope : float
+        Slope m of both faces: the cotangent of half the angle at the ridge.
+    angle : float
+        Angle [degrees] of the ridge from x towards y: 0 lies along x, 90 along y.
+    center : (float, float), optional
+        A point ``(y, x)`` of the ridge in pixels, see `paraboloid`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m], 0 on the ridge.
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel or the slope is not positive.
+    """
+    y, x = _from_center(shape, pixel, center)
+    require_positive(slope=slope)
+    return -slope * np.abs(_turned(y, x, angle)[1])
 
 
 def wavy(
@@ -319,6 +629,74 @@ def _half_shell(
 def _wave(points: int, pixel: float, wavelength: float) -> Array:
     wave: Array = np.cos(2 * math.pi * pixel / wavelength * np.arange(points))
     return wave
+
+
+def _from_center(
+    shape: tuple[int, int], pixel: tuple[float, float], center: tuple[float, float] | None
+) -> tuple[Array, Array]:
+    # Positions [m] of rows, as a column, and of columns.
+    _require_grid(shape, pixel)
+    middle = ((shape[0] - 1) / 2, (shape[1] - 1) / 2)
+    try:
+        cy, cx = (float(c) for c in (middle if center is None else center))
+    except (TypeError, ValueError):
+        raise InputError(f"center must be a pair (y, x) in pixels, got {center!r}") from None
+    if not (math.isfinite(cy) and math.isfinite(cx)):
+        raise InputError(f"center must be finite (y, x), got {center!r}")
+    y: Array = pixel[0] * (np.arange(shape[0], dtype=np.float64) - cy)
+    x: Array = pixel[1] * (np.arange(shape[1], dtype=np.float64) - cx)
+    return y[:, None], x
+
+
+def _turned(y: Array, x: Array, angle: float) -> tuple[Array, Array]:
+    # Positions along and across a direction at the angle from x towards y.
+    c, s = cosine_sine(angle)
+    along: Array = c * x + s * y
+    across: Array = c * y - s * x
+    return along, across
+
+
+def _pair(name: str, values: tuple[float, float]) -> tuple[float, float]:
+    try:
+        along_y, along_x = values
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be a pair (y, x) in metres, got {values!r}") from None
+    require_positive(**{f"{name}[0]": along_y, f"{name}[1]": along_x})
+    return along_y, along_x
+
+
+def _checked_edge(edge_radius: float, largest: float) -> float:
+    if not isinstance(edge_radius, Real) or not 0 <= edge_radius <= largest:
+        raise InputError(
+            f"edge_radius must lie between 0 and {largest:g} m, which rounds the whole punch, "
+            f"got {edge_radius!r}"
+        )
+    return float(edge_radius)
+
+
+def _arc(square: Array, radius: float) -> Array:
+    # Height of a circle over the square of the distance from its summit, free of cancellation.
+    with np.errstate(invalid="ignore"):
+        root = np.sqrt(radius**2 - square)
+    return -square / (radius + root)
+
+
+def _rounded(beyond: Array, edge_radius: float, size: float) -> Array:
+    # Height over the distance from the flat; the slack forgives rounding on the outline.
+    distance = np.maximum(beyond, 0)
+    outside = distance > edge_radius + _SLACK * size
+    if edge_radius == 0:
+        return np.where(outside, np.nan, 0.0)
+    return np.where(outside, np.nan, _arc(np.minimum(distance, edge_radius) ** 2, edge_radius))
+
+
+def _on_grid(heights: Array, name: str) -> Array:
+    if np.isnan(heights).all():
+        raise InputError(
+            f"no point of the grid lies under the {name}: check its size and center against the "
+            "pixel"
+        )
+    return heights
 
 
 def _require_grid(shape: tuple[int, int], pixel: tuple[float, float]) -> None:

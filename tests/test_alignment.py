@@ -1,0 +1,412 @@
+"""One map on the grid of another, against maps that are known in every point."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from roughcontact import alignment, filters
+from roughcontact.errors import InputError
+
+
+def rough(seed: int, shape: tuple[int, int], holes: float = 0.0) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    heights = rng.standard_normal(shape)
+    heights[rng.random(shape) < holes] = np.nan
+    return heights
+
+
+def points(shape: tuple[int, int], pixel: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Positions y, x of all points from the middle of the map."""
+    y, x = ((np.arange(n) - (n - 1) / 2) * d for n, d in zip(shape, pixel, strict=True))
+    return np.broadcast_arrays(y[:, None], x)
+
+
+def waves(y: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """A function without symmetry whose shortest wave is 2π/0.9 = 7 long."""
+    return np.sin(0.7 * x + 0.3 * y + 0.4) + np.cos(0.5 * x - 0.6 * y) + 0.5 * np.sin(0.9 * y) + x
+
+
+def moved(y, x, offset, angle, mirrored):
+    """Where a point of the grid lies on the map, by the plain rotation matrix."""
+    t = math.radians(angle)
+    y, x = y - offset[0], x - offset[1]
+    y, x = y * math.cos(t) - x * math.sin(t), x * math.cos(t) + y * math.sin(t)
+    return y, (-x if mirrored else x)
+
+
+# --- angles ------------------------------------------------------------------------------------
+
+
+@given(st.floats(-1e4, 1e4))
+def test_cosine_and_sine(angle: float) -> None:
+    c, s = alignment.cosine_sine(angle)
+    # Reduced to 45° in degrees; radians of 1e4° are off by 1e-14.
+    assert c == pytest.approx(math.cos(math.radians(angle)), abs=1e-13)
+    assert s == pytest.approx(math.sin(math.radians(angle)), abs=1e-13)
+
+
+@given(st.integers(-100, 100))
+def test_quarter_turns_are_exact(quarters: int) -> None:
+    expected = [(1, 0), (0, 1), (-1, 0), (0, -1)][quarters % 4]
+    assert alignment.cosine_sine(90 * quarters) == expected
+
+
+@pytest.mark.parametrize("angle", [np.nan, np.inf, "30 deg", None, True])
+def test_angles_that_are_none(angle) -> None:
+    with pytest.raises(InputError, match="angle must be a finite number of degrees"):
+        alignment.cosine_sine(angle)
+
+
+# --- where the points come to lie ----------------------------------------------------------------
+
+
+@given(
+    st.tuples(st.floats(-5, 5), st.floats(-5, 5)),
+    st.floats(-400, 400),
+    st.booleans(),
+)
+def test_every_point_is_where_it_belongs(offset, angle, mirrored) -> None:
+    shape, pixel, new_shape, new_pixel = (20, 30), (2.0, 1.0), (17, 9), (0.7, 1.3)
+    matrix, start = alignment.place(shape, pixel, new_shape, new_pixel, offset, angle, mirrored)
+    y, x = points(new_shape, new_pixel)
+    old_y, old_x = moved(y, x, offset, angle, mirrored)
+    i, j = np.indices(new_shape)
+    for axis, expected in ((0, old_y / 2.0 + 9.5), (1, old_x / 1.0 + 14.5)):
+        got = matrix[axis, 0] * i + matrix[axis, 1] * j + start[axis]
+        # `place` moves a point by up to 1e-6 pixels onto one of the map.
+        np.testing.assert_allclose(got, expected, rtol=0, atol=1.1e-6)
+
+
+@given(st.floats(-180, 180), st.tuples(st.floats(-9, 9), st.floats(-9, 9)), st.booleans())
+def test_spans_are_the_points_on_the_map(angle, offset, mirrored) -> None:
+    shape, new_shape = (9, 14), (16, 12)
+    placement = alignment.place(shape, (1.0, 1.0), new_shape, (1.0, 1.0), offset, angle, mirrored)
+    first, last = alignment.spans(shape, placement, new_shape)
+    matrix, start = placement
+    i, j = np.indices(new_shape)
+    depth = np.full(new_shape, np.inf)
+    for axis, length in enumerate(shape):
+        index = matrix[axis, 0] * i + matrix[axis, 1] * j + start[axis]
+        depth = np.minimum(depth, np.minimum(index, length - 1 - index))
+    columns = np.arange(new_shape[1])
+    inside = (columns >= first[:, None]) & (columns <= last[:, None])
+    assert inside[depth > 1e-9].all()
+    # The slack is 1e-6 pixels, but along a row.
+    assert not inside[depth < -2e-6].any()
+
+
+@given(
+    st.floats(-180, 180),
+    st.tuples(st.floats(-4, 4), st.floats(-4, 4)),
+    st.tuples(st.integers(4, 14), st.integers(4, 14)),
+)
+def test_the_common_rectangle_is_the_largest(angle, offset, shape) -> None:
+    new_shape = (11, 13)
+    maps = [
+        (new_shape, alignment.place(new_shape, (1.0, 1.0), new_shape, (1.0, 1.0))),
+        (shape, alignment.place(shape, (1.0, 1.0), new_shape, (1.0, 1.0), offset, angle)),
+    ]
+    both = np.ones(new_shape, bool)
+    for one, placement in maps:
+        first, last = alignment.spans(one, placement, new_shape)
+        columns = np.arange(new_shape[1])
+        both &= (columns >= first[:, None]) & (columns <= last[:, None])
+    best = 0
+    for top in range(new_shape[0]):
+        for bottom in range(top + 2, new_shape[0] + 1):
+            free = both[top:bottom].all(axis=0)
+            lengths = [len(run) for run in "".join("x" if f else " " for f in free).split()]
+            best = max([best, *((bottom - top) * n for n in lengths if n > 1)])
+    if best == 0:
+        with pytest.raises(InputError, match="the maps do not overlap"):
+            alignment.common_rectangle(maps, new_shape)
+        return
+    rows, columns = alignment.common_rectangle(maps, new_shape)
+    assert both[slice(*rows), slice(*columns)].all()
+    assert (rows[1] - rows[0]) * (columns[1] - columns[0]) == best
+    assert min(rows[1] - rows[0], columns[1] - columns[0]) > 1
+
+
+@pytest.mark.parametrize(
+    ("pixel", "other", "angle", "expected"),
+    [
+        ((1.0, 2.0), (1.0, 2.0), 0, (1.0, 2.0)),
+        # √2 is similar, more is not; coarser never matters.
+        ((1.4, 1.5), (1.0, 1.0), 0, (1.4, 1.0)),
+        ((1.0, 1.0), (7.0, 0.5), 0, (1.0, 0.5)),
+        ((1.0, 1.0), (7.0, 0.5), 90, (0.5, 1.0)),
+        # A square pixel looks the same from everywhere.
+        ((3.0, 2.0), (1.0, 1.0), 33, (1.0, 1.0)),
+        # Waves of 0.5 along one axis, turned by 45°, need 0.5 × √2 along both.
+        ((9.0, 9.0), (1e9, 0.5), 45, (math.sqrt(0.5), math.sqrt(0.5))),
+    ],
+)
+def test_the_finer_pixel_is_kept(pixel, other, angle, expected) -> None:
+    assert alignment.common_pixel(pixel, other, angle) == pytest.approx(expected, rel=1e-12)
+
+
+# --- points that coincide -----------------------------------------------------------------------
+
+
+@given(
+    st.integers(0, 1000),
+    st.tuples(st.integers(2, 7), st.integers(2, 7)),
+    st.tuples(st.integers(2, 7), st.integers(2, 7)),
+    st.integers(-5, 5),
+    st.booleans(),
+    st.integers(-3, 3),
+    st.integers(-3, 3),
+)
+@settings(max_examples=200)
+def test_coincident_points_keep_their_bits(
+    seed, shape, new_shape, quarters, mirrored, down, right
+) -> None:
+    pixel = (2e-6, 3e-6)
+    heights = rough(seed, shape, holes=0.1)
+    turned = np.rot90(heights[:, ::-1] if mirrored else heights, -quarters)
+    new_pixel = pixel[::-1] if quarters % 2 else pixel
+    # Centres that lie between points make half a pixel to go.
+    odd = [(n - m) % 2 for n, m in zip(turned.shape, new_shape, strict=True)]
+    offset = ((down + odd[0] / 2) * new_pixel[0], (right + odd[1] / 2) * new_pixel[1])
+    expected = np.full(new_shape, np.nan)
+    for i in range(new_shape[0]):
+        for j in range(new_shape[1]):
+            row = i - down + (turned.shape[0] - new_shape[0] - odd[0]) // 2
+            column = j - right + (turned.shape[1] - new_shape[1] - odd[1]) // 2
+            if 0 <= row < turned.shape[0] and 0 <= column < turned.shape[1]:
+                expected[i, j] = turned[row, column]
+    motion = (new_shape, new_pixel, offset, 90.0 * quarters, mirrored)
+    if np.isnan(expected).all():
+        with pytest.raises(InputError, match="do not overlap"):
+            alignment.align(heights, pixel, *motion)
+        return
+    new = alignment.align(heights, pixel, *motion)
+    np.testing.assert_array_equal(new, expected)
+    assert not np.shares_memory(new, heights)
+
+
+def test_a_pixel_read_from_a_file_may_round() -> None:
+    heights = rough(1, (2000, 30))
+    pixel = (1e-6, 1e-6)
+    other = (1e-6 * (1 + 3e-10), 1e-6 * (1 - 3e-10))
+    new = alignment.align(heights, pixel, heights.shape, other)
+    assert new.tobytes() == heights.tobytes()
+
+
+# --- interpolation ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shape", [(4, 4), (5, 6), (7, 4), (30, 40)])
+def test_cubics_are_met_up_to_the_edge(shape: tuple[int, int]) -> None:
+    def cubic(y: np.ndarray, x: np.ndarray) -> np.ndarray:
+        return x**3 - 2 * x * y**2 + y**3 - 3 * x * y + 1
+
+    pixel = (1.5 / shape[0], 2.0 / shape[1])
+    heights = cubic(*points(shape, pixel))
+    for angle, mirrored in ((17.0, False), (-100.0, True), (0.0, False)):
+        motion = ((41, 43), (0.03, 0.04), (0.05, -0.1), angle, mirrored)
+        new = alignment.align(heights, pixel, *motion)
+        y, x = moved(*points((41, 43), (0.03, 0.04)), *motion[2:])
+        on = (np.abs(y) <= 0.75 - pixel[0] / 2) & (np.abs(x) <= 1.0 - pixel[1] / 2)
+        np.testing.assert_array_equal(np.isfinite(new), on)
+        # The product of cubics in y and x holds every term; rounding is enlarged a little.
+        np.testing.assert_allclose(new[on], cubic(y, x)[on], rtol=0, atol=1e-13)
+
+
+def test_the_spline_is_that_of_scipy() -> None:
+    from scipy.interpolate import RectBivariateSpline
+
+    for shape in ((4, 5), (5, 9), (12, 6)):
+        heights = rough(2, shape)
+        spline = RectBivariateSpline(np.arange(shape[0]), np.arange(shape[1]), heights, s=0)
+        matrix = np.array([[0.31, 0.12], [-0.17, 0.4]])
+        start = np.array([0.3, 2.1])
+        new = alignment.sample(heights, (matrix, start), (8, 8))
+        i, j = np.indices((8, 8))
+        at = [matrix[k, 0] * i + matrix[k, 1] * j + start[k] for k in (0, 1)]
+        on = np.isfinite(new)
+        assert on.sum() > 10
+        np.testing.assert_allclose(new[on], spline.ev(at[0][on], at[1][on]), atol=1e-13)
+
+
+def test_the_error_of_the_spline_falls_with_the_fourth_power() -> None:
+    motion = ((160, 150), (0.15, 0.16), (0.31, -0.17), 25.0, True)
+    y, x = moved(*points(*motion[:2]), *motion[2:])
+    expected = waves(y, x)
+    sizes, errors = (40, 56, 80, 113, 160), []
+    for n in sizes:
+        # As many points more as leave the outer ones where they are.
+        pixel = (40 / (n - 1), 44 / (n - 1))
+        heights = waves(*points((n, n), pixel))
+        new = alignment.align(heights, pixel, *motion)
+        assert np.isfinite(new).all()
+        errors.append(np.sqrt(np.mean((new - expected) ** 2)))
+    order = -np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+    assert order == pytest.approx(4, abs=0.3)
+    # The shortest wave has 25 to 28 points of the finest map.
+    assert errors[-1] < 2e-5
+
+
+@pytest.mark.parametrize("angle", [0.0, 90.0, 30.0, -137.0])
+def test_the_motion_is_mirror_turn_shift(angle: float) -> None:
+    shape, pixel, offset = (120, 150), (0.3, 0.25), (1.3, -2.2)
+    for mirrored in (False, True):
+        motion = ((40, 60), (0.35, 0.3), offset, angle, mirrored)
+        new = alignment.align(waves(*points(shape, pixel)), pixel, *motion)
+        y, x = moved(*points((40, 60), (0.35, 0.3)), *motion[2:])
+        # 23 points a wave: the spline is off by 1e-4 of the waves.
+        np.testing.assert_allclose(new, waves(y, x), rtol=0, atol=2e-4)
+
+
+def test_there_and_back() -> None:
+    pixel = (0.3, 0.25)
+    heights = waves(*points((120, 150), pixel))
+    there = alignment.align(heights, pixel, (150, 150), (0.3, 0.3), (0.7, -0.4), 35.0)
+    t = math.radians(-35)
+    # The shift comes after the turn: back it has to be turned with it.
+    back = (
+        -(0.7 * math.cos(t) + -0.4 * math.sin(t)),
+        -(-0.4 * math.cos(t) - 0.7 * math.sin(t)),
+    )
+    again = alignment.align(there, (0.3, 0.3), (60, 70), pixel, back, -35.0)
+    assert np.isfinite(again).all()
+    np.testing.assert_allclose(again, heights[30:90, 40:110], rtol=0, atol=4e-4)
+
+
+@given(st.integers(0, 1000), st.floats(-180, 180), st.floats(-1e3, 1e3))
+@settings(max_examples=30)
+def test_interpolation_is_linear_and_keeps_constants(seed, angle, constant) -> None:
+    one, two = rough(seed, (9, 12)), rough(seed + 1, (9, 12))
+    motion = ((1.0, 1.0), (7, 8), (0.6, 0.9), (0.3, 0.2), angle)
+    sum_of = alignment.align(one + 2 * two + constant, *motion)
+    parts = alignment.align(one, *motion) + 2 * alignment.align(two, *motion) + constant
+    np.testing.assert_allclose(sum_of, parts, rtol=0, atol=1e-12 * (10 + abs(constant)))
+
+
+# --- holes -----------------------------------------------------------------------------------
+
+
+@given(st.integers(0, 1000), st.floats(-180, 180), st.tuples(st.floats(-3, 3), st.floats(-3, 3)))
+@settings(max_examples=50)
+def test_points_next_to_a_hole_are_missing(seed, angle, offset) -> None:
+    heights = rough(seed, (9, 12), holes=0.1)
+    shape = (11, 10)
+    placement = alignment.place((9, 12), (1.0, 1.0), shape, (0.7, 0.8), offset, angle)
+    new = alignment.sample(heights, placement, shape)
+    matrix, start = placement
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            y, x = matrix @ (i, j) + start
+            if not (0 <= y <= 8 and 0 <= x <= 11):
+                assert np.isnan(new[i, j]) or min(y, x, 8 - y, 11 - x) > -1e-5
+                continue
+            around = {
+                (row, column)
+                for row in (math.floor(y), math.ceil(y))
+                for column in (math.floor(x), math.ceil(x))
+            }
+            missing = any(np.isnan(heights[p]) for p in around)
+            # On the line between two points only these count, to 1e-6 of a pixel.
+            clear = min(abs(y - round(y)), abs(x - round(x))) > 1e-5
+            if clear:
+                assert np.isnan(new[i, j]) == missing
+
+
+def test_a_hole_does_not_disturb_its_surroundings() -> None:
+    pixel = (0.3, 0.25)
+    heights = waves(*points((80, 90), pixel))
+    holed = heights.copy()
+    holed[40:46, 50:55] = np.nan
+    motion = (pixel, (60, 60), (0.3, 0.3), (0.1, 0.2), 20.0)
+    whole, new = (alignment.align(h, *motion) for h in (heights, holed))
+    there = np.isfinite(new)
+    assert 20 < np.count_nonzero(~there) < 80
+    # Distance from the hole in pixels of the map. The harmonic filling has a kink at the rim, a
+    # change of slope of about half a height a pixel at most, of which a twelfth is felt next to it
+    # and 2 - √3 of that with every pixel from there.
+    y, x = moved(*points((60, 60), (0.3, 0.3)), (0.1, 0.2), 20.0, False)
+    i, j = y / pixel[0] + 39.5, x / pixel[1] + 44.5
+    distance = np.maximum(np.abs(i - 42.5) - 3.5, np.abs(j - 52) - 3)
+    error = np.abs(new - whole)[there]
+    assert (error <= 0.05 * (2 - math.sqrt(3)) ** distance[there] + 1e-14).all()
+    assert error.max() > 1e-4
+
+
+# --- a coarser grid -------------------------------------------------------------------------------
+
+
+def test_short_waves_do_not_become_long_ones() -> None:
+    # Waves of 2.2 old pixels, sampled on every fourth point, would be waves of 22.
+    x = np.arange(400)
+    heights = np.tile(np.cos(2 * np.pi * x / 2.2), (40, 1))
+    new = alignment.align(heights, (1.0, 1.0), (10, 100), (4.0, 4.0))
+    inner = new[:, 5:-5]
+    # 2^-(8/2.2)² = 1e-4 passes.
+    assert np.abs(inner).max() < 3e-4
+    # 32 pixels: 2^-(8/32)².
+    heights = np.tile(np.cos(2 * np.pi * (x - 199.5) / 32), (40, 1))
+    new = alignment.align(heights, (1.0, 1.0), (10, 100), (4.0, 4.0))
+    expected = 2 ** -(1 / 16) * np.cos(2 * np.pi * 4 * (np.arange(100) - 49.5) / 32)
+    np.testing.assert_allclose(new[5, 5:-5], expected[5:-5], rtol=0, atol=2e-5)
+
+
+def test_only_the_axis_that_coarsens_is_filtered() -> None:
+    # A profilometer with long pixels along y, in its own and in a turned frame.
+    heights = rough(3, (60, 40))
+    new = alignment.align(heights, (1.0, 1.0), (15, 40), (4.0, 1.0))
+    assert new.std(axis=1).mean() > 0.3
+    level = heights - heights.mean()
+    along = filters.along_axes(level, (8.0, 0.0))
+    between = (along[1:-1:4] + along[2::4]) / 2
+    # Spline against the mean of two points, on waves of at least 8: some per cent.
+    inner = slice(3, -3)
+    assert np.corrcoef(new[inner].ravel(), between[inner].ravel())[0, 1] > 0.999
+    turned = alignment.align(np.rot90(heights), (1.0, 1.0), (15, 40), (4.0, 1.0), angle=90.0)
+    np.testing.assert_allclose(turned, new, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize(("ratio", "filtered"), [(1.0, False), (1.41, False), (1.42, True)])
+@pytest.mark.parametrize("angle", [0.0, 30.0, 90.0])
+def test_similar_pixels_are_not_filtered(ratio: float, filtered: bool, angle: float) -> None:
+    placement = alignment.place((50, 60), (1.0, 1.0), (30, 30), (ratio, ratio), angle=angle)
+    expected = 2 * ratio if filtered else 0.0
+    assert alignment.cutoffs(placement) == pytest.approx((expected, expected))
+
+
+def test_planes_survive_a_coarser_grid_up_to_the_edge() -> None:
+    y, x = points((60, 80), (1.0, 1.0))
+    new = alignment.align(3 * x - 2 * y + 5, (1.0, 1.0), (12, 16), (5.0, 5.0))
+    y, x = points((12, 16), (5.0, 5.0))
+    np.testing.assert_allclose(new, 3 * x - 2 * y + 5, rtol=0, atol=1e-11)
+
+
+def test_holes_on_a_coarser_grid() -> None:
+    heights = rough(4, (60, 60))
+    heights[20:40, 20:40] = np.nan
+    new = alignment.align(heights, (1.0, 1.0), (15, 15), (4.0, 4.0))
+    hole = np.isnan(new)
+    # The centres of the coarse pixels 5 to 9 lie at 21.5 to 37.5.
+    assert hole[5:10, 5:10].all()
+    assert hole.sum() == 25
+    assert np.abs(new[~hole]).max() < 1
+
+
+# --- errors -----------------------------------------------------------------------------------
+
+
+def test_what_cannot_be_aligned() -> None:
+    heights = rough(1, (6, 7))
+    with pytest.raises(InputError, match=r"do not overlap: a map of 6 × 7 m, shifted by \(20"):
+        alignment.align(heights, (1.0, 1.0), (5, 5), (0.5, 0.5), (20.0, 0.0))
+    with pytest.raises(InputError, match="4 × 4 points, got 3 × 7"):
+        alignment.align(heights[:3], (1.0, 1.0), (5, 5), (0.5, 0.5))
+    with pytest.raises(InputError, match="pixel must be positive"):
+        alignment.align(heights, (1.0, 1.0), (5, 5), (0.5, -0.5))
+    for offset in (1.0, (1.0,), ("a", 1.0), None):
+        with pytest.raises(InputError, match="offset must be a pair"):
+            alignment.align(heights, (1.0, 1.0), (5, 5), (0.5, 0.5), offset)
+    with pytest.raises(InputError, match="offset must be finite"):
+        alignment.align(heights, (1.0, 1.0), (5, 5), (0.5, 0.5), (np.nan, 1.0))
