@@ -12,6 +12,7 @@ ROWS = [
     {
         "kernels", "convolution", "projection", "preconditioner", "solver",
         "preparation", "filling", "filters", "roughness", "hertz", "analytic", "generate",
+        "hardness",
     },
     {"material", "surface", "result"},
     {"contact", "formats", "archive"},
