@@ -14,7 +14,7 @@ ROWS = [
         "preparation", "filling", "filters", "roughness", "hertz", "analytic", "generate",
         "hardness",
     },
-    {"material", "surface", "result"},
+    {"material", "catalogue", "surface", "result"},
     {"contact", "formats", "archive"},
     {"plots"},
     {"cli", "__init__", "__main__"},
