@@ -12,6 +12,7 @@ from roughcontact.archive import load_result, save_result
 
 STEEL = rc.Material(young=210e9, poisson=0.3, name="steel")
 YIELDING = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9, name="hard steel 1/3")
+CERAMIC = rc.Material(young=400e9, poisson=0.23, name="alumina", hardness=15e9 / 7)
 # ny ≠ nx and dy ≠ dx, neither of them a binary fraction.
 SHAPE, PIXEL = (23, 36), (0.7e-6, 0.9e-6)
 ORIGIN = rc.Provenance("ground.opd", "Wyko NT1100", "Raw", ("leveled: plane", "a second step"))
@@ -46,6 +47,7 @@ CASES = {
     "masked holes": {"surface": holed().masked(), "material": YIELDING},
     "two rough bodies": {"material": STEEL, "counter_surface": COUNTER},
     "two soft bodies": {"material": STEEL, "counter_material": YIELDING, "load": 0.01},
+    "hardness": {"material": CERAMIC, "load": 0.15},
     "approach": {"material": STEEL, "load": None, "approach": 1e-7},
     "periodic": {"material": YIELDING, "boundary": "periodic", "load": 0.1},
     "single": {"material": YIELDING, "precision": "single"},
@@ -180,6 +182,15 @@ def test_attributes(tmp_path: Path, result: rc.ContactResult) -> None:
             assert attributes[f"{body}_{name}"] == getattr(getattr(result, body), name)
     assert attributes["material_yield_strength"] == 1e9
     assert "counter_material_yield_strength" not in attributes
+    assert "material_hardness" not in attributes
+
+
+def test_attributes_of_a_body_of_known_hardness(tmp_path: Path) -> None:
+    solved("hardness").save(tmp_path / "out.nc")
+    attributes = bare(tmp_path / "out.nc").attrs
+    assert attributes["material_hardness"] == attributes["ceiling"] == CERAMIC.hardness
+    assert attributes["material_hardness_units"] == "Pa"
+    assert "material_yield_strength" not in attributes
 
 
 def test_no_number_with_a_dimension_lacks_its_unit(

@@ -165,7 +165,7 @@ def test_json_is_what_the_library_returns(rough: Path, capsys: Capture) -> None:
         assert told[name] == expected[name]
     assert told["converged"] is True
     assert told["material"] == {
-        "rigid": False, "young": 210e9, "poisson": 0.3, "yield_strength": 1e9,
+        "rigid": False, "young": 210e9, "poisson": 0.3, "yield_strength": 1e9, "hardness": None,
     }  # fmt: skip
     # Infinity is no JSON.
     assert told["counter_material"]["rigid"] is True
@@ -197,7 +197,7 @@ def test_every_option_reaches_the_library(rough: Path, holed: Path, capsys: Capt
     ]
     assert told["counter_preparation"][2].startswith("filled: 3 missing points")
     assert told["counter_material"] == {
-        "rigid": False, "young": 70e9, "poisson": 0.33, "yield_strength": 300e6,
+        "rigid": False, "young": 70e9, "poisson": 0.33, "yield_strength": 300e6, "hardness": None,
     }  # fmt: skip
     assert told["contact_modulus"] == pytest.approx(1 / (0.91 / 210e9 + (1 - 0.33**2) / 70e9))
 

@@ -633,6 +633,13 @@ def test_regimes():
     assert press(4.0, ceiling=None).regime.startswith("elastic pressure beyond three")
     assert any("ceiling" in note for note in press(4.0, ceiling=None).warnings)
     assert press(0.3, material=STEEL).regime.startswith("unknown")
+    # Of a ceramic, which has no yield strength, the hardness is the ceiling.
+    ceramic = rc.Material(210e9, 0.3, hardness=3e9)
+    assert press(1.0, material=ceramic).regime.startswith("unknown")
+    assert press(4.0, material=ceramic).regime == "saturated at the surface"
+    beyond = press(4.0, material=ceramic, ceiling=None)
+    assert beyond.regime == "elastic pressure beyond the hardness"
+    assert any("exceeds the hardness of the softer body" in note for note in beyond.warnings)
     # The softer of the two yields.
     soft = rc.Material(210e9, 0.3, yield_strength=0.4e9)
     result = press(0.3, counter_material=soft)
@@ -646,6 +653,10 @@ def test_automatic_ceiling():
     assert rc.solve(surface, material=YIELDING, load=0.1, ceiling=None).ceiling is None
     harder = rc.Material(600e9, 0.22, yield_strength=4e9)
     result = rc.solve(surface, material=harder, counter_material=YIELDING, load=0.1)
+    assert result.ceiling == 3e9
+    ceramic = rc.Material(400e9, 0.23, hardness=15e9)
+    assert rc.solve(surface, material=ceramic, load=0.1).ceiling == 15e9
+    result = rc.solve(surface, material=ceramic, counter_material=YIELDING, load=0.1)
     assert result.ceiling == 3e9
 
 

@@ -11,6 +11,7 @@ from roughcontact.material import RIGID, Material, combined_ceiling, contact_mod
 
 STEEL = Material(young=210e9, poisson=0.3, yield_strength=1e9)
 GLASS = Material(young=70e9, poisson=0.22)
+ALUMINA = Material(young=400e9, poisson=0.23, hardness=15e9)
 
 moduli = st.floats(1e3, 1e13)
 ratios = st.floats(-0.99, 0.5)
@@ -60,6 +61,8 @@ def test_rigid_neither_deforms_nor_yields() -> None:
         ({"poisson": math.inf}, r"poisson must lie in \(-1, 0\.5\], got inf"),
         ({"yield_strength": math.inf}, "yield_strength must be positive .*got inf.*leave"),
         ({"yield_strength": -3.0}, r"yield_strength must be positive and finite .*got -3\.0"),
+        ({"hardness": 0.0}, r"hardness must be positive and finite \[Pa\], got 0\.0; leave it out"),
+        ({"hardness": math.nan}, "hardness must be positive and finite .*got nan"),
     ],
 )
 def test_the_message_names_argument_range_and_value(constants: dict, words: str) -> None:
@@ -75,7 +78,13 @@ def test_the_ends_of_the_range_of_poisson(poisson: float) -> None:
 
 @pytest.mark.parametrize(
     "constants",
-    [{"young": "210 GPa"}, {"young": None}, {"poisson": "0.3"}, {"yield_strength": "1 GPa"}],
+    [
+        {"young": "210 GPa"},
+        {"young": None},
+        {"poisson": "0.3"},
+        {"yield_strength": "1 GPa"},
+        {"hardness": "62 HRC"},
+    ],
 )
 def test_constants_that_are_no_numbers(constants: dict) -> None:
     (name,) = constants
@@ -94,6 +103,22 @@ def test_first_yield_formula(poisson: float, strength: float) -> None:
     body = Material(1e9, poisson, strength)
     expected = 1.295 * math.exp(0.736 * poisson) * strength
     assert body.first_yield_pressure == pytest.approx(expected, rel=1e-14)
+
+
+def test_the_ceiling_is_three_yield_strengths_or_the_hardness() -> None:
+    assert STEEL.ceiling == 3e9
+    assert ALUMINA.ceiling == 15e9
+    assert GLASS.ceiling is None
+    # With both, the yield strength decides.
+    assert replace(STEEL, hardness=3.5e9).ceiling == 3e9
+
+
+def test_softer_is_the_body_with_the_smaller_ceiling() -> None:
+    assert softer(ALUMINA, STEEL) is STEEL
+    assert softer(STEEL, ALUMINA) is STEEL
+    hard = replace(STEEL, yield_strength=6e9)
+    assert softer(ALUMINA, hard) is ALUMINA
+    assert softer(ALUMINA, GLASS) is ALUMINA
 
 
 def test_softer_is_the_body_that_yields_first() -> None:

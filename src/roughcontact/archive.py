@@ -125,9 +125,11 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
         attributes[f"{body}_young"] = material.young
         attributes[f"{body}_young_units"] = "Pa"
         attributes[f"{body}_poisson"] = material.poisson
-        if material.yield_strength is not None:
-            attributes[f"{body}_yield_strength"] = material.yield_strength
-            attributes[f"{body}_yield_strength_units"] = "Pa"
+        for name in ("yield_strength", "hardness"):
+            value = getattr(material, name)
+            if value is not None:
+                attributes[f"{body}_{name}"] = value
+                attributes[f"{body}_{name}_units"] = "Pa"
     ny, nx = surface.shape
     axis = {"units": "m", "long_name": "centre of the pixel"}
     return xarray.Dataset(
@@ -253,6 +255,7 @@ def _from_dataset(dataset: xarray.Dataset) -> ContactResult:
             poisson=float(attributes[f"{body}_poisson"]),
             yield_strength=_optional(attributes, f"{body}_yield_strength"),
             name=str(attributes[f"{body}_name"]),
+            hardness=_optional(attributes, f"{body}_hardness"),
         )
         for body in _BODIES
     }

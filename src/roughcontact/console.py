@@ -288,6 +288,7 @@ def echo(result: ContactResult) -> dict[str, Any]:
                 "young": body.young,
                 "poisson": body.poisson,
                 "yield_strength": body.yield_strength,
+                "hardness": body.hardness,
             }
             for name, body in bodies.items()
         },
@@ -311,12 +312,16 @@ def _finite(value: Any) -> Any:
 
 
 def _in_words(material: Material) -> str:
-    stiffness = "rigid"
+    words = "rigid"
     if math.isfinite(material.young):
-        stiffness = f"E {_pressure(material.young)}, Poisson {material.poisson:g}"
-    if material.yield_strength is None:
-        return stiffness
-    return f"{stiffness}, yield strength {_pressure(material.yield_strength)}"
+        words = f"E {_pressure(material.young)}, Poisson {material.poisson:g}"
+        if material.name:
+            words = f"{material.name}: {words}"
+    if material.yield_strength is not None:
+        words += f", yield strength {_pressure(material.yield_strength)}"
+    if material.hardness is not None:
+        words += f", hardness {_pressure(material.hardness)}"
+    return words
 
 
 def _length(value: float) -> str:

@@ -22,7 +22,7 @@ from roughcontact.errors import (
     InsufficientMemoryError,
     require_positive,
 )
-from roughcontact.material import CEILING_FACTOR, RIGID, Material, contact_modulus, softer
+from roughcontact.material import RIGID, Material, contact_modulus, softer
 from roughcontact.result import ContactResult, initial_gap
 from roughcontact.solver import Step
 from roughcontact.surface import Surface
@@ -66,8 +66,9 @@ def solve(
         Heights of the counter-body on the same grid, laid on the first map point by point
         (mirror a map that was measured from its own front); a flat without it.
     ceiling : "auto", float, array_like or None
-        Largest pressure [Pa], one for all or one a pixel. ``"auto"`` is three times the smaller
-        yield strength, and no ceiling where none is known; ``None`` is purely elastic.
+        Largest pressure [Pa], one for all or one a pixel. ``"auto"`` is the smaller of the
+        bodies' ceilings, three times the yield strength or, without one, the hardness; no ceiling
+        where none is known. ``None`` is purely elastic.
     boundary : {"free", "periodic"}
         Whether the map is all there is, or one period of an endless surface.
     tolerance : float, optional
@@ -464,7 +465,7 @@ def resolved_ceiling(
     if isinstance(ceiling, str):
         _check_choice("ceiling", ceiling, ("auto",))
         body = softer(material, counter_material)
-        return None if body is None else CEILING_FACTOR * (body.yield_strength or math.inf)
+        return None if body is None else body.ceiling
     if ceiling is None:
         return None
     try:

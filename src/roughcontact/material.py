@@ -1,4 +1,4 @@
-"""Materials: elastic constants, yield strength, and what a pair of them gives."""
+"""Materials: elastic constants, yield strength, hardness, and what a pair of them gives."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CEILING_FACTOR = 3.0
 
 @dataclass(frozen=True)
 class Material:
-    """An isotropic, linearly elastic material with an optional yield strength.
+    """An isotropic, linearly elastic material with an optional yield strength or hardness.
 
     Parameters
     ----------
@@ -29,6 +29,9 @@ class Material:
         Uniaxial yield strength σ_Y [Pa]; ``None`` if unknown or if the body never yields.
     name : str
         A name for reports.
+    hardness : float, optional
+        Mean pressure under an indenter over its projected area [Pa], see `hardness.ceiling`; of
+        use where there is no yield strength, as for ceramics.
 
     Raises
     ------
@@ -40,12 +43,14 @@ class Material:
     poisson: float
     yield_strength: float | None = None
     name: str = ""
+    hardness: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse constants that no material has."""
-        for name in ("young", "poisson", "yield_strength"):
+        for name in ("young", "poisson", "yield_strength", "hardness"):
             value = getattr(self, name)
-            if not isinstance(value, Real) and not (name == "yield_strength" and value is None):
+            optional = name in ("yield_strength", "hardness")
+            if not isinstance(value, Real) and not (optional and value is None):
                 raise InputError(f"{name} must be a number in SI units, got {value!r}")
         if not self.young > 0:
             raise InputError(f"young must be positive [Pa], got {self.young!r}")
@@ -56,11 +61,27 @@ class Material:
                 f"yield_strength must be positive and finite [Pa], got {self.yield_strength!r}; "
                 "leave it out for a body that does not yield"
             )
+        if self.hardness is not None and not 0 < self.hardness < math.inf:
+            raise InputError(
+                f"hardness must be positive and finite [Pa], got {self.hardness!r}; "
+                "leave it out where it is unknown"
+            )
 
     @property
     def compliance(self) -> float:
         """Plane-strain compliance (1 - ν²)/E [1/Pa]; 0 for a rigid body."""
         return (1 - self.poisson**2) / self.young
+
+    @property
+    def ceiling(self) -> float | None:
+        """Largest contact pressure that the material bears [Pa].
+
+        Three yield strengths (Tabor 1951), or the hardness where no yield strength is known;
+        ``None`` without either.
+        """
+        if self.yield_strength is None:
+            return self.hardness
+        return CEILING_FACTOR * self.yield_strength
 
     @property
     def first_yield_pressure(self) -> float | None:
@@ -113,9 +134,9 @@ def contact_modulus(first: Material, second: Material) -> float:
 
 
 def softer(first: Material, second: Material) -> Material | None:
-    """Return the body with the smaller yield strength, or ``None`` if none is known."""
-    known = [body for body in (first, second) if body.yield_strength is not None]
-    return min(known, key=lambda body: body.yield_strength or math.inf, default=None)
+    """Return the body with the smaller ceiling, or ``None`` if none is known."""
+    known = [body for body in (first, second) if body.ceiling is not None]
+    return min(known, key=lambda body: body.ceiling or math.inf, default=None)
 
 
 def combined_ceiling(

@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import spots
-from roughcontact.material import CEILING_FACTOR, Material, softer
+from roughcontact.material import Material, softer
 from roughcontact.surface import Surface
 
 BELOW_FIRST_YIELD = "below first yield"
 YIELDING_BELOW = "yielding below the surface"
 SATURATED = "saturated at the surface"
 BEYOND_CEILING = "elastic pressure beyond three yield strengths"
+BEYOND_HARDNESS = "elastic pressure beyond the hardness"
 UNKNOWN = "unknown (no yield strength given)"
 
 
@@ -194,18 +195,21 @@ class ContactResult:
         """How far the softer body is from elastic, in words.
 
         First yield is judged by the peak pressure of a sphere, 1.295 exp(0.736 ν) σ_Y; it
-        happens below the surface, long before a pixel reaches the ceiling.
+        happens below the surface, long before a pixel reaches the ceiling. A body of which only
+        the hardness is known has no first yield; its pressure is compared with the hardness.
         """
         if self.saturated_fraction > 0:
             return SATURATED
         body = softer(self.material, self.counter_material)
-        if body is None or body.yield_strength is None or body.first_yield_pressure is None:
+        if body is None or body.ceiling is None:
             return UNKNOWN
-        if self.max_pressure < body.first_yield_pressure:
-            return BELOW_FIRST_YIELD
-        if self.max_pressure > CEILING_FACTOR * body.yield_strength:
-            return BEYOND_CEILING
-        return YIELDING_BELOW
+        if self.max_pressure > body.ceiling:
+            return BEYOND_HARDNESS if body.yield_strength is None else BEYOND_CEILING
+        if body.first_yield_pressure is None:
+            return UNKNOWN
+        return (
+            BELOW_FIRST_YIELD if self.max_pressure < body.first_yield_pressure else YIELDING_BELOW
+        )
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -226,9 +230,13 @@ class ContactResult:
                 "contact reaches the edge of the map: either the map is too small for this load, "
                 "or the body is meant to end there"
             )
-        if self.regime == BEYOND_CEILING:
+        limits = {
+            BEYOND_CEILING: "three times the yield strength",
+            BEYOND_HARDNESS: "the hardness",
+        }
+        if self.regime in limits:
             notes.append(
-                "the pressure exceeds three times the yield strength of the softer body: "
+                f"the pressure exceeds {limits[self.regime]} of the softer body: "
                 + ("solve with a ceiling" if self.ceiling is None else "the ceiling lies above it")
             )
         missing = int(np.count_nonzero(np.isnan(self.gap)))
