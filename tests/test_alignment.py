@@ -80,6 +80,11 @@ def test_every_point_is_where_it_belongs(offset, angle, mirrored) -> None:
         np.testing.assert_allclose(got, expected, rtol=0, atol=1.1e-6)
 
 
+def test_a_tiny_pixel_is_no_rounding() -> None:
+    matrix, _ = alignment.place((9, 9), (1.0, 1.0), (5, 5), (1e-10, 2e-10))
+    np.testing.assert_allclose(matrix, np.diag([1e-10, 2e-10]), rtol=1e-12)
+
+
 @given(st.floats(-180, 180), st.tuples(st.floats(-9, 9), st.floats(-9, 9)), st.booleans())
 def test_spans_are_the_points_on_the_map(angle, offset, mirrored) -> None:
     shape, new_shape = (9, 14), (16, 12)

@@ -119,7 +119,8 @@ def place(
     matrix = turn * np.array(new_pixel) / np.array(pixel)[:, None]
     # Where the points of both grids coincide, rounding must not make interpolation of it.
     whole = np.rint(matrix)
-    if np.abs(matrix - whole).max() < _SAME:
+    singular = whole[0, 0] * whole[1, 1] == whole[0, 1] * whole[1, 0]
+    if np.abs(matrix - whole).max() < _SAME and not singular:
         matrix = whole
     shift = turn @ np.array(_checked_offset(offset)) / np.array(pixel)
     start = (np.array(shape) - 1) / 2 - shift - matrix @ ((np.array(new_shape) - 1) / 2)
