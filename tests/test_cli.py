@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import roughcontact
-from roughcontact import archive, cli, contact, load_result, plots
+from roughcontact import archive, catalogue, cli, contact, load_result, plots
 from roughcontact.solver import Step
 
 MEASUREMENTS = Path(__file__).parents[1] / ".." / "shared" / "measurements"
@@ -819,3 +819,84 @@ def test_a_sweep_in_the_folder_of_another_is_refused(
     assert sweep(rough, "--steps", "2", *folder) == cli.SOLVED
     capsys.readouterr()
     refused(capsys, sweep(rough, "--steps", "3", *folder), "another sweep", "values differ")
+
+
+# Bodies and materials
+
+
+def test_nominal_bodies_need_no_file(capsys: Capture) -> None:
+    options = ("--body", "sphere 10 mm", "--points", "64x96", "--size", "0.2 mm x 0.3 mm")
+    assert cli.main(["solve", *options, "--load", "1 N", *YIELDING, "--json"]) == cli.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert told["shape"] == [64, 96]
+    radius = 10e-3
+    peak = (6 * 1.0 * (210e9 / 0.91) ** 2 / (np.pi**3 * radius**2)) ** (1 / 3)
+    assert told["max_pressure"] == pytest.approx(peak, rel=0.01)
+    assert told["source"] == "nominal sphere of radius 10 mm"
+
+
+def test_roughness_on_nominal_bodies(rough: Path, capsys: Capture) -> None:
+    options = ("--body", "sphere 10 mm", "--counter-body", "cylinder 5 mm 90 deg", "--json")
+    assert solve(rough, *STEEL, *options) == cli.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert told["preparation"][-1] == "form added: nominal sphere of radius 10 mm"
+    assert told["counter_source"].startswith("nominal cylinder of radius 5 mm")
+
+
+def test_maps_of_different_grids_are_aligned(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+    other = tmp_path / "other.npy"
+    np.save(other, bumps()[:30, :50])
+    counter = ("--counter-surface", str(other))
+    for options in (("--align",), ("--offset", "5 um, -10 um", "--angle", "20"), ("--mirror",)):
+        assert solve(rough, *STEEL, *counter, *options, "--json") == cli.SOLVED
+        told = json.loads(capsys.readouterr().out)
+        assert any(step.startswith("aligned") for step in told["counter_preparation"])
+    refused(capsys, solve(rough, *STEEL, "--align"), "--counter-surface")
+    refused(capsys, solve(rough, *STEEL, *counter, "--offset", "5 um"), "--offset needs two")
+
+
+def test_materials_come_from_the_catalogue(rough: Path, capsys: Capture) -> None:
+    options = ("--material", "AISI 52100", "--counter-material", "alumina", "--young", "205 GPa")
+    assert solve(rough, *options, "--json") == cli.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    steel = catalogue.material("100Cr6")
+    assert told["material"]["young"] == 205e9
+    assert told["material"]["yield_strength"] == steel.yield_strength
+    assert told["counter_material"]["hardness"] > 1e10
+    assert told["ceiling"] == 3 * steel.yield_strength
+    refused(capsys, solve(rough, "--material", "100Cr7"), "--material", "did you mean 100Cr6")
+
+
+def test_ceiling_from_a_hardness(rough: Path, capsys: Capture) -> None:
+    assert solve(rough, *STEEL, "--ceiling", "700 HV", "--json") == cli.SOLVED
+    ceiling = json.loads(capsys.readouterr().out)["ceiling"]
+    assert ceiling == pytest.approx(700 * 9.80665e6 / np.sin(np.radians(68)))
+    refused(capsys, solve(rough, *STEEL, "--ceiling", "99 HRC"), "--ceiling", "HRC")
+
+
+def test_materials_lists_the_catalogue_with_sources(capsys: Capture) -> None:
+    assert cli.main(["materials"]) == cli.SOLVED
+    out = capsys.readouterr().out
+    assert max(map(len, out.splitlines())) <= 80
+    assert all(entry.key in out for entry in catalogue.entries())
+    assert cli.main(["materials", "bearing steel"]) == cli.SOLVED
+    assert "source" in capsys.readouterr().out
+    assert cli.main(["materials", "--json"]) == cli.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert len(told["materials"]) == len(catalogue.entries())
+    refused(capsys, cli.main(["materials", "unobtainium"]), "'unobtainium' is not in")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--body", "sphere 10"), ("--body", "no unit")),
+        (("--body", "torus 1 mm"), ("--body must read like one of", "'torus 1 mm'")),
+        (("--points", "64"), ("--points goes with a nominal --body",)),
+        (("--counter-body", "cone 1 mm"), ("--counter-body",)),
+    ],
+)
+def test_bad_bodies_end_in_one_sentence(
+    options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
+) -> None:
+    refused(capsys, solve(rough, *STEEL, *options), *words)

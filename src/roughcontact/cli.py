@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import functools
 import inspect
 import sys
@@ -135,15 +136,11 @@ def _root(
     """
 
 
-_File = Annotated[
-    Path,
-    typer.Argument(
-        metavar="FILE",
-        help="Measured height map: an instrument's file, or a matrix as .npy, .npz, .csv, .txt, "
-        ".asc.",
-        show_default=False,
-    ),
-]
+_FILE = typer.Argument(
+    metavar="FILE",
+    help="Measured height map: an instrument's file, or a matrix as .npy, .npz, .csv, .txt, .asc.",
+    show_default=False,
+)
 
 
 def _option(name: str, metavar: str, text: str, panel: str) -> Any:
@@ -171,7 +168,7 @@ def _describing(*without: str) -> Callable[[Command], Command]:
 
     def decorate(command: Command) -> Command:
         @functools.wraps(command)
-        def described(file: Path, **words: Any) -> None:
+        def described(file: Path | None, **words: Any) -> None:
             given = {key: words.pop(key.replace("-", "_")) for key in keys}
             given = {key: value for key, value in given.items() if value}
             command(job.from_text(file, given), **words)
@@ -179,8 +176,9 @@ def _describing(*without: str) -> Callable[[Command], Command]:
         hints = typing.get_type_hints(command, include_extras=True)
         own = list(inspect.signature(command).parameters.values())[1:]
         kind = inspect.Parameter.KEYWORD_ONLY
-        parameters = [inspect.Parameter("file", inspect.Parameter.POSITIONAL_OR_KEYWORD)]
-        annotations: dict[str, Any] = {"file": _File}
+        positional = inspect.Parameter.POSITIONAL_OR_KEYWORD
+        parameters = [inspect.Parameter("file", positional, default=None)]
+        annotations: dict[str, Any] = {"file": Annotated[Path | None, _FILE]}
         for key in keys:
             name, option = key.replace("-", "_"), OPTIONS[key]
             value = list[str] if option.many else str if option.metavar else bool
@@ -324,7 +322,7 @@ def _sweep(
 @_app.command("info", epilog="Example:\n\nroughcontact info ground.opd")
 @_reporting
 def _info(
-    file: _File,
+    file: Annotated[Path, _FILE],
     format_name: Annotated[str | None, _words("format")] = None,
     channel: Annotated[str | None, _words("channel")] = None,
     unit: Annotated[str | None, _words("unit")] = None,
@@ -345,6 +343,27 @@ def _info(
         print(console.to_json({**facts, "channels": listed}))
     else:
         console.show_info(surface, facts, channels)
+
+
+@_app.command("materials", epilog="Example:\n\nroughcontact materials 'bearing steel'")
+@_reporting
+def _materials(
+    name: Annotated[
+        str | None,
+        typer.Argument(metavar="NAME", help="Show one, with its sources.", show_default=False),
+    ] = None,
+    as_json: _Json = False,
+) -> None:
+    """List the catalogue of materials, or one of them with the source of every value."""
+    from roughcontact import catalogue
+
+    found = catalogue.entries() if name is None else (catalogue.entry(name),)
+    if as_json:
+        print(console.to_json({"materials": [dataclasses.asdict(entry) for entry in found]}))
+    elif name is None:
+        console.show_catalogue(found)
+    else:
+        console.show_entry(found[0])
 
 
 @_app.command("demo", epilog="Example:\n\nroughcontact demo --folder roughcontact-demo")

@@ -21,6 +21,7 @@ from roughcontact import job
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from roughcontact.catalogue import Entry
     from roughcontact.formats import Channel
     from roughcontact.job import Say
     from roughcontact.loading import LoadCurve
@@ -97,6 +98,40 @@ def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
     ]
     _print_table(facts)
     _print_written(written)
+
+
+def show_catalogue(entries: Sequence[Entry]) -> None:
+    """Print the constants of materials, one row each."""
+    rows = [
+        (
+            entry.key,
+            ", ".join(entry.names[:2]),
+            _pressure(entry.young.value),
+            f"{entry.poisson.value:g}",
+            "" if entry.yield_strength is None else _pressure(entry.yield_strength.value),
+            "" if entry.hardness is None else entry.hardness.text,
+        )
+        for entry in entries
+    ]
+    _print_table(rows, heads=("material", "or", "E", "Poisson", "yield", "hardness"))
+    print("`roughcontact materials NAME` gives condition and sources.")
+
+
+def show_entry(entry: Entry) -> None:
+    """Print a material with the source of each of its values."""
+    rows = [("material", entry.key), ("or", ", ".join(entry.names))]
+    rows += [("condition", entry.condition)] + ([("note", entry.note)] if entry.note else [])
+    values: list[Row] = [
+        ("Young's modulus", _pressure(entry.young.value), entry.young.source),
+        ("Poisson's ratio", f"{entry.poisson.value:g}", entry.poisson.source),
+    ]
+    if entry.yield_strength is not None:
+        strength = entry.yield_strength
+        values.append(("yield strength", _pressure(strength.value), strength.source))
+    if entry.hardness is not None:
+        values.append(("hardness", entry.hardness.text, entry.hardness.source))
+    _print_table(rows)
+    _print_table(values, heads=("", "value", "source"))
 
 
 def _slope_in_words(curve: LoadCurve) -> str:

@@ -282,13 +282,34 @@ def _unit_in_metres(path: Path, unit: str | None) -> float:
     return units.parse(f"1 {_FILE_UNITS.get(unit, unit)}", "length", "unit")
 
 
-def _pixel_from_size(
-    path: Path, size: tuple[float, float] | str | None, shape: tuple[int, int]
+def pixel_of(
+    size: tuple[float, float] | str | None, shape: tuple[int, int], name: str = "the map"
 ) -> tuple[float, float]:
+    """Return the pixel of a grid over an outline.
+
+    Parameters
+    ----------
+    size : (float, float) or str
+        Lengths of the sides ``(y, x)`` [m], or as text; one for a square grid.
+    shape : (int, int)
+        Points ``(ny, nx)``.
+    name : str
+        What has these sides, for the message.
+
+    Returns
+    -------
+    (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+
+    Raises
+    ------
+    InputError
+        If the size is missing or cannot be used.
+    """
     ny, nx = shape
     if size is None:
         raise InputError(
-            f"{path.name} gives no lengths of its sides; give them in the order (y, x), e.g. "
+            f"{name} gives no lengths of its sides; give them in the order (y, x), e.g. "
             "size='0.1 mm x 0.2 mm'"
         )
     if isinstance(size, str):
@@ -407,7 +428,7 @@ def _read_instrument(
         pixel: tuple[float, float]
         if entry.physical_sizes is None:
             ny, nx = described.shape
-            pixel = _pixel_from_size(path, size, (ny, nx))
+            pixel = pixel_of(size, (ny, nx), path.name)
             # Any size will do for the reader; ours is in metres whatever its unit.
             topography = entry.topography(physical_sizes=(1.0, 1.0))
         else:
@@ -538,7 +559,7 @@ def _read_matrix(
         )
     metre = _unit_in_metres(path, unit)
     ny, nx = values.shape
-    pixel = _pixel_from_size(path, size, (ny, nx))
+    pixel = pixel_of(size, (ny, nx), path.name)
     provenance = Provenance(path.name, f"matrix ({kind})", name, steps)
     return _surface(path, values.astype(np.float64) * metre, pixel, provenance)
 

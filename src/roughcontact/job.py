@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ from roughcontact import units
 from roughcontact.errors import InputError, RoughcontactError
 
 if TYPE_CHECKING:
+    from roughcontact.bodies import Body
     from roughcontact.material import Material
     from roughcontact.result import ContactResult
     from roughcontact.solver import Step
@@ -28,6 +29,7 @@ MAP, BODIES, SOLVER, OUTPUT = "Map", "Bodies and load", "Solver", "Output"
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
 HOLES = ("error", "fill", "mask", "crop")
 SUFFIXES = (".nc", ".vti", ".csv", ".json")
+_HARDNESS = re.compile(r"\bH(V|B|BW|RB|RC)\d*\b", re.IGNORECASE)
 FIGURES = ("surface", "pressure", "contact", "gap", "histogram")
 
 
@@ -106,10 +108,49 @@ def _choice(*known: str) -> Callable[[str, str], str]:
 
 
 def _ceiling(text: str, name: str) -> str | float | None:
+    from roughcontact import hardness
+
     plain = text.strip()
     if plain == "none":
         return None
-    return plain if plain == "auto" else units.parse(text, "pressure", name)
+    if plain == "auto":
+        return plain
+    if _HARDNESS.search(plain):
+        try:
+            return hardness.ceiling(plain)
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from None
+    return units.parse(text, "pressure", name)
+
+
+def _material_name(text: str, name: str) -> Material:
+    from roughcontact import catalogue
+
+    try:
+        return catalogue.material(text)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def _body(text: str, name: str) -> Body:
+    from roughcontact import bodies
+
+    return bodies.parse(text, name)
+
+
+def _points(text: str, name: str) -> tuple[int, int]:
+    match = re.fullmatch(r"\s*(\d+)(?:\s*[x×]\s*(\d+))?\s*", text)
+    if match is None or int(match[1]) < 2:
+        raise InputError(f"{name} must be a number of points such as 256 or 256x512, got {text!r}")
+    return int(match[1]), int(match[2] or match[1])
+
+
+def _offset(text: str, name: str) -> tuple[float, float]:
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise InputError(f"{name} needs two lengths (y, x) such as '0 um, 5 um', got {text!r}")
+    y, x = (units.parse(part, "length", name, positive=False) for part in parts)
+    return y, x
 
 
 def _window(text: str, name: str) -> tuple[slice, slice]:
@@ -160,7 +201,12 @@ OPTIONS: dict[str, Option] = {
     ),
     "unit": Option(MAP, "UNIT", "Unit of the heights, if the file gives none: um.", _text),
     "size": Option(
-        MAP, "LENGTHS", 'Sides (y, x) of the map, if the file gives none: "0.1 mm x 0.2 mm".', _text
+        MAP, "LENGTHS",
+        'Sides (y, x) of the map, if the file gives none or there is none: "0.1 mm x 0.2 mm".',
+        _text,
+    ),
+    "points": Option(
+        MAP, "NUMBER|NYxNX", "Grid of a nominal --body that needs no FILE, such as 256.", _points
     ),
     "crop": Option(MAP, "ROWS,COLUMNS", "Part of the map to keep, such as 0:256,100:356.", _window),
     "outliers": Option(
@@ -200,30 +246,60 @@ OPTIONS: dict[str, Option] = {
         BODIES, "LENGTH", 'Approach of the bodies from the first touch, such as "1 um".',
         _quantity("length"),
     ),
-    "young": Option(
-        BODIES, "PRESSURE", 'Young\'s modulus, such as "210 GPa"; needed.', _quantity("pressure")
+    "material": Option(
+        BODIES, "NAME",
+        "Material of the catalogue, such as 100Cr6; see roughcontact materials. Or give --young, "
+        "--poisson and --yield-strength, which also replace single values of it.", _material_name,
     ),
-    "poisson": Option(BODIES, "NUMBER", "Poisson's ratio, such as 0.3; needed.", _float),
+    "young": Option(
+        BODIES, "PRESSURE", 'Young\'s modulus, such as "210 GPa".', _quantity("pressure")
+    ),
+    "poisson": Option(BODIES, "NUMBER", "Poisson's ratio, such as 0.3.", _float),
     "yield-strength": Option(
         BODIES, "PRESSURE", 'Yield strength, such as "1 GPa".', _quantity("pressure")
     ),
+    "counter-material": Option(
+        BODIES, "NAME", "Material of the counter-body; it is rigid without.", _material_name
+    ),
     "counter-young": Option(
-        BODIES, "PRESSURE", "Young's modulus of the counter-body; it is rigid without.",
-        _quantity("pressure"),
+        BODIES, "PRESSURE", "Young's modulus of the counter-body.", _quantity("pressure")
     ),
     "counter-poisson": Option(BODIES, "NUMBER", "Poisson's ratio of the counter-body.", _float),
     "counter-yield-strength": Option(
         BODIES, "PRESSURE", "Yield strength of the counter-body.", _quantity("pressure")
     ),
+    "body": Option(
+        BODIES, "FORM",
+        'Nominal form under the roughness, or alone with --points and --size: "sphere 10 mm", '
+        '"cylinder 5 mm 90 deg", "ellipsoid 10 mm 4 mm", "punch 20 um", "cone 0.01", "wedge 0.01".',
+        _body,
+    ),
+    "counter-body": Option(
+        BODIES, "FORM", "Nominal form of the counter-body; a flat without.", _body
+    ),
     "counter-surface": Option(
         BODIES, "FILE",
-        "Height map of the counter-body on the same grid, laid on point by point; a flat without.",
-        _path,
+        "Height map of the counter-body, laid on point by point, so on the same grid unless "
+        "--align is given.", _path,
+    ),
+    "align": Option(
+        BODIES, "",
+        "Bring both maps to one grid, centre on centre, and keep what both cover.", _flag,
+    ),
+    "offset": Option(
+        BODIES, "LENGTHS", 'Shift (y, x) of the aligned counter-map: "0 um, 5 um".', _offset
+    ),
+    "angle": Option(
+        BODIES, "DEGREES", "Turn of the aligned counter-map, from x towards y.", _float
+    ),
+    "mirror": Option(
+        BODIES, "", "Mirror the aligned counter-map, as one measured from its front needs.", _flag
     ),
     "ceiling": Option(
         BODIES, "PRESSURE",
-        'Largest pressure, such as "3 GPa"; or auto (default): 3 times the smaller yield '
-        "strength; or none: purely elastic.", _ceiling,
+        'Largest pressure, such as "3 GPa", or a hardness, such as "62 HRC"; or auto (default): '
+        "3 times the smaller yield strength, or the hardness where there is none; or none: purely "
+        "elastic.", _ceiling,
     ),
     "boundary": Option(
         BODIES, "free|periodic",
@@ -269,20 +345,21 @@ class Job:
 
     Parameters
     ----------
-    file : Path
-        The measured map.
+    file : Path or None
+        The measured map; without it, a nominal body on `points`.
     given : Mapping
         The options that were given, as text, to repeat the run.
 
     The other fields are the values of `OPTIONS`, under their names with underscores.
     """
 
-    file: Path
+    file: Path | None
     given: Given = field(default_factory=dict)
     format: str | None = None
     channel: str | None = None
     unit: str | None = None
     size: str | None = None
+    points: tuple[int, int] | None = None
     crop: tuple[slice, slice] | None = None
     outliers: float | None = None
     level: str = "plane"
@@ -294,13 +371,21 @@ class Job:
     rotate: int = 0
     load: float | None = None
     approach: float | None = None
+    material: Material | None = None
     young: float | None = None
     poisson: float | None = None
     yield_strength: float | None = None
+    counter_material: Material | None = None
     counter_young: float | None = None
     counter_poisson: float | None = None
     counter_yield_strength: float | None = None
+    body: Body | None = None
+    counter_body: Body | None = None
     counter_surface: Path | None = None
+    align: bool = False
+    offset: tuple[float, float] | None = None
+    angle: float | None = None
+    mirror: bool = False
     ceiling: str | float | None = "auto"
     boundary: str = "free"
     tolerance: float | None = None
@@ -313,8 +398,16 @@ class Job:
 
     def __post_init__(self) -> None:
         """Refuse what can be seen to be wrong before anything is read."""
-        self.material()
-        self.counter_material()
+        if self.file is None and (self.body is None or self.points is None or self.size is None):
+            raise InputError(
+                "FILE is missing, see roughcontact solve --help; or give --body, --points and "
+                "--size for a nominal body without roughness"
+            )
+        if self.file is not None and self.points is not None:
+            raise InputError("--points goes with a nominal --body without FILE; see --pixel")
+        if self.counter_surface is None and self._aligned:
+            raise InputError("--align, --offset, --angle and --mirror need a --counter-surface")
+        self.bodies()
         for path in self.output:
             _check_result_file(path, "--output", SUFFIXES, self.inputs)
         if self.report is not None:
@@ -327,20 +420,22 @@ class Job:
         """The files that are read."""
         return [path for path in (self.file, self.counter_surface) if path is not None]
 
-    def material(self) -> Material:
-        """Return the material of the rough body."""
-        return _material("", self.young, self.poisson, self.yield_strength)
-
-    def counter_material(self) -> Material:
-        """Return the material of the counter-body; rigid if nothing is said about it."""
+    def bodies(self) -> tuple[Material, Material]:
+        """Return the materials of both bodies; the second is rigid if nothing is said of it."""
         from roughcontact.material import RIGID, Material
 
-        if self.counter_young is None and self.counter_poisson is None:
+        first = _material("", self.material, self.young, self.poisson, self.yield_strength)
+        given = (self.counter_young, self.counter_poisson, self.counter_yield_strength)
+        if self.counter_material is None and given[:2] == (None, None):
             strength = self.counter_yield_strength
-            return RIGID if strength is None else Material(RIGID.young, 0.0, strength, RIGID.name)
-        return _material(
-            "counter-", self.counter_young, self.counter_poisson, self.counter_yield_strength
-        )
+            rigid = Material(RIGID.young, 0.0, strength, RIGID.name) if strength else RIGID
+            return first, rigid
+        return first, _material("counter-", self.counter_material, *given)
+
+    @property
+    def _aligned(self) -> bool:
+        given = self.offset is not None or self.angle is not None
+        return self.align or self.mirror or given
 
     @property
     def figure_files(self) -> dict[str, Path]:
@@ -359,20 +454,36 @@ class Job:
 
     def surfaces(self, say: Say) -> list[Surface]:
         """Read and prepare the map, and that of the counter-body if there is one."""
-        from roughcontact import formats
+        from roughcontact import bodies, formats
 
         maps = []
         for path in self.inputs:
             say(f"reading {path.name}")
             surface = formats.read_surface(path, self.format, self.channel, self.unit, self.size)
             maps.append(self._prepared(surface, path))
+        if self.file is None:
+            maps.insert(0, self._nominal())
+        elif self.body is not None:
+            maps[0] = _formed(maps[0], self.body)
+        if self._aligned:
+            say("aligning the maps")
+            place = self.offset or (0.0, 0.0), self.angle or 0.0, self.mirror
+            first, second = bodies.matched(maps[0], maps[1], *place)
+            # What one of them does not cover the other cannot touch.
+            maps = [first.masked(), second.masked()]
+        if self.counter_body is not None:
+            if len(maps) == 2:
+                maps[1] = _formed(maps[1], self.counter_body)
+            else:
+                maps.append(self.counter_body(shape=maps[0].shape, pixel=maps[0].pixel))
         return maps
 
     def problem(self, maps: Sequence[Surface]) -> dict[str, Any]:
         """Return the arguments that `solve` and its relatives share, but for load or approach."""
+        first, second = self.bodies()
         return {
-            "material": self.material(),
-            "counter_material": self.counter_material(),
+            "material": first,
+            "counter_material": second,
             "counter_surface": maps[1] if len(maps) > 1 else None,
             "ceiling": self.ceiling,
             "boundary": self.boundary,
@@ -384,11 +495,19 @@ class Job:
         """Return the command that repeats the run."""
         import shlex
 
-        words = ["roughcontact", name, str(self.file)]
+        words = ["roughcontact", name, *([] if self.file is None else [str(self.file)])]
         for option, value in self.given.items():
             for text in value if isinstance(value, list) else [value]:
                 words += [f"--{option}"] if text is True else [f"--{option}", str(text)]
         return shlex.join(words)
+
+    def _nominal(self) -> Surface:
+        from roughcontact import formats
+
+        assert self.body is not None
+        assert self.points is not None
+        pixel = formats.pixel_of(self.size, self.points)
+        return self.body(shape=self.points, pixel=pixel)
 
     def _prepared(self, surface: Surface, path: Path) -> Surface:
         # Points go first, then form, then waves: each step sees what the one before has cleaned.
@@ -421,7 +540,7 @@ class Job:
 
 
 def from_text(
-    file: Path,
+    file: Path | None,
     given: Given,
     name: Callable[[str], str] = lambda key: f"--{key}",
 ) -> Job:
@@ -429,7 +548,7 @@ def from_text(
 
     Parameters
     ----------
-    file : Path
+    file : Path or None
         The measured map.
     given : Mapping
         Text by the names in `OPTIONS`; ``True`` for a flag, a list for what may come again.
@@ -581,18 +700,37 @@ def check_place(path: Path, option: str) -> None:
 
 
 def _material(
-    prefix: str, young: float | None, poisson: float | None, yield_strength: float | None
+    prefix: str,
+    known: Material | None,
+    young: float | None,
+    poisson: float | None,
+    yield_strength: float | None,
 ) -> Material:
     from roughcontact.material import Material
 
-    if young is None or poisson is None:
-        missing = f"--{prefix}young" if young is None else f"--{prefix}poisson"
-        example = "'210 GPa'" if young is None else "0.3"
-        raise InputError(f"{missing} is needed, such as {missing} {example}")
     try:
+        if known is not None:
+            return replace(
+                known,
+                young=known.young if young is None else young,
+                poisson=known.poisson if poisson is None else poisson,
+                yield_strength=known.yield_strength if yield_strength is None else yield_strength,
+            )
+        if young is None or poisson is None:
+            missing = f"--{prefix}young" if young is None else f"--{prefix}poisson"
+            example = "'210 GPa'" if young is None else "0.3"
+            raise InputError(
+                f"{missing} is needed, such as {missing} {example}; or --{prefix}material with a "
+                "name of the catalogue"
+            )
         return Material(young, poisson, yield_strength)
     except InputError as error:
-        raise InputError(f"--{prefix}{error}") from None
+        text = str(error)
+        raise InputError(text if text.startswith("--") else f"--{prefix}{text}") from None
+
+
+def _formed(surface: Surface, body: Body) -> Surface:
+    return surface.with_form(body(shape=surface.shape, pixel=surface.pixel))
 
 
 def _check_result_file(
