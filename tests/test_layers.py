@@ -20,8 +20,8 @@ ROWS = [
         "formats", "netcdf", "archive", "export",
     },
     {"plots", "report"},
-    {"job", "console", "project"},
-    {"cli", "__init__", "__main__"},
+    {"job", "project"},
+    {"console", "cli", "__init__", "__main__"},
 ]  # fmt: skip
 
 # Methods of the public face that only pass `self` on, inside the function.

@@ -171,7 +171,7 @@ def _describing(*without: str) -> Callable[[Command], Command]:
         def described(file: Path | None, **words: Any) -> None:
             given = {key: words.pop(key.replace("-", "_")) for key in keys}
             given = {key: value for key, value in given.items() if value}
-            command(job.from_text(file, given), **words)
+            command(job.from_text(file, given, sweeps="load" in without), **words)
 
         hints = typing.get_type_hints(command, include_extras=True)
         own = list(inspect.signature(command).parameters.values())[1:]
@@ -317,6 +317,48 @@ def _sweep(
         print(console.to_json({**curve.summary(), "written": [str(path) for path in written]}))
     elif not quiet:
         console.show_curve(curve, written)
+
+
+@_app.command("run", epilog="Example:\n\nroughcontact run project.toml")
+@_reporting
+def _run(
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="PROJECT", help="Project file (TOML).", show_default=False),
+    ],
+    as_json: _Json = False,
+    quiet: _Quiet = False,
+) -> None:
+    """Work through the contacts of a project file on all cores.
+
+    One that fails does not stop the others. The same command goes on where it was interrupted:
+    what was solved before from the same options and files is kept.
+    """
+    from roughcontact import project
+
+    entries = project.load(file)
+    finished: list[project.Report] = []
+
+    def told(report: project.Report) -> None:
+        finished.append(report)
+        say(f"{len(finished)} of {len(entries)} done, {report.name} {report.state}")
+
+    try:
+        with console.progress(quiet) as say:
+            say(f"working through {len(entries)} contacts")
+            reports = project.run(entries, told)
+    except KeyboardInterrupt:
+        done = [e.summary for e in entries if e.name in {r.name for r in finished if r.told}]
+        raise job.UnfinishedError(done) from None
+    if as_json:
+        print(console.to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
+    elif not quiet:
+        console.show_reports(reports)
+    failed = [report for report in reports if report.state == project.FAILED]
+    for report in failed:
+        console.complain(f"error: {report.name}: {job.in_options(report.reason)}")
+    if failed:
+        raise typer.Exit(NOT_CONVERGED)
 
 
 @_app.command("info", epilog="Example:\n\nroughcontact info ground.opd")

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from roughcontact.job import Say
     from roughcontact.loading import LoadCurve
     from roughcontact.material import Material
+    from roughcontact.project import Report
     from roughcontact.result import ContactResult
     from roughcontact.solver import Step
     from roughcontact.study import ResolutionStudy, Variant
@@ -98,6 +99,31 @@ def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
     ]
     _print_table(facts)
     _print_written(written)
+
+
+def show_reports(reports: Sequence[Report]) -> None:
+    """Print how the contacts of a project ended, one row each."""
+    from roughcontact import units
+
+    rows: list[Row] = []
+    for report in reports:
+        told = report.told
+        if not told:
+            rows.append((report.name, report.state, "", "", "", "", ""))
+            continue
+        rows.append(
+            (
+                report.name,
+                report.state,
+                units.engineering(told["load"], "N", 3),
+                units.engineering(told["max_pressure"], "Pa", 3),
+                _percent(told["contact_fraction"], 3),
+                _percent(told["saturated_fraction"], 3),
+                f"{told['certificate']:.0e}",
+            )
+        )
+    heads = ("contact", "state", "load", "max pressure", "contact", "saturated", "certificate")
+    _print_table(rows, heads=heads)
 
 
 def show_catalogue(entries: Sequence[Entry]) -> None:
@@ -250,11 +276,17 @@ def _step_rows(name: str, surface: Surface) -> list[Row]:
 
 
 def _ceiling_in_words(result: ContactResult, ceiling: str) -> str:
+    from roughcontact.material import softer
+
+    given = ceiling.strip()
+    body = softer(result.material, result.counter_material)
     if not isinstance(result.ceiling, float):
-        known = ceiling.strip() == "none"
+        known = given == "none"
         return "none: purely elastic" + ("" if known else ", no yield strength is given")
-    automatic = ceiling.strip() == "auto"
-    return _pressure(result.ceiling) + (" (3 × yield strength)" if automatic else "")
+    if given == "auto" and body is not None:
+        source = "hardness" if body.yield_strength is None else "3 × yield strength"
+        return f"{_pressure(result.ceiling)} ({source})"
+    return _pressure(result.ceiling) + (f" ({given})" if "H" in given.upper() else "")
 
 
 def _answer_rows(result: ContactResult) -> list[Row]:

@@ -350,6 +350,9 @@ class Job:
     given : Mapping
         The options that were given, as text, to repeat the run.
 
+    sweeps : bool
+        Whether its loads or approaches are given elsewhere.
+
     The other fields are the values of `OPTIONS`, under their names with underscores.
     """
 
@@ -395,9 +398,10 @@ class Job:
     output: tuple[Path, ...] = ()
     report: Path | None = None
     figures: str | None = None
+    sweeps: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse what can be seen to be wrong before anything is read."""
+        """Refuse what can be seen to be wrong without looking at any file."""
         if self.file is None and (self.body is None or self.points is None or self.size is None):
             raise InputError(
                 "FILE is missing, see roughcontact solve --help; or give --body, --points and "
@@ -408,12 +412,26 @@ class Job:
         if self.counter_surface is None and self._aligned:
             raise InputError("--align, --offset, --angle and --mirror need a --counter-surface")
         self.bodies()
+        if (self.load is None) == (self.approach is None) and not self.sweeps:
+            raise InputError(
+                "give either --load or --approach, and only one of them, such as --load '1 N'"
+            )
         for path in self.output:
-            _check_result_file(path, "--output", SUFFIXES, self.inputs)
+            _check_suffix(path, "--output", SUFFIXES)
         if self.report is not None:
-            _check_result_file(self.report, "--report", (".html",), self.inputs)
-        for path in self.figure_files.values():
-            check_place(path, "--figures")
+            _check_suffix(self.report, "--report", (".html",))
+
+    def check_places(self) -> None:
+        """Refuse outputs that cannot be written, or would replace an input."""
+        for option, path in (
+            *(("--output", path) for path in self.output),
+            *(("--report", path) for path in (self.report,) if path is not None),
+            *(("--figures", path) for path in self.figure_files.values()),
+        ):
+            check_place(path, option)
+            for other in self.inputs:
+                if path.exists() and other.exists() and path.samefile(other):
+                    raise InputError(f"{option} '{path}' is an input file; give another name")
 
     @property
     def inputs(self) -> list[Path]:
@@ -543,6 +561,7 @@ def from_text(
     file: Path | None,
     given: Given,
     name: Callable[[str], str] = lambda key: f"--{key}",
+    sweeps: bool = False,
 ) -> Job:
     """Return the job that options in words describe.
 
@@ -554,6 +573,8 @@ def from_text(
         Text by the names in `OPTIONS`; ``True`` for a flag, a list for what may come again.
     name : callable
         What an error message calls an option.
+    sweeps : bool
+        Whether loads or approaches are given elsewhere.
 
     Returns
     -------
@@ -573,7 +594,7 @@ def from_text(
         else:
             parsed = value if isinstance(value, bool) else parse(value, name(key))
         values[key.replace("-", "_")] = parsed
-    return Job(file=file, given=dict(given), **values)
+    return Job(file=file, given=dict(given), sweeps=sweeps, **values)
 
 
 @dataclass(frozen=True)
@@ -623,10 +644,7 @@ def run(job: Job, say: Say, look: Callable[[Step], None] | None = None) -> Outco
     """
     from roughcontact import contact, study
 
-    if (job.load is None) == (job.approach is None):
-        raise InputError(
-            "give either --load or --approach, and only one of them, such as --load '1 N'"
-        )
+    job.check_places()
     maps = job.surfaces(say)
     result = contact.solve(
         maps[0],
@@ -733,16 +751,10 @@ def _formed(surface: Surface, body: Body) -> Surface:
     return surface.with_form(body(shape=surface.shape, pixel=surface.pixel))
 
 
-def _check_result_file(
-    path: Path, option: str, suffixes: tuple[str, ...], inputs: Iterable[Path]
-) -> None:
+def _check_suffix(path: Path, option: str, suffixes: tuple[str, ...]) -> None:
     if path.suffix.lower() not in suffixes:
         known = " or ".join([", ".join(suffixes[:-1]), suffixes[-1]] if suffixes[1:] else suffixes)
         raise InputError(f"{option} needs a name that ends in {known}, got '{path}'")
-    check_place(path, option)
-    for other in inputs:
-        if path.exists() and other.exists() and path.samefile(other):
-            raise InputError(f"{option} '{path}' is an input file; give another name")
 
 
 def _tasks(job: Job, result: ContactResult) -> list[Task]:

@@ -1,0 +1,230 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact import cli, project
+
+Capture = pytest.CaptureFixture[str]
+
+PROJECT = """\
+folder = "results"
+write = ["nc", "csv"]
+
+[materials.steel]
+young = "210 GPa"
+poisson = 0.3
+yield-strength = "1 GPa"
+
+[defaults]
+unit = "um"
+size = "0.1 mm x 0.2 mm"
+material = "steel"
+
+[[contact]]
+name = "one"
+file = "rough.npy"
+load = ["0.1 N", "1 N"]
+
+[[contact]]
+name = "two"
+file = "rough.npy"
+load = "0.5 N"
+ceiling = "none"
+counter-material = "alumina"
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    y, x = np.mgrid[:40, :64] / 40
+    noise = np.random.default_rng(3).standard_normal(y.shape)
+    np.save(tmp_path / "rough.npy", np.cos(7 * y) * np.cos(5 * x) + 0.1 * noise)
+    (tmp_path / "project.toml").write_text(PROJECT, encoding="utf-8")
+    return tmp_path
+
+
+def changed(folder: Path, old: str, new: str) -> Path:
+    assert old in PROJECT
+    path = folder / "project.toml"
+    path.write_text(PROJECT.replace(old, new, 1), encoding="utf-8")
+    return path
+
+
+def line_of(text: str) -> int:
+    return PROJECT[: PROJECT.index(text)].count("\n") + 1
+
+
+def test_a_project_names_contacts_materials_and_files(folder: Path) -> None:
+    entries = project.load(folder / "project.toml")
+    assert [entry.name for entry in entries] == ["one 0.1 N", "one 1 N", "two"]
+    one, other, two = (entry.job for entry in entries)
+    assert (one.load, other.load, two.load) == (0.1, 1.0, 0.5)
+    assert one.bodies() == (rc.Material(210e9, 0.3, 1e9), rc.RIGID)
+    assert two.ceiling is None
+    assert two.bodies()[1].hardness is not None
+    assert one.output == tuple(folder / "results" / f"one-0.1-N.{s}" for s in ("nc", "csv"))
+    assert entries[2].summary == folder / "results" / "two.json"
+
+
+def test_contacts_are_solved_kept_and_solved_again_when_changed(
+    folder: Path, capsys: Capture
+) -> None:
+    assert cli.main(["run", str(folder / "project.toml"), "--json"]) == cli.SOLVED
+    told = json.loads(capsys.readouterr().out)["contacts"]
+    assert [report["state"] for report in told] == ["solved"] * 3
+    surface = rc.read_surface(folder / "rough.npy", unit="um", size=(1e-4, 2e-4)).leveled()
+    steel = rc.Material(210e9, 0.3, 1e9)
+    for name, load in (("one-0.1-N", 0.1), ("one-1-N", 1.0)):
+        result = rc.solve(surface, load=load, material=steel)
+        stored = rc.load_result(folder / "results" / f"{name}.nc")
+        assert stored.max_pressure == pytest.approx(result.max_pressure, rel=1e-6)
+        summary = json.loads((folder / "results" / f"{name}.json").read_text(encoding="utf-8"))
+        assert summary["load"] == load
+    before = {path: path.stat().st_mtime_ns for path in (folder / "results").iterdir()}
+    assert cli.main(["run", str(folder / "project.toml")]) == cli.SOLVED
+    out = capsys.readouterr().out
+    assert out.split().count("before") == 3
+    assert before == {path: path.stat().st_mtime_ns for path in (folder / "results").iterdir()}
+    changed(folder, 'load = "0.5 N"', 'load = "0.6 N"')
+    (folder / "results" / "one-1-N.nc").unlink()
+    assert cli.main(["run", str(folder / "project.toml"), "--json"]) == cli.SOLVED
+    told = json.loads(capsys.readouterr().out)["contacts"]
+    assert [report["state"] for report in told] == ["solved before", "solved", "solved"]
+
+
+def test_one_failure_does_not_stop_the_rest(folder: Path, capsys: Capture) -> None:
+    path = changed(folder, '"0.1 N", "1 N"', '"0.1 N", "99 N"')
+    with path.open("a", encoding="utf-8") as stream:
+        stream.write('\n[[contact]]\nname = "none"\nfile = "absent.opd"\nload = "1 N"\n')
+    assert cli.main(["run", str(path)]) == cli.NOT_CONVERGED
+    out, err = capsys.readouterr()
+    assert max(map(len, out.splitlines())) <= 80
+    assert err.count("\n") == 2
+    assert "one 99 N: --load = 99 N is more than the surface can carry" in err
+    assert "none: " in err
+    assert "does not exist" in err
+    assert (folder / "results" / "two.json").exists()
+    assert not (folder / "results" / "one-99-N.json").exists()
+    assert not (folder / "results" / "one-99-N.nc").exists()
+
+
+def test_a_process_that_dies_is_a_failure(folder: Path) -> None:
+    child = "import os; os._exit(9)"
+    entries = project.load(folder / "project.toml")[:1]
+    # A spawned process imports this module first.
+    (folder / "sitecustomize.py").write_text(child, encoding="utf-8")
+    before = os.environ.get("PYTHONPATH")
+    os.environ["PYTHONPATH"] = str(folder)
+    try:
+        reports = project.run(entries, lambda report: None)
+    finally:
+        if before is None:
+            del os.environ["PYTHONPATH"]
+        else:
+            os.environ["PYTHONPATH"] = before
+    assert [report.state for report in reports] == [project.FAILED]
+    assert "status 9" in reports[0].reason
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_an_interrupted_project_goes_on(folder: Path, number: int) -> None:
+    many = ", ".join(f'"{load} mN"' for load in range(1, 41))
+    path = changed(folder, '"0.1 N", "1 N"', many)
+    command = [sys.executable, "-m", "roughcontact", "run", str(path)]
+    package = str(Path(rc.__file__).parents[1])
+    environment = {**os.environ, "PYTHONPATH": package}
+    run = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
+    results = folder / "results"
+    for _ in range(3000):
+        if len(list(results.glob("*.json"))) >= 2:
+            break
+        time.sleep(0.01)
+    run.send_signal(number)
+    err = run.communicate()[1]
+    if number == signal.SIGINT:
+        assert run.returncode == cli.INTERRUPTED
+        assert err.count("\n") == 1
+        assert "interrupted; only" in err
+    # What was under way when the first process was killed may still end.
+    time.sleep(2.0)
+    done = {p: p.stat().st_mtime_ns for p in results.glob("*.json")}
+    assert 2 <= len(done) < 41
+    entries = project.load(path)[:12]
+    reports = project.run(entries, lambda report: None)
+    assert all(report.state != project.FAILED for report in reports)
+    assert all(p.stat().st_mtime_ns == stamp for p, stamp in done.items())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('young = "210 GPa"', "young = 210", ("young needs a pressure", "no unit")),
+        ("poisson = 0.3", "poisson = 0.9", ("poisson must lie in",)),
+        ('yield-strength = "1 GPa"', 'yeild = "1 GPa"', ("unknown key yeild",)),
+        ('unit = "um"', 'units = "um"', ("unknown key units", "unit, size")),
+        ('material = "steel"', 'material = "stele"', ("material", "not in the catalogue")),
+        ('load = "0.5 N"', 'load = "0.5 MPa"', ("load needs a force", "(a pressure)")),
+        ('load = "0.5 N"', "load = [1, []]", ("load",)),
+        ('load = "0.5 N"', "load = []", ("load is an empty list",)),
+        ('load = "0.5 N"', 'level = "plane"', ("either load or approach",)),
+        ('load = "0.5 N"', 'load = "0.5 N"\nstudy = 1', ("study must be true or false",)),
+        ('load = "0.5 N"', 'load = "0.5 N"\noutput = "a.nc"', ("unknown key output",)),
+        ('name = "two"', 'name = "one 1 N"', ("'one 1 N' is taken",)),
+        ('name = "two"', "name = 2", ("needs a name",)),
+        ("[defaults]", "[default]", ("unknown key default",)),
+        ('write = ["nc", "csv"]', 'write = ["doc"]', ("write must be a list of nc",)),
+        ('folder = "results"', "folder = 1", ("folder must be a text",)),
+        ('folder = "results"', 'folder = "rough.npy"', ("is a file",)),
+        ('folder = "results"', "folder = ", ("is no TOML file", "line 1")),
+    ],
+)
+def test_messages_name_key_and_line(
+    old: str, new: str, words: tuple[str, ...], folder: Path, capsys: Capture
+) -> None:
+    path = changed(folder, old, new)
+    assert cli.main(["run", str(path)]) == cli.BAD_INPUT
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert "--" not in err
+    for word in words:
+        assert word in err
+    if "TOML" not in words[0]:
+        # The line of the key itself, or of the contact where the key is missing.
+        found = int(err.split(" line ")[1].split(":")[0])
+        first = line_of(old)
+        assert found in range(
+            first - (4 if "either" in words[0] or "name" in old else 0), first + 2
+        )
+    assert not (folder / "results").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", ("no [[contact]]",)),
+        ("contact = 3", ("no [[contact]]",)),
+        ("contact = [3]", ("must be a table",)),
+        ("materials = 3\n[[contact]]\nname='a'\nfile='b'", ("materials must be tables",)),
+        ("defaults = 3\n[[contact]]\nname='a'\nfile='b'", ("defaults must be a table",)),
+    ],
+)
+def test_a_file_that_is_no_project(
+    text: str, words: tuple[str, ...], tmp_path: Path, capsys: Capture
+) -> None:
+    path = tmp_path / "p.toml"
+    path.write_text(text, encoding="utf-8")
+    assert cli.main(["run", str(path)]) == cli.BAD_INPUT
+    err = capsys.readouterr().err
+    assert all(word in err for word in words)
+    assert cli.main(["run", str(tmp_path / "absent.toml")]) == cli.BAD_INPUT
+    assert "cannot be read" in capsys.readouterr().err
