@@ -14,13 +14,13 @@ ROWS = [
         "preparation", "filling", "filters", "roughness", "hertz", "analytic", "generate",
     },
     {"material", "surface", "result"},
-    {"contact", "formats", "archive"},
+    {"contact", "formats", "archive", "export"},
     {"plots"},
     {"cli", "__init__", "__main__"},
 ]  # fmt: skip
 
 # Methods of the public face that only pass `self` on, inside the function.
-FACADE = {("result", "archive")}
+FACADE = {("result", "export"), ("surface", "export")}
 
 
 def row_of(module: str) -> int:
