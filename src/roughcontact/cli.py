@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import io
-import json
 import math
 import os
 import re
@@ -370,7 +369,7 @@ def _solve(
     result_file = None if output is None else _result_file(output, inputs)
     pictures = {} if figures is None else _figure_files(figures)
 
-    from roughcontact import contact, formats
+    from roughcontact import contact, export, formats
 
     with _progress(quiet) as say:
         maps = []
@@ -402,7 +401,7 @@ def _solve(
             except RoughcontactError as error:
                 failure = error
     if as_json:
-        print(_json({**_echo(result), "written": [str(path) for path in written]}))
+        print(export.to_json({**export.record(result), "written": list(map(str, written))}))
     elif not quiet:
         _show_solution(result, ceiling, written)
     if failure is not None:
@@ -429,7 +428,7 @@ def _info(
     as_json: _Json = False,
 ) -> None:
     """Tell what is in a file: grid, size, heights, roughness, missing points, channels."""
-    from roughcontact import formats
+    from roughcontact import export, formats
 
     surface = formats.read_surface(file, format_name, channel, unit, size)
     channels = formats.channels(file, format_name)
@@ -439,7 +438,7 @@ def _info(
             {"name": c.name, "unit": c.unit, "is_height": c.is_height, "shape": list(c.shape)}
             for c in channels
         ]
-        print(_json({**facts, "channels": listed}))
+        print(export.to_json({**facts, "channels": listed}))
     else:
         _show_info(surface, facts, channels)
 
@@ -848,41 +847,6 @@ def _facts(surface: Surface) -> dict[str, Any]:
         "missing": surface.missing,
         "missing_fraction": surface.missing / surface.heights.size,
     }
-
-
-def _echo(result: ContactResult) -> dict[str, Any]:
-    """Return the summary of a result with the materials that went in."""
-    bodies = {"material": result.material, "counter_material": result.counter_material}
-    other = result.counter_surface
-    return {
-        **result.summary(),
-        "converged": result.converged,
-        "precision": result.precision,
-        **{
-            name: {
-                "rigid": math.isinf(body.young),
-                "young": body.young,
-                "poisson": body.poisson,
-                "yield_strength": body.yield_strength,
-            }
-            for name, body in bodies.items()
-        },
-        "counter_source": None if other is None else other.provenance.source,
-        "counter_preparation": None if other is None else list(other.provenance.steps),
-    }
-
-
-def _json(values: dict[str, Any]) -> str:
-    return json.dumps(_finite(values), indent=2, allow_nan=False)
-
-
-def _finite(value: Any) -> Any:
-    # JSON has no word for infinity (a rigid body's modulus) or NaN.
-    if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _in_words(material: Material) -> str:
