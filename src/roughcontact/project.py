@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from roughcontact import convolution, job
+from roughcontact import convolution, export, job
 from roughcontact._version import __version__
 from roughcontact.archive import replacing
 from roughcontact.errors import FormatError, InputError, RoughcontactError
@@ -191,19 +191,17 @@ def _work(entry: Entry, digest: str, threads: int, sender: Connection) -> None:
 
 
 def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
-    from roughcontact import console
-
     outcome = job.run(entry.job, lambda text: None)
     result = outcome.result
     if outcome.failure is not None:
         raise outcome.failure
     if not result.converged:
         return FAILED, {}, f"not converged: certificate {result.certificate:.1e}; {result.status}"
-    told = console.echo(result)
+    told = export.record(result)
     if outcome.study is not None:
         told["study"] = outcome.study.summary()
     told |= {"written": [str(path) for path in outcome.written], "run": digest}
-    text = console.to_json(told)
+    text = export.to_json(told)
     with replacing(entry.summary) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
     return SOLVED, json.loads(text), ""
