@@ -337,19 +337,18 @@ def _run(
     from roughcontact import project
 
     entries = project.load(file)
-    finished: list[project.Report] = []
+    names: list[str] = []
 
     def told(report: project.Report) -> None:
-        finished.append(report)
-        say(f"{len(finished)} of {len(entries)} done, {report.name} {report.state}")
+        names.append(report.name)
+        say(f"{len(names)} of {len(entries)} done, {report.name} {report.state}")
 
     try:
         with console.progress(quiet) as say:
             say(f"working through {len(entries)} contacts")
             reports = project.run(entries, told)
     except KeyboardInterrupt:
-        done = [e.summary for e in entries if e.name in {r.name for r in finished if r.told}]
-        raise job.UnfinishedError(done) from None
+        raise job.UnfinishedError(project.finished(entries)) from None
     if as_json:
         print(export.to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
     elif not quiet:

@@ -151,6 +151,11 @@ def run(
     return [reports[number] for number in range(len(entries))]
 
 
+def finished(entries: list[Entry]) -> list[Path]:
+    """Return the JSON files of the contacts that are complete."""
+    return [entry.summary for entry in entries if _complete(entry, _digest(entry)) is not None]
+
+
 def _finish(entry: Entry, threads: int, children: set[Any]) -> Report:
     digest = _digest(entry)
     before = _complete(entry, digest)
