@@ -14,7 +14,7 @@ ROWS = [
         "preparation", "filling", "filters", "roughness", "hertz", "analytic", "generate", "spots",
     },
     {"material", "surface", "result"},
-    {"contact", "loading", "study", "formats", "archive"},
+    {"contact", "history", "loading", "study", "formats", "archive"},
     {"plots"},
     {"job"},
     {"console", "cli", "__init__", "__main__"},
