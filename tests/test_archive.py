@@ -303,13 +303,20 @@ def test_the_file_appears_only_once_complete(
 @pytest.mark.parametrize("name", ["out.h5", "out", "out.nc.bak", "out.npz"])
 def test_the_suffix_is_nc(name: str, tmp_path: Path, result: rc.ContactResult) -> None:
     with pytest.raises(rc.InputError, match=rf"path must end in \.nc, got.*{name}"):
-        result.save(tmp_path / name)
+        save_result(result, tmp_path / name)
     assert os.listdir(tmp_path) == []
 
 
 def test_no_folder_to_write_to(tmp_path: Path, result: rc.ContactResult) -> None:
     with pytest.raises(OSError, match="absent"):
         result.save(tmp_path / "absent" / "out.nc")
+
+
+def test_a_name_that_is_no_text(tmp_path: Path, result: rc.ContactResult) -> None:
+    # As Python gives the name of a file whose bytes are not UTF-8.
+    surface = replace(result.surface, provenance=rc.Provenance("gr\udcfcn.opd"))
+    replace(result, surface=surface).save(tmp_path / "out.nc")
+    assert load_result(tmp_path / "out.nc").surface.provenance.source == "gr\\udcfcn.opd"
 
 
 # --- files that are no result ----------------------------------------------------------------

@@ -478,6 +478,85 @@ def test_truncated_numpy_files(tmp_path: Path, name: str) -> None:
         refused(path, name, "cannot be read", unit="um", size="1 mm x 1 mm")
 
 
+# Matrices that give their unit and pixel themselves
+
+HEAD = (
+    "# roughcontact map\n# quantity: height\n# unit: um\n# pixel_y: 2 um\n# pixel_x: 1e-6 m\n"
+    "# a remark\n"
+)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".txt", ".asc"])
+def test_text_matrix_with_a_head(tmp_path: Path, suffix: str) -> None:
+    path = write(tmp_path, f"map{suffix}", "\ufeff" + HEAD + TEXTS["semicolon"])
+    surface = read_surface(path)
+    np.testing.assert_allclose(surface.heights, HEIGHTS * 1e-6, rtol=1e-15)
+    assert surface.pixel == pytest.approx((2e-6, 1e-6), rel=1e-15, abs=0)
+    assert channels(path) == (Channel("height", "um", True, (3, 4)),)
+    refused(path, "gives its unit itself", unit="um", kind=InputError)
+    refused(path, "gives its size itself", size=(6e-6, 4e-6), kind=InputError)
+    refused(path, "no channels", channel=0, kind=InputError)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("# unit: um\n", "", "lacks unit in its head"),
+        ("pixel_y: 2 um", "pixel", "lacks pixel_y in its head"),
+        ("quantity: height", "quantity: pressure", "holds 'pressure', no heights"),
+        ("unit: um", "unit: Pa", "unit needs a length"),
+        ("2 um", "2", "pixel_y needs a length"),
+        ("2 um", "-2 um", "pixel_y must be positive"),
+        ("2 um", "2 m", "outside"),
+        ("# quantity", "# roughcontact map\n# quantity", None),
+    ],
+)
+def test_text_matrix_with_a_bad_head(tmp_path: Path, old: str, new: str, words: str | None) -> None:
+    path = write(tmp_path, "map.csv", HEAD.replace(old, new) + TEXTS["comma"])
+    if words is None:
+        assert read_surface(path).pixel == pytest.approx((2e-6, 1e-6), rel=1e-15, abs=0)
+        return
+    refused(path, "map.csv", words)
+
+
+def test_a_head_that_comes_later_is_a_remark(tmp_path: Path) -> None:
+    path = write(tmp_path, "map.csv", "\n" + HEAD + TEXTS["comma"])
+    refused(path, "map.csv gives no unit", kind=InputError)
+    assert channels(path) == (Channel("", "", True, (3, 4)),)
+
+
+def test_a_matrix_with_a_head_is_no_list_of_points(tmp_path: Path) -> None:
+    text = "".join(f"{x} {y} 0.5\n" for y in range(3) for x in range(4))
+    assert read_surface(write(tmp_path, "map.csv", HEAD + text)).shape == (12, 3)
+
+
+def test_numpy_archive_with_unit_and_pixel(tmp_path: Path) -> None:
+    path = tmp_path / "map.npz"
+    np.savez(path, heights=HEIGHTS, pixel=[2.0, 1.0], unit="um", note="more")
+    for channel in (None, "heights"):
+        surface = read_surface(path, channel=channel)
+        np.testing.assert_allclose(surface.heights, HEIGHTS * 1e-6, rtol=1e-15)
+        assert surface.pixel == pytest.approx((2e-6, 1e-6), rel=1e-15, abs=0)
+    refused(path, "gives its unit itself", unit="um", kind=InputError)
+    refused(path, "gives its size itself", size="1 um x 2 um", kind=InputError)
+    refused(path, "at least 2 × 2", channel="pixel")
+    for changes, words in (
+        ({"pixel": 1.0}, "two numbers (dy, dx) as pixel"),
+        ({"pixel": ["1", "2"]}, "two numbers (dy, dx) as pixel"),
+        ({"unit": 1}, "a word as unit"),
+        ({"unit": ["um"]}, "a word as unit"),
+        ({"pixel": [1.0, np.nan]}, "pixel must be positive"),
+        ({"heights": HEIGHTS[0]}, "at least 2 × 2"),
+    ):
+        np.savez(path, **{"heights": HEIGHTS, "pixel": [2.0, 1.0], "unit": "um", **changes})
+        refused(path, words)
+    np.savez(path, heights=HEIGHTS, pixel=[2.0, 1.0], unit="Pa")
+    refused(path, "map.npz", "unit needs a length")
+    # Without a unit it is an archive as any other.
+    np.savez(path, heights=HEIGHTS, pixel=[2.0, 1.0])
+    refused(path, "0: 'heights'; 1: 'pixel'", kind=InputError)
+
+
 # The program's own files
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from roughcontact import plots
 from roughcontact.contact import solve
 from roughcontact.errors import InputError, RoughcontactError
+from roughcontact.history import Stage, load_history
 from roughcontact.material import RIGID, Material
 from roughcontact.result import ContactResult
 from roughcontact.surface import Surface
@@ -450,3 +451,34 @@ def test_one_spike_does_not_set_the_scale() -> None:
     assert 0 < result.saturated_fraction < 1e-3
     image = plots.pressure(result).axes[0].images[0]
     assert image.norm.vmax < 0.5 * result.max_pressure
+
+
+def test_hysteresis_shows_the_loop_and_what_it_costs() -> None:
+    heights = np.random.default_rng(3).random((16, 16)) * 1e-7
+    material = Material(young=210e9, poisson=0.3, yield_strength=1e9)
+    surface = Surface(heights, (1e-6, 1e-6))
+    history = load_history(surface, [0.1, 0.2, 0.0, 0.2], material=material)
+    figure = plots.hysteresis(history)
+    figure.draw_without_rendering()
+    loop, bars, total = figure.axes
+    assert "shaken down" in texts(figure)
+    assert "4 steps" in texts(figure)
+    lines = {line.get_label(): line for line in loop.lines}
+    # The path starts at first touch; the loads are in mN, two steps indent and two do not.
+    through = lines[next(name for name in lines if name.startswith("_"))].get_xydata()
+    np.testing.assert_allclose(through[:, 1], [0, 100, 200, 0, 200])
+    for name, parts in (("new indentation", 2), ("elastic", 2)):
+        assert np.isfinite(lines[name].get_xydata()).all(axis=1).sum() == 2 * parts
+    energy = history.column("dissipated_energy")
+    heights_of_bars = [patch.get_height() for patch in bars.patches]
+    np.testing.assert_allclose(np.array(heights_of_bars) / heights_of_bars[0], energy / energy[0])
+    volume = total.lines[0].get_ydata()
+    assert volume[-1] == pytest.approx(history.indentation_volume * 1e18)
+
+
+@pytest.mark.parametrize("path", [[0.0], [0.1], [Stage(load=0.1, shift=(1e-6, 0.0)), 0.0]])
+def test_hysteresis_of_next_to_nothing(path: list[Stage | float]) -> None:
+    heights = np.random.default_rng(3).random((16, 16)) * 1e-7
+    material = Material(young=210e9, poisson=0.3)
+    history = load_history(Surface(heights, (1e-6, 1e-6)), path, material=material)
+    plots.hysteresis(history).draw_without_rendering()

@@ -67,6 +67,23 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+def surface_to_dataset(surface: Surface) -> xarray.Dataset:
+    """Return a height map as an xarray dataset.
+
+    Parameters
+    ----------
+    surface : Surface
+        The map.
+
+    Returns
+    -------
+    xarray.Dataset
+        Variable ``height`` [m] over the centres ``(y, x)`` [m] of the pixels; pixel and
+        provenance as attributes.
+    """
+    return _dataset(surface, {"height": surface.heights}, {"title": "Heights of a surface"})
+
+
 def to_dataset(result: ContactResult) -> xarray.Dataset:
     """Return a result as an xarray dataset that can be checked without this program.
 
@@ -82,8 +99,6 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
         in SI units, ``ceiling`` and ``counter_height`` where they are maps, and everything else
         as attributes.
     """
-    import xarray
-
     surface = result.surface
     maps: dict[str, Any] = {
         "height": surface.heights,
@@ -96,14 +111,8 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
         maps["counter_height"] = result.counter_surface.heights
     attributes: dict[str, Any] = {
         "title": "Contact of rough surfaces",
-        "Conventions": "CF-1.8",
-        "pixel_y": surface.pixel[0],
-        "pixel_y_units": "m",
-        "pixel_x": surface.pixel[1],
-        "pixel_x_units": "m",
         "regime": result.regime,
         "warnings": "\n".join(result.warnings),
-        **_described(surface.provenance),
     }
     if result.counter_surface is not None:
         attributes |= _described(result.counter_surface.provenance, "counter_")
@@ -130,6 +139,12 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
             if value is not None:
                 attributes[f"{body}_{name}"] = value
                 attributes[f"{body}_{name}_units"] = "Pa"
+    return _dataset(surface, maps, attributes)
+
+
+def _dataset(surface: Surface, maps: dict[str, Any], attributes: dict[str, Any]) -> xarray.Dataset:
+    import xarray
+
     ny, nx = surface.shape
     axis = {"units": "m", "long_name": "centre of the pixel"}
     return xarray.Dataset(
@@ -141,16 +156,29 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
             "y": ("y", (np.arange(ny) + 0.5) * surface.pixel[0], axis),
             "x": ("x", (np.arange(nx) + 0.5) * surface.pixel[1], axis),
         },
-        attrs=attributes,
+        attrs={
+            "Conventions": "CF-1.8",
+            "pixel_y": surface.pixel[0],
+            "pixel_y_units": "m",
+            "pixel_x": surface.pixel[1],
+            "pixel_x_units": "m",
+            **_described(surface.provenance),
+            **attributes,
+        },
     )
 
 
 def _described(provenance: Provenance, prefix: str = "") -> dict[str, str]:
+    texts = {
+        "source": provenance.source,
+        "instrument": provenance.instrument,
+        "channel": provenance.channel,
+        "preparation": "\n".join(provenance.steps),
+    }
+    # The name of a file need not be text in any encoding; the file's attributes are UTF-8.
     return {
-        f"{prefix}source": provenance.source,
-        f"{prefix}instrument": provenance.instrument,
-        f"{prefix}channel": provenance.channel,
-        f"{prefix}preparation": "\n".join(provenance.steps),
+        f"{prefix}{name}": text.encode("utf-8", "backslashreplace").decode("utf-8")
+        for name, text in texts.items()
     }
 
 

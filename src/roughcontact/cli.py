@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
-from roughcontact import console, job
+from roughcontact import console, export, job
 from roughcontact._version import __version__
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.job import BODIES, MAP, OPTIONS, OUTPUT, Job
@@ -215,10 +215,10 @@ def _solve(asked: Job, as_json: _Json = False, quiet: _Quiet = False) -> None:
         outcome = job.run(asked, say, lambda step: say(console.described(step)))
     result, written = outcome.result, outcome.written
     if as_json:
-        told = {**console.echo(result), "written": [str(path) for path in written]}
+        told = {**export.record(result), "written": [str(path) for path in written]}
         if outcome.study is not None:
             told["study"] = outcome.study.summary()
-        print(console.to_json(told))
+        print(export.to_json(told))
     elif not quiet:
         console.show_solution(
             result, str(asked.given.get("ceiling", "auto")), outcome.study, written
@@ -314,7 +314,7 @@ def _sweep(
             tasks.append((figure, job.saver(lambda: plots.load_curve(curve))))
         written = job.write(tasks, say)
     if as_json:
-        print(console.to_json({**curve.summary(), "written": [str(path) for path in written]}))
+        print(export.to_json({**curve.summary(), "written": [str(path) for path in written]}))
     elif not quiet:
         console.show_curve(curve, written)
 
@@ -337,21 +337,20 @@ def _run(
     from roughcontact import project
 
     entries = project.load(file)
-    finished: list[project.Report] = []
+    names: list[str] = []
 
     def told(report: project.Report) -> None:
-        finished.append(report)
-        say(f"{len(finished)} of {len(entries)} done, {report.name} {report.state}")
+        names.append(report.name)
+        say(f"{len(names)} of {len(entries)} done, {report.name} {report.state}")
 
     try:
         with console.progress(quiet) as say:
             say(f"working through {len(entries)} contacts")
             reports = project.run(entries, told)
     except KeyboardInterrupt:
-        done = [e.summary for e in entries if e.name in {r.name for r in finished if r.told}]
-        raise job.UnfinishedError(done) from None
+        raise job.UnfinishedError(project.finished(entries)) from None
     if as_json:
-        print(console.to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
+        print(export.to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
     elif not quiet:
         console.show_reports(reports)
     failed = [report for report in reports if report.state == project.FAILED]
@@ -382,7 +381,7 @@ def _info(
             {"name": c.name, "unit": c.unit, "is_height": c.is_height, "shape": list(c.shape)}
             for c in channels
         ]
-        print(console.to_json({**facts, "channels": listed}))
+        print(export.to_json({**facts, "channels": listed}))
     else:
         console.show_info(surface, facts, channels)
 
@@ -401,7 +400,7 @@ def _materials(
 
     found = catalogue.entries() if name is None else (catalogue.entry(name),)
     if as_json:
-        print(console.to_json({"materials": [dataclasses.asdict(entry) for entry in found]}))
+        print(export.to_json({"materials": [dataclasses.asdict(entry) for entry in found]}))
     elif name is None:
         console.show_catalogue(found)
     else:

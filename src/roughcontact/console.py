@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import json
 import math
 import os
 import sys
@@ -339,43 +338,6 @@ def facts(surface: Surface) -> dict[str, Any]:
         "missing": surface.missing,
         "missing_fraction": surface.missing / surface.heights.size,
     }
-
-
-def echo(result: ContactResult) -> dict[str, Any]:
-    """Return the summary of a result with the materials that went in."""
-    bodies = {"material": result.material, "counter_material": result.counter_material}
-    other = result.counter_surface
-    return {
-        **result.summary(),
-        "converged": result.converged,
-        "precision": result.precision,
-        **{
-            name: {
-                "rigid": math.isinf(body.young),
-                "young": body.young,
-                "poisson": body.poisson,
-                "yield_strength": body.yield_strength,
-                "hardness": body.hardness,
-            }
-            for name, body in bodies.items()
-        },
-        "counter_source": None if other is None else other.provenance.source,
-        "counter_preparation": None if other is None else list(other.provenance.steps),
-    }
-
-
-def to_json(values: dict[str, Any]) -> str:
-    """Return JSON text; null for what is not finite."""
-    return json.dumps(_finite(values), indent=2, allow_nan=False)
-
-
-def _finite(value: Any) -> Any:
-    # JSON has no word for infinity (a rigid body's modulus) or NaN.
-    if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _in_words(material: Material) -> str:

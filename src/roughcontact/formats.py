@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import math
 import os
 import re
@@ -25,7 +26,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Plain matrices and the program's own files; they carry no unit or size unless it is NetCDF.
+TEXT_MARK = "# roughcontact map"
+"""First line of a text matrix whose head names its quantity, unit and pixel."""
+
+# Plain matrices and the program's own files.
 _OWN_SUFFIXES = {
     ".npy": "npy",
     ".npz": "npz",
@@ -175,6 +179,11 @@ def read_surface(
 
     Notes
     -----
+    A text matrix gives its unit and pixel itself if it starts with the lines ``# roughcontact
+    map``, ``# quantity: height``, ``# unit: um``, ``# pixel_y: 2 um`` and ``# pixel_x: 1 um``; a
+    NumPy archive if it holds arrays ``heights``, ``pixel`` (dy, dx) and ``unit``, the unit of
+    both.
+
     Scales that no measured map has are refused: sides outside 1 nm to 10 m, pixel edges outside
     1 pm to 10 mm, heights that span more than 100 times the longer side.
     """
@@ -219,7 +228,10 @@ def channels(
     if kind == "netcdf":
         return (Channel("height", "m", True, _read_netcdf(path).shape),)
     if kind == "text":
-        return (Channel("", "", True, _read_text(path)[0].shape),)
+        stated = _head_of_text(path)
+        quantity, unit = stated.get("quantity", ""), stated.get("unit", "")
+        is_height = not stated or quantity == "height"
+        return (Channel(quantity, unit, is_height, _read_text(path)[0].shape),)
     if kind in ("npy", "npz"):
         return tuple(
             Channel(name, "", array.ndim == 2, array.shape)
@@ -545,23 +557,88 @@ def _read_matrix(
 ) -> Surface:
     steps: tuple[str, ...] = ()
     name = ""
+    scale: tuple[float, tuple[float, float]] | None
     if kind == "text":
         if channel is not None:
             raise InputError(f"{path.name} has no channels; leave out channel={channel!r}")
-        values, steps = _read_text(path)
+        scale = _scale_in_text(path)
+        values, steps = _read_text(path, points_possible=scale is None)
     else:
         arrays = _read_arrays(path, kind)
-        name, values = _chosen_array(path, arrays, channel)
+        scale = _scale_in_arrays(path, arrays) if channel in (None, "heights") else None
+        name, values = _chosen_array(path, arrays, channel if scale is None else "heights")
     if values.dtype.kind not in "fiu" or values.ndim != 2 or min(values.shape) < 2:
         raise FormatError(
             f"{path.name} must hold a matrix of at least 2 × 2 real numbers, got {values.dtype} "
             f"of shape {values.shape}"
         )
-    metre = _unit_in_metres(path, unit)
-    ny, nx = values.shape
-    pixel = pixel_of(size, (ny, nx), path.name)
+    if scale is None:
+        metre = _unit_in_metres(path, unit)
+        ny, nx = values.shape
+        pixel = pixel_of(size, (ny, nx), path.name)
+    else:
+        _refuse_given(path, unit=unit, size=size)
+        metre, pixel = scale
     provenance = Provenance(path.name, f"matrix ({kind})", name, steps)
     return _surface(path, values.astype(np.float64) * metre, pixel, provenance)
+
+
+@contextlib.contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Turn the complaint about a quantity into one about the file that states it."""
+    try:
+        yield
+    except InputError as error:
+        raise FormatError(f"{path.name} states its scale wrongly: {error}") from None
+
+
+def _head_of_text(path: Path) -> dict[str, str]:
+    """Return what the head of a text matrix states; nothing if it has no head of this program."""
+    try:
+        with path.open(encoding="utf-8-sig", errors="replace") as stream:
+            if stream.readline().strip() != TEXT_MARK:
+                return {}
+            lines = itertools.takewhile(lambda line: line.startswith("#"), stream)
+            parts = (line[1:].partition(":") for line in lines)
+            return {name.strip(): value.strip() for name, mark, value in parts if mark}
+    except OSError as error:
+        raise FormatError(f"{path.name} cannot be read ({_one_line(error)})") from None
+
+
+def _scale_in_text(path: Path) -> tuple[float, tuple[float, float]] | None:
+    """Return the unit [m] and the pixel [m] that the head of a text matrix states."""
+    stated = _head_of_text(path)
+    if not stated:
+        return None
+    absent = [name for name in ("quantity", "unit", "pixel_y", "pixel_x") if name not in stated]
+    if absent:
+        raise FormatError(
+            f"{path.name} lacks {', '.join(absent)} in its head; complete it, or remove the line "
+            f"{TEXT_MARK!r} and give unit= and size="
+        )
+    if stated["quantity"] != "height":
+        raise FormatError(f"{path.name} holds {stated['quantity']!r}, no heights")
+    with _naming(path):
+        metre = _unit_in_metres(path, stated["unit"])
+        dy, dx = (units.parse(stated[name], "length", name) for name in ("pixel_y", "pixel_x"))
+    return metre, (dy, dx)
+
+
+def _scale_in_arrays(
+    path: Path, arrays: dict[str, NDArray[Any]]
+) -> tuple[float, tuple[float, float]] | None:
+    """Return the unit [m] and the pixel [m] that a NumPy archive holds beside its heights."""
+    if not {"heights", "pixel", "unit"} <= arrays.keys():
+        return None
+    pixel, unit = arrays["pixel"], arrays["unit"]
+    if pixel.shape != (2,) or pixel.dtype.kind not in "fiu" or unit.dtype.kind != "U" or unit.ndim:
+        raise FormatError(
+            f"{path.name} must hold two numbers (dy, dx) as pixel and a word as unit, got "
+            f"{pixel.dtype} of shape {pixel.shape} and {unit.dtype} of shape {unit.shape}"
+        )
+    with _naming(path):
+        metre = _unit_in_metres(path, str(unit))
+    return metre, (float(pixel[0]) * metre, float(pixel[1]) * metre)
 
 
 def _read_arrays(path: Path, kind: str) -> dict[str, NDArray[Any]]:
@@ -602,7 +679,7 @@ _MISSING = re.compile(r"|nan|n/?a|bad|\*+|-{2,}", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 
 
-def _read_text(path: Path) -> tuple[Array, tuple[str, ...]]:
+def _read_text(path: Path, points_possible: bool = True) -> tuple[Array, tuple[str, ...]]:
     """Return the matrix in a text file, and what was decided in reading it."""
     rows: list[Array] = []
     numbers: list[int] = []
@@ -640,7 +717,8 @@ def _read_text(path: Path) -> tuple[Array, tuple[str, ...]]:
     if trailing and matrix.shape[1] > 1:
         matrix = matrix[:, :-1]
         steps = ("read: the delimiter at the end of every row is no column",)
-    _refuse_point_list(path, matrix)
+    if points_possible:
+        _refuse_point_list(path, matrix)
     return matrix, steps
 
 

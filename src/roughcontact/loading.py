@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import analytic, contact, result, roughness
+from roughcontact import analytic, contact, export, result, roughness
 from roughcontact._version import __version__
 from roughcontact.archive import replacing
 from roughcontact.errors import ConvergenceError, FormatError, InputError
@@ -214,7 +214,7 @@ class LoadCurve:
                 lines.append(",".join(repr(value) for value in values))
             text = "\n".join(lines) + "\n"
         else:
-            text = _json(self.summary())
+            text = export.to_json(self.summary()) + "\n"
         with replacing(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
 
@@ -231,11 +231,11 @@ class LoadCurve:
             "contact_modulus": self.contact_modulus,
             "rms_gradient": self.rms_gradient,
             "ceiling": "per pixel" if isinstance(ceiling, np.ndarray) else ceiling,
-            "low_load_slope": _finite(self.low_load_slope),
-            **{name: [_finite(v) for v in self.column(name).tolist()] for name in UNITS},
-            "constriction_length": [_finite(v) for v in self.constriction_length.tolist()],
-            "persson_contact_area": [_finite(v) for v in contact_area.tolist()],
-            "persson_saturated_area": [_finite(v) for v in saturated_area.tolist()],
+            "low_load_slope": self.low_load_slope,
+            **{name: self.column(name).tolist() for name in UNITS},
+            "constriction_length": self.constriction_length.tolist(),
+            "persson_contact_area": contact_area.tolist(),
+            "persson_saturated_area": saturated_area.tolist(),
             "version": __version__,
         }
 
@@ -462,7 +462,7 @@ def _record(
         raise InputError(f"folder {folder} holds steps without {_RECORD}; give another folder")
     folder.mkdir(parents=True, exist_ok=True)
     with replacing(path) as temporary:
-        temporary.write_text(_json(described), encoding="utf-8")
+        temporary.write_text(export.to_json(described), encoding="utf-8")
     return folder
 
 
@@ -483,7 +483,7 @@ def _described(
         "values": wanted,
     }
     # As it reads back from the file.
-    read: dict[str, Any] = json.loads(_json(described))
+    read: dict[str, Any] = json.loads(export.to_json(described))
     return read
 
 
@@ -523,11 +523,3 @@ def _read_step(path: Path, shape: tuple[int, int]) -> tuple[LoadStep, Array]:
             "solve it again"
         ) from None
     return LoadStep(**values), pressure
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _json(values: dict[str, Any]) -> str:
-    return json.dumps(values, indent=2, ensure_ascii=False) + "\n"

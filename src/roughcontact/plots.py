@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import InputError, RoughcontactError
+from roughcontact.history import SHAKEN_DOWN
 from roughcontact.result import ContactResult
 from roughcontact.surface import Surface
 from roughcontact.units import engineering
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
     from matplotlib.image import AxesImage
     from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.transforms import Transform
+
+    from roughcontact.history import LoadHistory
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -325,6 +328,53 @@ def overview(result: ContactResult) -> Figure:
     return figure
 
 
+def hysteresis(history: LoadHistory) -> Figure:
+    """Draw load against approach along a history, and what each step dissipates.
+
+    Parameters
+    ----------
+    history : LoadHistory
+        A solved path.
+
+    Returns
+    -------
+    Figure
+        The loop, with the parts that indent in another colour than the elastic ones; below it
+        the dissipated energy of every step and the volume indented so far.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
+
+    figure = Figure(figsize=(7.2, 8.6), dpi=DPI, layout=_layout())
+    upper, lower = figure.subplots(2, 1, height_ratios=(1.7, 1.0))
+    _draw_loop(upper, history)
+
+    number = np.arange(1, len(history.steps) + 1)
+    energy = history.column("dissipated_energy")
+    volume = np.cumsum(history.column("indentation_volume"))
+    factor, unit = _scale(float(energy.max()), "J")
+    lower.bar(number, energy * factor, width=0.7, color=_SATURATED)
+    lower.set_xlabel("step", fontsize=_LABEL)
+    lower.set_ylabel(f"dissipated energy [{unit}]", fontsize=_LABEL, color=_SATURATED)
+    lower.xaxis.set_major_locator(MaxNLocator(integer=True))
+    lower.set_xlim(0.3, number[-1] + 0.7)
+    lower.set_ylim(0, 1.15 * float(energy.max()) * factor or 1)
+    # Cubic micrometres: prefixes of m³ mislead.
+    total = lower.twinx()
+    total.plot(number, volume * 1e18, color=_SERIES[0], marker="o", markersize=4, linewidth=1.8)
+    total.set_ylabel("indented volume so far [µm³]", fontsize=_LABEL, color=_SERIES[0])
+    total.set_ylim(0, 1.15 * float(volume[-1]) * 1e18 or 1)
+    for axes in (lower, total):
+        axes.tick_params(labelsize=_TICK)
+        axes.spines["top"].set_visible(False)
+    lower.set_title(
+        f"{engineering(history.dissipated_energy, 'J', 3)} dissipated, "
+        + ("shaken down" if history.shaken_down else "shakedown not shown"),
+        fontsize=_TITLE,
+    )
+    return figure
+
+
 def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     """Write a figure to a PNG, SVG or PDF file.
 
@@ -509,6 +559,46 @@ def _draw_histogram(
         fontsize=_TICK,
         frameon=False,
     )
+
+
+def _draw_loop(axes: Axes, history: LoadHistory) -> None:
+    approach, load = history.hysteresis
+    indents = history.column("indentation_volume") > SHAKEN_DOWN * history.indentation_volume
+    if not any(history.path[0].shift):
+        # The bodies touch at the first position before the first step.
+        approach, load = np.append(0.0, approach), np.append(0.0, load)
+    else:
+        indents = indents[1:]
+    across, unit_across = _scale(float(np.abs(approach).max()), "m")
+    up, unit_up = _scale(float(load.max()), "N")
+    x, y = approach * across, load * up
+    for kind, colour, name in ((False, _ELASTIC, "elastic"), (True, _SATURATED, "new indentation")):
+        if not (indents == kind).any():
+            continue
+        # One line with gaps, so that the legend names each kind once.
+        gaps = np.full(indents.size, np.nan)
+        parts = np.where(indents == kind, [x[:-1], x[1:], gaps], np.nan)
+        axes.plot(parts.T.ravel(), np.array([y[:-1], y[1:], gaps]).T.ravel(),
+                  color=colour, linewidth=2.2 if kind else 1.8, label=name)  # fmt: skip
+    axes.plot(x, y, "o", color=_NEUTRAL, markersize=4)
+    for place, text, side in ((0, "start ", "right"), (-1, " end", "left")):
+        axes.annotate(
+            text, (x[place], y[place]), xytext=(0, 3), textcoords="offset points", ha=side,
+            fontsize=_TICK, color=_NEUTRAL,
+        )  # fmt: skip
+    axes.margins(x=0.1)
+    axes.set_xlabel(f"approach from first touch [{unit_across}]", fontsize=_LABEL)
+    axes.set_ylabel(f"load [{unit_up}]", fontsize=_LABEL)
+    axes.set_ylim(bottom=0)
+    axes.tick_params(labelsize=_TICK)
+    axes.grid(True, color="#dddddd", linewidth=0.8)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    axes.legend(fontsize=_TICK, frameon=False, loc="upper left")
+    positions = len({stage.shift for stage in history.path})
+    where = f", {positions} lateral positions" if positions > 1 else ""
+    axes.set_title(f"Load history, {len(history.steps)} steps{where}", fontsize=_TITLE)
 
 
 def _edges(pressures: Sequence[Array], ceilings: Sequence[float], top: float, scale: str) -> Array:

@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from roughcontact import convolution, job
+from roughcontact import convolution, export, job
 from roughcontact._version import __version__
 from roughcontact.archive import replacing
 from roughcontact.errors import FormatError, InputError, RoughcontactError
@@ -151,6 +151,11 @@ def run(
     return [reports[number] for number in range(len(entries))]
 
 
+def finished(entries: list[Entry]) -> list[Path]:
+    """Return the JSON files of the contacts that are complete."""
+    return [entry.summary for entry in entries if _complete(entry, _digest(entry)) is not None]
+
+
 def _finish(entry: Entry, threads: int, children: set[Any]) -> Report:
     digest = _digest(entry)
     before = _complete(entry, digest)
@@ -191,19 +196,17 @@ def _work(entry: Entry, digest: str, threads: int, sender: Connection) -> None:
 
 
 def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
-    from roughcontact import console
-
     outcome = job.run(entry.job, lambda text: None)
     result = outcome.result
     if outcome.failure is not None:
         raise outcome.failure
     if not result.converged:
         return FAILED, {}, f"not converged: certificate {result.certificate:.1e}; {result.status}"
-    told = console.echo(result)
+    told = export.record(result)
     if outcome.study is not None:
         told["study"] = outcome.study.summary()
     told |= {"written": [str(path) for path in outcome.written], "run": digest}
-    text = console.to_json(told)
+    text = export.to_json(told)
     with replacing(entry.summary) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
     return SOLVED, json.loads(text), ""

@@ -293,16 +293,25 @@ class ContactResult:
         }
 
     def save(self, path: str | Path) -> None:
-        """Write everything to a NetCDF file; see `roughcontact.load_result`.
+        """Write the result in the format that the suffix of the file names.
 
         Parameters
         ----------
         path : str or path
-            File to write; it appears only once it is complete.
-        """
-        from roughcontact.archive import save_result
+            File to write; it appears only once it is complete. ``.nc``: everything, see
+            `roughcontact.load_result`. ``.vti``: all maps, for ParaView. ``.csv``: the pressure.
+            ``.json``: the summary. `roughcontact.export` writes other maps, too.
 
-        save_result(self, path)
+        Raises
+        ------
+        InputError
+            If the suffix is none of these.
+        OSError
+            If the file cannot be written; an old file survives.
+        """
+        from roughcontact import export
+
+        export.save(self, path)
 
 
 def initial_gap(surface: Surface, counter_surface: Surface | None = None) -> NDArray[np.float64]:

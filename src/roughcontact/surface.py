@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -489,6 +490,27 @@ class Surface:
         copy = replace(self._prepared(heights, step), pixel=grid.pixel)
         # Who accepted the holes has not accepted what the map does not cover.
         return replace(copy, holes_masked=False) if outside else copy
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the map in the format that the suffix of the file names.
+
+        Parameters
+        ----------
+        path : str or path
+            File to write; it appears only once it is complete. ``.npz``, ``.nc``, ``.x3p`` and
+            ``.csv`` keep every bit of the heights, ``.sur`` 32 of them; ``.vti`` is for ParaView.
+            `roughcontact.read_surface` reads all but the last. See `roughcontact.export`.
+
+        Raises
+        ------
+        InputError
+            If the suffix is none of these, or the map does not fit into the format.
+        OSError
+            If the file cannot be written; an old file survives.
+        """
+        from roughcontact import export
+
+        export.save_surface(self, path)
 
     def _prepared(self, heights: NDArray[np.float64], step: str) -> Surface:
         return replace(self, heights=heights, provenance=self._with_step(step))
