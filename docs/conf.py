@@ -109,6 +109,8 @@ def _prepare(app: Sphinx) -> None:
     subprocess.run(
         [sys.executable, str(HERE / "howto" / "maps.py")], cwd=SCRATCH, check=True, timeout=300
     )
+    shutil.copy(HERE / "howto" / "project.toml", SCRATCH)
+    (SCRATCH / "maps").mkdir()
     generated = HERE / "generated"
     generated.mkdir(exist_ok=True)
     rows = [f"| `{suffix}` | {name} |" for suffix, name in sorted(formats.SUFFIXES.items())]

@@ -1,4 +1,4 @@
-"""Write the two measurements that the how-to pages use: ground.sdf and lapped.sdf.
+"""Write the measurements that the how-to pages use: ground.sdf, lapped.sdf and matrix.txt.
 
 python docs/howto/maps.py
 """
@@ -49,7 +49,7 @@ def save(path: Path, heights: np.ndarray, pixel: float) -> None:
 
 
 def main() -> None:
-    """Write both maps into the current folder."""
+    """Write all maps into the current folder."""
     points = 256
     heights, (pixel, _) = generate.reference_map(points)
     tilt = np.linspace(0, 1.5e-6, points)
@@ -67,6 +67,7 @@ def main() -> None:
         rng=np.random.default_rng(5),
     )
     save(Path("lapped.sdf"), lapped, pixel)
+    np.savetxt("matrix.txt", 1e6 * heights[:64, :128], fmt="%.6f")
 
 
 if __name__ == "__main__":
