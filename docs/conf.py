@@ -21,8 +21,6 @@ HERE = Path(__file__).parent
 sys.path += [str(HERE / "_ext"), str(HERE.parent / "benchmarks")]
 mpl.use("Agg")
 
-from figure_objects import scraper  # noqa: E402 - found through the path set above
-
 project = "roughcontact"
 author = "the roughcontact developers"
 copyright = "the roughcontact developers, BSD 3-Clause License"  # noqa: A001 - Sphinx's name
@@ -80,7 +78,7 @@ sphinx_gallery_conf = {
     "examples_dirs": "gallery",
     "gallery_dirs": "examples",
     "filename_pattern": r"plot_\d\d_",
-    "image_scrapers": (scraper,),
+    "image_scrapers": ("figure_objects.scraper",),
     "within_subsection_order": "FileNameSortKey",
     "abort_on_example_error": True,
     "remove_config_comments": True,
@@ -105,11 +103,12 @@ def _prepare(app: Sphinx) -> None:
     SCRATCH.mkdir(parents=True)
     folder = str(Path(sys.executable).parent)
     os.environ["PATH"] = folder + os.pathsep + os.environ["PATH"]
-    os.environ |= {"COLUMNS": "100", "NO_COLOR": "1"}
+    os.environ |= {"COLUMNS": "96", "NO_COLOR": "1"}
     subprocess.run(
         [sys.executable, str(HERE / "howto" / "maps.py")], cwd=SCRATCH, check=True, timeout=300
     )
-    shutil.copy(HERE / "howto" / "project.toml", SCRATCH)
+    for name in ("project.toml", "memory.py"):
+        shutil.copy(HERE / "howto" / name, SCRATCH)
     (SCRATCH / "maps").mkdir()
     generated = HERE / "generated"
     generated.mkdir(exist_ok=True)

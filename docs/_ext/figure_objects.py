@@ -28,12 +28,12 @@ def scraper(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]
         The images as reStructuredText.
     """
     rst = matplotlib_scraper(block, block_vars, gallery_conf, **kw)
-    shown: set[int] = block_vars["example_globals"].setdefault("__shown__", set())
+    shown: list[Figure] = block_vars["example_globals"].setdefault("__shown__", [])
     paths = []
-    for name, value in list(block_vars["example_globals"].items()):
-        if not isinstance(value, Figure) or id(value) in shown or name == "_":
+    for value in list(block_vars["example_globals"].values()):
+        if not isinstance(value, Figure) or any(value is other for other in shown):
             continue
-        shown.add(id(value))
+        shown.append(value)
         # Figures of pyplot have a manager; those were saved above.
         if getattr(value.canvas, "manager", None) is not None:
             continue
