@@ -81,6 +81,7 @@ _SUMMARY_UNITS = {
     "young": "Pa",
     "poisson": "1",
     "yield_strength": "Pa",
+    "hardness": "Pa",
 }
 
 # Bytes handled at a time; divisible by the size of every number.
@@ -557,6 +558,12 @@ _RESULT_WRITERS: dict[str, Callable[[ContactResult, str | os.PathLike[str]], Non
     ".csv": save_csv,
     ".json": save_json,
 }
+
+SURFACE_SUFFIXES = tuple(_SURFACE_WRITERS)
+"""Suffixes that `save_surface` knows."""
+
+RESULT_SUFFIXES = tuple(_RESULT_WRITERS)
+"""Suffixes that `save` knows."""
 
 
 def _writer(
