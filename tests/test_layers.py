@@ -10,7 +10,7 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 ROWS = [
     {"_version", "errors", "units"},
     {
-        "kernels", "convolution", "projection", "preconditioner", "solver",
+        "kernels", "convolution", "projection", "preconditioner", "solver", "tilt",
         "preparation", "filling", "filters", "roughness", "hertz", "analytic", "generate", "spots",
     },
     {"material", "surface", "result"},
