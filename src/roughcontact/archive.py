@@ -25,7 +25,7 @@ _MAPS = {
     "counter_height": ("m", "height of the counter-body, positive out of its material"),
     "initial_gap": ("m", "gap at first touch"),
     "pressure": ("Pa", "contact pressure"),
-    "gap": ("m", "displacement plus initial gap minus approach"),
+    "gap": ("m", "displacement plus initial gap plus tilt minus approach"),
     "saturated": ("1", "1 where the pressure is at the ceiling"),
     "ceiling": ("Pa", "largest pressure allowed"),
 }
@@ -41,6 +41,7 @@ _NUMBERS = {
 }
 _WORDS = ("boundary", "precision", "control", "status", "version")
 _COUNTS = ("iterations", "convolutions")
+_PAIRS = {"tilt": "1", "moments": "N m"}
 _BODIES = ("material", "counter_material")
 
 
@@ -123,6 +124,12 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
         attributes[f"{name}_units"] = _NUMBERS[name]
     for name in (*_WORDS, *_COUNTS):
         attributes[name] = getattr(result, name)
+    for name, unit in _PAIRS.items():
+        pair = getattr(result, name)
+        if pair is not None:
+            for axis_name, value in zip("yx", pair, strict=True):
+                attributes[f"{name}_{axis_name}"] = value
+                attributes[f"{name}_{axis_name}_units"] = unit
     if isinstance(result.ceiling, np.ndarray):
         maps["ceiling"] = result.ceiling
     elif result.ceiling is not None:
@@ -290,6 +297,12 @@ def _from_dataset(dataset: xarray.Dataset) -> ContactResult:
     scalars: dict[str, Any] = {name: float(attributes[name]) for name in _NUMBERS}
     scalars |= {name: str(attributes[name]) for name in _WORDS}
     scalars |= {name: int(attributes[name]) for name in _COUNTS}
+    # Files of earlier versions know no tilt.
+    scalars |= {
+        name: (float(attributes[f"{name}_y"]), float(attributes[f"{name}_x"]))
+        for name in _PAIRS
+        if f"{name}_y" in attributes
+    }
     return ContactResult(
         surface=surface,
         counter_surface=counter,
