@@ -11,10 +11,11 @@ ROWS = [
     {"_version", "errors", "units"},
     {
         "kernels", "convolution", "projection", "preconditioner", "solver",
-        "preparation", "filling", "filters", "roughness", "hertz", "analytic", "generate",
+        "preparation", "filling", "filters", "roughness", "resolution", "hertz", "analytic",
+        "generate",
     },
     {"material", "surface", "result"},
-    {"contact", "formats", "archive"},
+    {"netcdf", "contact", "formats", "archive"},
     {"plots"},
     {"cli", "__init__", "__main__"},
 ]  # fmt: skip
