@@ -11,7 +11,7 @@ ROWS = [
     {"_version", "errors", "units"},
     {
         "kernels", "convolution", "projection", "preconditioner", "solver", "stress", "halfspace",
-        "plasticity", "preparation", "filling", "filters", "alignment", "roughness", "spots",
+        "plasticity", "resolution", "preparation", "filling", "filters", "alignment", "roughness", "spots",
         "hertz", "analytic", "generate", "hardness",
     },
     {"material", "catalogue", "surface", "bodies", "result"},

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roughcontact import netcdf
 from roughcontact.errors import FormatError, InputError
 from roughcontact.material import Material
 from roughcontact.result import ContactResult
@@ -241,16 +241,12 @@ def load_result(path: str | os.PathLike[str]) -> ContactResult:
     FormatError
         If the file is missing, damaged or not a result of this program.
     """
-    import xarray
-
     path = Path(path)
     if not path.is_file():
         raise FormatError(f"{path} does not exist or is no file; check its name")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            with xarray.open_dataset(path, engine="h5netcdf") as dataset:
-                dataset.load()
+        with netcdf.opened(path) as dataset:
+            dataset.load()
         return _from_dataset(dataset)
     # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more; what does
     # not fit together our own checks refuse.

@@ -22,13 +22,8 @@ from roughcontact.errors import (
     InsufficientMemoryError,
     require_positive,
 )
-<<<<<<< HEAD
 from roughcontact.material import RIGID, Material, contact_modulus, softer
-from roughcontact.result import ContactResult, initial_gap
-=======
-from roughcontact.material import CEILING_FACTOR, RIGID, Material, contact_modulus, softer
 from roughcontact.result import ContactResult, centre_of_pressure, initial_gap
->>>>>>> 51fe6cae8dc223d733f855ee9be9487caed92fd9
 from roughcontact.solver import Step
 from roughcontact.surface import Surface
 

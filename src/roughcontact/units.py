@@ -35,9 +35,11 @@ _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 _NOT_FINITE = re.compile(r"[+-]?(?:inf(?:inity)?|nan)\b", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d")
 # pint evaluates arithmetic; it is shown only names with one-digit powers, joined by * / or a space.
-_FACTOR = r"[A-Za-z_µÅ]+(?:(?:\^|\*\*)-?\d|[²³])?"
+_FACTOR = r"[A-Za-z_µÅ]+(?:(?:\^|\*\*)-?[1-9]|[²³])?"
 _UNIT = re.compile(rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*")
 _LONGEST = 60
+# Lengths to pint (a pixel of style sheets is 1/96 inch), and no length to who writes "5 px".
+_PRINTERS_UNIT = re.compile(r"pixel|point|pica|didot|cicero")
 
 # Letter case decides in SI (mN, MN), yet some spellings can only mean one thing.
 _LIKELY = {"pa": "Pa", "kpa": "kPa", "mpa": "MPa", "gpa": "GPa", "n": "N", "kn": "kN"}
@@ -99,9 +101,12 @@ def parse(text: str, dimension: str, name: str, positive: bool = True) -> float:
         raise InputError(f"{wanted}, got {shown} which has no unit")
     if not _UNIT.fullmatch(unit):
         raise InputError(f"{wanted}, got {shown} which is not one number and one unit")
-    # In decimal, so that 300 nm is 3e-07 m and not 3.0000000000000004e-07 m.
     factor = Decimal(repr(_factor(unit, dimension, f"{wanted}, got {shown}")))
-    value = float(Decimal(number.group()) * factor)
+    value = float(number.group())
+    # In decimal, so that 300 nm is 3e-07 m and not 3.0000000000000004e-07 m. Exponents that no
+    # float has are left out: decimals overflow with an exception.
+    if value != 0 and math.isfinite(value):
+        value = float(Decimal(number.group()) * factor)
     if not math.isfinite(value):
         raise InputError(f"{wanted}, got {shown} which is not a finite number")
     if positive and not value > 0:
@@ -171,6 +176,8 @@ def _factor(unit: str, dimension: str, failure: str) -> float:
     # pint's errors share no base class; the pattern above leaves only unknown names to fail.
     except (AttributeError, ValueError, TypeError, ArithmeticError):
         raise InputError(f"{failure} whose unit {unit!r} is unknown{hint}") from None
+    if _PRINTERS_UNIT.search(str(parsed)):
+        raise InputError(f"{failure} (a printer's unit); give a length such as '5 um'")
     wanted = registry.parse_units(_SI_UNITS[dimension])
     if got != wanted.dimensionality:
         raise InputError(f"{failure} ({_described(got)}){hint}")
@@ -179,7 +186,8 @@ def _factor(unit: str, dimension: str, failure: str) -> float:
 
 def _described(dimensionality: Any) -> str:
     powers = tuple(dimensionality.get(base, 0) for base in _BASES)
-    other = f"of dimension {str(dimensionality).replace('**', '^')}"
+    factors = (f"{base} ^ {power:g}" for base, power in sorted(dimensionality.items()))
+    other = f"of dimension {' * '.join(factors)}"
     known = len(dimensionality) == sum(power != 0 for power in powers)
     return _NAMED_DIMENSIONS.get(powers, other) if known else other
 
