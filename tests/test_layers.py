@@ -11,12 +11,12 @@ ROWS = [
     {"_version", "errors", "units"},
     {
         "kernels", "convolution", "projection", "preconditioner", "solver", "stress", "halfspace",
-        "plasticity", "resolution", "preparation", "filling", "filters", "alignment", "roughness", "spots",
-        "hertz", "analytic", "generate", "hardness",
+        "plasticity", "preparation", "filling", "filters", "alignment", "roughness", "resolution",
+        "spots", "tilt", "hertz", "analytic", "generate", "hardness",
     },
     {"material", "catalogue", "surface", "bodies", "result"},
     {
-        "contact", "loading", "history", "tilt", "study", "subsurface", "elastoplastic",
+        "contact", "loading", "history", "study", "subsurface", "elastoplastic",
         "formats", "netcdf", "archive", "export",
     },
     {"plots", "report"},

@@ -62,6 +62,9 @@ _UNITS = {
 _SUMMARY_UNITS = {
     "certificate": "1",
     "load_error": "1",
+    "moments": "N m",
+    "moment_error": "1",
+    "tilt": "rad",
     "tolerance": "1",
     "load": "N",
     "approach": "m",

@@ -434,7 +434,149 @@ class Surface:
         step = f"filtered: Gaussian {' and '.join(parts)} (ISO 16610-61, edges of order zero)"
         return self._prepared(heights, step)
 
-from roughcontact import alignment, filters, preparation, resolution, roughness, units
+    def with_form(self, form: Surface) -> Surface:
+        """Return a copy with the heights of a body added: roughness on a nominal form.
+
+        Parameters
+        ----------
+        form : Surface
+            Heights of the body on the same grid, such as `bodies.sphere` makes them.
+
+        Returns
+        -------
+        Surface
+            The sum along z (not along the normal of the body). A point that is missing in either
+            is missing. The points outside a nominal body, which never touch, need no further
+            word; holes of a measurement still have to be handled, unless they lie outside of the
+            body anyway.
+
+        Raises
+        ------
+        InputError
+            If the grids differ, if nothing is left, or if a body that ends on the map meets a
+            measurement with unhandled holes: later, filling these would fill the outside too.
+        """
+        if not isinstance(form, Surface):
+            raise InputError(f"form must be a Surface, got {type(form).__name__}")
+        if form.shape != self.shape or not np.allclose(form.pixel, self.pixel, rtol=1e-9, atol=0):
+            raise InputError(
+                f"form has {form.shape} pixels of {form.pixel} m, the surface {self.shape} of "
+                f"{self.pixel} m: make it with shape=surface.shape, pixel=surface.pixel, or bring "
+                "it there with form.aligned(surface)"
+            )
+        heights = self.heights + form.heights
+        accepted = np.zeros(self.shape, dtype=bool)
+        for body in (self, form):
+            if body.holes_masked:
+                accepted |= np.isnan(body.heights)
+        outside = int(np.count_nonzero(accepted))
+        holes = int(np.count_nonzero(np.isnan(heights))) - outside
+        if holes and outside:
+            raise InputError(
+                f"{holes} missing points of one map lie inside the other, which ends on the grid; "
+                "fill, crop or mask them first, e.g. surface.filled()"
+            )
+        step = f"form added: {form.provenance.source or 'another map'}"
+        if form.provenance.steps:
+            step += f" ({'; '.join(form.provenance.steps)})"
+        return replace(self._prepared(heights, step), holes_masked=outside > 0)
+
+    def aligned(
+        self,
+        grid: Surface,
+        offset: tuple[float, float] = (0.0, 0.0),
+        angle: float = 0.0,
+        mirrored: bool = False,
+    ) -> Surface:
+        """Return the map on the grid of another one, mirrored, turned and shifted.
+
+        Parameters
+        ----------
+        grid : Surface
+            The map whose shape and pixel are taken; its heights do not matter. The centres of
+            both outlines coincide before the shift.
+        offset : (float, float)
+            Shift ``(y, x)`` [m] along the axes of the grid, the last of the three motions.
+        angle : float
+            Angle [degrees] by which this map is turned about its own centre, from x towards y:
+            clockwise as a map prints or plots, row 0 on top, so ``angle=-90`` is `rotated`.
+        mirrored : bool
+            Whether x is mirrored first: a map that was measured from its own front has to be when
+            it is laid on the other.
+
+        Returns
+        -------
+        Surface
+            Bicubic spline; the same bits where the points of both grids coincide. Onto a pixel
+            larger by more than √2 only after an S-filter of two such pixels, see
+            `alignment.cutoffs`. Points beyond the centres of the outer pixels and on holes are
+            missing; `bodies.matched` crops two maps to what they share.
+
+        Raises
+        ------
+        InputError
+            If the maps do not overlap, or the motion is not finite.
+        """
+        if not isinstance(grid, Surface):
+            raise InputError(f"grid must be a Surface, got {type(grid).__name__}")
+        motion = (grid.shape, grid.pixel, offset, angle, mirrored)
+        heights = alignment.align(self.heights, self.pixel, *motion)
+        placement = alignment.place(self.shape, self.pixel, *motion)
+        first, last = alignment.spans(self.shape, placement, grid.shape)
+        outside = grid.heights.size - int(np.maximum(last - first + 1, 0).sum())
+        moved = [
+            words
+            for said, words in (
+                (mirrored, "mirrored in x"),
+                (angle, f"turned by {angle:g} degrees from x towards y"),
+                (any(offset), f"shifted by ({offset[0]:.6g}, {offset[1]:.6g}) m (y, x)"),
+            )
+            if said
+        ]
+        how = "point by point"
+        if not alignment.coincident(placement):
+            how = "by a bicubic spline"
+            smoothing = alignment.cutoffs(placement)
+            if any(smoothing):
+                lengths = (
+                    f"{cutoff * edge:.6g} m along {axis}"
+                    for axis, cutoff, edge in zip("yx", smoothing, self.pixel, strict=True)
+                    if cutoff
+                )
+                how += f" after a Gaussian S-filter at {' and '.join(lengths)}"
+        step = (
+            f"aligned: {', '.join([*moved, how])} onto {grid.shape[0]} × {grid.shape[1]} points "
+            f"of {grid.pixel[0]:.6g} × {grid.pixel[1]:.6g} m"
+        )
+        if outside:
+            step += f", {outside} of them off the map"
+        copy = replace(self._prepared(heights, step), pixel=grid.pixel)
+        # Who accepted the holes has not accepted what the map does not cover.
+        return replace(copy, holes_masked=False) if outside else copy
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the map in the format that the suffix of the file names.
+
+        Parameters
+        ----------
+        path : str or path
+            File to write; it appears only once it is complete. ``.npz``, ``.nc``, ``.x3p`` and
+            ``.csv`` keep every bit of the heights, ``.sur`` 32 of them; ``.vti`` is for ParaView.
+            `roughcontact.read_surface` reads all but the last. See `roughcontact.export`.
+
+        Raises
+        ------
+        InputError
+            If the suffix is none of these, or the map does not fit into the format.
+        OSError
+            If the file cannot be written; an old file survives.
+        """
+        from roughcontact import export
+
+        export.save_surface(self, path)
+
+    def _in_pixels(self, length: float) -> str:
+        return f"{units.engineering(length, 'm', 3)} ({length / self.pixel[1]:.1f} pixels along x)"
 
     def _prepared(self, heights: NDArray[np.float64], step: str) -> Surface:
         return replace(self, heights=heights, provenance=self._with_step(step))

@@ -15,20 +15,18 @@ if TYPE_CHECKING:
 
 _SI_UNITS = {"length": "m", "force": "N", "pressure": "Pa"}
 _EXAMPLES = {"length": "'0.1 mm'", "force": "'1 N'", "pressure": "'210 GPa'"}
-# Powers of length, mass, time, current, temperature; pint prints them in an order of its own.
-_BASES = ("[length]", "[mass]", "[time]", "[current]", "[temperature]")
 _NAMED_DIMENSIONS = {
-    (0, 0, 0, 0, 0): "a pure number",
-    (1, 0, 0, 0, 0): "a length",
-    (2, 0, 0, 0, 0): "an area",
-    (3, 0, 0, 0, 0): "a volume",
-    (0, 1, 0, 0, 0): "a mass",
-    (0, 0, 1, 0, 0): "a time",
-    (0, 0, 0, 1, 0): "an electric current",
-    (0, 0, 0, 0, 1): "a temperature",
-    (1, 1, -2, 0, 0): "a force",
-    (-1, 1, -2, 0, 0): "a pressure",
-    (0, 1, -2, 0, 0): "a force per length",
+    "": "a pure number",
+    "[length]": "a length",
+    "[length] ** 2": "an area",
+    "[length] ** 3": "a volume",
+    "[mass]": "a mass",
+    "[time]": "a time",
+    "[current]": "an electric current",
+    "[temperature]": "a temperature",
+    "[length] * [mass] / [time] ** 2": "a force",
+    "[mass] / [length] / [time] ** 2": "a pressure",
+    "[mass] / [time] ** 2": "a force per length",
 }
 
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
@@ -185,11 +183,14 @@ def _factor(unit: str, dimension: str, failure: str) -> float:
 
 
 def _described(dimensionality: Any) -> str:
-    powers = tuple(dimensionality.get(base, 0) for base in _BASES)
-    factors = (f"{base} ^ {power:g}" for base, power in sorted(dimensionality.items()))
-    other = f"of dimension {' * '.join(factors)}"
-    known = len(dimensionality) == sum(power != 0 for power in powers)
-    return _NAMED_DIMENSIONS.get(powers, other) if known else other
+    # In one order, whatever the order of the units: pint keeps that.
+    above: list[str] = []
+    below: list[str] = []
+    for name, power in sorted(dimensionality.items()):
+        size = abs(power)
+        (above if power > 0 else below).append(name if size == 1 else f"{name} ** {size:g}")
+    text = " / ".join([" * ".join(above) or ("1" if below else ""), *below])
+    return _NAMED_DIMENSIONS.get(text, f"of dimension {text.replace('**', '^')}")
 
 
 @lru_cache(maxsize=1)
