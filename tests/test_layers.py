@@ -15,7 +15,7 @@ ROWS = [
     },
     {"material", "surface", "result"},
     {"contact", "loading", "formats", "archive"},
-    {"plots"},
+    {"plots", "assumptions"},
     {"cli", "__init__", "__main__"},
 ]  # fmt: skip
 
