@@ -15,7 +15,7 @@ ROWS = [
     },
     {"material", "surface", "result"},
     {"contact", "loading", "formats", "archive"},
-    {"plots", "assumptions"},
+    {"plots", "assumptions", "script"},
     {"cli", "__init__", "__main__"},
 ]  # fmt: skip
 
