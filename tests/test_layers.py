@@ -19,13 +19,19 @@ ROWS = [
         "contact", "loading", "history", "study", "subsurface", "elastoplastic",
         "formats", "netcdf", "archive", "export",
     },
-    {"plots", "report"},
+    {"plots", "assumptions", "script"},
+    {"report"},
     {"job", "project"},
     {"console", "cli", "__init__", "__main__"},
 ]  # fmt: skip
 
 # Methods of the public face that only pass `self` on, inside the function.
-FACADE = {("result", "export"), ("result", "contact"), ("surface", "export")}
+FACADE = {
+    ("result", "export"),
+    ("result", "contact"),
+    ("surface", "export"),
+    ("result", "report"),
+}
 
 
 def row_of(module: str) -> int:

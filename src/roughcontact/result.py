@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import spots
+from roughcontact.errors import ConvergenceError, InsufficientMemoryError
 from roughcontact.material import Material, softer
 from roughcontact.surface import Surface
 
@@ -343,6 +344,35 @@ class ContactResult:
         from roughcontact import export
 
         export.save(self, path)
+
+    def report(self, path: str | Path, command: str = "") -> None:
+        """Write a report that needs no other file; see `roughcontact.report.save`.
+
+        Parameters
+        ----------
+        path : str or path
+            HTML file to write; it appears only once it is complete.
+        command : str
+            What was typed to get this result.
+
+        Notes
+        -----
+        Where the ceiling is reached, the same problem is solved without one for comparison.
+        """
+        from roughcontact import report
+
+        report.check_path(path)
+        elastic = None
+        if self.saturated_fraction > 0:
+            try:
+                elastic = self.elastic()
+            except ConvergenceError as error:
+                # The chapter shows it as what it is.
+                elastic = error.result
+            except InsufficientMemoryError:
+                # The chapter says that there is none; the report stays worth having.
+                pass
+        report.save(self, path, elastic=elastic, command=command)
 
 
 def initial_gap(surface: Surface, counter_surface: Surface | None = None) -> NDArray[np.float64]:

@@ -157,6 +157,36 @@ def engineering(value: float, unit: str, digits: int = 4) -> str:
     return f"{scaled} {_PREFIXES[prefix]}{unit}"
 
 
+def percent(share: float) -> str:
+    """Return a share as text in per cent.
+
+    Parameters
+    ----------
+    share : float
+        From 0 to 1.
+
+    Returns
+    -------
+    str
+        Three digits of the share, or of what it lacks to the whole: neither a little nor nearly
+        everything reads as nothing or all.
+
+    Examples
+    --------
+    >>> percent(0.0338058), percent(0.99967), percent(1e-8), percent(1.0)
+    ('3.38 %', '99.9670 %', '< 0.0001 %', '100 %')
+    """
+    rest = min(share, 1 - share)
+    if rest <= 1e-12:
+        return f"{100 * share:.0f} %"
+    if share < 5e-7:
+        return "< 0.0001 %"
+    if 1 - share < 5e-7:
+        return "> 99.9999 %"
+    decimals = min(max(2 - math.floor(math.log10(100 * rest)), 0), 4)
+    return f"{100 * share:.{decimals}f} %"
+
+
 def _plain(text: str) -> str:
     # A word processor's micro, minus and spaces are what pint or the patterns do not know.
     for special, usual in (("\u03bc", "µ"), ("\u2212", "-"), ("\u00a0", " "), ("\u202f", " ")):
