@@ -88,6 +88,11 @@ def judge(result):
     if result.counter_surface is not None:
         heights = heights + result.counter_surface.heights
     h0 = np.nanmax(heights) - heights
+    for axis, (points, edge, slope) in enumerate(
+        zip(h0.shape, result.surface.pixel, result.tilt, strict=True)
+    ):
+        plane = slope * (np.arange(points) - (points - 1) / 2) * edge
+        h0 = h0 + (plane[:, None] if axis == 0 else plane)
     compliance = sum(
         (1 - body.poisson**2) / body.young for body in (result.material, result.counter_material)
     )

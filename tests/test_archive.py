@@ -50,6 +50,7 @@ CASES = {
     "hardness": {"material": CERAMIC, "load": 0.15},
     "approach": {"material": STEEL, "load": None, "approach": 1e-7},
     "periodic": {"material": YIELDING, "boundary": "periodic", "load": 0.1},
+    "tilted": {"material": YIELDING, "moments": (1e-8, -2e-8)},
     "single": {"material": YIELDING, "precision": "single"},
     "not converged": {
         "material": STEEL, "tolerance": 1e-14, "max_iterations": 2, "on_failure": "return",
@@ -109,6 +110,17 @@ def test_every_number_keeps_its_bits(case: str, tmp_path: Path) -> None:
     else:
         assert_same_bits(again.counter_surface.heights, result.counter_surface.heights)
     assert again.summary() == result.summary()
+
+
+def test_a_file_from_before_bodies_could_tilt(tmp_path: Path) -> None:
+    dataset = archive.to_dataset(solved("tilted"))
+    assert dataset.attrs["moments_x_units"] == "N m"
+    for name in [name for name in dataset.attrs if name.startswith(("tilt", "moments"))]:
+        del dataset.attrs[name]
+    dataset.to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
+    again = load_result(tmp_path / "old.nc")
+    assert again.tilt == (0, 0)
+    assert again.moments is None
 
 
 def test_what_was_loaded_is_read_only(tmp_path: Path) -> None:
@@ -227,9 +239,13 @@ def test_the_solution_is_verified_from_the_file_alone(
     )
     assert attributes["contact_modulus"] == pytest.approx(1 / compliance, rel=1e-14)
     pixel = tuple(float(np.diff(dataset[name].values).mean()) for name in "yx")
+    # A tilt turns about the centre of the map.
+    tilt = sum(
+        attributes[f"tilt_{name}"] * (dataset[name] - dataset[name].mean()) for name in "yx"
+    ).values
     found = independent.judge_fields(
         dataset["pressure"].values,
-        np.where(np.isnan(gap), np.inf, gap),
+        np.where(np.isnan(gap), np.inf, gap + tilt),
         ceiling,
         attributes["approach"],
         pixel,

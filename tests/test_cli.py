@@ -900,3 +900,62 @@ def test_bad_bodies_end_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
 ) -> None:
     refused(capsys, solve(rough, *STEEL, *options), *words)
+
+
+# Load histories
+
+
+def test_history_writes_steps_and_the_indented_surface(
+    rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    output, residual, figure = (tmp_path / name for name in ("h.csv", "h.x3p", "h.png"))
+    written = ("--output", str(output), "--residual", str(residual), "--figure", str(figure))
+    path = ("--path", "0.5 N, 0 N, 0.5 N", "--passes", "2", "--shift", "0 um, 6.25 um")
+    arguments = ["history", str(rough), *SCALE, *YIELDING, *path]
+    assert cli.main([*arguments, *written]) == cli.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert max(map(len, out.splitlines())) <= 80
+    assert "shaken down" in out
+    table = np.genfromtxt(output, delimiter=",", names=True, deletechars="")
+    assert table["load_[N]"].tolist() == [0.5, 0, 0.5] * 2
+    assert table["shift_x_[m]"] == pytest.approx([0] * 3 + [6.25e-6] * 3)
+    assert figure.read_bytes().startswith(b"\x89PNG")
+    surface = roughcontact.read_surface(rough, unit="um", size=(1e-4, 2e-4)).leveled()
+    stages = [
+        roughcontact.Stage(load=load, shift=(0.0, shift))
+        for shift in (0.0, 6.25e-6)
+        for load in (0.5, 0.0, 0.5)
+    ]
+    expected = roughcontact.load_history(
+        surface, stages, material=roughcontact.Material(210e9, 0.3, 1e9)
+    )
+    left = roughcontact.read_surface(residual)
+    assert left.heights == pytest.approx(expected.residual.heights, abs=1e-12)
+    assert cli.main([*arguments, "--json"]) == cli.SOLVED
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert told["indentation_volume"] == pytest.approx(expected.indentation_volume)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ((), ("--path is needed",)),
+        (("--path", "1 N, 2 MPa"), ("--path needs a load", "(a pressure)")),
+        (("--path", "1 N, -1 N"), ("--path", "positive", "'-1 N'")),
+        (("--path", "1 N, 99 N"), ("stage 2", "99 N", "60 N")),
+        (("--path", "1 N", "--passes", "0"), ("--passes must be at least 1",)),
+        (("--path", "1 N", "--passes", "2", "--shift", "1 um"), ("--shift needs two",)),
+        (("--path", "1 N", "--passes", "2", "--shift", "0 um, 1 um"), ("whole number of pixels",)),
+        (("--path", "1 N", "--passes", "2", "--shift", "1 mm, 0 um"), ("beyond the map",)),
+        (("--path", "1 N", "--residual", "out.opd"), ("--residual must end in",)),
+        (("--path", "1 N", "--output", "out.nc"), ("--output must end in",)),
+    ],
+)
+def test_bad_histories_end_in_one_sentence(
+    options: tuple[str, ...], words: tuple[str, ...], rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    written = [] if "--residual" in options else ["--residual", str(tmp_path / "left.x3p")]
+    status = cli.main(["history", str(rough), *SCALE, *YIELDING, *options, *written])
+    refused(capsys, status, *words)
+    assert files(tmp_path) == {"rough.npy"}

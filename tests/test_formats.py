@@ -206,6 +206,21 @@ def test_implausible_scales_are_refused(tmp_path: Path) -> None:
     refused(write(tmp_path, "b.sdf", sdf(z_scale=1.0)), "heights that span 11.5 m", "6 µm")
 
 
+def test_heights_far_from_zero_are_refused(tmp_path: Path) -> None:
+    # Few digits are left there for the roughness.
+    path = write(tmp_path, "far.csv", "11.0,11.0\n11.0,11.01\n")
+    words = ("heights from 11 m to 11.01 m", "further than 10 m from zero")
+    refused(path, *words, unit="m", size="10 mm")
+    assert read_surface(path, unit="mm", size="10 mm").heights[0, 0] == 0.011
+
+
+@pytest.mark.parametrize("size", ["1 px", "1 mm x 1 px", "1 mm x"])
+def test_an_x_in_a_unit_parts_no_size(tmp_path: Path, size: str) -> None:
+    path = write(tmp_path, "map.csv", TEXTS["comma"])
+    refused(path, repr(size.split(" x ")[-1]), unit="um", size=size, kind=InputError)
+    assert read_surface(path, unit="um", size="6umx4um").pixel == pytest.approx((2e-6, 1e-6))
+
+
 class FakeReader:
     """A reader with channels as SurfaceTopography describes them."""
 
@@ -379,6 +394,14 @@ def test_delimiter_at_the_end_of_all_rows_is_no_column(tmp_path: Path) -> None:
     assert "no column" in surface.provenance.steps[0]
     path = write(tmp_path, "hole.csv", "1;2;\n3;4;5\n")
     assert read_surface(path, unit="nm", size="20 nm x 30 nm").missing == 1
+
+
+def test_a_text_that_may_be_cut_off_says_so(tmp_path: Path) -> None:
+    for end, told in (("", True), ("\n", False), ("\r\n", False), ("\n# end", True)):
+        path = write(tmp_path, "map.csv", "1,2\n3,4\n5,6" + end)
+        surface = read_surface(path, unit="nm", size="30 nm x 20 nm")
+        assert surface.shape == (3, 2)
+        assert [("no line end" in step) for step in surface.provenance.steps] == [True] * told
 
 
 @pytest.mark.parametrize(

@@ -11,21 +11,27 @@ ROWS = [
     {"_version", "errors", "units"},
     {
         "kernels", "convolution", "projection", "preconditioner", "solver", "stress", "halfspace",
-        "plasticity", "preparation", "filling", "filters", "alignment", "roughness", "spots",
-        "hertz", "analytic", "generate", "hardness",
+        "plasticity", "preparation", "filling", "filters", "alignment", "roughness", "resolution",
+        "spots", "tilt", "hertz", "analytic", "generate", "hardness",
     },
     {"material", "catalogue", "surface", "bodies", "result"},
     {
-        "contact", "loading", "history", "tilt", "study", "subsurface", "elastoplastic",
+        "contact", "loading", "history", "study", "subsurface", "elastoplastic",
         "formats", "netcdf", "archive", "export",
     },
-    {"plots", "report"},
+    {"plots", "assumptions", "script"},
+    {"report"},
     {"job", "project"},
     {"console", "cli", "__init__", "__main__"},
 ]  # fmt: skip
 
 # Methods of the public face that only pass `self` on, inside the function.
-FACADE = {("result", "export"), ("result", "contact"), ("surface", "export")}
+FACADE = {
+    ("result", "export"),
+    ("result", "contact"),
+    ("surface", "export"),
+    ("result", "report"),
+}
 
 
 def row_of(module: str) -> int:

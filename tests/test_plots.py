@@ -1,3 +1,4 @@
+import dataclasses
 import io
 import subprocess
 import sys
@@ -12,13 +13,15 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from numpy.typing import NDArray
 
-from roughcontact import plots
+from roughcontact import plots, roughness
 from roughcontact.contact import solve
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.history import Stage, load_history
+from roughcontact.loading import LoadCurve, LoadStep
 from roughcontact.material import RIGID, Material
 from roughcontact.result import ContactResult
 from roughcontact.surface import Surface
+from roughcontact.units import percent
 
 GIGA = 1e9
 
@@ -80,6 +83,16 @@ def every_figure(result: ContactResult) -> list[Figure]:
     ]
 
 
+def every_detail(result: ContactResult) -> list[Figure]:
+    return [
+        plots.section(result),
+        plots.section(result, 4e-6),
+        plots.close_up(result, (1, 1), 4e-6),
+        plots.bearing_curve(result.surface),
+        plots.spots(result),
+    ]
+
+
 def maps(figure: Figure) -> list[Axes]:
     return [axes for axes in figure.axes if axes.images]
 
@@ -109,7 +122,8 @@ def test_every_figure_is_rendered_without_warnings(shape: tuple[int, int], holes
     pressure[0, 0], pressure[1, 1] = 3 * GIGA, GIGA
     missing = np.zeros(shape, bool)
     missing[0, 1] = holes
-    for figure in every_figure(result_of(pressure, missing=missing)):
+    result = result_of(pressure, missing=missing)
+    for figure in [*every_figure(result), *every_detail(result)]:
         figure.draw_without_rendering()
 
 
@@ -128,10 +142,14 @@ def test_limiting_cases_are_drawn(
 ) -> None:
     for figure in every_figure(result_of(pressure, ceiling)):
         figure.draw_without_rendering()
+    for figure in every_detail(result_of(pressure, ceiling)):
+        assert figure.axes
 
 
 def test_flat_surface_is_drawn() -> None:
-    plots.surface(Surface(np.full((9, 9), 1e-3), (1e-6, 1e-6))).draw_without_rendering()
+    flat = Surface(np.full((9, 9), 1e-3), (1e-6, 1e-6))
+    plots.surface(flat).draw_without_rendering()
+    plots.bearing_curve(flat).draw_without_rendering()
 
 
 def test_axes_are_true_in_engineering_units() -> None:
@@ -250,20 +268,6 @@ def test_contact_legend_gives_the_shares_of_the_points() -> None:
     assert np.count_nonzero(drawn(axes) == 3) == 12
 
 
-@pytest.mark.parametrize(
-    ("share", "text"),
-    [(0, "0 %"), (1, "100 %"), (0.5, "50.0 %"), (0.0338058, "3.38 %"), (0.99967, "99.9670 %"),
-     (1e-8, "< 0.0001 %"), (1 - 1e-6, "99.9999 %"), (0.0009399, "0.0940 %")],
-)  # fmt: skip
-def test_percentages_never_round_to_all_or_nothing(share: float, text: str) -> None:
-    assert plots._percent(share) == text
-
-
-def test_nearly_everything_is_not_everything() -> None:
-    assert plots._percent(1 - 1e-9) != "100 %"
-    assert plots._percent(1 - 1e-9) == "> 99.9999 %"
-
-
 def test_classes_differ_in_grey_print() -> None:
     colours = [plots._OPEN, plots._MISSING, plots._ELASTIC, plots._SATURATED]
     grey = [float(np.dot(mpl.colors.to_rgb(c), (0.299, 0.587, 0.114))) for c in colours]
@@ -326,7 +330,7 @@ def test_histogram_integrates_to_the_area_below_the_ceiling() -> None:
         # No bin of the limited contact reaches beyond its ceiling.
         assert np.all(stairs[0].values[stairs[0].edges[1:] > 3 + 1e-9] == 0)
         assert "ceiling 3 GPa" in texts(figure)
-        assert f"{plots._percent(share)} of it at the 3 GPa ceiling" in texts(figure)
+        assert f"{percent(share)} of it at the 3 GPa ceiling" in texts(figure)
 
 
 def test_far_ceiling_does_not_stretch_the_histogram() -> None:
@@ -349,6 +353,7 @@ def test_failed_solution_is_never_drawn_as_solved() -> None:
     for figure in (
         plots.pressure(result), plots.contact(result), plots.gap(result), plots.overview(result),
         plots.pressure_histogram(result), plots.comparison([result], ["a"]),
+        plots.section(result), plots.close_up(result, (12, 24), 8e-6), plots.spots(result),
     ):  # fmt: skip
         assert "NOT CONVERGED" in texts(figure)
 
@@ -358,6 +363,13 @@ def test_unfit_arguments_are_named() -> None:
     for limit in (0.0, -1.0, float("nan"), float("inf")):
         with pytest.raises(InputError, match="limit must be positive"):
             plots.pressure(result, limit)
+    for width in (0.0, -1.0, float("nan"), float("inf")):
+        with pytest.raises(InputError, match="width must be positive"):
+            plots.section(result, width)
+        with pytest.raises(InputError, match="width must be positive"):
+            plots.close_up(result, (0, 0), width)
+    with pytest.raises(InputError, match="point must lie on the map"):
+        plots.close_up(result, (40, 0), 1e-6)
     with pytest.raises(InputError, match="labels"):
         plots.comparison([result], ["a", "b"])
     with pytest.raises(InputError, match="labels"):
@@ -425,7 +437,7 @@ def test_figures_leave_no_global_state() -> None:
     # A fresh interpreter: no pyplot, no chosen backend, no changed setting, and a cheap import.
     code = """
 import sys
-from roughcontact import plots
+from roughcontact import plots, roughness
 assert not any(name.split(".")[0] == "matplotlib" for name in sys.modules)
 import matplotlib
 # Reading the entry "backend" chooses one and imports pyplot.
@@ -451,6 +463,218 @@ def test_one_spike_does_not_set_the_scale() -> None:
     assert 0 < result.saturated_fraction < 1e-3
     image = plots.pressure(result).axes[0].images[0]
     assert image.norm.vmax < 0.5 * result.max_pressure
+
+
+@pytest.mark.parametrize("shape", [(20, 60), (12, 90), (60, 20), (40, 60)])
+def test_titles_and_bars_stay_within_the_figure(shape: tuple[int, int]) -> None:
+    missing = np.zeros(shape, bool)
+    missing[0, 0] = True
+    pressure = np.zeros(shape)
+    pressure[4:8, 4:8] = 3 * GIGA
+    result = result_of(pressure, missing=missing)
+    for figure in (
+        plots.surface(result.surface), plots.pressure(result), plots.contact(result),
+        plots.gap(result), plots.comparison([result, result], ["a", "b"]),
+        plots.close_up(result, (5, 5), 9e-6),
+    ):  # fmt: skip
+        figure.draw_without_rendering()
+        for axes in figure.axes:
+            box = axes.title.get_window_extent()
+            assert box.y1 <= figure.bbox.y1 + 1
+            for bar in axes.child_axes:
+                name = bar.xaxis.label if bar.xaxis.label.get_text() else bar.yaxis.label
+                label = name.get_window_extent()
+                assert label.x1 <= figure.bbox.x1 + 1
+                assert not (axes.title.get_text() and label.overlaps(box.shrunk(1, 0.8)))
+
+
+def peaked() -> ContactResult:
+    """Return a result with its highest peak at (12, 24), inside the spots of `spotted`."""
+    result = result_of(spotted(), pixel=(2e-6, 1e-6))
+    heights = result.surface.heights.copy()
+    heights[12, 24] = 2e-6
+    gap = np.where(result.contact, 0.0, 2e-6 - heights)
+    gap[result.saturated] = -3e-8
+    surface = Surface(heights, result.surface.pixel)
+    return dataclasses.replace(result, surface=surface, gap=gap)
+
+
+def curve_of(axes: Axes, label: str) -> tuple[Any, Any]:
+    (line,) = (line for line in axes.lines if line.get_label() == label)
+    return line.get_xdata(), line.get_ydata()
+
+
+def test_sections_show_the_profile_and_the_pressure_through_the_peak() -> None:
+    result = peaked()
+    figure = plots.section(result)
+    along_x, along_y, pressure_x, pressure_y = figure.axes
+    assert along_x.get_title() == "along x, at y = 25 µm"
+    assert along_y.get_title() == "along y, at x = 24.5 µm"
+    x, before = curve_of(along_x, "before loading, moved together")
+    np.testing.assert_allclose(x, np.arange(60) + 0.5)
+    np.testing.assert_allclose(before, 1e6 * (result.approach - result.initial_gap[12]), atol=1e-12)
+    y, under = curve_of(along_y, "under load")
+    np.testing.assert_allclose(y, 2 * (np.arange(40) + 0.5))
+    np.testing.assert_allclose(under, -1e6 * result.gap[:, 24], atol=1e-12)
+    for axes, line in ((pressure_x, result.pressure[12]), (pressure_y, result.pressure[:, 24])):
+        drawn = sum(np.asarray(patch.get_data().values) for patch in axes.patches)
+        np.testing.assert_allclose(drawn, line / GIGA)
+        assert np.all(axes.lines[0].get_ydata() == 3)
+    assert "has to flow away (saturated)" in texts(figure)
+    assert "ceiling" in texts(figure)
+
+
+def test_far_ceilings_and_elastic_contacts_have_no_ceiling_in_the_section() -> None:
+    for ceiling in (None, 30 * GIGA):
+        figure = plots.section(result_of(spotted(), ceiling))
+        assert "ceiling" not in texts(figure)
+        assert "saturated" not in texts(figure)
+
+
+def test_sections_keep_within_the_map() -> None:
+    result = peaked()
+    along_x, along_y, *_ = plots.section(result, 10e-6).axes
+    assert along_x.get_xlim() == pytest.approx((19, 29))
+    assert along_y.get_xlim() == pytest.approx((20, 30))
+    heights = result.surface.heights.copy()
+    heights[0, 59] = 5e-6
+    corner = dataclasses.replace(result, surface=Surface(heights, result.surface.pixel))
+    along_x, along_y, *_ = plots.section(corner, 10e-6).axes
+    assert along_x.get_xlim() == pytest.approx((50, 60))
+    assert along_y.get_xlim() == pytest.approx((0, 10))
+    # Longer than the map: all of it.
+    assert plots.section(result, 1.0).axes[1].get_xlim() == pytest.approx((0, 80))
+
+
+def test_sections_of_two_bodies_are_of_their_sum() -> None:
+    result = peaked()
+    both = dataclasses.replace(result, counter_surface=result.surface)
+    figure = plots.section(both)
+    _, before = curve_of(figure.axes[0], "before loading, moved together")
+    heights = 2 * result.surface.heights
+    np.testing.assert_allclose(
+        before, 1e6 * (both.approach - heights.max() + heights[12]), atol=1e-12
+    )
+    assert figure.axes[0].get_ylabel() == "sum of heights [µm]"
+
+
+def test_close_up_shows_the_points_of_its_part() -> None:
+    result = peaked()
+    left, right = maps(plots.close_up(result, (12, 24), 12e-6))
+    np.testing.assert_allclose(
+        drawn(left).filled(0), result.pressure[9:15, 18:30] / GIGA
+    )  # fmt: skip
+    assert left.get_xlim() == pytest.approx((18, 30))
+    assert left.get_ylim() == pytest.approx((30, 18))
+    classes = drawn(right)
+    assert classes[3, 6] == 2
+    assert classes[2, 6] == 1
+    assert classes[0, 0] == 0
+    left, _ = maps(plots.close_up(result, (0, 59), 12e-6))
+    assert left.get_xlim() == pytest.approx((48, 60))
+    assert left.get_ylim() == pytest.approx((12, 0))
+
+
+def test_close_up_of_a_large_part_is_drawn_in_cells() -> None:
+    pressure = np.zeros((1300, 1300))
+    pressure[3, 5] = GIGA
+    figure = plots.close_up(result_of(pressure), (600, 600), 1250e-6)
+    left, _ = maps(figure)
+    assert max(drawn(left).shape) <= 520
+    assert "cells of 3 × 3 points" in texts(figure)
+
+
+def test_bearing_curve_carries_the_areas_of_the_standard() -> None:
+    heights = np.random.default_rng(4).gamma(2.0, 1e-7, size=(80, 90))
+    surface = Surface(heights, (1e-6, 1e-6))
+    figure = plots.bearing_curve(surface)
+    (axes,) = figure.axes
+    ratio, height = roughness.material_ratio_curve(heights)
+    np.testing.assert_allclose(axes.lines[0].get_xdata(), 100 * ratio)
+    np.testing.assert_allclose(np.diff(axes.lines[0].get_ydata()), 1e9 * np.diff(height), atol=1e-9)
+    core = roughness.core_parameters(ratio, height)
+    peaks, dales = (patch.get_path().vertices[:3] for patch in axes.patches)
+    # The triangles have the areas of the peaks above and the dales below the core.
+    upper = np.interp(core["Smr1"], ratio, height)
+    excess = np.maximum(height - upper, 0)
+    area = 1e11 * float(np.sum(np.diff(ratio) * (excess[1:] + excess[:-1])) / 2)
+    assert np.ptp(peaks[:, 0]) * np.ptp(peaks[:, 1]) / 2 == pytest.approx(area, rel=1e-3)
+    assert peaks[0, 1] == pytest.approx(1e9 * upper)
+    assert np.ptp(dales[:, 1]) == pytest.approx(1e9 * core["Svk"])
+    assert 1e9 * (upper - core["Sk"]) == pytest.approx(dales[0, 1])
+    assert f"Smr1 {100 * core['Smr1']:.1f} %" in texts(figure)
+
+
+def test_spots_are_counted_from_the_largest_down() -> None:
+    pressure = np.zeros((20, 40))
+    for start, size in ((0, 6), (8, 3), (13, 3), (18, 1), (21, 1), (24, 1)):
+        pressure[2, start : start + size] = GIGA
+    figure = plots.spots(result_of(pressure))
+    (axes,) = figure.axes
+    (line,) = (line for line in axes.lines if line.get_marker() == "o")
+    np.testing.assert_allclose(line.get_xdata(), [1, 3, 6])
+    np.testing.assert_array_equal(line.get_ydata(), [6, 3, 1])
+    assert "mean area 2.5 µm²" in texts(figure)
+    assert "6 contact spots" in texts(figure)
+
+
+def curve(
+    ceiling: float | None, saturated: list[float], areas: tuple[float, ...] = (1e-11, 1e-10, 1e-9)
+) -> LoadCurve:
+    loads = (0.01, 0.1, 1.0)
+    steps = tuple(
+        LoadStep(
+            load=load, approach=1e-7 * (1 + i), contact_area=area, corrected_contact_area=area,
+            saturated_area=area * share, max_pressure=GIGA, mean_gap=1e-6 / (1 + i),
+            stiffness=(0.0, 1e6, np.inf)[i], spots=i + 1, mean_spot_area=1e-12,
+            largest_spot_area=1e-12, certificate=1e-7, load_error=0.0, convolutions=10,
+            seconds=0.1,
+        )
+        for i, (load, area, share) in enumerate(zip(loads, areas, saturated, strict=True))
+    )  # fmt: skip
+    return LoadCurve(
+        steps=steps, control="load", nominal_area=1e-8, contact_modulus=1e11, rms_gradient=0.02,
+        ceiling=ceiling, boundary="free", source="", preparation=(),
+    )  # fmt: skip
+
+
+def test_load_curve_shows_its_columns_and_laws() -> None:
+    elastic = curve(None, [0, 0, 0])
+    figure = plots.load_curve(elastic)
+    figure.draw_without_rendering()
+    areas, lengths, stiffness, number = figure.axes
+    # 1e-9 m²/N = κ/(E* h′), hence κ = 2.
+    _, law = curve_of(areas, "κ W/(E* h′), κ = 2.00")
+    np.testing.assert_allclose(law, [0.1, 1, 10])
+    _, shares = curve_of(areas, "contact")
+    np.testing.assert_allclose(shares, [0.1, 1, 10])
+    _, theory = curve_of(areas, "contact, Persson")
+    np.testing.assert_allclose(theory, elastic.persson[0] * 1e10)
+    assert "saturated" not in [line.get_label() for line in areas.lines]
+    _, approach = curve_of(lengths, "approach")
+    np.testing.assert_allclose(approach, [0.1, 0.2, 0.3])
+    np.testing.assert_array_equal(stiffness.lines[0].get_ydata(), [np.nan, 1e6, np.nan])
+    np.testing.assert_array_equal(number.lines[0].get_ydata(), [1, 2, 3])
+
+
+def test_load_curve_with_a_ceiling_stands_beside_load_over_ceiling() -> None:
+    figure = plots.load_curve(curve(GIGA, [0.9, 0.9, 1.0]))
+    figure.draw_without_rendering()
+    areas = figure.axes[0]
+    _, law = curve_of(areas, "load / ceiling")
+    np.testing.assert_allclose(law, [0.1, 1, 10])
+    _, saturated = curve_of(areas, "saturated")
+    np.testing.assert_allclose(saturated, [0.09, 0.9, 10])
+    assert "κ" not in texts(figure)
+    assert "κ" in texts(plots.load_curve(curve(GIGA, [0, 0.05, 1.0])))
+
+
+def test_load_curve_of_one_high_load_has_no_law() -> None:
+    whole = curve(None, [0, 0, 0], areas=(2e-9, 4e-9, 8e-9))
+    one = dataclasses.replace(whole, steps=whole.steps[:1])
+    figure = plots.load_curve(one)
+    figure.draw_without_rendering()
+    assert "κ" not in texts(figure)
 
 
 def test_hysteresis_shows_the_loop_and_what_it_costs() -> None:

@@ -15,7 +15,7 @@ SOURCE = Path(rc.__file__).parents[1]
 # Seconds each, or not needed by those who only solve.
 LATE = (
     "matplotlib", "pint", "xarray", "h5netcdf", "SurfaceTopography", "scipy.sparse", "typer",
-    "rich", "roughcontact.cli", "roughcontact.plots",
+    "rich", "jinja2", "roughcontact.cli", "roughcontact.plots", "roughcontact.report",
 )  # fmt: skip
 
 

@@ -67,6 +67,15 @@ def test_parse_reads_what_engineers_write(text: str, dimension: str, value: floa
         ("", "force", "empty"),
         ("   ", "force", "empty"),
         ("1 " + "N*" * 10_000 + "N", "force", "needs a force"),
+        ("1e9999999 N", "force", "not a finite number"),
+        ("1e99999999999999999999 N", "force", "not a finite number"),
+        ("1e-99999999999999999999 N", "force", "must be positive"),
+        ("1 N^0", "force", "not one number and one unit"),
+        ("1 px", "length", "(a printer's unit)"),
+        ("2 pica", "length", "(a printer's unit)"),
+        ("1 J/m", "length", "(a force)"),
+        ("1 N/m^3*m", "force", "(a pressure)"),
+        ("1 Hz", "force", "(of dimension 1 / [time])"),
         ("0 N", "force", "must be positive"),
         ("\u22121 N", "force", "must be positive"),
     ],
@@ -127,3 +136,17 @@ def test_what_engineering_writes_parse_reads(value: float, kind: tuple[str, str]
 def test_import_leaves_pint_alone() -> None:
     code = "import sys, roughcontact.units; sys.exit('pint' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [(0, "0 %"), (1, "100 %"), (0.5, "50.0 %"), (0.0338058, "3.38 %"), (0.99967, "99.9670 %"),
+     (1e-8, "< 0.0001 %"), (1 - 1e-6, "99.9999 %"), (0.0009399, "0.0940 %")],
+)  # fmt: skip
+def test_percentages_never_round_to_all_or_nothing(share: float, text: str) -> None:
+    assert units.percent(share) == text
+
+
+def test_nearly_everything_is_not_everything() -> None:
+    assert units.percent(1 - 1e-9) != "100 %"
+    assert units.percent(1 - 1e-9) == "> 99.9999 %"

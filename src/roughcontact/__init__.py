@@ -13,6 +13,7 @@ from roughcontact.errors import (
 )
 from roughcontact.formats import read_surface
 from roughcontact.generate import reference_map, self_affine
+from roughcontact.history import LoadHistory, Stage, load_history
 from roughcontact.loading import LoadCurve, load_curve
 from roughcontact.material import RIGID, Material, contact_modulus
 from roughcontact.result import ContactResult
@@ -29,15 +30,18 @@ __all__ = [
     "InputError",
     "InsufficientMemoryError",
     "LoadCurve",
+    "LoadHistory",
     "Material",
     "Provenance",
     "ResolutionStudy",
     "RoughcontactError",
+    "Stage",
     "Step",
     "Surface",
     "__version__",
     "contact_modulus",
     "load_curve",
+    "load_history",
     "load_result",
     "read_surface",
     "reference_map",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roughcontact import netcdf
 from roughcontact.errors import FormatError, InputError
 from roughcontact.material import Material
 from roughcontact.result import ContactResult
@@ -25,7 +25,7 @@ _MAPS = {
     "counter_height": ("m", "height of the counter-body, positive out of its material"),
     "initial_gap": ("m", "gap at first touch"),
     "pressure": ("Pa", "contact pressure"),
-    "gap": ("m", "displacement plus initial gap minus approach"),
+    "gap": ("m", "displacement plus initial gap plus tilt minus approach"),
     "saturated": ("1", "1 where the pressure is at the ceiling"),
     "ceiling": ("Pa", "largest pressure allowed"),
 }
@@ -41,6 +41,7 @@ _NUMBERS = {
 }
 _WORDS = ("boundary", "precision", "control", "status", "version")
 _COUNTS = ("iterations", "convolutions")
+_PAIRS = {"tilt": "1", "moments": "N m"}
 _BODIES = ("material", "counter_material")
 
 
@@ -123,6 +124,12 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
         attributes[f"{name}_units"] = _NUMBERS[name]
     for name in (*_WORDS, *_COUNTS):
         attributes[name] = getattr(result, name)
+    for name, unit in _PAIRS.items():
+        pair = getattr(result, name)
+        if pair is not None:
+            for axis_name, value in zip("yx", pair, strict=True):
+                attributes[f"{name}_{axis_name}"] = value
+                attributes[f"{name}_{axis_name}_units"] = unit
     if isinstance(result.ceiling, np.ndarray):
         maps["ceiling"] = result.ceiling
     elif result.ceiling is not None:
@@ -234,16 +241,12 @@ def load_result(path: str | os.PathLike[str]) -> ContactResult:
     FormatError
         If the file is missing, damaged or not a result of this program.
     """
-    import xarray
-
     path = Path(path)
     if not path.is_file():
         raise FormatError(f"{path} does not exist or is no file; check its name")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            with xarray.open_dataset(path, engine="h5netcdf") as dataset:
-                dataset.load()
+        with netcdf.opened(path) as dataset:
+            dataset.load()
         return _from_dataset(dataset)
     # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more; what does
     # not fit together our own checks refuse.
@@ -290,6 +293,12 @@ def _from_dataset(dataset: xarray.Dataset) -> ContactResult:
     scalars: dict[str, Any] = {name: float(attributes[name]) for name in _NUMBERS}
     scalars |= {name: str(attributes[name]) for name in _WORDS}
     scalars |= {name: int(attributes[name]) for name in _COUNTS}
+    # Files of earlier versions know no tilt.
+    scalars |= {
+        name: (float(attributes[f"{name}_y"]), float(attributes[f"{name}_x"]))
+        for name in _PAIRS
+        if f"{name}_y" in attributes
+    }
     return ContactResult(
         surface=surface,
         counter_surface=counter,

@@ -319,6 +319,99 @@ def _sweep(
         console.show_curve(curve, written)
 
 
+@_app.command(
+    "history",
+    help="""Follow a path of loads: indentation that stays, unloading, repeated passes.
+
+The ceiling acts as perfect plasticity of the surface: what it indents stays indented.
+
+\b
+Example:
+roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 --holes fill \\
+    --output history.csv --residual indented.x3p
+""",
+)
+@_reporting
+@_describing("load", "approach", "precision", "study", "output", "report", "figures")
+def _history(
+    asked: Job,
+    path: Annotated[
+        str | None,
+        _option("--path", "LOADS", 'Loads or approaches in their order: "1 N, 0 N, 1 N".', BODIES),
+    ] = None,
+    passes: Annotated[
+        str, _option("--passes", "NUMBER", "How often the path is followed; once without.", BODIES)
+    ] = "1",
+    shift: Annotated[
+        str | None,
+        _option(
+            "--shift", "LENGTHS",
+            'Shift (y, x) of the counter-body from pass to pass: "0 um, 5 um".', BODIES,
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None, _option("--output", "FILE.csv|json", "Write the steps as a table.", OUTPUT)
+    ] = None,
+    residual: Annotated[
+        Path | None,
+        _option(
+            "--residual", "FILE",
+            "Write the indented surface: .x3p, .sur, .csv, .npz, .nc, .vti.", OUTPUT,
+        ),
+    ] = None,
+    figure: Annotated[
+        Path | None, _option("--figure", "FILE", "Draw the loop as PNG, SVG or PDF.", OUTPUT)
+    ] = None,
+    as_json: _Json = False,
+    quiet: _Quiet = False,
+) -> None:  # fmt: skip
+    from roughcontact import history, plots
+
+    if path is None:
+        raise InputError("--path is needed: loads in their order, such as '1 N, 0 N, 1 N'")
+    points = [job.stage(word, "--path") for word in path.split(",")]
+    count = OPTIONS["max-iterations"].parse(passes, "--passes")
+    if count < 1:
+        raise InputError(f"--passes must be at least 1, got {count}")
+    move = (0.0, 0.0) if shift is None else OPTIONS["offset"].parse(shift, "--shift")
+    stages = [
+        history.Stage(**{control: value}, shift=(number * move[0], number * move[1]))
+        for number in range(count)
+        for control, value in points
+    ]
+    for place, option in ((output, "--output"), (residual, "--residual"), (figure, "--figure")):
+        if place is not None:
+            job.check_place(place, option)
+    if output is not None and output.suffix.lower() not in (".csv", ".json"):
+        raise InputError(f"--output must end in .csv or .json, got '{output}'")
+    if residual is not None and residual.suffix.lower() not in export.SURFACE_SUFFIXES:
+        known = ", ".join(export.SURFACE_SUFFIXES)
+        raise InputError(f"--residual must end in one of {known}, got '{residual}'")
+    with console.progress(quiet) as say:
+        maps = asked.surfaces(say)
+        problem = asked.problem(maps)
+        del problem["precision"]
+        if problem["tolerance"] is None:
+            del problem["tolerance"]
+        found = history.load_history(
+            maps[0],
+            stages,
+            **problem,
+            max_iterations=asked.max_iterations,
+            progress=lambda n, step: say(f"{n} of {len(stages)}: {console.described(step)}"),
+        )
+        tasks: list[job.Task] = [] if output is None else [(output, found.save)]
+        if residual is not None:
+            tasks.append((residual, found.residual.save))
+        if figure is not None:
+            tasks.append((figure, job.saver(lambda: plots.hysteresis(found))))
+        written = job.write(tasks, say)
+    if as_json:
+        print(export.to_json({**found.summary(), "written": [str(place) for place in written]}))
+    elif not quiet:
+        console.show_history(found, written)
+
+
 @_app.command("run", epilog="Example:\n\nroughcontact run project.toml")
 @_reporting
 def _run(

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from roughcontact.catalogue import Entry
     from roughcontact.formats import Channel
+    from roughcontact.history import LoadHistory
     from roughcontact.job import Say
     from roughcontact.loading import LoadCurve
     from roughcontact.material import Material
@@ -95,6 +96,38 @@ def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
         ("rms gradient", f"{curve.rms_gradient:.4g}"),
         ("low-load slope", _slope_in_words(curve)),
         ("certificates", f"{worst:.1e} at most"),
+    ]
+    _print_table(facts)
+    _print_written(written)
+
+
+def show_history(history: LoadHistory, written: Sequence[Path]) -> None:
+    """Print the steps of a load history, and what it left behind."""
+    from roughcontact import units
+
+    last = history.last
+    nominal = last.pressure.size * last.pixel_area
+    rows = [
+        (
+            units.engineering(step.load, "N", 3),
+            units.engineering(step.approach, "m", 3),
+            _percent(step.contact_area / nominal, 3),
+            _percent(step.saturated_area / nominal, 3),
+            units.engineering(step.max_pressure, "Pa", 3),
+            _volume(step.indentation_volume),
+            units.engineering(step.dissipated_energy, "J", 3),
+        )
+        for step in history.steps
+    ]
+    heads = ("load", "approach", "contact", "saturated", "pressure", "indented", "dissipated")
+    _print_table(rows, heads=heads)
+    shaken = "yes: the last pass added none" if history.shaken_down else "no"
+    facts: list[Row] = [
+        ("indentation", f"{_length(float(history.indentation.max()))} at most"),
+        ("volume", _volume(history.indentation_volume)),
+        ("dissipated", units.engineering(history.dissipated_energy, "J")),
+        ("shaken down", shaken),
+        ("certificates", f"{max(step.certificate for step in history.steps):.1e} at most"),
     ]
     _print_table(facts)
     _print_written(written)
@@ -357,6 +390,11 @@ def _length(value: float) -> str:
     from roughcontact import units
 
     return units.engineering(value, "m")
+
+
+def _volume(value: float) -> str:
+    # Between two prefixes of a cube lie nine digits.
+    return f"{1e18 * value:.3g} µm³"
 
 
 def _pressure(value: float) -> str:

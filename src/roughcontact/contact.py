@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import convolution, solver
+from roughcontact import convolution, solver, tilt
 from roughcontact._version import __version__
 from roughcontact.errors import (
     CapacityError,
@@ -23,12 +23,20 @@ from roughcontact.errors import (
     require_positive,
 )
 from roughcontact.material import RIGID, Material, contact_modulus, softer
-from roughcontact.result import ContactResult, initial_gap
+from roughcontact.result import ContactResult, centre_of_pressure, initial_gap
 from roughcontact.solver import Step
 from roughcontact.surface import Surface
 
 LOAD_TOLERANCE = 1e-10
 """Largest load error of a converged result."""
+
+MOMENT_TOLERANCE = 1e-8
+"""Largest moment error of a converged result."""
+
+UNBALANCED = (
+    "moments not balanced; the point of the load may lie too near to the edge of the contact"
+)
+"""Status of a result whose bodies did not come to rest at any tilt."""
 
 _BOUNDARIES = {"free": convolution.free, "periodic": convolution.periodic}
 
@@ -39,6 +47,7 @@ def solve(
     material: Material,
     load: float | None = None,
     approach: float | None = None,
+    moments: tuple[float, float] | None = None,
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
     ceiling: str | float | ArrayLike | None = "auto",
@@ -62,6 +71,10 @@ def solve(
         Normal load W [N]; give either this or ``approach``.
     approach : float
         Approach ω of the bodies from the first touch [m].
+    moments : (float, float), optional
+        Moments ``(W y, W x)`` [N·m] of the load about the centre of the map: a load that acts at
+        the point (y, x) away from it, ``(0, 0)`` for one in the middle. The bodies then tilt
+        until the pressure balances them. Without it they do not tilt, whatever the moments.
     counter_surface : Surface, optional
         Heights of the counter-body on the same grid, laid on the first map point by point
         (mirror a map that was measured from its own front); a flat without it.
@@ -95,7 +108,8 @@ def solve(
     InputError
         If an argument cannot be used; the message names it and its value.
     CapacityError
-        If the load exceeds the ceiling times the area, or nothing can touch.
+        If the load exceeds the ceiling times the area, nothing can touch, or no pressure
+        balances the moments.
     InsufficientMemoryError
         If the problem does not fit into the memory that is free.
     ConvergenceError
@@ -118,6 +132,7 @@ def solve(
         material=material,
         load=load,
         approach=approach,
+        moments=moments,
         counter_material=counter_material,
         counter_surface=counter_surface,
         ceiling=ceiling,
@@ -135,16 +150,25 @@ def solve(
         pressure = start.pressure if isinstance(start, ContactResult) else np.asarray(start)
         index = np.flatnonzero(pressure)
         loaded = index, pressure.ravel()[index]
-    solution = solver.solve(
-        problem,
-        _operators(boundary, surface.pixel, stated.modulus, precision),
-        tolerance=tolerance,
-        max_iterations=int(max_iterations),
-        start=loaded,
-        progress=progress,
-    )
+    options: dict[str, Any] = {
+        "tolerance": tolerance,
+        "max_iterations": int(max_iterations),
+        "start": loaded,
+        "progress": progress,
+    }
+    operators = _operators(boundary, surface.pixel, stated.modulus, precision)
+    slope = 0.0, 0.0
+    if stated.target is None:
+        solution = solver.solve(problem, operators, **options)
+    else:
+        if isinstance(start, ContactResult):
+            slope = start.tilt
+        solution, slope = tilt.solve(
+            problem, operators, stated.target, surface.pixel, slope,
+            moment_tolerance=MOMENT_TOLERANCE, **options,
+        )  # fmt: skip
     # An error that is kept would keep the memory of the solve with it.
-    del problem
+    del problem, operators
     del stated.problem
     pressure = np.zeros(surface.shape)
     pressure.ravel()[solution.index] = solution.pressure
@@ -153,6 +177,11 @@ def solve(
     status = solution.status
     if status is solver.Status.CONVERGED and load_error > LOAD_TOLERANCE:
         status = solver.Status.STALLED
+    words = status.value
+    if stated.target is not None and status is solver.Status.CONVERGED:
+        centre = np.array(centre_of_pressure(pressure, surface.pixel)) / max(surface.size)
+        if np.abs(centre - stated.target).max() > MOMENT_TOLERANCE:
+            words = UNBALANCED
     final_gap = solution.gap.astype(np.float64, copy=False)
     if stated.valid < final_gap.size:
         final_gap[np.isinf(final_gap)] = np.nan
@@ -173,17 +202,20 @@ def solve(
         gap=final_gap,
         certificate=solution.certificate,
         load_error=load_error,
-        status=status.value,
+        status=words,
         iterations=solution.iterations,
         convolutions=solution.convolutions,
         seconds=time.perf_counter() - began,
         version=__version__,
+        tilt=slope,
+        moments=None if moments is None else (float(moments[0]), float(moments[1])),
     )
     if not result.converged and on_failure == "raise":
         raise ConvergenceError(
             f"not converged: certificate {result.certificate:.1e} (tolerance {tolerance:.0e}), "
-            f"load error {load_error:.1e} after {result.convolutions} convolutions: "
-            f"{result.status}",
+            f"load error {load_error:.1e}"
+            + (f", moment error {result.moment_error:.1e}" if moments is not None else "")
+            + f" after {result.convolutions} convolutions: {result.status}",
             result,
         )
     return result
@@ -230,6 +262,7 @@ def elastic(result: ContactResult) -> ContactResult:
     return solve(
         result.surface,
         load=result.load,
+        moments=result.moments,
         material=result.material,
         counter_material=result.counter_material,
         counter_surface=result.counter_surface,
@@ -297,6 +330,8 @@ class _Stated:
     ceiling: float | NDArray[np.float64] | None
     tolerance: float
     valid: int
+    # Where the load acts, as a part of the longer side; None where the bodies do not tilt.
+    target: NDArray[np.float64] | None
 
 
 def _stated(
@@ -305,6 +340,7 @@ def _stated(
     material: Material,
     load: float | None,
     approach: float | None,
+    moments: tuple[float, float] | None = None,
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
     ceiling: str | float | ArrayLike | None = "auto",
@@ -333,6 +369,8 @@ def _stated(
         raise InputError(f"max_iterations must be a positive integer, got {max_iterations!r}")
     if (load is None) == (approach is None):
         raise InputError("give either load or approach, and only one of them")
+    if moments is not None:
+        moments = _checked_moments(moments, load, boundary, precision)
     _check_surfaces(surface, counter_surface)
     modulus = contact_modulus(material, counter_material)
     resolved = resolved_ceiling(ceiling, material, counter_material, surface.shape)
@@ -355,6 +393,10 @@ def _stated(
     if load is not None:
         require_positive(load=load)
         total = min(load / area, _capacity(load, resolved, gap, area, valid) / area)
+    target = None
+    if moments is not None and load is not None:
+        target = np.array(moments) / (load * max(surface.size))
+        _check_balance(target, load, resolved, gap, surface)
     if approach is not None:
         require_positive(approach=approach)
         if boundary == "periodic" and resolved is None and valid == gap.size:
@@ -372,7 +414,51 @@ def _stated(
         total=total,
         approach=approach,
     )
-    return _Stated(problem, modulus, resolved, tolerance, valid)
+    return _Stated(problem, modulus, resolved, tolerance, valid, target)
+
+
+def _checked_moments(
+    moments: tuple[float, float], load: float | None, boundary: str, precision: str
+) -> tuple[float, float]:
+    try:
+        about_y, about_x = (float(moment) for moment in moments)
+    except (TypeError, ValueError):
+        about_y = about_x = math.nan
+    if not (math.isfinite(about_y) and math.isfinite(about_x)):
+        raise InputError(f"moments must be a pair (y, x) of numbers [N m], got {moments!r}")
+    if load is None:
+        raise InputError("moments need a load to balance; give load instead of approach")
+    if boundary == "periodic":
+        raise InputError("moments need boundary='free': a tilt has no period")
+    if precision == "single":
+        raise InputError("moments need precision='double' to be balanced to 1e-8")
+    return about_y, about_x
+
+
+def _check_balance(
+    target: NDArray[np.float64],
+    load: float,
+    ceiling: float | NDArray[np.float64] | None,
+    gap: NDArray[np.float64],
+    surface: Surface,
+) -> None:
+    """Raise if no admissible pressure has its centre where the load acts."""
+    touchable = np.isfinite(gap)
+    y, x = (np.broadcast_to(v, gap.shape)[touchable] for v in tilt.levers(gap.shape, surface.pixel))
+    share: float | NDArray[np.float64] = math.inf
+    if ceiling is not None:
+        part = np.asarray(ceiling) * (surface.pixel[0] * surface.pixel[1] / load)
+        share = part[touchable] if part.ndim else float(part)
+    side = max(surface.size)
+    outside = tilt.excess(target, y, x, share) * side
+    if outside > 0:
+        at_y, at_x = target * side
+        what = "points that can touch" if ceiling is None else "pressures up to the ceiling"
+        raise CapacityError(
+            f"moments = ({target[0] * load * side:.6g}, {target[1] * load * side:.6g}) N m put the "
+            f"load of {load:.6g} N at ({at_y:.6g}, {at_x:.6g}) m from the centre of the map, "
+            f"{outside:.3g} m beyond what {what} can balance; move it inwards"
+        )
 
 
 def _operators(

@@ -62,6 +62,9 @@ _UNITS = {
 _SUMMARY_UNITS = {
     "certificate": "1",
     "load_error": "1",
+    "moments": "N m",
+    "moment_error": "1",
+    "tilt": "rad",
     "tolerance": "1",
     "load": "N",
     "approach": "m",
@@ -81,6 +84,7 @@ _SUMMARY_UNITS = {
     "young": "Pa",
     "poisson": "1",
     "yield_strength": "Pa",
+    "hardness": "Pa",
 }
 
 # Bytes handled at a time; divisible by the size of every number.
@@ -557,6 +561,12 @@ _RESULT_WRITERS: dict[str, Callable[[ContactResult, str | os.PathLike[str]], Non
     ".csv": save_csv,
     ".json": save_json,
 }
+
+SURFACE_SUFFIXES = tuple(_SURFACE_WRITERS)
+"""Suffixes that `save_surface` knows."""
+
+RESULT_SUFFIXES = tuple(_RESULT_WRITERS)
+"""Suffixes that `save` knows."""
 
 
 def _writer(

@@ -9,7 +9,8 @@ import math
 import os
 import re
 import warnings
-from collections.abc import Iterator
+import zipfile
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import units
+from roughcontact import netcdf, units
 from roughcontact.errors import FormatError, InputError
 from roughcontact.surface import Provenance, Surface
 
@@ -185,7 +186,12 @@ def read_surface(
     both.
 
     Scales that no measured map has are refused: sides outside 1 nm to 10 m, pixel edges outside
-    1 pm to 10 mm, heights that span more than 100 times the longer side.
+    1 pm to 10 mm, heights that span more than 100 times the longer side, or lie further than 10 m
+    from zero, where the digits of roughness are lost.
+
+    So are instrument files whose header contradicts the rest of the file, as far as the format
+    says something twice: sizes against grids (metropro, sur, sdf, di), and scales that are missing
+    (opd).
     """
     path = _existing(path)
     kind = _format_of(path, format)
@@ -325,9 +331,9 @@ def pixel_of(
             "size='0.1 mm x 0.2 mm'"
         )
     if isinstance(size, str):
-        sides = tuple(
-            units.parse(part, "length", "size") for part in re.split(r"\s*[x×]\s*", size.strip())
-        )
+        # An x before no number is part of a unit.
+        parts = re.split(r"\s*[x×]\s*(?=[-+\u2212.\d])", size.strip())
+        sides = tuple(units.parse(part, "length", "size") for part in parts)
     else:
         try:
             sides = tuple(float(side) for side in np.atleast_1d(np.asarray(size, dtype=float)))
@@ -343,6 +349,13 @@ def pixel_of(
     if not all(0 < side < math.inf for side in sides):
         raise InputError(f"size must be positive and finite, got {size!r}")
     return sides[0] / ny, sides[1] / nx
+
+
+def _in_metres(values: NDArray[Any], metre: float) -> Array:
+    # Damaged numbers overflow, or are NaN of the signalling kind: `_surface` judges the outcome.
+    with np.errstate(all="ignore"):
+        heights: Array = values.astype(np.float64) * metre
+    return heights
 
 
 def _surface(
@@ -366,11 +379,18 @@ def _check_scale(path: Path, surface: Surface) -> None:
                 f"{path.name} was read with {name} of {first} × {second}, which is outside "
                 f"{units.engineering(low, 'm')} to {units.engineering(high, 'm')}; {what}"
             )
-    span = float(np.nanmax(surface.heights) - np.nanmin(surface.heights))
+    top, bottom = float(np.nanmax(surface.heights)), float(np.nanmin(surface.heights))
+    span = top - bottom
     if span > _HEIGHT_OVER_SIDE * max(surface.size):
         raise FormatError(
             f"{path.name} was read with heights that span {units.engineering(span, 'm')} on sides "
             f"of {units.engineering(max(surface.size), 'm')}; {what}, or mark outliers as missing"
+        )
+    if max(top, -bottom) > _SIDE_RANGE[1]:
+        raise FormatError(
+            f"{path.name} was read with heights from {units.engineering(bottom, 'm')} to "
+            f"{units.engineering(top, 'm')}, further than {units.engineering(_SIDE_RANGE[1], 'm')} "
+            f"from zero; {what}"
         )
 
 
@@ -396,15 +416,38 @@ def _surface_topography(path: Path) -> ModuleType:
     return module
 
 
+class _Bounded(io.BufferedReader):
+    """A stream that reserves no more memory for a read than the file can fill.
+
+    A damaged header may ask for terabytes, which `io.BufferedReader` reserves before it reads.
+    """
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        if size is not None and size > 0:
+            left = os.fstat(self.fileno()).st_size - self.tell()
+            size = min(size, max(left, 0))
+        return super().read(size)
+
+
 @contextlib.contextmanager
 def _instrument(path: Path, kind: str) -> Iterator[Any]:
     """Give SurfaceTopography's reader of a file, quiet, and with one kind of error."""
-    with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
+    # Parsers print, and log what they cannot read, byte by byte.
+    noise = io.StringIO()
+    with (
+        warnings.catch_warnings(),
+        contextlib.redirect_stdout(noise),
+        contextlib.redirect_stderr(noise),
+    ):
         warnings.simplefilter("ignore")
         try:
             library = _surface_topography(path)
+            _check_container(path)
             # Our own stream: a reader that fails half-way leaves files open that it opened.
-            with path.open("rb") as stream, library.open_topography(stream, format=kind) as reader:
+            with (
+                _Bounded(io.FileIO(path)) as stream,
+                library.open_topography(stream, format=kind) as reader,
+            ):
                 yield reader
         except InputError:
             raise
@@ -415,6 +458,24 @@ def _instrument(path: Path, kind: str) -> Iterator[Any]:
                 f"{path.name} cannot be read as format {kind!r} ({_one_line(error)}); check that "
                 "the file is complete, or name its format with format="
             ) from error
+
+
+def _check_container(path: Path) -> None:
+    """Refuse ZIP archives with a wrong checksum, and HDF5 files that would be read for ever.
+
+    Several instruments' formats are one or the other. Checksums of an archive are looked at where
+    a member is read to its end, and one damaged length is enough that it is not.
+    """
+    with path.open("rb") as stream:
+        start = stream.read(4)
+        if start == b"\x89HDF":
+            netcdf.check_heaps(path)
+        if start != b"PK\x03\x04":
+            return
+        with zipfile.ZipFile(stream) as archive:
+            damaged = archive.testzip()
+    if damaged is not None:
+        raise ValueError(f"the checksum of {damaged!r} in the archive is wrong")
 
 
 def _read_instrument(
@@ -431,9 +492,9 @@ def _read_instrument(
         index = _chosen(path, found, channel, default)
         entry, described = entries[index], found[index]
         _check_grid(path, described)
-        if entry.unit is not None:
+        if described.unit:
             _refuse_given(path, unit=unit)
-            unit = str(entry.unit)
+            unit = described.unit
         if entry.physical_sizes is not None:
             _refuse_given(path, size=size)
         metre = _unit_in_metres(path, unit)
@@ -448,8 +509,13 @@ def _read_instrument(
             along_x, along_y = (float(edge) for edge in topography.pixel_size)
             pixel = along_y * metre, along_x * metre
         values = np.ma.filled(np.ma.asarray(topography.heights(), dtype=np.float64), np.nan)
+        contradiction = _contradiction(path, kind, entry, values)
+        if contradiction:
+            raise FormatError(
+                f"{path.name} contradicts itself: {contradiction}; copy or export it again"
+            )
         # SurfaceTopography has [x, y], this program [y, x].
-        heights = np.ascontiguousarray(values.T) * metre
+        heights = _in_metres(np.ascontiguousarray(values.T), metre)
         instrument = _instrument_name(reader, entry)
     provenance = Provenance(
         source=path.name,
@@ -538,6 +604,95 @@ def _check_grid(path: Path, described: Channel) -> None:
         )
 
 
+def _contradiction(path: Path, kind: str, entry: Any, values: Array) -> str:
+    """Return what in a header does not fit the rest of the file; empty if everything does.
+
+    What SurfaceTopography does not compare, or replaces where it is missing. Without it one
+    damaged byte shears a map or changes its scale by a plausible factor.
+    """
+    check = _CONTRADICTIONS.get(kind)
+    header = entry.info.get("raw_metadata")
+    if check is None or not header:
+        return ""
+    try:
+        return check(path, header, entry, values)
+    # Another version of SurfaceTopography that keeps less of the header.
+    except KeyError:
+        return ""
+
+
+def _metropro_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
+    phases = 4 * header["cn_org_width"] * header["cn_org_height"]
+    frames = 2 * header["ac_org_width"] * header["ac_org_height"] * header["ac_n_buckets"]
+    for what, size, stated in (
+        ("phases", phases, header["cn_n_bytes"]),
+        ("camera frames", frames, header["ac_n_bytes"]),
+    ):
+        if size != stated:
+            return f"its {what} take {size} bytes by their grid and {stated} by their size"
+    return ""
+
+
+def _sur_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
+    end = 512 + header["comment_size"] + header["private_size"]
+    end += header["nb_points"] * header["itemsize"] // 8
+    length = path.stat().st_size
+    if end == length:
+        return ""
+    stated = header["zmin"], header["zmax"]
+    counts = values / entry.height_scale_factor
+    low, high = np.nanmin(counts).round(), np.nanmax(counts).round()
+    # Some programs append to the file, some leave the range open; not both.
+    if (low, high) == stated:
+        return ""
+    return (
+        f"its heights end at byte {end} of {length} and span {low:.0f} to {high:.0f} counts, "
+        f"not {stated[0]} to {stated[1]}"
+    )
+
+
+def _opd_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
+    if "Aspect" not in header and "Wavelength" in header:
+        return "it has no block 'Aspect', the ratio of the edges of a pixel"
+    # Integers are parts of a wavelength, floats whole ones.
+    counts = values / entry.height_scale_factor
+    if "Mult" not in header and np.nanmax(np.abs(counts - np.rint(counts))) < 1e-6:
+        return "its heights are integers, but it has no block 'Mult', their scale"
+    return ""
+
+
+def _bruker_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
+    # Where an image has not the points that its bytes make, SurfaceTopography takes those of the
+    # scan, and stretches the sides with them.
+    stated = int(header["samps/line"]), int(header["number of lines"])
+    nx, ny = entry.nb_grid_pts
+    if stated == (nx, ny):
+        return ""
+    width, _, height = header["aspect ratio"].partition(":")
+    along_x, along_y = entry.physical_sizes
+    if math.isclose(along_x * float(height), along_y * float(width), rel_tol=1e-4):
+        return ""
+    return f"the image has {stated[0]} × {stated[1]} points by its section, {nx} × {ny} by the scan"
+
+
+def _sdf_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
+    # The text variant; the binary one may have anything after its heights.
+    parts = re.split(rb"^\s*\*\s*$", path.read_bytes(), flags=re.MULTILINE)
+    if not parts[0].startswith(b"a") or len(parts) < 2:
+        return ""
+    count = len(parts[1].split())
+    return "" if count == values.size else f"it announces {values.size} heights, but has {count}"
+
+
+_CONTRADICTIONS: dict[str, Callable[[Path, dict[str, Any], Any, Array], str]] = {
+    "di": _bruker_contradiction,
+    "metropro": _metropro_contradiction,
+    "opd": _opd_contradiction,
+    "sdf": _sdf_contradiction,
+    "sur": _sur_contradiction,
+}
+
+
 def _instrument_name(reader: Any, entry: Any) -> str:
     about = entry.info.get("instrument") or {}
     named = [str(about[key]) for key in ("vendor", "name") if about.get(key)]
@@ -580,7 +735,7 @@ def _read_matrix(
         _refuse_given(path, unit=unit, size=size)
         metre, pixel = scale
     provenance = Provenance(path.name, f"matrix ({kind})", name, steps)
-    return _surface(path, values.astype(np.float64) * metre, pixel, provenance)
+    return _surface(path, _in_metres(values, metre), pixel, provenance)
 
 
 @contextlib.contextmanager
@@ -645,8 +800,15 @@ def _read_arrays(path: Path, kind: str) -> dict[str, NDArray[Any]]:
     try:
         if kind == "npy":
             # Mapped, not read: a header that announces more than the file holds fails at once.
-            return {"": np.load(path, mmap_mode="r", allow_pickle=False)}
+            array = np.load(path, mmap_mode="r", allow_pickle=False)
+            spare = path.stat().st_size - array.offset - array.nbytes
+            if array.size and spare:
+                raise ValueError(
+                    f"shape {array.shape} of {array.dtype} leaves {spare} bytes of the file over"
+                )
+            return {"": array}
         # Our own stream: NumPy leaves a damaged archive open.
+        _check_container(path)
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             return {name: np.asarray(archive[name]) for name in archive.files}
     # Damaged files raise ValueError, BadZipFile, EOFError, SyntaxError, MemoryError and more.
@@ -684,10 +846,11 @@ def _read_text(path: Path, points_possible: bool = True) -> tuple[Array, tuple[s
     rows: list[Array] = []
     numbers: list[int] = []
     delimiter: str | None = ""
-    trailing = True
+    trailing = ended = True
     try:
         with path.open(encoding="utf-8-sig") as stream:
             for number, line in enumerate(stream, start=1):
+                ended = line.endswith("\n")
                 line = line.split("#", 1)[0].strip(" \r\n")
                 if not line.strip():
                     continue
@@ -717,6 +880,10 @@ def _read_text(path: Path, points_possible: bool = True) -> tuple[Array, tuple[s
     if trailing and matrix.shape[1] > 1:
         matrix = matrix[:, :-1]
         steps = ("read: the delimiter at the end of every row is no column",)
+    if not ended:
+        # Rows are missing without a trace where a file was cut off, and the sides are given for
+        # all of them.
+        steps += ("read: the last row has no line end; check that the file was not cut off",)
     if points_possible:
         _refuse_point_list(path, matrix)
     return matrix, steps
@@ -781,22 +948,18 @@ def _refuse_point_list(path: Path, matrix: Array) -> None:
 
 def _read_netcdf(path: Path) -> Surface:
     """Return the variable ``height`` [m] over ``y`` and ``x`` [m] of a NetCDF file."""
-    import xarray
-
     expected = "expected a NetCDF file with a variable 'height' [m] over (y, x)"
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            with xarray.open_dataset(path, engine="h5netcdf") as dataset:
-                height = dataset["height"]
-                dimensions, unit = height.dims, height.attrs.get("units")
-                values = np.asarray(height.values)
-                attributes = dict(dataset.attrs)
-                coordinates = [
-                    np.asarray(dataset[name].values, dtype=float)
-                    for name in ("y", "x")
-                    if name in dataset.coords
-                ]
+        with netcdf.opened(path) as dataset:
+            height = dataset["height"]
+            dimensions, unit = height.dims, height.attrs.get("units")
+            values = np.asarray(height.values)
+            attributes = dict(dataset.attrs)
+            coordinates = [
+                np.asarray(dataset[name].values, dtype=float)
+                for name in ("y", "x")
+                if name in dataset.coords
+            ]
     # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more.
     except Exception as error:
         raise FormatError(f"{path.name} cannot be read ({_one_line(error)}); {expected}") from None

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughcontact import units
+from roughcontact import export, units
 from roughcontact.errors import InputError, RoughcontactError
 
 if TYPE_CHECKING:
@@ -28,7 +28,6 @@ MAP, BODIES, SOLVER, OUTPUT = "Map", "Bodies and load", "Solver", "Output"
 
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
 HOLES = ("error", "fill", "mask", "crop")
-SUFFIXES = (".nc", ".vti", ".csv", ".json")
 _HARDNESS = re.compile(r"\bH(V|B|BW|RB|RC)\d*\b", re.IGNORECASE)
 FIGURES = ("surface", "pressure", "contact", "gap", "histogram")
 
@@ -182,9 +181,20 @@ def load_or_approach(text: str, name: str) -> tuple[str, float]:
     try:
         return "load", units.parse(text, "force", name)
     except InputError as error:
-        words = "needs a load such as '1 N', or an approach such as '1 um',"
-        found = str(error).partition(", got ")[2]
-        raise InputError(f"{name} {words} got {found}" if found else str(error)) from None
+        reason = str(error)
+    # Only where neither fits: a number that is not positive has its dimension.
+    start, mark, found = reason.partition(", got ")
+    if "needs a force" in start and mark:
+        reason = f"{name} needs a load such as '1 N', or an approach such as '1 um', got {found}"
+    raise InputError(reason)
+
+
+def stage(text: str, name: str) -> tuple[str, float]:
+    """Return which of load and approach a text is, and its value; a load may be zero."""
+    plain = text.strip()
+    if re.fullmatch(r"0+(\.0*)?\s*\w*N", plain):
+        return "load", 0.0
+    return load_or_approach(plain, name)
 
 
 def _turns(text: str, name: str) -> int:
@@ -417,7 +427,7 @@ class Job:
                 "give either --load or --approach, and only one of them, such as --load '1 N'"
             )
         for path in self.output:
-            _check_suffix(path, "--output", SUFFIXES)
+            _check_suffix(path, "--output", export.RESULT_SUFFIXES)
         if self.report is not None:
             _check_suffix(self.report, "--report", (".html",))
 

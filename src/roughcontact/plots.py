@@ -22,11 +22,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import InputError, RoughcontactError
-from roughcontact.history import SHAKEN_DOWN
+from roughcontact import roughness
+from roughcontact.errors import InputError, RoughcontactError, require_positive
+from roughcontact.history import SHAKEN_DOWN, LoadHistory
+from roughcontact.loading import LOW_LOAD, LoadCurve
 from roughcontact.result import ContactResult
+from roughcontact.spots import FEW_PIXELS
 from roughcontact.surface import Surface
-from roughcontact.units import engineering
+from roughcontact.units import engineering, percent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,8 +38,6 @@ if TYPE_CHECKING:
     from matplotlib.image import AxesImage
     from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.transforms import Transform
-
-    from roughcontact.history import LoadHistory
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -48,6 +49,9 @@ DPI = 150
 # nearest cell leaves none out.
 _CELLS_ALONE = 600
 _CELLS_IN_PANEL = 520
+
+# Height over width of a map up to which the colour bar lies on top of it.
+_UPRIGHT = 0.45
 
 _TITLE = 13.0
 _LABEL = 12.0
@@ -140,7 +144,7 @@ def contact(result: ContactResult) -> Figure:
         Three classes: no contact, elastic contact, saturated; and a fourth for missing points.
         The legend gives their shares of the map, counted on the points.
     """
-    figure, axes = _single(result.surface.size)
+    figure, axes = _single(result.surface.size, bar=False)
     drawn = _draw_contact(axes, result, _CELLS_ALONE)
     axes.set_title(f"Contact at {_load(result)}{_doubt(result)}", fontsize=_TITLE)
     _note(figure, drawn.cell, "the most severe class")
@@ -179,10 +183,10 @@ def gap(result: ContactResult) -> Figure:
     marks = _image(axes, np.where(closed, 1.0, np.nan), size, blocks, result.gap.shape)
     marks.set_cmap(_listed([_CLOSED]))
     _bar(axes, image, f"open gap [{unit}]", "max" if (there > top).any() else "neither")
-    entries = [(_CLOSED, f"closed {_percent(result.contact_fraction)}")]
+    entries = [(_CLOSED, f"closed {percent(result.contact_fraction)}")]
     missing = int(np.count_nonzero(np.isnan(result.gap)))
     if missing:
-        entries.append((_MISSING, f"missing {_percent(missing / result.gap.size)}"))
+        entries.append((_MISSING, f"missing {percent(missing / result.gap.size)}"))
     _legend(axes, entries)
     axes.set_title(
         f"Open gap at {_load(result)}, mean {engineering(result.mean_gap, 'm', 3)}{_doubt(result)}",
@@ -264,6 +268,7 @@ def comparison(
     top = _limit(results, limit)
     aspect = max(_aspect(result.surface.size) for result in results)
     width, height = 4.9 * len(results) + 1.0, 8.4 * aspect + 2.7
+    height += 1.4 if aspect <= _UPRIGHT else 0.0
     figure = Figure(figsize=(width, height), dpi=DPI, layout=_layout())
     grid = figure.subplots(2, len(results), squeeze=False)
     over = max(result.max_pressure for result in results) > top
@@ -312,10 +317,10 @@ def overview(result: ContactResult) -> Figure:
     _draw_histogram(grid[1, 1], [result], [""], "linear")
     grid[1, 1].set_title("Distribution of the contact pressure", fontsize=_TITLE, pad=24)
     certificate = f"certificate {result.certificate:.1e}"
-    saturated = f"saturated {_percent(result.saturated_fraction)}"
+    saturated = f"saturated {percent(result.saturated_fraction)}"
     words = [
         f"load {_load(result)}",
-        f"contact {_percent(result.contact_fraction)}",
+        f"contact {percent(result.contact_fraction)}",
         "no ceiling" if result.ceiling is None else saturated,
         f"largest pressure {engineering(result.max_pressure, 'Pa', 3)}",
         certificate if result.converged else f"NOT CONVERGED, {certificate}",
@@ -375,6 +380,319 @@ def hysteresis(history: LoadHistory) -> Figure:
     return figure
 
 
+def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Figure:
+    """Draw pressure and contact around a point.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solved contact.
+    point : (int, int)
+        Indices ``(y, x)`` of the point in the middle.
+    width : float
+        Side of the square that is drawn [m], around the point but within the map.
+
+    Returns
+    -------
+    Figure
+        Pressure on the left, on the scale of `pressure`; no contact, elastic contact, saturated
+        and missing points on the right, in the colours of `contact`.
+
+    Raises
+    ------
+    InputError
+        If the point does not lie on the map, or the width is not positive and finite.
+    """
+    from matplotlib.figure import Figure
+
+    require_positive(width=width)
+    if not all(0 <= index < points for index, points in zip(point, result.gap.shape, strict=True)):
+        raise InputError(f"point must lie on the map of {result.gap.shape} points, got {point!r}")
+    rows, columns = (
+        slice(*_window(point[axis], result.surface.pixel[axis], result.surface.shape[axis], width))
+        for axis in (0, 1)
+    )
+    pixel = result.surface.pixel
+    part = result.pressure[rows, columns]
+    corner = rows.start * pixel[0], columns.start * pixel[1]
+    size = part.shape[0] * pixel[0], part.shape[1] * pixel[1]
+    blocks = _blocks(part.shape, size, _CELLS_IN_PANEL)
+    figure = Figure(figsize=(10.8, 4.0 * _aspect(size) + 2.2), dpi=DPI, layout=_layout())
+    left, right = figure.subplots(1, 2)
+    top = _limit([result], None)
+    values = _cell_max(part, blocks)
+    factor, _ = _scale(top, "Pa")
+    values = np.where(values > 0, values * factor, np.nan)
+    image = _image(left, values, size, blocks, part.shape, corner)
+    _colour_pressure(image, top * factor)
+    _pressure_bar(left, image, top, over=bool(part.max() > top))
+    left.set_title("Contact pressure", fontsize=_TITLE)
+    gap = result.gap[rows, columns]
+    classes = _classes(part > 0, result.saturated[rows, columns], gap, blocks)
+    _colour_classes(_image(right, classes, size, blocks, part.shape, corner))
+    entries = [(_OPEN, "no contact"), (_ELASTIC, "elastic"), (_SATURATED, "saturated")]
+    _legend(right, entries + [(_MISSING, "missing")] * bool(np.isnan(gap).any()))
+    right.set_title("Contact", fontsize=_TITLE)
+    figure.suptitle(f"Part of the contact at {_load(result)}{_doubt(result)}", fontsize=_TITLE)
+    _note(figure, blocks, "the largest pressure or the most severe class")
+    return figure
+
+
+def section(result: ContactResult, width: float | None = None) -> Figure:
+    """Draw sections through the highest peak: the profile before and under load, the pressure.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solved contact.
+    width : float, optional
+        Length that is drawn [m], around the peak but within the map; by default all of it.
+
+    Returns
+    -------
+    Figure
+        Along x on the left, along y on the right. Zero height is the counter-body: the profile
+        before loading, moved as a whole by the approach, overlaps it; under load it does not,
+        but for the indentation of saturated points. Of two measured bodies it is the sum of their
+        heights. Heights are exaggerated.
+
+    Raises
+    ------
+    InputError
+        If the width is not positive and finite.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
+
+    if width is not None:
+        require_positive(width=width)
+    before = result.initial_gap
+    peak = _highest(before)
+    length = min(width or math.inf, max(result.surface.size))
+    factor, unit = _scale(length, "m")
+    lines = [_line(result, before, peak, axis, width or math.inf) for axis in (1, 0)]
+    figure = Figure(figsize=(10.6, 7.2), dpi=DPI, layout=_layout())
+    grid = figure.subplots(2, 2, sharex="col", sharey="row", height_ratios=(1.25, 1))
+    tall = max(_largest(line.before, line.under) for line in lines)
+    height_factor, height_unit = _scale(tall, "m")
+    top = max(_largest(line.pressure) for line in lines)
+    # Ceilings far above all pressures do not stretch the axis.
+    ceilings = [line.ceiling for line in lines if line.ceiling is not None]
+    top = max([top, *(_largest(values[values <= 2 * top]) for values in ceilings)])
+    pressure_factor, pressure_unit = _scale(top, "Pa")
+    for column, (line, name, other) in enumerate(zip(lines, "xy", "yx", strict=True)):
+        upper, lower = grid[:, column]
+        _draw_profile(upper, line, factor, height_factor)
+        _draw_line_pressure(lower, line, top, factor, pressure_factor)
+        upper.set_title(
+            f"along {name}, at {other} = {engineering(line.across, 'm', 4)}", fontsize=_TITLE
+        )
+        lower.set_xlabel(f"{name} [{unit}]", fontsize=_LABEL)
+        lower.set_xlim(line.limits[0] * factor, line.limits[1] * factor)
+        for axes in (upper, lower):
+            axes.axvline(line.peak * factor, color=_NEUTRAL, linewidth=0.9, linestyle=":")
+            axes.xaxis.set_major_locator(MaxNLocator(6))
+            _plain(axes)
+    what = "height" if result.counter_surface is None else "sum of heights"
+    grid[0, 0].set_ylabel(f"{what} [{height_unit}]", fontsize=_LABEL)
+    grid[1, 0].set_ylabel(f"pressure [{pressure_unit}]", fontsize=_LABEL)
+    grid[1, 0].set_ylim(0, 1.08 * (top or 1.0) * pressure_factor)
+    _shared_legend(figure, grid)
+    figure.suptitle(
+        f"Sections through the highest peak at {_load(result)}{_doubt(result)}", fontsize=_TITLE
+    )
+    return figure
+
+
+def bearing_curve(surface: Surface) -> Figure:
+    """Draw the areal material ratio curve of a surface (bearing or Abbott-Firestone curve).
+
+    Parameters
+    ----------
+    surface : Surface
+        The map; missing points are left out.
+
+    Returns
+    -------
+    Figure
+        Height above the mean over the share of the points that lie above it, with the
+        equivalent straight line of the core and the triangles of reduced peaks and dales, see
+        `roughness.core_parameters`.
+    """
+    from matplotlib.figure import Figure
+
+    ratio, height = roughness.material_ratio_curve(surface.heights)
+    core = roughness.core_parameters(ratio, height)
+    # The line meets the curve at Smr1 and Smr2, unless it leaves the heights of the map before.
+    if core["Smr1"] > 0:
+        upper = float(np.interp(core["Smr1"], ratio, height))
+    elif core["Smr2"] < 1:
+        upper = float(np.interp(core["Smr2"], ratio, height)) + core["Sk"]
+    else:
+        upper = core["Sk"] / 2
+    lower = upper - core["Sk"]
+    factor, unit = _scale(float(np.abs(height).max()), "m")
+    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=_layout())
+    axes = figure.subplots()
+    first, second = 100 * core["Smr1"], 100 * core["Smr2"]
+    axes.plot(100 * ratio, height * factor, color=_SERIES[0], linewidth=2.2, zorder=3)
+    axes.fill(
+        [0, 0, first],
+        [upper * factor, (upper + core["Spk"]) * factor, upper * factor],
+        color=_SERIES[4],
+        label=f"reduced peaks: Spk {engineering(core['Spk'], 'm', 3)}, Smr1 {first:.1f} %",
+    )
+    axes.plot(
+        [0, 100],
+        [upper * factor, lower * factor],
+        color=_NEUTRAL,
+        linestyle=(0, (5, 3)),
+        linewidth=1.5,
+        label=f"core: Sk {engineering(core['Sk'], 'm', 3)}",
+    )
+    axes.fill(
+        [100, 100, second],
+        [lower * factor, (lower - core["Svk"]) * factor, lower * factor],
+        color=_SERIES[5],
+        label=f"reduced dales: Svk {engineering(core['Svk'], 'm', 3)}, Smr2 {second:.1f} %",
+    )
+    for value in (upper, lower):
+        axes.axhline(value * factor, color=_NEUTRAL, linewidth=0.8, linestyle=":")
+    axes.set_xlim(0, 100)
+    axes.set_xlabel("material ratio [%]", fontsize=_LABEL)
+    axes.set_ylabel(f"height above mean [{unit}]", fontsize=_LABEL)
+    axes.set_title("Material ratio curve", fontsize=_TITLE)
+    _plain(axes)
+    axes.legend(
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0),
+        bbox_transform=_below(axes),
+        borderaxespad=0,
+        fontsize=_TICK,
+        frameon=False,
+    )
+    return figure
+
+
+def spots(result: ContactResult) -> Figure:
+    """Draw how many contact spots are at least as large as a given area.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solved contact.
+
+    Returns
+    -------
+    Figure
+        Number of spots over area, both logarithmic. Spots of fewer than ten pixels, whose size is
+        the grid's, lie on a shaded ground.
+    """
+    from matplotlib.figure import Figure
+
+    areas = result.spots().area
+    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=_layout())
+    axes = figure.subplots()
+    pixel = result.pixel_area
+    largest = float(areas.max(initial=pixel))
+    factor, unit = _area_scale(largest)
+    # Equal areas make one point: how many spots are at least that large.
+    sizes, counts = np.unique(areas, return_counts=True)
+    at_least = np.cumsum(counts[::-1])[::-1]
+    axes.axvspan(
+        0.5 * pixel * factor,
+        FEW_PIXELS * pixel * factor,
+        color="#ececec",
+        label=f"fewer than {FEW_PIXELS} pixels: size set by the grid",
+    )
+    axes.plot(sizes * factor, at_least, "o-", color=_SERIES[0], markersize=4, linewidth=1.2)
+    if areas.size:
+        mean = float(areas.mean())
+        axes.axvline(
+            mean * factor,
+            color=_SERIES[1],
+            linestyle=(0, (5, 3)),
+            linewidth=1.6,
+            label=f"mean area {engineering(mean, 'm²', 3)}",
+        )
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlim(0.7 * pixel * factor, max(2 * largest, 2 * FEW_PIXELS * pixel) * factor)
+    axes.set_ylim(0.7, 2.0 * max(areas.size, 5))
+    axes.set_xlabel(f"area A of a spot [{unit}]", fontsize=_LABEL)
+    axes.set_ylabel("spots of at least that area", fontsize=_LABEL)
+    noun = "spot" if areas.size == 1 else "spots"
+    axes.set_title(
+        f"{areas.size} contact {noun} at {_load(result)}{_doubt(result)}", fontsize=_TITLE
+    )
+    _plain(axes)
+    axes.legend(
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0),
+        bbox_transform=_below(axes),
+        borderaxespad=0,
+        ncols=2,
+        fontsize=_TICK,
+        frameon=False,
+    )
+    return figure
+
+
+def load_curve(curve: LoadCurve) -> Figure:
+    """Draw a load curve: areas, approach and mean gap, stiffness, and number of spots.
+
+    Parameters
+    ----------
+    curve : LoadCurve
+        The solved loads.
+
+    Returns
+    -------
+    Figure
+        Four panels over the load. Beside the areas stand Persson's theory and simple laws: the
+        line A = κ W/(E* h') through the loads with less than `loading.LOW_LOAD` in contact, where
+        these are elastic, and load over ceiling, where a ceiling is reached.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 9.4), dpi=DPI, layout=_layout())
+    grid = figure.subplots(2, 2)
+    load = curve.column("load")
+    factor, unit = _scale(float(load.max()), "N")
+    _draw_areas(grid[0, 0], curve, factor)
+    lengths = {
+        "approach": (curve.column("approach"), _SERIES[0], "o-"),
+        "mean gap": (curve.column("mean_gap"), _SERIES[1], "s-"),
+    }
+    longest = max(float(values.max()) for values, *_ in lengths.values())
+    scale, length_unit = _scale(longest, "m")
+    for name, (values, colour, marker) in lengths.items():
+        grid[0, 1].plot(load * factor, values * scale, marker, color=colour, label=name)
+    grid[0, 1].set_ylim(0, 1.08 * (longest or 1.0) * scale)
+    grid[0, 1].set_ylabel(f"approach, mean gap [{length_unit}]", fontsize=_LABEL)
+    grid[0, 1].set_title("Approach and mean open gap", fontsize=_TITLE)
+    stiffness = curve.column("stiffness")
+    # Nothing but saturated pixels has none, full periodic contact has no bound.
+    stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
+    grid[1, 0].plot(load * factor, stiffness, "o-", color=_SERIES[0])
+    if np.isfinite(stiffness).any():
+        grid[1, 0].set_yscale("log")
+    grid[1, 0].set_ylabel("stiffness dW/dω [N/m]", fontsize=_LABEL)
+    grid[1, 0].set_title("Contact stiffness", fontsize=_TITLE)
+    number = curve.column("spots")
+    grid[1, 1].plot(load * factor, number, "o-", color=_SERIES[0])
+    grid[1, 1].set_ylim(0, 1.1 * max(float(number.max()), 1.0))
+    grid[1, 1].set_ylabel("number of contact spots", fontsize=_LABEL)
+    grid[1, 1].set_title("Contact spots", fontsize=_TITLE)
+    for axes in grid.ravel():
+        axes.set_xscale("log")
+        axes.set_xlabel(f"load [{unit}]", fontsize=_LABEL)
+        _plain(axes)
+    for axes in grid[0]:
+        axes.legend(fontsize=_TICK, frameon=False)
+    return figure
+
+
 def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     """Write a figure to a PNG, SVG or PDF file.
 
@@ -424,6 +742,187 @@ class _Drawn(NamedTuple):
     cell: tuple[int, int]
 
 
+class _Line(NamedTuple):
+    """Points on a section; lengths and heights in metres, heights above the counter-body."""
+
+    place: Array
+    pixel: float
+    peak: float
+    across: float
+    limits: tuple[float, float]
+    before: Array
+    under: Array
+    pressure: Array
+    saturated: Mask
+    ceiling: Array | None
+
+
+def _highest(initial_gap: Array) -> tuple[int, int]:
+    y, x = np.unravel_index(np.nanargmin(initial_gap), initial_gap.shape)
+    return int(y), int(x)
+
+
+def _window(centre: int, pixel: float, points: int, width: float) -> tuple[int, int]:
+    """Return the first point and the point after the last of a length around a point."""
+    if width >= points * pixel:
+        return 0, points
+    shown = min(max(math.ceil(width / pixel - 1e-9), 2), points)
+    first = min(max(centre - shown // 2, 0), points - shown)
+    return first, first + shown
+
+
+def _line(
+    result: ContactResult, before: Array, peak: tuple[int, int], axis: int, width: float
+) -> _Line:
+    here: list[int | slice] = list(peak)
+    pixel, points = result.surface.pixel[axis], result.surface.shape[axis]
+    first, last = _window(peak[axis], pixel, points, width)
+    here[axis] = slice(first, last)
+    where = tuple(here)
+    ceiling = result.ceiling
+    return _Line(
+        place=pixel * (np.arange(first, last, dtype=np.float64) + 0.5),
+        pixel=pixel,
+        peak=(peak[axis] + 0.5) * pixel,
+        across=(peak[1 - axis] + 0.5) * result.surface.pixel[1 - axis],
+        limits=(first * pixel, last * pixel),
+        before=result.approach - before[where],
+        under=-result.gap[where],
+        pressure=result.pressure[where],
+        saturated=result.saturated[where],
+        ceiling=None
+        if ceiling is None
+        else np.broadcast_to(ceiling, result.pressure.shape)[where].astype(np.float64),
+    )
+
+
+def _largest(*values: Array) -> float:
+    return max(float(np.nanmax(np.abs(v), initial=0.0)) for v in values)
+
+
+def _draw_profile(axes: Axes, line: _Line, factor: float, height_factor: float) -> None:
+    place = line.place * factor
+    before, under = line.before * height_factor, line.under * height_factor
+    axes.fill_between(place, under, 0, where=under < 0, color="#dcebf5", label="gap left")
+    axes.plot(place, before, color="#8a8a8a", linewidth=1.1, label="before loading, moved together")
+    axes.axhline(0, color="#000000", linewidth=1.2, label="counter-body")
+    axes.plot(place, under, color=_SERIES[0], linewidth=1.6, label="under load")
+    if line.saturated.any():
+        sunk = np.where(line.saturated, np.maximum(under, 0), 0.0)
+        axes.fill_between(
+            place, sunk, 0, step="mid", color=_SATURATED, label="has to flow away (saturated)"
+        )
+
+
+def _draw_line_pressure(
+    axes: Axes, line: _Line, top: float, factor: float, pressure_factor: float
+) -> None:
+    edges = np.append(line.place - line.pixel / 2, line.place[-1] + line.pixel / 2) * factor
+    for mask, colour in ((~line.saturated, _ELASTIC), (line.saturated, _SATURATED)):
+        values = np.where(mask, line.pressure, 0.0) * pressure_factor
+        axes.stairs(values, edges, fill=True, color=colour)
+    if line.ceiling is not None and (line.ceiling <= top).any():
+        axes.plot(
+            line.place * factor,
+            np.where(line.ceiling <= top, line.ceiling, np.nan) * pressure_factor,
+            color=_NEUTRAL,
+            linestyle=(0, (5, 3)),
+            linewidth=1.3,
+            label="ceiling",
+        )
+
+
+def _shared_legend(figure: Figure, grid: NDArray[Any]) -> None:
+    entries: dict[str, Any] = {}
+    for axes in grid.ravel():
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+    figure.legend(
+        entries.values(),
+        entries.keys(),
+        loc="outside lower center",
+        ncols=3,
+        fontsize=_TICK,
+        frameon=False,
+    )
+
+
+def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
+    load, nominal, slope = curve.column("load"), curve.nominal_area, curve.low_load_slope
+    contact, saturated = curve.column("contact_area"), curve.column("saturated_area")
+    low = contact <= LOW_LOAD * nominal
+    contact_theory, saturated_theory = curve.persson
+    lines = []
+    # The law is one of elastic contact; the area of a saturated one is load over ceiling.
+    if saturated[low].sum() <= 0.1 * contact[low].sum():
+        law = slope * load / (curve.contact_modulus * curve.rms_gradient)
+        lines.append((law, "--", _NEUTRAL, f"κ W/(E* h′), κ = {slope:.2f}"))
+    if isinstance(curve.ceiling, float) and saturated.any():
+        lines.append((load / curve.ceiling, ":", _NEUTRAL, "load / ceiling"))
+    lines += [
+        (contact_theory, "--", _SERIES[5], "contact, Persson"),
+        (saturated_theory, "--", _SERIES[3], "saturated, Persson"),
+        (contact, "o-", _SERIES[0], "contact"),
+        (saturated, "s-", _SATURATED, "saturated"),
+    ]
+    for values, marker, colour, name in lines:
+        share = 100 * values / nominal
+        share[~((share > 0) & (share <= 100 * (1 + 1e-9)))] = np.nan
+        if np.isfinite(share).any():
+            axes.plot(load * factor, share, marker, color=colour, label=name)
+    axes.set_yscale("log")
+    axes.set_ylabel("share of the map [%]", fontsize=_LABEL)
+    axes.set_title("Contact and saturated area", fontsize=_TITLE)
+
+
+def _draw_loop(axes: Axes, history: LoadHistory) -> None:
+    approach, load = history.hysteresis
+    indents = history.column("indentation_volume") > SHAKEN_DOWN * history.indentation_volume
+    if not any(history.path[0].shift):
+        # The bodies touch at the first position before the first step.
+        approach, load = np.append(0.0, approach), np.append(0.0, load)
+    else:
+        indents = indents[1:]
+    across, unit_across = _scale(float(np.abs(approach).max()), "m")
+    up, unit_up = _scale(float(load.max()), "N")
+    x, y = approach * across, load * up
+    for kind, colour, name in ((False, _ELASTIC, "elastic"), (True, _SATURATED, "new indentation")):
+        if not (indents == kind).any():
+            continue
+        # One line with gaps, so that the legend names each kind once.
+        gaps = np.full(indents.size, np.nan)
+        parts = np.where(indents == kind, [x[:-1], x[1:], gaps], np.nan)
+        axes.plot(parts.T.ravel(), np.array([y[:-1], y[1:], gaps]).T.ravel(),
+                  color=colour, linewidth=2.2 if kind else 1.8, label=name)  # fmt: skip
+    axes.plot(x, y, "o", color=_NEUTRAL, markersize=4)
+    for place, text, side in ((0, "start ", "right"), (-1, " end", "left")):
+        axes.annotate(
+            text, (x[place], y[place]), xytext=(0, 3), textcoords="offset points", ha=side,
+            fontsize=_TICK, color=_NEUTRAL,
+        )  # fmt: skip
+    axes.margins(x=0.1)
+    axes.set_xlabel(f"approach from first touch [{unit_across}]", fontsize=_LABEL)
+    axes.set_ylabel(f"load [{unit_up}]", fontsize=_LABEL)
+    axes.set_ylim(bottom=0)
+    axes.tick_params(labelsize=_TICK)
+    axes.grid(True, color="#dddddd", linewidth=0.8)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    axes.legend(fontsize=_TICK, frameon=False, loc="upper left")
+    positions = len({stage.shift for stage in history.path})
+    where = f", {positions} lateral positions" if positions > 1 else ""
+    axes.set_title(f"Load history, {len(history.steps)} steps{where}", fontsize=_TITLE)
+
+
+def _plain(axes: Axes) -> None:
+    axes.tick_params(labelsize=_TICK)
+    axes.grid(True, color="#dddddd", linewidth=0.8)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
 def _draw_surface(axes: Axes, surface: Surface, cells: int) -> _Drawn:
     from matplotlib import colormaps
 
@@ -447,25 +946,29 @@ def _draw_surface(axes: Axes, surface: Surface, cells: int) -> _Drawn:
     extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, above]
     _bar(axes, image, f"height above mean [{unit}]", extend)
     if surface.missing:
-        share = _percent(surface.missing / surface.heights.size)
+        share = percent(surface.missing / surface.heights.size)
         _legend(axes, [(_MISSING, f"missing {share}")])
     return _Drawn(image, blocks)
 
 
 def _draw_pressure(axes: Axes, result: ContactResult, top: float, cells: int) -> _Drawn:
-    from matplotlib import colormaps
-
     size, shape = result.surface.size, result.pressure.shape
     blocks = _blocks(shape, size, cells)
     values = _cell_max(result.pressure, blocks)
     factor, _ = _scale(top, "Pa")
     image = _image(axes, np.where(values > 0, values * factor, np.nan), size, blocks, shape)
+    _colour_pressure(image, top * factor)
+    return _Drawn(image, blocks)
+
+
+def _colour_pressure(image: AxesImage, top: float) -> None:
+    from matplotlib import colormaps
+
     # Without the lightest colours, which drown in the ground, and the darkest, which would pass
     # for what is beyond the scale.
     colours = colormaps["inferno_r"](np.linspace(0.17, 0.63, 256))
     image.set_cmap(_listed(colours).with_extremes(bad=_OPEN, over=_OVER))
-    image.set_clim(0, top * factor)
-    return _Drawn(image, blocks)
+    image.set_clim(0, top)
 
 
 def _pressure_bar(axes: Axes, image: AxesImage, top: float, over: bool) -> None:
@@ -475,26 +978,36 @@ def _pressure_bar(axes: Axes, image: AxesImage, top: float, over: bool) -> None:
 def _draw_contact(axes: Axes, result: ContactResult, cells: int) -> _Drawn:
     size, shape = result.surface.size, result.pressure.shape
     blocks = _blocks(shape, size, cells)
-    classes = np.zeros(_cell_any(result.contact, blocks).shape)
     missing = int(np.count_nonzero(np.isnan(result.gap)))
-    if missing:
-        classes[np.isnan(_cell_mean(result.gap, blocks))] = 3
-    classes[_cell_any(result.contact, blocks)] = 1
-    classes[_cell_any(result.saturated, blocks)] = 2
+    classes = _classes(result.contact, result.saturated, result.gap, blocks)
     image = _image(axes, classes, size, blocks, shape)
-    image.set_cmap(_listed([_OPEN, _ELASTIC, _SATURATED, _MISSING]))
-    image.set_clim(-0.5, 3.5)
+    _colour_classes(image)
     lost = missing / result.pressure.size
     touching, saturated = result.contact_fraction, result.saturated_fraction
     entries = [
-        (_OPEN, f"no contact\n{_percent(1 - touching - lost)}"),
-        (_ELASTIC, f"elastic\n{_percent(touching - saturated)}"),
-        (_SATURATED, f"saturated\n{_percent(saturated)}"),
+        (_OPEN, f"no contact\n{percent(1 - touching - lost)}"),
+        (_ELASTIC, f"elastic\n{percent(touching - saturated)}"),
+        (_SATURATED, f"saturated\n{percent(saturated)}"),
     ]
     if missing:
-        entries.append((_MISSING, f"missing\n{_percent(lost)}"))
+        entries.append((_MISSING, f"missing\n{percent(lost)}"))
     _legend(axes, entries)
     return _Drawn(image, blocks)
+
+
+def _classes(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
+    touching = _cell_any(contact, blocks)
+    classes = np.zeros(touching.shape)
+    if np.isnan(gap).any():
+        classes[np.isnan(_cell_mean(gap, blocks))] = 3
+    classes[touching] = 1
+    classes[_cell_any(saturated, blocks)] = 2
+    return classes
+
+
+def _colour_classes(image: AxesImage) -> None:
+    image.set_cmap(_listed([_OPEN, _ELASTIC, _SATURATED, _MISSING]))
+    image.set_clim(-0.5, 3.5)
 
 
 def _draw_histogram(
@@ -546,11 +1059,7 @@ def _draw_histogram(
     axes.margins(y=0.1)
     axes.set_xlabel(f"pressure [{unit}]", fontsize=_LABEL)
     axes.set_ylabel(f"density of contact area [% per {per}]", fontsize=_LABEL)
-    axes.tick_params(labelsize=_TICK)
-    axes.grid(True, color="#dddddd", linewidth=0.8)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    _plain(axes)
     axes.legend(
         loc="upper center",
         bbox_to_anchor=(0.5, 0),
@@ -559,46 +1068,6 @@ def _draw_histogram(
         fontsize=_TICK,
         frameon=False,
     )
-
-
-def _draw_loop(axes: Axes, history: LoadHistory) -> None:
-    approach, load = history.hysteresis
-    indents = history.column("indentation_volume") > SHAKEN_DOWN * history.indentation_volume
-    if not any(history.path[0].shift):
-        # The bodies touch at the first position before the first step.
-        approach, load = np.append(0.0, approach), np.append(0.0, load)
-    else:
-        indents = indents[1:]
-    across, unit_across = _scale(float(np.abs(approach).max()), "m")
-    up, unit_up = _scale(float(load.max()), "N")
-    x, y = approach * across, load * up
-    for kind, colour, name in ((False, _ELASTIC, "elastic"), (True, _SATURATED, "new indentation")):
-        if not (indents == kind).any():
-            continue
-        # One line with gaps, so that the legend names each kind once.
-        gaps = np.full(indents.size, np.nan)
-        parts = np.where(indents == kind, [x[:-1], x[1:], gaps], np.nan)
-        axes.plot(parts.T.ravel(), np.array([y[:-1], y[1:], gaps]).T.ravel(),
-                  color=colour, linewidth=2.2 if kind else 1.8, label=name)  # fmt: skip
-    axes.plot(x, y, "o", color=_NEUTRAL, markersize=4)
-    for place, text, side in ((0, "start ", "right"), (-1, " end", "left")):
-        axes.annotate(
-            text, (x[place], y[place]), xytext=(0, 3), textcoords="offset points", ha=side,
-            fontsize=_TICK, color=_NEUTRAL,
-        )  # fmt: skip
-    axes.margins(x=0.1)
-    axes.set_xlabel(f"approach from first touch [{unit_across}]", fontsize=_LABEL)
-    axes.set_ylabel(f"load [{unit_up}]", fontsize=_LABEL)
-    axes.set_ylim(bottom=0)
-    axes.tick_params(labelsize=_TICK)
-    axes.grid(True, color="#dddddd", linewidth=0.8)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    axes.legend(fontsize=_TICK, frameon=False, loc="upper left")
-    positions = len({stage.shift for stage in history.path})
-    where = f", {positions} lateral positions" if positions > 1 else ""
-    axes.set_title(f"Load history, {len(history.steps)} steps{where}", fontsize=_TITLE)
 
 
 def _edges(pressures: Sequence[Array], ceilings: Sequence[float], top: float, scale: str) -> Array:
@@ -622,7 +1091,7 @@ def _edges(pressures: Sequence[Array], ceilings: Sequence[float], top: float, sc
 
 def _histogram_label(result: ContactResult, name: str) -> str:
     text = f"{name}: " if name else ""
-    text += f"{_percent(result.contact_fraction)} of the map in contact{_doubt(result)}"
+    text += f"{percent(result.contact_fraction)} of the map in contact{_doubt(result)}"
     if result.ceiling is None:
         return text
     ceiling = _uniform_ceiling(result)
@@ -633,7 +1102,7 @@ def _histogram_label(result: ContactResult, name: str) -> str:
 
 
 def _share_at_ceiling(result: ContactResult) -> str:
-    return _percent(result.saturated_fraction / result.contact_fraction)
+    return percent(result.saturated_fraction / result.contact_fraction)
 
 
 def _uniform_ceiling(result: ContactResult) -> float:
@@ -678,24 +1147,16 @@ def _doubt(result: ContactResult) -> str:
     return "" if result.converged else " (NOT CONVERGED)"
 
 
-def _percent(share: float) -> str:
-    # Three digits of the share or of what it lacks to the whole: 99.97 % never reads as 100 %.
-    rest = min(share, 1 - share)
-    if rest <= 1e-12:
-        return f"{100 * share:.0f} %"
-    if share < 5e-7:
-        return "< 0.0001 %"
-    if 1 - share < 5e-7:
-        return "> 99.9999 %"
-    decimals = min(max(2 - math.floor(math.log10(100 * rest)), 0), 4)
-    return f"{100 * share:.{decimals}f} %"
-
-
 def _scale(largest: float, unit: str) -> tuple[float, str]:
     # The rounding keeps 999.9999999 µm, which is a sum of pixels, from missing its prefix.
     exponent = 3 * math.floor(math.log10(largest * (1 + 1e-9)) / 3) if largest > 0 else 0
     exponent = min(max(exponent, min(_PREFIXES)), max(_PREFIXES))
     return float(10.0**-exponent), _PREFIXES[exponent] + unit
+
+
+def _area_scale(largest: float) -> tuple[float, str]:
+    exponent = min(max(3 * math.floor(math.log10(largest * (1 + 1e-9)) / 6), -12), 0)
+    return float(10.0 ** (-2 * exponent)), _PREFIXES[exponent] + "m²"
 
 
 def _layout() -> ConstrainedLayoutEngine:
@@ -708,15 +1169,17 @@ def _aspect(size: tuple[float, float]) -> float:
     return min(max(size[0] / size[1], 0.2), 1.6)
 
 
-def _single(size: tuple[float, float], legend: bool = True) -> tuple[Figure, Axes]:
+def _single(
+    size: tuple[float, float], legend: bool = True, bar: bool = True
+) -> tuple[Figure, Axes]:
     from matplotlib.figure import Figure
 
     # Large enough that the longer side of the map has more dots than the map has cells, and wide
     # enough for the note whatever the map.
     aspect = size[0] / size[1]
-    height = 5.2 * min(aspect, 1.0)
+    height = max(5.2 * min(aspect, 1.0), 1.0) + (2.6 if legend else 1.8)
     figure = Figure(
-        figsize=(7.2, max(height, 1.0) + (2.6 if legend else 1.8)),
+        figsize=(7.2, height + (1.0 if bar and aspect <= _UPRIGHT else 0.0)),
         dpi=DPI,
         layout=_layout(),
     )
@@ -775,20 +1238,23 @@ def _image(
     size: tuple[float, float],
     blocks: tuple[int, int],
     shape: tuple[int, ...],
+    corner: tuple[float, float] = (0.0, 0.0),
 ) -> AxesImage:
+    # Size and shape are those of the part that is drawn, which begins at the corner.
     factor, unit = _scale(max(size), "m")
     height, width = size[0] * factor, size[1] * factor
+    top, left = corner[0] * factor, corner[1] * factor
     # Cells at the far edges may reach beyond the map; the limits cut them off.
-    bottom = values.shape[0] * blocks[0] * height / shape[0]
-    right = values.shape[1] * blocks[1] * width / shape[1]
+    bottom = top + values.shape[0] * blocks[0] * height / shape[0]
+    right = left + values.shape[1] * blocks[1] * width / shape[1]
     image = axes.imshow(
         np.ma.masked_invalid(values),
-        extent=(0, right, bottom, 0),
+        extent=(left, right, bottom, top),
         interpolation="nearest",
         aspect="equal",
     )
-    axes.set_xlim(0, width)
-    axes.set_ylim(height, 0)
+    axes.set_xlim(left, left + width)
+    axes.set_ylim(top + height, top)
     axes.set_xlabel(f"x [{unit}]", fontsize=_LABEL)
     axes.set_ylabel(f"y [{unit}]", fontsize=_LABEL)
     axes.tick_params(labelsize=_TICK)
@@ -800,7 +1266,7 @@ def _few_ticks(axes: Axes, aspect: float) -> None:
     from matplotlib.ticker import MaxNLocator
 
     axes.xaxis.set_major_locator(MaxNLocator(max(round(5 / max(aspect, 1)), 2)))
-    axes.yaxis.set_major_locator(MaxNLocator(max(round(5 * min(aspect, 1)), 1)))
+    axes.yaxis.set_major_locator(MaxNLocator(max(round(5 * min(aspect, 1)), 1 + (aspect > 0.2))))
 
 
 def _bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
@@ -808,7 +1274,7 @@ def _bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
     left, right = axes.get_xlim()
     bottom, top = axes.get_ylim()
     aspect = abs(bottom - top) / abs(right - left)
-    upright = aspect > 0.45
+    upright = aspect > _UPRIGHT
     thickness = 0.045 * max(aspect, 1) if upright else 0.045 / aspect
     place = (1 + 0.6 * thickness, 0, thickness, 1) if upright else (0, 1 + thickness, 1, thickness)
     inset = axes.inset_axes(place)

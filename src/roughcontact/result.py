@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import spots
+from roughcontact.errors import ConvergenceError, InsufficientMemoryError
 from roughcontact.material import Material, softer
 from roughcontact.surface import Surface
 
@@ -57,8 +58,8 @@ class ContactResult:
     pressure : ndarray, shape (ny, nx)
         Contact pressure [Pa].
     gap : ndarray, shape (ny, nx)
-        Displacement plus initial gap minus approach [m]. Negative where the pressure is at the
-        ceiling: that much material has to flow away.
+        Displacement plus initial gap plus tilt minus approach [m]. Negative where the pressure
+        is at the ceiling: that much material has to flow away.
     certificate : float
         ε = ‖p - clip(p - g/K₀₀, 0, ceiling)‖₂ / ‖p‖₂ of this pressure and gap.
     load_error : float
@@ -72,6 +73,13 @@ class ContactResult:
         Wall time of the solve.
     version : str
         Version of the program.
+    tilt : (float, float)
+        Slopes (y, x) that the tilt adds to the gap: the angles [rad] by which the counter-body is
+        turned away from the surface, so that a positive one opens the gap towards larger y or x.
+        It turns about the centre of the map, where ``approach`` is measured.
+    moments : (float, float) or None
+        Moments (W y, W x) of the load about the centre of the map that were given [N·m]; ``None``
+        where the bodies do not tilt.
     """
 
     surface: Surface
@@ -95,6 +103,8 @@ class ContactResult:
     convolutions: int
     seconds: float
     version: str = field(default="")
+    tilt: tuple[float, float] = (0.0, 0.0)
+    moments: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         """Make the maps read-only."""
@@ -103,7 +113,7 @@ class ContactResult:
 
     @property
     def converged(self) -> bool:
-        """Whether certificate and load error are within what was asked for."""
+        """Whether certificate, load and moments are within what was asked for."""
         return self.status == "converged"
 
     @property
@@ -190,6 +200,25 @@ class ContactResult:
         """Mean open gap [m] over the points that are there; indented pixels count as closed."""
         return float(np.nanmean(np.maximum(self.gap, 0)))
 
+    @cached_property
+    def centre_of_pressure(self) -> tuple[float, float]:
+        """Where the pressure acts: (y, x) from the centre of the map [m]; NaN without load."""
+        return centre_of_pressure(self.pressure, self.surface.pixel)
+
+    @property
+    def moment_error(self) -> float:
+        """|Σ p y ΔxΔy - W y| over load times longer side, the worse of y and x.
+
+        Zero where the bodies do not tilt.
+        """
+        if self.moments is None:
+            return 0.0
+        size = max(self.surface.size)
+        return max(
+            abs(centre - moment / self.load) / size
+            for centre, moment in zip(self.centre_of_pressure, self.moments, strict=True)
+        )
+
     @property
     def regime(self) -> str:
         """How far the softer body is from elastic, in words.
@@ -271,6 +300,9 @@ class ContactResult:
             "load": self.load,
             "approach": self.approach,
             "control": self.control,
+            "moments": None if self.moments is None else list(self.moments),
+            "moment_error": self.moment_error,
+            "tilt": list(self.tilt),
             "boundary": self.boundary,
             "contact_modulus": self.contact_modulus,
             "ceiling": "per pixel" if isinstance(ceiling, np.ndarray) else ceiling,
@@ -313,6 +345,35 @@ class ContactResult:
 
         export.save(self, path)
 
+    def report(self, path: str | Path, command: str = "") -> None:
+        """Write a report that needs no other file; see `roughcontact.report.save`.
+
+        Parameters
+        ----------
+        path : str or path
+            HTML file to write; it appears only once it is complete.
+        command : str
+            What was typed to get this result.
+
+        Notes
+        -----
+        Where the ceiling is reached, the same problem is solved without one for comparison.
+        """
+        from roughcontact import report
+
+        report.check_path(path)
+        elastic = None
+        if self.saturated_fraction > 0:
+            try:
+                elastic = self.elastic()
+            except ConvergenceError as error:
+                # The chapter shows it as what it is.
+                elastic = error.result
+            except InsufficientMemoryError:
+                # The chapter says that there is none; the report stays worth having.
+                pass
+        report.save(self, path, elastic=elastic, command=command)
+
 
 def initial_gap(surface: Surface, counter_surface: Surface | None = None) -> NDArray[np.float64]:
     """Return the gap at first touch.
@@ -336,3 +397,35 @@ def initial_gap(surface: Surface, counter_surface: Surface | None = None) -> NDA
     highest = np.fmax.reduce(heights, axis=None)
     gap: NDArray[np.float64] = highest - heights
     return gap
+
+
+def centre_of_pressure(
+    pressure: NDArray[np.float64], pixel: tuple[float, float]
+) -> tuple[float, float]:
+    """Return the point where the resultant of a pressure acts.
+
+    Parameters
+    ----------
+    pressure : ndarray, shape (ny, nx)
+        Contact pressure [Pa].
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+
+    Returns
+    -------
+    (float, float)
+        Its ``(y, x)`` from the centre of the map [m]; NaN without pressure.
+
+    Examples
+    --------
+    >>> centre_of_pressure(np.array([[0.0, 1.0], [0.0, 3.0]]), (1e-6, 2e-6))
+    (2.5e-07, 1e-06)
+    """
+    total = float(pressure.sum())
+    if total == 0:
+        return math.nan, math.nan
+    y, x = (
+        float((np.arange(line.size) - (line.size - 1) / 2) @ line) * edge / total
+        for line, edge in zip((pressure.sum(axis=1), pressure.sum(axis=0)), pixel, strict=True)
+    )
+    return y, x

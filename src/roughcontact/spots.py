@@ -11,6 +11,9 @@ from roughcontact.errors import require_pixel
 
 Array = NDArray[np.float64]
 
+FEW_PIXELS = 10
+"""Pixels below which the size of a contact spot is a property of the grid."""
+
 
 @dataclass(frozen=True, eq=False)
 class Spots:

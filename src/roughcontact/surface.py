@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -11,8 +12,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import alignment, filters, preparation, roughness
+from roughcontact import alignment, filters, preparation, resolution, roughness, units
 from roughcontact.errors import InputError, require_pixel
+
+# Names of formats that only scanning probes write, and what files of other formats may say.
+_SCANNING_PROBE = re.compile(
+    r"nanoscope|igor binary wave|jpk image scan|nt-mdt|nanosurf|molecular imaging|park systems"
+    r"|wsxm|\bafm\b|\bspm\b|\bstm\b|atomic force|scanning probe|scanning tunnel",
+    re.IGNORECASE,
+)
 
 
 @dataclass(frozen=True)
@@ -114,6 +122,61 @@ class Surface:
             missing points are left out.
         """
         return roughness.summary(self.heights, self.pixel)
+
+    def resolution_notes(self, tip_radius: float | None = None) -> tuple[str, ...]:
+        """Return what limits the lateral resolution of the map, each in one sentence.
+
+        Parameters
+        ----------
+        tip_radius : float, optional
+            Radius of the tip's apex [m], if a tip measured the map.
+
+        Returns
+        -------
+        tuple of str
+            On the tip: where its radius is given, the scale below which the map shows the tip
+            (`resolution.tip_cutoff`); where it is not, and the file is a scanning probe's, that
+            it is needed. On the waves below which the map holds noise
+            (`resolution.noise_cutoff`) or nothing (`resolution.smoothing_cutoff`), judged on the
+            largest rectangle without holes. Empty if nothing is to be said.
+
+        Raises
+        ------
+        InputError
+            If the radius is not positive.
+        """
+        notes = []
+        if tip_radius is not None:
+            scale = resolution.tip_cutoff(self.heights, self.pixel, tip_radius)
+            if scale is not None:
+                notes.append(
+                    f"heights below a lateral scale of {self._in_pixels(scale)} reflect the tip of "
+                    f"radius {units.engineering(tip_radius, 'm', 3)} and not the surface"
+                )
+        elif _SCANNING_PROBE.search(self.provenance.instrument):
+            notes.append(
+                f"measured with a scanning probe ({self.provenance.instrument}): peaks narrower "
+                "than its tip, usually 5 to 20 nm in radius, are drawn wider, and narrower valleys "
+                "are not reached; give tip_radius for the scale below which the map shows the tip"
+            )
+        try:
+            rows, columns = preparation.largest_rectangle(self.heights)
+        except InputError:
+            return tuple(notes)
+        part = self.heights[slice(*rows), slice(*columns)]
+        wave = resolution.noise_cutoff(part, self.pixel)
+        if wave is not None:
+            notes.append(
+                f"waves shorter than {self._in_pixels(wave)} cannot be told from noise: slopes, "
+                "curvatures and pressures at that scale are the noise's"
+            )
+        wave = resolution.smoothing_cutoff(part, self.pixel)
+        if wave is not None:
+            notes.append(
+                f"the map holds hardly any waves shorter than {self._in_pixels(wave)}: it was "
+                "smoothed, or sampled finer than the instrument resolves, or the surface is smooth"
+            )
+        return tuple(notes)
 
     def leveled(
         self, form: str = "plane", points: Sequence[tuple[int, int]] | None = None
@@ -511,6 +574,9 @@ class Surface:
         from roughcontact import export
 
         export.save_surface(self, path)
+
+    def _in_pixels(self, length: float) -> str:
+        return f"{units.engineering(length, 'm', 3)} ({length / self.pixel[1]:.1f} pixels along x)"
 
     def _prepared(self, heights: NDArray[np.float64], step: str) -> Surface:
         return replace(self, heights=heights, provenance=self._with_step(step))

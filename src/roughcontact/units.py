@@ -15,29 +15,29 @@ if TYPE_CHECKING:
 
 _SI_UNITS = {"length": "m", "force": "N", "pressure": "Pa"}
 _EXAMPLES = {"length": "'0.1 mm'", "force": "'1 N'", "pressure": "'210 GPa'"}
-# Powers of length, mass, time, current, temperature; pint prints them in an order of its own.
-_BASES = ("[length]", "[mass]", "[time]", "[current]", "[temperature]")
 _NAMED_DIMENSIONS = {
-    (0, 0, 0, 0, 0): "a pure number",
-    (1, 0, 0, 0, 0): "a length",
-    (2, 0, 0, 0, 0): "an area",
-    (3, 0, 0, 0, 0): "a volume",
-    (0, 1, 0, 0, 0): "a mass",
-    (0, 0, 1, 0, 0): "a time",
-    (0, 0, 0, 1, 0): "an electric current",
-    (0, 0, 0, 0, 1): "a temperature",
-    (1, 1, -2, 0, 0): "a force",
-    (-1, 1, -2, 0, 0): "a pressure",
-    (0, 1, -2, 0, 0): "a force per length",
+    "": "a pure number",
+    "[length]": "a length",
+    "[length] ** 2": "an area",
+    "[length] ** 3": "a volume",
+    "[mass]": "a mass",
+    "[time]": "a time",
+    "[current]": "an electric current",
+    "[temperature]": "a temperature",
+    "[length] * [mass] / [time] ** 2": "a force",
+    "[mass] / [length] / [time] ** 2": "a pressure",
+    "[mass] / [time] ** 2": "a force per length",
 }
 
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 _NOT_FINITE = re.compile(r"[+-]?(?:inf(?:inity)?|nan)\b", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d")
 # pint evaluates arithmetic; it is shown only names with one-digit powers, joined by * / or a space.
-_FACTOR = r"[A-Za-z_µÅ]+(?:(?:\^|\*\*)-?\d|[²³])?"
+_FACTOR = r"[A-Za-z_µÅ]+(?:(?:\^|\*\*)-?[1-9]|[²³])?"
 _UNIT = re.compile(rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*")
 _LONGEST = 60
+# Lengths to pint (a pixel of style sheets is 1/96 inch), and no length to who writes "5 px".
+_PRINTERS_UNIT = re.compile(r"pixel|point|pica|didot|cicero")
 
 # Letter case decides in SI (mN, MN), yet some spellings can only mean one thing.
 _LIKELY = {"pa": "Pa", "kpa": "kPa", "mpa": "MPa", "gpa": "GPa", "n": "N", "kn": "kN"}
@@ -99,9 +99,12 @@ def parse(text: str, dimension: str, name: str, positive: bool = True) -> float:
         raise InputError(f"{wanted}, got {shown} which has no unit")
     if not _UNIT.fullmatch(unit):
         raise InputError(f"{wanted}, got {shown} which is not one number and one unit")
-    # In decimal, so that 300 nm is 3e-07 m and not 3.0000000000000004e-07 m.
     factor = Decimal(repr(_factor(unit, dimension, f"{wanted}, got {shown}")))
-    value = float(Decimal(number.group()) * factor)
+    value = float(number.group())
+    # In decimal, so that 300 nm is 3e-07 m and not 3.0000000000000004e-07 m. Exponents that no
+    # float has are left out: decimals overflow with an exception.
+    if value != 0 and math.isfinite(value):
+        value = float(Decimal(number.group()) * factor)
     if not math.isfinite(value):
         raise InputError(f"{wanted}, got {shown} which is not a finite number")
     if positive and not value > 0:
@@ -154,6 +157,36 @@ def engineering(value: float, unit: str, digits: int = 4) -> str:
     return f"{scaled} {_PREFIXES[prefix]}{unit}"
 
 
+def percent(share: float) -> str:
+    """Return a share as text in per cent.
+
+    Parameters
+    ----------
+    share : float
+        From 0 to 1.
+
+    Returns
+    -------
+    str
+        Three digits of the share, or of what it lacks to the whole: neither a little nor nearly
+        everything reads as nothing or all.
+
+    Examples
+    --------
+    >>> percent(0.0338058), percent(0.99967), percent(1e-8), percent(1.0)
+    ('3.38 %', '99.9670 %', '< 0.0001 %', '100 %')
+    """
+    rest = min(share, 1 - share)
+    if rest <= 1e-12:
+        return f"{100 * share:.0f} %"
+    if share < 5e-7:
+        return "< 0.0001 %"
+    if 1 - share < 5e-7:
+        return "> 99.9999 %"
+    decimals = min(max(2 - math.floor(math.log10(100 * rest)), 0), 4)
+    return f"{100 * share:.{decimals}f} %"
+
+
 def _plain(text: str) -> str:
     # A word processor's micro, minus and spaces are what pint or the patterns do not know.
     for special, usual in (("\u03bc", "µ"), ("\u2212", "-"), ("\u00a0", " "), ("\u202f", " ")):
@@ -171,6 +204,8 @@ def _factor(unit: str, dimension: str, failure: str) -> float:
     # pint's errors share no base class; the pattern above leaves only unknown names to fail.
     except (AttributeError, ValueError, TypeError, ArithmeticError):
         raise InputError(f"{failure} whose unit {unit!r} is unknown{hint}") from None
+    if _PRINTERS_UNIT.search(str(parsed)):
+        raise InputError(f"{failure} (a printer's unit); give a length such as '5 um'")
     wanted = registry.parse_units(_SI_UNITS[dimension])
     if got != wanted.dimensionality:
         raise InputError(f"{failure} ({_described(got)}){hint}")
@@ -178,10 +213,14 @@ def _factor(unit: str, dimension: str, failure: str) -> float:
 
 
 def _described(dimensionality: Any) -> str:
-    powers = tuple(dimensionality.get(base, 0) for base in _BASES)
-    other = f"of dimension {str(dimensionality).replace('**', '^')}"
-    known = len(dimensionality) == sum(power != 0 for power in powers)
-    return _NAMED_DIMENSIONS.get(powers, other) if known else other
+    # In one order, whatever the order of the units: pint keeps that.
+    above: list[str] = []
+    below: list[str] = []
+    for name, power in sorted(dimensionality.items()):
+        size = abs(power)
+        (above if power > 0 else below).append(name if size == 1 else f"{name} ** {size:g}")
+    text = " / ".join([" * ".join(above) or ("1" if below else ""), *below])
+    return _NAMED_DIMENSIONS.get(text, f"of dimension {text.replace('**', '^')}")
 
 
 @lru_cache(maxsize=1)

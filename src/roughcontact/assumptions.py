@@ -1,0 +1,428 @@
+"""What a result takes for granted, in words: statements for readers who did not run it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from roughcontact import roughness
+from roughcontact.errors import InputError
+from roughcontact.material import CEILING_FACTOR, RIGID, Material, softer
+from roughcontact.result import (
+    BELOW_FIRST_YIELD,
+    BEYOND_CEILING,
+    SATURATED,
+    UNKNOWN,
+    YIELDING_BELOW,
+    ContactResult,
+)
+from roughcontact.spots import FEW_PIXELS, Spots
+from roughcontact.units import engineering, percent
+
+SMALL_SLOPE, LARGE_SLOPE = 0.1, 0.3
+"""Root-mean-square slopes at which the error of order slope² is 1 % and about 10 %."""
+
+LARGE_STRAIN = 0.1
+"""Pressure over contact modulus, which the strain is of the order of."""
+
+
+@dataclass(frozen=True)
+class Statement:
+    """One assumption, and whether it is in doubt.
+
+    Parameters
+    ----------
+    topic : str
+        What it is about, in two or three words.
+    text : str
+        The assumption with the numbers of the case at hand; sentences.
+    caution : str
+        Why the result has to be read with care, one sentence; empty if it need not.
+    """
+
+    topic: str
+    text: str
+    caution: str = ""
+
+
+def statements(result: ContactResult, spots: Spots) -> tuple[Statement, ...]:
+    """Return what a result assumes, for the case at hand.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+    spots : Spots
+        Its contact spots.
+
+    Returns
+    -------
+    tuple of Statement
+        Geometry, slopes, strains, friction and adhesion, yielding, resolution, loading; missing
+        points and single precision where there are any.
+    """
+    found = [
+        _half_spaces(result),
+        _bodies(result),
+        _slopes(result),
+        _strains(result),
+        Statement(
+            "No friction, no adhesion",
+            "The bodies press on each other at right angles to the plane of the map. Friction, "
+            "and with it the small sliding of unlike materials against each other, is left out. "
+            "The bodies do not attract each other: the pressure is never negative. Adhesion "
+            "matters for compliant or very smooth bodies under small loads.",
+        ),
+        _yielding(result),
+        _resolution(result, spots),
+        _holes(result),
+        _loading(result),
+    ]
+    if result.precision == "single":
+        found.append(
+            Statement(
+                "Single precision",
+                "The transforms were computed with seven digits instead of sixteen, which saves "
+                f"memory; the certificate asked for is {result.tolerance:.0e}.",
+            )
+        )
+    return tuple(statement for statement in found if statement.text)
+
+
+def regime(result: ContactResult) -> str:
+    """Return the regime of a result as a sentence with its numbers.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+
+    Returns
+    -------
+    str
+        What yields, and where.
+    """
+    largest = engineering(result.max_pressure, "Pa", 3)
+    name = result.regime
+    if name == SATURATED:
+        share = percent(result.saturated_fraction / result.contact_fraction)
+        return (
+            f"The material yields at the surface: on {share} of the contact area the pressure is "
+            "at its ceiling, and the surface there keeps an indentation."
+        )
+    if name == UNKNOWN:
+        return (
+            f"No yield strength was given: whether the material bears the largest pressure of "
+            f"{largest} cannot be said."
+        )
+    body = softer(result.material, result.counter_material)
+    assert body is not None
+    assert body.first_yield_pressure is not None
+    assert body.yield_strength is not None
+    first = engineering(body.first_yield_pressure, "Pa", 3)
+    if name == BELOW_FIRST_YIELD:
+        return (
+            f"Nothing yields: the largest pressure, {largest}, stays below {first}, at which a "
+            "sphere of the softer material first yields below its surface."
+        )
+    if name == YIELDING_BELOW:
+        return (
+            f"The material yields below the surface of the most loaded spots: the largest "
+            f"pressure, {largest}, exceeds {first}, at which a sphere first yields, but no point "
+            "reaches "
+            + ("the ceiling." if result.ceiling is not None else "three yield strengths.")
+            + " The pressures shown are those of an elastic body."
+        )
+    assert name == BEYOND_CEILING
+    times = result.max_pressure / body.yield_strength
+    return (
+        f"The elastic pressure, up to {largest}, is {times:.3g} times the yield strength of the "
+        "softer body, more than it can carry. The true contact area is larger, the true pressure "
+        "lower."
+    )
+
+
+def ceiling_origin(result: ContactResult) -> str:
+    """Return the ceiling of a result and where it comes from, without a full stop.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+
+    Returns
+    -------
+    str
+        Such as ``"3 GPa, three times the yield strength of the softer body"``.
+    """
+    ceiling = result.ceiling
+    if ceiling is None:
+        return "none: purely elastic"
+    if isinstance(ceiling, np.ndarray):
+        low, high = float(ceiling.min()), float(ceiling.max())
+        return (
+            f"given point by point, {engineering(low, 'Pa')} to "
+            + (engineering(high, "Pa") if math.isfinite(high) else "none")
+        )  # fmt: skip
+    text = engineering(float(ceiling), "Pa")
+    body = softer(result.material, result.counter_material)
+    if body is None or body.yield_strength is None:
+        return f"{text}, as given"
+    factor = float(ceiling) / body.yield_strength
+    whose = "the yield strength" if _one_strength(result) else "the smaller yield strength"
+    if math.isclose(factor, CEILING_FACTOR, rel_tol=1e-9):
+        return f"{text}, three times {whose}"
+    return f"{text}, as given: {factor:.3g} times {whose}"
+
+
+def rms_slope(result: ContactResult) -> float:
+    """Return the root-mean-square slope of the gap at first touch, of both bodies together.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+
+    Returns
+    -------
+    float
+        h′ without unit; NaN if no point has both neighbours.
+    """
+    try:
+        return roughness.rms_gradient(result.initial_gap, result.surface.pixel)
+    except InputError:
+        return math.nan
+
+
+def carrying_pixels(result: ContactResult, spots: Spots) -> int:
+    """Return how large the spots are that matter.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+    spots : Spots
+        Its contact spots.
+
+    Returns
+    -------
+    int
+        Pixels of the spot at which, going from the largest down, half of the load is reached.
+    """
+    if spots.count == 0:
+        return 0
+    carried = np.cumsum(spots.load)
+    index = int(np.searchsorted(carried, 0.5 * carried[-1]))
+    return round(float(spots.area[min(index, spots.count - 1)]) / result.pixel_area)
+
+
+def _one_strength(result: ContactResult) -> bool:
+    strengths = {result.material.yield_strength, result.counter_material.yield_strength}
+    return len(strengths - {None}) == 1
+
+
+def _rigid(body: Material) -> bool:
+    return body.young == RIGID.young
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def _half_spaces(result: ContactResult) -> Statement:
+    if _rigid(result.material):
+        who = "The counter-body is an elastic half-space, the body with this map is rigid"
+    elif _rigid(result.counter_material):
+        who = "The body is an elastic half-space, the counter-body is rigid"
+    else:
+        who = "Both bodies are elastic half-spaces"
+    text = (
+        f"{who}: every spot is pressed into material that goes on without end below and beside "
+        "it, isotropic and the same everywhere. The part has to be thick and wide compared with "
+        "the contact; coatings, thin walls and edges are not in the model. "
+    )
+    if result.boundary == "periodic":
+        return Statement(
+            "Half-spaces, periodic map",
+            text + "The map is one period of an endless surface: it repeats in x and y, the load "
+            "is that on one period, and every spot feels the copies of all others. A measured "
+            "map does not fit its own opposite edge; the seam is then a step that the surface "
+            "does not have.",
+        )
+    return Statement(
+        "Half-spaces, free boundary",
+        text + "The map is all that touches: there is no contact outside of it.",
+    )
+
+
+def _bodies(result: ContactResult) -> Statement:
+    if result.counter_surface is None:
+        return Statement(
+            "Flat counter-body",
+            "The counter-body is perfectly smooth and flat. Its own roughness, if it has any, "
+            "would have to be measured and given.",
+        )
+    return Statement(
+        "Two measured bodies",
+        "The two maps are laid on each other point by point, as they are; only the sum of their "
+        "heights counts. Another position of one on the other would give other spots, with "
+        "similar statistics.",
+    )
+
+
+def _slopes(result: ContactResult) -> Statement:
+    slope = rms_slope(result)
+    if math.isnan(slope):
+        return Statement("Small slopes", "Slopes are taken as small; this map has none to judge.")
+    whose = "of this map" if result.counter_surface is None else "of both maps together"
+    error = percent(min(slope**2, 1.0))
+    if slope < SMALL_SLOPE:
+        verdict = f"here {error}, which is small"
+    elif slope < LARGE_SLOPE:
+        verdict = f"here about {error}, which is noticeable"
+    else:
+        verdict = f"here about {error}: the slopes are not small"
+    caution = ""
+    if slope >= LARGE_SLOPE:
+        caution = (
+            f"the slopes are not small (root mean square {slope:.2g}, limit about "
+            f"{LARGE_SLOPE:g}): read areas and pressures as estimates"
+        )
+    return Statement(
+        "Small slopes",
+        f"The theory takes slopes as small against 1. The root-mean-square slope {whose} is "
+        f"{slope:.3g} ({math.degrees(math.atan(slope)):.2g}°). The error is of the order of its "
+        f"square, {verdict}. It begins to matter at a slope of {SMALL_SLOPE:g} (1 %); above "
+        f"{LARGE_SLOPE:g} (10 %) the results are estimates.",
+        caution,
+    )
+
+
+def _strains(result: ContactResult) -> Statement:
+    ratio = result.max_pressure / result.contact_modulus
+    caution = ""
+    if ratio > LARGE_STRAIN:
+        caution = (
+            f"the largest pressure is {percent(ratio) if ratio <= 1 else f'{ratio:.3g} times'} "
+            f"{'of ' if ratio <= 1 else ''}the contact modulus: the strains there are beyond any "
+            "linear elasticity"
+        )
+    return Statement(
+        "Small strains",
+        "Stress and strain are proportional (Hooke's law). Strains are of the order of the "
+        f"pressure over the contact modulus, at most {ratio:.2g} here; "
+        + (
+            f"linear elasticity ends well below {LARGE_STRAIN:g}."
+            if caution
+            else "this is small."
+            if ratio < 0.2 * LARGE_STRAIN
+            else "this is not very small."
+        ),
+        caution,
+    )
+
+
+def _yielding(result: ContactResult) -> Statement:
+    body = softer(result.material, result.counter_material)
+    if result.ceiling is None:
+        text = (
+            "The solution is purely elastic: nothing limits the pressure, which on sharp peaks "
+            "can exceed what any material bears."
+        )
+        if body is None:
+            return Statement("No yielding", f"{text} No yield strength was given.")
+        return Statement("No yielding", f"{text} {_first_yield(body)}")
+    text = f"The pressure may not exceed a ceiling ({ceiling_origin(result)}). "
+    if result.saturated_fraction == 0:
+        text += "It is reached nowhere: the solution is the elastic one."
+        return Statement("Yielding", text + (f" {_first_yield(body)}" if body else ""))
+    deepest = engineering(float(result.residual_indentation.max()), "m", 3)
+    text += (
+        "Points at the ceiling are called saturated: the material there flows, and the part by "
+        f"which it overlaps the counter-body, up to {deepest}, is kept as a permanent indentation. "
+        "Where the displaced material goes, the residual stress that it leaves and hardening are "
+        "not in the model: the ceiling stands in for plasticity. "
+    )
+    if body is not None:
+        text += (
+            "That the pressure levels off near three yield strengths is Tabor's finding (1951) for "
+            "full indentation. The mean pressure on a perfectly plastic sphere is 2.17, 2.41, 2.62 "
+            "and 2.78 yield strengths at 40, 120, 300 and 700 times the load of first yield. In "
+            "this transition a ceiling of three yield strengths is 15 to 35 % too high, and the "
+            "contact area too small accordingly; three are right where E*a/(σ_Y R) exceeds about "
+            "30 (a: radius of a spot, R: radius of its summit). "
+            + _first_yield(body)
+        )  # fmt: skip
+    return Statement("The ceiling stands in for plasticity", text.strip())
+
+
+def _first_yield(body: Material) -> str:
+    assert body.first_yield_pressure is not None
+    return (
+        "Yielding begins earlier, and below the surface: for a sphere of the softer material at a "
+        f"peak pressure of {engineering(body.first_yield_pressure, 'Pa', 3)} "
+        "(1.295 exp(0.736 ν) σ_Y, Jackson and Green 2005)."
+    )
+
+
+def _resolution(result: ContactResult, spots: Spots) -> Statement:
+    dy, dx = (engineering(edge, "m", 3) for edge in result.surface.pixel)
+    pixels = carrying_pixels(result, spots)
+    text = (
+        f"The pressure is constant on each pixel of {dy} × {dx} (y × x), and roughness finer than "
+        "that is not in the map. On a rough surface a finer map has less contact area and higher "
+        "elastic pressures: both are values at this pixel. "
+    )
+    if result.saturated_fraction > 0:
+        text += "The ceiling bounds the largest pressure on any map. "
+    else:
+        text += "The largest pressure is the most sensitive to the pixel. "
+    text += (
+        f"Half of the load is carried by spots of {_counted(pixels, 'pixel')} or more. Pixels at "
+        "the rim of a spot count in full; without this excess (Yastrebov, Anciaux and Molinari "
+        f"2017) the contact area is {engineering(result.corrected_contact_area, 'm²', 3)} instead "
+        f"of {engineering(result.contact_area, 'm²', 3)}."
+    )
+    caution = ""
+    if 0 < pixels < FEW_PIXELS:
+        caution = (
+            f"half of the load is carried by spots of {_counted(pixels, 'pixel')} or fewer: the "
+            "map does not resolve the contact, and areas and pressures depend on its pixel"
+        )
+    return Statement("Resolution", text, caution)
+
+
+def _holes(result: ContactResult) -> Statement:
+    missing = int(np.count_nonzero(np.isnan(result.gap)))
+    bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
+    filled = any(
+        step.startswith("filled:") for body in bodies for step in body.provenance.steps
+    )  # fmt: skip
+    parts = []
+    if missing:
+        parts.append(
+            f"{_counted(missing, 'point')} ({percent(missing / result.gap.size)} of the map) "
+            f"{'was' if missing == 1 else 'were'} not measured. Such points are taken as never "
+            "touching; the load that they might carry lies on the others."
+        )
+    if filled:
+        parts.append(
+            "Points that were not measured were filled with a smooth surface through the rim of "
+            "their hole. It lies between the lowest and the highest height of that rim, and is an "
+            "interpolation, not a measurement."
+        )
+    return Statement("Missing points", " ".join(parts))
+
+
+def _loading(result: ContactResult) -> Statement:
+    if result.control == "load":
+        given = "The load was given, and the approach follows from it. "
+    else:
+        given = "The approach was given, and the load is what the pressure adds up to. "
+    return Statement(
+        "One loading",
+        f"{given}It is applied once, slowly, to the surfaces as prepared: earlier passes, "
+        "unloading, sliding, creep and wear are not in it.",
+    )

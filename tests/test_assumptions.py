@@ -1,0 +1,204 @@
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact import assumptions
+from roughcontact.result import ContactResult
+
+STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
+SOFT = rc.Material(70e9, 0.33, 0.3e9, name="aluminium")
+PIXEL = (1e-6, 1e-6)
+
+
+def rough(seed: int = 0, points: int = 64) -> rc.Surface:
+    heights, pixel = rc.reference_map(points, seed)
+    return rc.Surface(heights, pixel)
+
+
+def ball(radius: float = 0.01) -> rc.Surface:
+    y, x = np.mgrid[-24:24, -24:24] * 1e-6
+    return rc.Surface(-(x**2 + y**2) / (2 * radius), PIXEL)
+
+
+def solved(surface: rc.Surface, **problem: Any) -> ContactResult:
+    return rc.solve(surface, **{"material": STEEL, "load": 0.1, **problem})
+
+
+def stated(result: ContactResult) -> dict[str, assumptions.Statement]:
+    found = assumptions.statements(result, result.spots())
+    assert len({item.topic for item in found}) == len(found)
+    assert all(item.text.endswith(".") and "  " not in item.text for item in found)
+    return {item.topic: item for item in found}
+
+
+def words(result: ContactResult) -> str:
+    return " ".join(f"{item.topic} {item.text}" for item in stated(result).values())
+
+
+def cautions(result: ContactResult) -> list[str]:
+    return [item.caution for item in stated(result).values() if item.caution]
+
+
+def test_rigid_and_elastic_counter_bodies_are_told_apart() -> None:
+    surface = rough()
+    assert "the counter-body is rigid" in words(solved(surface))
+    both = solved(surface, counter_material=SOFT)
+    assert "Both bodies are elastic half-spaces" in words(both)
+    assert "rigid" not in words(both)
+    stamp = solved(surface, material=rc.RIGID, counter_material=SOFT)
+    assert "the body with this map is rigid" in words(stamp)
+
+
+def test_boundary_and_second_body_are_stated() -> None:
+    free = words(solved(rough()))
+    assert "there is no contact outside of it" in free
+    assert "perfectly smooth and flat" in free
+    assert "period" not in free
+    periodic = words(solved(rough(), boundary="periodic"))
+    assert "one period of an endless surface" in periodic
+    assert "outside of it" not in periodic
+    two = words(solved(rough(), counter_surface=rough(1)))
+    assert "laid on each other point by point" in two
+    assert "of both maps together" in two
+    assert "perfectly smooth" not in two
+
+
+def test_load_and_approach_are_told_apart() -> None:
+    assert "The load was given" in words(solved(rough()))
+    given = solved(rough(), load=None, approach=1e-7)
+    assert "The approach was given" in words(given)
+
+
+def test_single_precision_is_stated_where_it_is_used() -> None:
+    assert "Single precision" not in stated(solved(rough()))
+    single = stated(solved(rough(), precision="single"))["Single precision"]
+    assert "1e-04" in single.text
+
+
+def test_missing_points_are_counted_and_fillings_called_so() -> None:
+    assert "Missing points" not in stated(solved(rough()))
+    heights = rough().heights.copy()
+    heights[3:5, 7:10] = np.nan
+    holed = rc.Surface(heights, PIXEL)
+    masked = stated(solved(holed.masked()))["Missing points"].text
+    assert masked.startswith("6 points (0.146 % of the map) were not measured.")
+    filled = stated(solved(holed.filled()))["Missing points"].text
+    assert "an interpolation, not a measurement" in filled
+    assert "never touching" not in filled
+
+
+@pytest.mark.parametrize(
+    ("slope", "verdict", "caution"),
+    [(0.05, "0.250 %, which is small", False), (0.2, "4.00 %, which is noticeable", False),
+     (0.5, "25.0 %: the slopes are not small", True)],
+)  # fmt: skip
+def test_slopes_are_judged(slope: float, verdict: str, caution: bool) -> None:
+    # A ramp of teeth: every first difference along x is ± slope.
+    teeth = np.tile(np.array([0.0, slope * 1e-6]), (32, 16))
+    result = solved(rc.Surface(teeth, PIXEL), load=1e-9)
+    assert assumptions.rms_slope(result) == pytest.approx(slope)
+    item = stated(result)["Small slopes"]
+    assert verdict in item.text
+    assert bool(item.caution) is caution
+
+
+def test_two_bodies_add_their_slopes() -> None:
+    one = rough()
+    twice = solved(one, counter_surface=one)
+    assert assumptions.rms_slope(twice) == pytest.approx(2 * one.Sdq)
+
+
+def test_large_strains_are_doubted() -> None:
+    elastic = solved(rough(points=128), ceiling=None, load=1.0)
+    result = dataclasses.replace(elastic, contact_modulus=5 * elastic.max_pressure)
+    assert any("20.0 % of the contact modulus" in note for note in cautions(result))
+    result = dataclasses.replace(elastic, contact_modulus=elastic.max_pressure / 2)
+    assert any("2 times the contact modulus" in note for note in cautions(result))
+    result = dataclasses.replace(elastic, contact_modulus=100 * elastic.max_pressure)
+    assert "this is small" in stated(result)["Small strains"].text
+    assert not any("modulus" in note for note in cautions(result))
+
+
+@pytest.mark.parametrize(
+    ("make", "text", "missing"),
+    [
+        (lambda: solved(ball(), ceiling=None), "purely elastic", "ceiling"),
+        (lambda: solved(ball(), material=rc.Material(210e9, 0.3)), "No yield strength", "Tabor"),
+        (lambda: solved(ball()), "It is reached nowhere: the solution is the elastic one", "Tabor"),
+        (lambda: solved(rough(), load=1.0), "15 to 35 % too high", "reached nowhere"),
+        (lambda: solved(rough(), ceiling=2e9, load=1.0),
+         "(2 GPa, as given: 2 times the yield strength)", "three times the yield"),
+        (lambda: solved(rough(), counter_material=SOFT, load=1.0),
+         "(900 MPa, three times the smaller yield strength)", "as given"),
+        (lambda: solved(rough(), ceiling=np.linspace(1e9, 2e9, 64**2).reshape(64, 64), load=1.0),
+         "(given point by point, 1 GPa to 2 GPa)", "as given:"),
+        (lambda: solved(rough(), ceiling=2e9, material=rc.Material(210e9, 0.3), load=1.0),
+         "(2 GPa, as given)", "Tabor"),
+    ],
+)  # fmt: skip
+def test_yielding_is_told_for_the_case_at_hand(
+    make: Callable[[], ContactResult], text: str, missing: str
+) -> None:
+    result = make()
+    yielding = " ".join(
+        f"{topic} {item.text}" for topic, item in stated(result).items()
+        if "ield" in topic or "ceiling" in topic
+    )  # fmt: skip
+    assert text in yielding
+    assert missing not in yielding
+
+
+def test_first_yield_is_that_of_the_softer_body() -> None:
+    # 1.295 exp(0.736 · 0.33) · 300 MPa
+    assert "495 MPa" in words(solved(rough(), counter_material=SOFT))
+    assert f"{1.295 * math.exp(0.736 * 0.33) * 300:.0f}" == "495"
+
+
+def test_every_regime_is_a_sentence_with_its_numbers() -> None:
+    below = solved(ball())
+    assert below.regime == "below first yield"
+    assert "Nothing yields" in assumptions.regime(below)
+    assert "1.61 GPa" in assumptions.regime(below)
+    beneath = solved(ball(1e-3), load=0.8)
+    assert beneath.regime == "yielding below the surface"
+    assert "reaches the ceiling" in assumptions.regime(beneath)
+    without = solved(ball(1e-3), load=0.8, ceiling=None)
+    assert "reaches three yield strengths" in assumptions.regime(without)
+    saturated = solved(rough(), load=1.0)
+    share = saturated.saturated_fraction / saturated.contact_fraction
+    assert f"{100 * share:.1f} %" in assumptions.regime(saturated)
+    beyond = solved(rough(), load=1.0, ceiling=None)
+    assert f"{beyond.max_pressure / 1e9:.3g} times the yield" in assumptions.regime(beyond)
+    unknown = solved(ball(), material=rc.Material(210e9, 0.3))
+    assert "No yield strength was given" in assumptions.regime(unknown)
+
+
+def test_spots_that_carry_are_the_load_median() -> None:
+    pressure = np.zeros((8, 30))
+    for start, size in ((0, 6), (8, 3), (13, 2), (17, 1), (20, 1), (23, 1), (26, 1)):
+        pressure[2, start : start + size] = 1e9
+    # 6 of 15 equal loads on the largest spot: the second one carries the median.
+    result = dataclasses.replace(
+        solved(rc.Surface(np.zeros((8, 30)), PIXEL), load=1e-6), pressure=pressure
+    )
+    spots = result.spots()
+    assert assumptions.carrying_pixels(result, spots) == 3
+    assert any("spots of 3 pixels or fewer" in note for note in cautions(result))
+    pressure = pressure.copy()
+    pressure[4:8] = 1e9
+    result = dataclasses.replace(result, pressure=pressure)
+    assert assumptions.carrying_pixels(result, result.spots()) == 120
+    assert not any("pixels or fewer" in note for note in cautions(result))
+
+
+def test_a_map_without_slopes_is_no_failure() -> None:
+    heights = np.full((4, 4), np.nan)
+    heights[::2, ::2] = 0.0
+    result = solved(rc.Surface(heights, PIXEL).masked(), load=1e-6)
+    assert math.isnan(assumptions.rms_slope(result))
+    assert "none to judge" in stated(result)["Small slopes"].text

@@ -1,0 +1,293 @@
+import math
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.ndimage import grey_dilation
+
+from roughcontact import filters, generate, resolution, roughness, units
+from roughcontact.errors import InputError
+from roughcontact.surface import Provenance, Surface
+
+NM = 1e-9
+PIXEL = (1 * NM, 1 * NM)
+
+
+def rough(seed: int, hurst: float = 0.8, rms: float = 4 * NM, shortest: float = 2.5) -> np.ndarray:
+    return generate.self_affine(
+        (256, 256), PIXEL, rms_height=rms, rolloff_wavelength=100 * NM,
+        cutoff_wavelength=shortest * NM, hurst=hurst, rng=np.random.default_rng(seed),
+    )  # fmt: skip
+
+
+def drawn_by(radius: float, heights: np.ndarray) -> np.ndarray:
+    """The map that a paraboloidal tip draws: grey dilation by its shape.
+
+    Villarrubia 1997, doi:10.6028/jres.102.030. A paraboloid is a sum of two parabolas,
+    hence one dilation along each axis.
+    """
+    parabola = -((np.arange(-40, 41) * NM) ** 2) / (2 * radius)
+    for structure in (parabola[:, None], parabola[None]):
+        heights = grey_dilation(heights, structure=structure, mode="wrap")
+    return heights
+
+
+def curvature(heights: np.ndarray, reach: int) -> np.ndarray:
+    """Second differences along x over so many pixels, times their square."""
+    middle = heights[:, reach:-reach]
+    return heights[:, 2 * reach :] - 2 * middle + heights[:, : -2 * reach]
+
+
+# --- tip ----------------------------------------------------------------------------------------
+
+
+@given(st.floats(2, 50), st.floats(0.1, 5), st.floats(0.05, 0.5))
+def test_single_peaks_drawn_by_a_tip(radius: float, height: float, edge: float) -> None:
+    # A spike of height d on a plain is drawn as a parabola of radius R and half width √(2 R d).
+    # Wider second differences at its top are -2d/η², which is -1/(2R) at η = 2 √(R d).
+    expected = 4 * math.sqrt(radius * height)
+    points = int(2.5 * expected / edge) + 5
+    x = (np.arange(points) - points // 2) * edge
+    drawn = np.maximum(height - x**2 / (2 * radius), 0) * np.ones((2, 1))
+    scale = resolution.tip_cutoff(drawn * NM, (NM, edge * NM), radius * NM)
+    if expected <= 4 * edge:
+        return  # no point on the flanks
+    assert scale is not None
+    # Between two pixels the curvature is taken as straight.
+    assert scale == pytest.approx(expected * NM, rel=0.02, abs=edge * NM)
+    # The slopes of a plane change nothing.
+    tilted = drawn + 0.3 * x + np.array([[0.0], [5.0]])
+    assert resolution.tip_cutoff(tilted * NM, (NM, edge * NM), radius * NM) == pytest.approx(
+        scale, rel=1e-6
+    )
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("hurst", [0.5, 0.8])
+def test_below_the_cutoff_is_the_tip_and_above_it_the_surface(seed: int, hurst: float) -> None:
+    heights = rough(seed, hurst)
+    radius = 20 * NM
+    drawn = drawn_by(radius, heights)
+    # No peak of the drawn map is sharper than the tip; the surface's are.
+    assert curvature(drawn, 1).min() / NM**2 >= -1.0000001 / radius
+    assert curvature(heights, 1).min() / NM**2 < -5 / radius
+    scale = resolution.tip_cutoff(drawn, PIXEL, radius)
+    assert scale is not None
+    reach = scale / 2 / NM
+    share = [
+        np.std(curvature(drawn, round(reach * part)))
+        / np.std(curvature(heights, round(reach * part)))
+        for part in (1 / 8, 1, 2)
+    ]
+    # Root-mean-square curvature at an eighth of the cut-off, at it and at twice it: the factor ½
+    # of the method is one of judgement, hence no sharper bounds.
+    assert share[0] < 0.55
+    assert 0.7 < share[1] < 0.9
+    assert 0.8 < share[2] < 1
+
+
+def test_smooth_maps_are_the_surface_at_every_scale() -> None:
+    smooth = generate.self_affine(
+        (128, 256), PIXEL, rms_height=NM, rolloff_wavelength=200 * NM,
+        cutoff_wavelength=100 * NM, rng=np.random.default_rng(1),
+    )  # fmt: skip
+    assert resolution.tip_cutoff(smooth, PIXEL, 20 * NM) is None
+    assert resolution.tip_cutoff(np.zeros((2, 3)), PIXEL, 20 * NM) is None
+    # A wave a cos qx has the curvature -2a (1 - cos qη)/η² at scale 2η, a q² at most.
+    q = 2 * math.pi / 64
+    wave = np.cos(q * np.arange(640)) * np.ones((2, 1)) * NM
+    sharpest = 2 * (1 - math.cos(q)) / NM
+    for factor, flat in ((0.999, True), (1.001, False)):
+        scale = resolution.tip_cutoff(wave, PIXEL, factor * 0.5 / sharpest)
+        assert (scale is None) == flat
+
+
+def test_peaks_too_sharp_at_every_scale() -> None:
+    ball = -(np.arange(81.0) ** 2) * NM * np.ones((3, 1))
+    assert resolution.tip_cutoff(ball, PIXEL, 20 * NM) == pytest.approx(40 * NM)
+    assert resolution.tip_cutoff(-ball, PIXEL, 20 * NM) is None  # a valley is no peak
+
+
+def test_holes_are_passed_over() -> None:
+    heights = drawn_by(5 * NM, rough(3))
+    whole = resolution.tip_cutoff(heights, PIXEL, 5 * NM)
+    holed = heights.copy()
+    holed[:, ::50] = np.nan
+    holed[7] = np.nan
+    assert resolution.tip_cutoff(holed, PIXEL, 5 * NM) == pytest.approx(whole, rel=0.1)
+    holed[:] = np.nan
+    assert resolution.tip_cutoff(holed, PIXEL, 5 * NM) is None
+
+
+def test_tip_by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    heights = drawn_by(5 * NM, rough(4))
+    whole = resolution.tip_cutoff(heights, PIXEL, 5 * NM)
+    monkeypatch.setattr(resolution, "_BLOCK", 1000)
+    assert resolution.tip_cutoff(heights, PIXEL, 5 * NM) == whole
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_tip_cutoff_agrees_with_surface_topography(seed: int) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        library = pytest.importorskip("SurfaceTopography", exc_type=ImportError)
+        heights = drawn_by(5 * NM, rough(seed))[:, ::2]
+        pixel, size = (NM, 2 * NM), (256 * NM, 256 * NM)
+        # Its axes are (x, y).
+        theirs = library.Topography(heights.T, size).scanning_probe_reliability_cutoff(5 * NM)
+    # It interpolates heights between the pixels, not curvatures.
+    ours = resolution.tip_cutoff(heights, pixel, 5 * NM)
+    assert ours == pytest.approx(theirs, rel=0.02, abs=pixel[1])
+
+
+def test_tip_cutoff_refuses() -> None:
+    with pytest.raises(InputError, match="tip_radius must be positive"):
+        resolution.tip_cutoff(np.zeros((4, 4)), PIXEL, 0.0)
+    with pytest.raises(InputError, match="at least 3 columns"):
+        resolution.tip_cutoff(np.zeros((4, 2)), PIXEL, NM)
+    with pytest.raises(InputError, match="pixel must be positive"):
+        resolution.tip_cutoff(np.zeros((4, 4)), (0.0, 1.0), NM)
+
+
+# --- noise and smoothing ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("hurst", [0.2, 0.5, 0.8, 1.0])
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("part", [(slice(None), slice(None)), (slice(17, 217), slice(30, 200))])
+def test_rough_maps_raise_no_alarm(hurst: float, seed: int, part: tuple[slice, slice]) -> None:
+    # As a whole periodic, the part not.
+    heights = rough(seed, hurst, shortest=2.0000001)[part]
+    assert resolution.noise_cutoff(heights, PIXEL) is None
+    assert resolution.smoothing_cutoff(heights, PIXEL) is None
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("wave", [10.0, 20.0])
+@pytest.mark.parametrize("part", [(slice(None), slice(None)), (slice(17, 217), slice(30, 200))])
+def test_noise_is_found_where_it_equals_the_surface(
+    seed: int, wave: float, part: tuple[slice, slice]
+) -> None:
+    heights = rough(seed, shortest=2.0000001)
+    q, C, _ = roughness.radial_spectrum(heights, PIXEL)
+    near = np.abs(np.log(q * wave * NM / (2 * math.pi))) < 0.2
+    # White noise of RMS height σ has the density σ² Δx Δy.
+    sigma = math.sqrt(np.mean(C[near]) / (PIXEL[0] * PIXEL[1]))
+    noisy = heights + sigma * np.random.default_rng(seed + 9).normal(size=heights.shape)
+    # Bins are 12 % wide, and the density of one map scatters.
+    assert resolution.noise_cutoff(noisy[part], PIXEL) == pytest.approx(wave * NM, rel=0.3)
+    assert resolution.smoothing_cutoff(noisy[part], PIXEL) is None
+
+
+def test_nothing_but_noise() -> None:
+    noise = np.random.default_rng(1).normal(size=(64, 128))
+    assert resolution.noise_cutoff(noise, PIXEL) > 10 * NM
+    assert resolution.smoothing_cutoff(noise, PIXEL) is None
+
+
+@pytest.mark.parametrize("hurst", [0.2, 0.8, 1.0])
+@pytest.mark.parametrize("cutoff", [8.0, 20.0])
+@pytest.mark.parametrize("part", [(slice(None), slice(None)), (slice(17, 217), slice(30, 200))])
+def test_smoothing_is_found_at_the_filter(
+    hurst: float, cutoff: float, part: tuple[slice, slice]
+) -> None:
+    heights = filters.gaussian(rough(5, hurst, shortest=2.0000001), PIXEL, cutoff * NM)
+    # Exponent -2-2H - 4 ln 2 (λc/λ)² is -6 at 0.95 λc for H = 0.2 and 1.2 λc for H = 1.
+    expected = cutoff * NM * math.sqrt(4 * math.log(2) / (4 - 2 * hurst))
+    found = resolution.smoothing_cutoff(heights[part], PIXEL)
+    assert found == pytest.approx(expected, rel=0.25)
+    assert resolution.noise_cutoff(heights[part], PIXEL) is None
+
+
+def test_a_sharp_end_of_the_spectrum_is_found() -> None:
+    heights = rough(6, shortest=8.0)
+    assert resolution.smoothing_cutoff(heights, PIXEL) == pytest.approx(8 * NM, rel=0.5)
+    # Scales go along with the pixel.
+    assert resolution.smoothing_cutoff(heights, (5.0, 5.0)) == pytest.approx(
+        5 / NM * resolution.smoothing_cutoff(heights, PIXEL)
+    )
+
+
+def test_regular_grooves_are_not_smoothing() -> None:
+    grooves = 20 * NM * np.sin(2 * math.pi * np.arange(256) / 32)
+    heights = rough(7, 0.5, 2 * NM, shortest=2.0000001) + grooves
+    assert resolution.smoothing_cutoff(heights, PIXEL) is None
+
+
+def test_small_and_flat_maps_say_nothing() -> None:
+    for heights in (np.zeros((64, 64)), np.random.default_rng(1).normal(size=(31, 300))):
+        assert resolution.smoothing_cutoff(heights, PIXEL) is None
+    assert resolution.noise_cutoff(np.zeros((31, 300)), PIXEL) is None
+    holed = np.zeros((64, 64))
+    holed[3, 3] = np.nan
+    for function in (resolution.noise_cutoff, resolution.smoothing_cutoff):
+        with pytest.raises(InputError, match="1 missing points"):
+            function(holed, PIXEL)
+
+
+# --- on a surface --------------------------------------------------------------------------------
+
+
+def test_notes_of_an_atomic_force_microscope() -> None:
+    heights = drawn_by(5 * NM, rough(0))
+    about = Provenance("scan.001", "Bruker/Veeco/DI Nanoscope (Bruker Dimension V)")
+    (asked,) = Surface(heights, PIXEL, about).resolution_notes()
+    assert "measured with a scanning probe (Bruker" in asked
+    assert "give tip_radius" in asked
+    (found,) = Surface(heights, PIXEL, about).resolution_notes(tip_radius=5 * NM)
+    scale = resolution.tip_cutoff(heights, PIXEL, 5 * NM)
+    assert f"below a lateral scale of {units.engineering(scale, 'm', 3)} (" in found
+    assert f"({scale / NM:.1f} pixels along x)" in found
+    assert "tip of radius 5 nm" in found
+    # The radius may be known where the file does not tell the instrument.
+    assert Surface(heights, PIXEL).resolution_notes() == ()
+    assert Surface(heights, PIXEL).resolution_notes(5 * NM) == (found,)
+    assert Surface(heights, PIXEL, about).resolution_notes(0.1 * NM) == ()
+    with pytest.raises(InputError, match="tip_radius must be positive"):
+        Surface(heights, PIXEL).resolution_notes(-1.0)
+
+
+@pytest.mark.parametrize(
+    ("instrument", "is_probe"),
+    [
+        ("JPK image scan", True), ("Nanosurf easyScan", True), ("NT-MDT", True),
+        ("Park Systems TIFF", True), ("WSxM", True), ("Igor binary wave", True),
+        ("Molecular Imaging (MI)", True), ("Digital Surf SUR (Digital Surf AFM 5500)", True),
+        ("Digital Surf SUR (Digital Surf)", False), ("Wyko OPD", False), ("Gwyddion", False),
+        ("", False),
+    ],
+)  # fmt: skip
+def test_which_files_are_a_scanning_probes(instrument: str, is_probe: bool) -> None:
+    surface = Surface(np.zeros((4, 4)), PIXEL, Provenance("a", instrument))
+    assert bool(surface.resolution_notes()) is is_probe
+
+
+def test_notes_of_noise_and_smoothing() -> None:
+    heights = rough(0, shortest=2.0000001)
+    noisy = heights + NM * np.random.default_rng(3).normal(size=heights.shape)
+    noisy[:20, :20] = np.nan
+    (note,) = Surface(noisy, PIXEL).resolution_notes()
+    assert "cannot be told from noise" in note
+    smooth = Surface(heights, PIXEL).filtered(s=10 * NM)
+    (note,) = smooth.resolution_notes()
+    assert "holds hardly any waves shorter than" in note
+    assert "pixels along x" in note
+    holed = np.zeros((4, 4))
+    holed[::2] = holed[:, ::2] = np.nan
+    assert Surface(holed, PIXEL).resolution_notes() == ()
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 1000), st.floats(1, 100), st.floats(-9, 9))
+def test_units_do_not_matter(seed: int, radius: float, power: float) -> None:
+    # All lengths scaled alike: the scale goes along.
+    heights, factor = rough(seed)[:40], 10.0**power
+    scale = resolution.tip_cutoff(heights, PIXEL, radius * NM)
+    scaled = resolution.tip_cutoff(
+        heights * factor, (factor * NM, factor * NM), radius * NM * factor
+    )
+    assert (scale is None) == (scaled is None)
+    if scale is not None:
+        assert scaled == pytest.approx(scale * factor, rel=1e-6)

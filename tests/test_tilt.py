@@ -1,0 +1,347 @@
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+import roughcontact as rc
+from roughcontact import contact, solver, tilt
+
+STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
+Array = NDArray[np.float64]
+
+
+def rough(n: int = 48, seed: int = 3) -> rc.Surface:
+    return rc.Surface(*rc.reference_map(n, seed))
+
+
+# --- what can be balanced --------------------------------------------------------------------
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    n=st.integers(2, 30),
+    ceiling=st.sampled_from(["none", "one", "each", "some"]),
+    size=st.floats(0.05, 0.8),
+)
+def test_excess_is_the_distance_to_what_can_be_balanced(
+    seed: int, n: int, ceiling: str, size: float
+) -> None:
+    from scipy.optimize import linprog
+
+    rng = np.random.default_rng(seed)
+    y, x = rng.uniform(-0.5, 0.5, (2, n))
+    share: Any = {
+        "none": math.inf,
+        "one": 1.7 / n,
+        "each": rng.uniform(1.05, 3, n) / n,
+        "some": np.where(rng.random(n) < 0.5, math.inf, 2 / n),
+    }[ceiling]
+    if ceiling == "some":
+        share[0] = math.inf
+    angle = rng.uniform(0, 2 * math.pi)
+    target = size * np.array([math.cos(angle), math.sin(angle)])
+    outside = tilt.excess(target, y, x, share)
+    # The same question as a linear program: are there shares of the load with this moment?
+    bounds = [(0, min(float(s), 1.0)) for s in np.broadcast_to(share, n)]
+    rows = np.stack([y, x, np.ones(n)])
+    program = linprog(np.zeros(n), A_eq=rows, b_eq=[*target, 1.0], bounds=bounds)
+    if outside == 0:
+        # The program's own tolerance is 1e-7 to 1e-9.
+        assert program.status == 0 or _distance(target, rows, bounds) < 1e-6
+    else:
+        assert program.status == 2 or outside < 1e-6
+        assert outside == pytest.approx(_distance(target, rows, bounds), rel=1e-6, abs=1e-8)
+
+
+def _distance(target: Array, rows: Array, bounds: list[tuple[float, float]]) -> float:
+    """Return the distance of a point from a convex set by its support in many directions."""
+
+    def lead(angle: float) -> float:
+        direction = np.array([math.cos(angle), math.sin(angle)])
+        left, best = 1.0, 0.0
+        for value, (_, bound) in sorted(zip(direction @ rows[:2], bounds, strict=True))[::-1]:
+            best += value * min(left, bound)
+            left -= min(left, bound)
+        return float(direction @ target) - best
+
+    middle, width = 0.0, math.pi
+    for _ in range(6):
+        angles = np.linspace(middle - width, middle + width, 401)
+        middle = float(angles[np.argmax([lead(angle) for angle in angles])])
+        width /= 100
+    return max(0.0, lead(middle))
+
+
+def test_excess_of_points_on_one_line_and_of_one_point() -> None:
+    y, x = np.zeros(5), np.linspace(-0.4, 0.4, 5)
+    assert tilt.excess(np.array([0.0, 0.3]), y, x, math.inf) == 0
+    assert tilt.excess(np.array([0.1, 0.3]), y, x, math.inf) == pytest.approx(0.1)
+    assert tilt.excess(np.array([0.0, -0.5]), y, x, math.inf) == pytest.approx(0.1)
+    # Each can carry a quarter: the load cannot act further out than the mean of the last four.
+    assert tilt.excess(np.array([0.0, 0.1]), y, x, 0.25) == 0
+    assert tilt.excess(np.array([0.0, 0.3]), y, x, 0.25) == pytest.approx(0.2)
+    one = np.array([0.2])
+    assert tilt.excess(np.array([0.2, 0.2]), one, one, math.inf) == 0
+    assert tilt.excess(np.array([0.2, 0.0]), one, one, math.inf) == pytest.approx(0.2)
+
+
+# --- the search ------------------------------------------------------------------------------
+
+
+class Counted:
+    def __init__(self, moment: Any, target: Array) -> None:
+        self.moment, self.target, self.calls = moment, target, 0
+
+    def __call__(self, at: Array, accuracy: float) -> Array:
+        self.calls += 1
+        self.last: Array = self.moment(at) - self.target
+        return self.last
+
+    def balanced_from(self, steepness: Array, reach: float) -> None:
+        start = np.zeros(2)
+        tilt.balance(self, start, self(start, 1.0), steepness, reach, tolerance=1e-8)
+
+
+def test_a_linear_moment_takes_a_step_or_two_for_each_direction() -> None:
+    matrix = np.array([[3.0, 1.0], [1.0, 0.5]])
+    respond = Counted(lambda at: -matrix @ at, np.array([0.3, -0.2]))
+    respond.balanced_from(np.eye(2), 10.0)
+    assert np.abs(respond.last).max() <= 1e-8
+    assert respond.calls <= 6
+    exact = Counted(lambda at: -matrix @ at, np.array([0.3, -0.2]))
+    exact.balanced_from(matrix, 10.0)
+    assert exact.calls == 2
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10**6), n=st.integers(3, 200), softness=st.floats(1e-3, 10))
+def test_balance_finds_every_tilt_of_a_concave_energy(seed: int, n: int, softness: float) -> None:
+    # Points that share the load by a soft minimum of their gaps: nearly a staircase if hard.
+    rng = np.random.default_rng(seed)
+    arms, gaps = rng.uniform(-0.5, 0.5, (n, 2)), rng.exponential(size=n)
+
+    def share(at: Array) -> Array:
+        gap = (gaps + arms @ at) / softness
+        weight = np.exp(gap.min() - gap)
+        return weight / weight.sum()
+
+    inside = rng.dirichlet(np.ones(n)) @ arms
+    respond = Counted(lambda at: share(at) @ arms, inside)
+    spread = arms.T @ (arms * share(np.zeros(2))[:, None])
+    respond.balanced_from(spread / softness + 1e-6 * np.eye(2), softness)
+    assert np.abs(respond.last).max() <= 1e-8
+    assert respond.calls <= 120
+
+
+def test_the_search_ends_where_nothing_balances() -> None:
+    respond = Counted(lambda _: np.zeros(2), np.array([0.1, 0.0]))
+    respond.balanced_from(np.eye(2), 1.0)
+    assert np.abs(respond.last).max() == 0.1
+    assert respond.calls == 201
+    calls = []
+
+    def give_up(at: Array, accuracy: float) -> None:
+        calls.append(accuracy)
+
+    tilt.balance(give_up, np.zeros(2), np.array([0.1, 0.0]), np.eye(2), 1.0, tolerance=1e-8)
+    assert calls == [pytest.approx(1e-3)]
+
+
+# --- the contact -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("load", [1e-7, 1e-4, 0.05, 2.0, 15.0])
+@pytest.mark.parametrize("point", [(0.0, 0.0), (0.11, -0.17)])
+@pytest.mark.parametrize("ceiling", [None, "auto"])
+def test_a_rough_map_balances_its_moments(
+    load: float, point: tuple[float, float], ceiling: str | None, independent: Any
+) -> None:
+    surface = rough()
+    side = surface.size[0]
+    moments = (load * point[0] * side, load * point[1] * side)
+    result = rc.solve(surface, load=load, moments=moments, material=STEEL, ceiling=ceiling)
+    independent.assert_solved(result, load)
+    y, x = (np.arange(48) - 23.5) * surface.pixel[0], (np.arange(48) - 23.5) * surface.pixel[1]
+    force = result.pressure * result.pixel_area
+    assert abs(float(force.sum(axis=1) @ y) - moments[0]) <= 1e-8 * load * side
+    assert abs(float(force.sum(axis=0) @ x) - moments[1]) <= 1e-8 * load * side
+    assert result.moment_error <= 1e-8
+    assert result.centre_of_pressure == pytest.approx(
+        (point[0] * side, point[1] * side), abs=1e-8 * side
+    )
+    assert result.moments == moments
+    assert math.hypot(*result.tilt) > 0
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    seed=st.integers(0, 1000),
+    load=st.floats(1e-3, 5.0),
+    point=st.tuples(st.floats(-0.2, 0.2), st.floats(-0.1, 0.1)),
+)
+def test_mirrors_and_units(seed: int, load: float, point: tuple[float, float]) -> None:
+    rng = np.random.default_rng(seed)
+    heights = rng.normal(scale=1e-7, size=(20, 30))
+    pixel = (1.1e-6, 0.8e-6)
+    moments = load * point[0] * 22e-6, load * point[1] * 24e-6
+    options: dict[str, Any] = {"material": STEEL, "ceiling": 20e9, "tolerance": 1e-8}
+    one = rc.solve(rc.Surface(heights, pixel), load=load, moments=moments, **options)
+    # ny dy < nx dx: the longer side is that of x.
+    assert one.moment_error <= 1e-8
+    down = rc.solve(
+        rc.Surface(heights[::-1], pixel), load=load, moments=(-moments[0], moments[1]), **options
+    )
+    turned = rc.solve(
+        rc.Surface(heights.T, pixel[::-1]), load=load, moments=moments[::-1], **options
+    )
+    # The moments fix the tilt to a few of their own errors times approach over size, unless a
+    # pixel or two carry everything.
+    assume(np.count_nonzero(one.contact) > 3)
+    scale = 1e-4 * math.hypot(*one.tilt) + 1e-5 * one.approach / 24e-6
+    assert down.tilt == pytest.approx((-one.tilt[0], one.tilt[1]), abs=scale)
+    assert turned.tilt == pytest.approx(one.tilt[::-1], abs=scale)
+    assert down.approach == pytest.approx(one.approach, rel=1e-4)
+
+
+def test_the_moments_of_fixed_bodies_keep_them_where_they_are() -> None:
+    fixed = rc.solve(rough(), load=1.0, material=STEEL, tolerance=1e-9)
+    assert fixed.tilt == (0, 0)
+    assert fixed.moments is None
+    assert fixed.moment_error == 0
+    moments = fixed.centre_of_pressure
+    free = rc.solve(rough(), load=1.0, moments=moments, material=STEEL, tolerance=1e-9)
+    size = fixed.approach / fixed.surface.size[0]
+    assert np.abs(free.tilt).max() < 1e-6 * size
+    np.testing.assert_allclose(free.pressure, fixed.pressure, rtol=0, atol=1e-5 * 3e9)
+
+
+def test_symmetry_leaves_no_tilt() -> None:
+    heights = rough().heights
+    heights = heights + heights[::-1]
+    surface = rc.Surface(heights + heights[:, ::-1], rough().pixel)
+    result = rc.solve(surface, load=1.0, moments=(0.0, 0.0), material=STEEL)
+    assert np.abs(result.tilt).max() < 1e-6 * result.approach / surface.size[0]
+
+
+def test_a_tilt_that_is_in_the_map_is_taken_out() -> None:
+    # A body mounted askew comes to rest as if it had been mounted straight.
+    surface = rough()
+    y = np.arange(48)[:, None] * surface.pixel[0]
+    askew = rc.Surface(surface.heights - 0.003 * y, surface.pixel)
+    options: dict[str, Any] = {"load": 1.0, "moments": (1e-6, 2e-6), "material": STEEL}
+    one = rc.solve(surface, **options)
+    two = rc.solve(askew, **options)
+    assert two.tilt[0] - one.tilt[0] == pytest.approx(-0.003, rel=1e-6)
+    assert two.tilt[1] == pytest.approx(one.tilt[1], abs=1e-8)
+    np.testing.assert_allclose(two.pressure, one.pressure, rtol=0, atol=1e-4 * 3e9)
+
+
+def test_what_goes_with_a_tilted_result() -> None:
+    options: dict[str, Any] = {"load": 1.0, "moments": (5e-6, -1e-5), "material": STEEL}
+    result = rc.solve(rough(), **options)
+    said = result.summary()
+    assert said["tilt"] == list(result.tilt)
+    assert said["moments"] == [5e-6, -1e-5]
+    assert said["moment_error"] == result.moment_error
+    # Another start, the same end; from the solution itself hardly any work.
+    again = rc.solve(rough(), start=result, **options)
+    assert again.convolutions <= 3
+    assert again.tilt == pytest.approx(result.tilt, rel=1e-5)
+    near = rc.solve(rough(), start=result.pressure, **options)
+    assert near.tilt == pytest.approx(result.tilt, rel=1e-4)
+    elastic = result.elastic()
+    assert elastic.moments == result.moments
+    assert elastic.moment_error <= 1e-8
+    assert elastic.tilt != result.tilt
+
+
+def test_a_ceiling_map_and_holes() -> None:
+    surface = rough()
+    heights = surface.heights.copy()
+    heights[10:20, 30:] = np.nan
+    ceiling = np.full((48, 48), 2e9)
+    ceiling[:, 24:] = 4e9
+    result = rc.solve(
+        rc.Surface(heights, surface.pixel).masked(), load=5.0, moments=(1e-5, 5e-5),
+        material=STEEL, ceiling=ceiling,
+    )  # fmt: skip
+    assert result.converged
+    assert result.moment_error <= 1e-8
+    assert not result.pressure[10:20, 30:].any()
+    assert (result.pressure <= ceiling).all()
+
+
+# --- what cannot be --------------------------------------------------------------------------
+
+
+def refuse(*_: object, **__: object) -> None:
+    raise AssertionError("solved something")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"moments": (0.0, 0.6e-4)}, rc.CapacityError,
+         r"at \(0, 6e-05\) m from the centre.*1\.\d+e-05 m beyond what points that can touch"),
+        ({"load": 10.0, "moments": (0.0, 3.6e-4), "ceiling": 3e9}, rc.CapacityError,
+         "beyond what pressures up to the ceiling can balance"),
+        ({"moments": (0.0, 1e-9), "boundary": "periodic"}, rc.InputError, "boundary='free'"),
+        ({"moments": (0.0, 0.0), "load": None, "approach": 1e-7}, rc.InputError, "need a load"),
+        ({"moments": (0.0, 0.0), "precision": "single"}, rc.InputError, "precision='double'"),
+        ({"moments": 1.0}, rc.InputError, "moments must be a pair"),
+        ({"moments": (0.0, math.nan)}, rc.InputError, "moments must be a pair"),
+        ({"moments": ("a", 0.0)}, rc.InputError, "moments must be a pair"),
+    ],
+)  # fmt: skip
+def test_moments_that_nothing_balances_are_refused_at_once(
+    arguments: dict[str, Any],
+    error: type[Exception],
+    message: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(solver, "solve", refuse)
+    options = {"load": 1.0, "material": STEEL, "ceiling": None, **arguments}
+    with pytest.raises(error, match=message):
+        rc.solve(rough(), **options)
+    with pytest.raises(error, match=message):
+        contact.check(rough(), **options)
+
+
+def test_a_load_beyond_the_points_that_touch() -> None:
+    # The right half of the map is a hole: nothing there can push back.
+    heights = rough().heights.copy()
+    heights[:, 24:] = np.nan
+    surface = rc.Surface(heights, rough().pixel).masked()
+    with pytest.raises(rc.CapacityError, match=r"1\.6\d*e-06 m beyond"):
+        rc.solve(surface, load=0.1, moments=(0.0, 0.1 * 0.6e-6), material=STEEL, ceiling=None)
+    result = rc.solve(surface, load=0.1, moments=(0.0, -0.1 * 1.2e-6), material=STEEL, ceiling=None)
+    assert result.moment_error <= 1e-8
+
+
+def test_a_load_on_the_last_pixel_is_carried_by_it() -> None:
+    surface = rough(16 * 2)
+    edge = 15.5 * surface.pixel[1]
+    result = rc.solve(
+        surface, load=1e-3, moments=(1e-3 * edge, 1e-3 * edge), material=STEEL, ceiling=None
+    )
+    assert result.pressure[-1, -1] * result.pixel_area == pytest.approx(1e-3, rel=1e-6)
+
+
+def test_bodies_that_do_not_come_to_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    options: dict[str, Any] = {"load": 1.0, "moments": (2e-5, 2e-5), "material": STEEL}
+    with pytest.raises(rc.ConvergenceError, match=r"moment error .* max_iterations") as caught:
+        rc.solve(rough(), max_iterations=2, **options)
+    assert caught.value.result.convolutions <= 3
+    monkeypatch.setattr(tilt, "_MOST_STEPS", 1)
+    with pytest.raises(rc.ConvergenceError, match="moments not balanced"):
+        rc.solve(rough(), **options)
+    result = rc.solve(rough(), on_failure="return", **options)
+    assert result.status == contact.UNBALANCED
+    assert not result.converged
+    assert result.certificate <= 1e-6 < result.moment_error
+    assert any("moments not balanced" in warning for warning in result.warnings)
