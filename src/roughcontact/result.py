@@ -207,7 +207,7 @@ class ContactResult:
 
     @property
     def moment_error(self) -> float:
-        """|Σ p y ΔxΔy - W y| over load times longer side, the worse of y and x.
+        """``|Σ p y ΔxΔy - W y|`` over load times longer side, the worse of y and x.
 
         Zero where the bodies do not tilt.
         """
