@@ -117,7 +117,14 @@ def _prepare(app: Sphinx) -> None:
     (generated / "suffixes.md").write_text(table + "\n", encoding="utf-8")
 
 
+def _typeset(app: Sphinx, name: str, source: list[str]) -> None:
+    """Set the index of the yield strength, which the pages hold as it is typed."""
+    if app.env.doc2path(name).suffix == ".md":
+        source[0] = source[0].replace("σ_Y", "σ{sub}`Y`")
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the preparation."""
+    app.connect("source-read", _typeset)
     app.connect("builder-inited", _prepare, priority=100)
     return {"parallel_read_safe": True}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from matplotlib._pylab_helpers import Gcf
 from matplotlib.figure import Figure
 from sphinx_gallery.scrapers import figure_rst, matplotlib_scraper
 
@@ -27,16 +28,15 @@ def scraper(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]
     str
         The images as reStructuredText.
     """
-    rst = matplotlib_scraper(block, block_vars, gallery_conf, **kw)
     shown: list[Figure] = block_vars["example_globals"].setdefault("__shown__", [])
+    # Those that pyplot knows are saved, closed and forgotten by its own scraper.
+    shown += [manager.canvas.figure for manager in Gcf.get_all_fig_managers()]
+    rst = matplotlib_scraper(block, block_vars, gallery_conf, **kw)
     paths = []
     for value in list(block_vars["example_globals"].values()):
         if not isinstance(value, Figure) or any(value is other for other in shown):
             continue
         shown.append(value)
-        # Figures of pyplot have a manager; those were saved above.
-        if getattr(value.canvas, "manager", None) is not None:
-            continue
         path = next(block_vars["image_path_iterator"])
         value.savefig(path, dpi=110)
         paths.append(path)
