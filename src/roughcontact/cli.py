@@ -216,13 +216,12 @@ def _solve(asked: Job, as_json: _Json = False, quiet: _Quiet = False) -> None:
     result, written = outcome.result, outcome.written
     if as_json:
         told = {**export.record(result), "written": [str(path) for path in written]}
+        told["resolution_notes"] = list(outcome.notes)
         if outcome.study is not None:
             told["study"] = outcome.study.summary()
         print(export.to_json(told))
     elif not quiet:
-        console.show_solution(
-            result, str(asked.given.get("ceiling", "auto")), outcome.study, written
-        )
+        console.show_solution(outcome, str(asked.given.get("ceiling", "auto")))
     if outcome.failure is not None:
         raise outcome.failure
     if not result.converged:
