@@ -997,3 +997,15 @@ def test_every_measurement_gets_a_report_in_one_line(
     options = ("--material", "100Cr6", "--holes", "fill", "--report", str(report))
     assert cli.main(["solve", measurement(name), "--load", load, *options]) == cli.SOLVED
     assert report.read_text(encoding="utf-8").count("<img") >= 8
+
+
+def test_bodies_tilt_under_a_load_off_the_middle(rough: Path, capsys: Capture) -> None:
+    assert solve(rough, *STEEL, "--load-point", "3 um, -8 um", "--json") == cli.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert told["moments"] == pytest.approx([0.1 * 3e-6, -0.1 * 8e-6])
+    assert told["moment_error"] <= 1e-8
+    assert any(told["tilt"])
+    assert solve(rough, *STEEL, "--load-point", "0 um, 0 um") == cli.SOLVED
+    assert "tilt (y, x)" in capsys.readouterr().out
+    refused(capsys, solve(rough, *STEEL, "--load-point", "0 um, 1 mm"), "moments")
+    refused(capsys, solve(rough, *STEEL, "--load-point", "1 um"), "--load-point needs two")

@@ -700,7 +700,10 @@ def test_hysteresis_shows_the_loop_and_what_it_costs() -> None:
     assert volume[-1] == pytest.approx(history.indentation_volume * 1e18)
 
 
-@pytest.mark.parametrize("path", [[0.0], [0.1], [Stage(load=0.1, shift=(1e-6, 0.0)), 0.0]])
+@pytest.mark.parametrize(
+    "path",
+    [[0.0], [0.1], [Stage(load=0.1, shift=(1e-6, 0.0))], [Stage(load=0.1, shift=(1e-6, 0.0)), 0.0]],
+)
 def test_hysteresis_of_next_to_nothing(path: list[Stage | float]) -> None:
     heights = np.random.default_rng(3).random((16, 16)) * 1e-7
     material = Material(young=210e9, poisson=0.3)

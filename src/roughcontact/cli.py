@@ -249,7 +249,7 @@ roughcontact sweep ground.opd --from "10 mN" --to "10 N" --steps 13 --young "210
 """,
 )
 @_reporting
-@_describing("load", "approach", "study", "output", "report", "figures")
+@_describing("load", "approach", "load-point", "study", "output", "report", "figures")
 def _sweep(
     asked: Job,
     first: Annotated[
@@ -331,7 +331,7 @@ roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 --holes
 """,
 )
 @_reporting
-@_describing("load", "approach", "precision", "study", "output", "report", "figures")
+@_describing("load", "approach", "load-point", "precision", "study", "output", "report", "figures")
 def _history(
     asked: Job,
     path: Annotated[

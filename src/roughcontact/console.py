@@ -321,6 +321,7 @@ def _answer_rows(result: ContactResult) -> list[Row]:
     return [
         ("load", units.engineering(result.load, "N") + given.get("load", "")),
         ("approach", _length(result.approach) + given.get("approach", "")),
+        *([("tilt (y, x)", _tilt_in_words(result))] if result.moments is not None else []),
         ("max pressure", _pressure(result.max_pressure)),
         ("contact area", f"{area} ({_percent(result.contact_fraction)})"),
         ("saturated", _percent(result.saturated_fraction)),
@@ -328,6 +329,11 @@ def _answer_rows(result: ContactResult) -> list[Row]:
         ("residual indentation", f"up to {_length(indentation)}" if indentation else "none"),
         ("regime", result.regime),
     ]
+
+
+def _tilt_in_words(result: ContactResult) -> str:
+    y, x = (1e6 * angle for angle in result.tilt)
+    return f"{y:.4g}, {x:.4g} µrad; moments balanced to {result.moment_error:.0e} of load × size"
 
 
 def _trust_rows(result: ContactResult) -> list[Row]:

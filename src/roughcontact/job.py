@@ -266,6 +266,11 @@ OPTIONS: dict[str, Option] = {
         "Material of the catalogue, such as 100Cr6; see roughcontact materials. Or give --young, "
         "--poisson and --yield-strength, which also replace single values of it.", _material_name,
     ),
+    "load-point": Option(
+        BODIES, "LENGTHS",
+        'Let the bodies tilt until the load acts at this offset (y, x) from the middle of the map, '
+        'such as "0 um, 5 um"; they keep their angle without.', _offset,
+    ),
     "young": Option(
         BODIES, "PRESSURE", 'Young\'s modulus, such as "210 GPa".', _quantity("pressure")
     ),
@@ -390,6 +395,7 @@ class Job:
     rotate: int = 0
     load: float | None = None
     approach: float | None = None
+    load_point: tuple[float, float] | None = None
     material: Material | None = None
     young: float | None = None
     poisson: float | None = None
@@ -432,6 +438,8 @@ class Job:
             raise InputError(
                 "give either --load or --approach, and only one of them, such as --load '1 N'"
             )
+        if self.load_point is not None and (self.load is None or self.study):
+            raise InputError("--load-point needs --load, and goes without --study")
         for path in self.output:
             _check_suffix(path, "--output", export.RESULT_SUFFIXES)
         if self.report is not None:
@@ -465,6 +473,13 @@ class Job:
             rigid = Material(RIGID.young, 0.0, strength, RIGID.name) if strength else RIGID
             return first, rigid
         return first, _material("counter-", self.counter_material, *given)
+
+    @property
+    def moments(self) -> tuple[float, float] | None:
+        """Moments (y, x) about the middle of the map that a tilt has to balance [N m]."""
+        if self.load_point is None or self.load is None:
+            return None
+        return self.load * self.load_point[0], self.load * self.load_point[1]
 
     @property
     def _aligned(self) -> bool:
@@ -676,6 +691,7 @@ def run(job: Job, say: Say, look: Callable[[Step], None] | None = None) -> Outco
         **job.problem(maps),
         load=job.load,
         approach=job.approach,
+        moments=job.moments,
         max_iterations=job.max_iterations,
         on_failure="return",
         progress=look,

@@ -909,7 +909,8 @@ def _draw_loop(axes: Axes, history: LoadHistory) -> None:
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    axes.legend(fontsize=_TICK, frameon=False, loc="upper left")
+    if indents.size:
+        axes.legend(fontsize=_TICK, frameon=False, loc="upper left")
     positions = len({stage.shift for stage in history.path})
     where = f", {positions} lateral positions" if positions > 1 else ""
     axes.set_title(f"Load history, {len(history.steps)} steps{where}", fontsize=_TITLE)

@@ -58,7 +58,8 @@ class ContactResult:
         Normal load W [N]: given, or that of the pressure found.
     approach : float
         Approach ω [m], from the first touch; the mean displacement of a periodic body counts
-        as zero.
+        as zero. Where the bodies tilt, that of the centre of the map from their first touch
+        without tilt.
     pressure : ndarray, shape (ny, nx)
         Contact pressure [Pa].
     gap : ndarray, shape (ny, nx)
