@@ -134,7 +134,7 @@ def test_large_strains_are_doubted() -> None:
         (lambda: solved(rough(), ceiling=2e9, load=1.0),
          "(2 GPa, as given: 2 times the yield strength)", "three times the yield"),
         (lambda: solved(rough(), counter_material=SOFT, load=1.0),
-         "(900 MPa, three times the smaller yield strength)", "as given"),
+         "(900 MPa, three times the yield strength of the softer body)", "as given"),
         (lambda: solved(rough(), ceiling=np.linspace(1e9, 2e9, 64**2).reshape(64, 64), load=1.0),
          "(given point by point, 1 GPa to 2 GPa)", "as given:"),
         (lambda: solved(rough(), ceiling=2e9, material=rc.Material(210e9, 0.3), load=1.0),
@@ -176,6 +176,29 @@ def test_every_regime_is_a_sentence_with_its_numbers() -> None:
     assert f"{beyond.max_pressure / 1e9:.3g} times the yield" in assumptions.regime(beyond)
     unknown = solved(ball(), material=rc.Material(210e9, 0.3))
     assert "No yield strength was given" in assumptions.regime(unknown)
+
+
+def test_a_hardness_stands_in_for_a_yield_strength() -> None:
+    ceramic = rc.Material(400e9, 0.2, hardness=15e9)
+    saturated = solved(rough(), material=ceramic, load=1.0)
+    assert saturated.regime == "saturated at the surface"
+    assert "(15 GPa, the hardness)" in words(saturated)
+    assert "Tabor" not in words(saturated)
+    assert "first yield" not in words(saturated)
+    below = solved(ball(), material=ceramic)
+    assert "stays below the hardness" in assumptions.regime(below)
+    beyond = solved(rough(), material=ceramic, load=1.0, ceiling=None)
+    assert beyond.regime == "elastic pressure beyond the hardness"
+    assert "exceeds the hardness of the softer body, 15 GPa" in assumptions.regime(beyond)
+    twice = solved(rough(), material=ceramic, load=1.0, ceiling=7.5e9)
+    assert "as given: 0.5 times the hardness)" in words(twice)
+    both = solved(rough(), material=ceramic, counter_material=STEEL, load=1.0)
+    assert "three times the yield strength of the softer body" in words(both)
+
+
+def test_tilting_bodies_are_told() -> None:
+    assert "without tilting" in words(solved(rough()))
+    assert "tilt until" in words(solved(ball(), moments=(0.0, 0.1 * 2e-6)))
 
 
 def test_spots_that_carry_are_the_load_median() -> None:
