@@ -11,6 +11,7 @@ ROWS = [
     {"_version", "errors", "units"},
     {
         "kernels", "convolution", "projection", "preconditioner", "solver",
+        "invariants", "influence", "stress",
         "preparation", "filling", "filters", "roughness", "hertz", "analytic", "generate",
     },
     {"material", "surface", "result"},

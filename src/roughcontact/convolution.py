@@ -476,8 +476,9 @@ class Responses:
         ----------
         sample : callable
             ``sample(rows, columns)`` gives one kernel after the other at these offsets ≥ 0, in
-            steps of ``every``, each of shape ``(columns, rows)``, from one of several threads. Periods are even; at half a period, where no offset within the map lies, a
-            kernel may have any value.
+            steps of ``every``, each of shape ``(columns, rows)``, from one of several threads.
+            Periods are even; at half a period, where no offset on the map lies, a kernel may have
+            any value.
         every : (int, int)
             Steps along y and x, divisors of half the period. Kernels that are smooth on this
             scale need no more samples: waves beyond are left out.
@@ -566,9 +567,7 @@ class Responses:
         first = first_row // (self._rows[0].stop - self._rows[0].start)
         self.workspace.each(rows, self._rows[first:] + self._rows[:first])
 
-    def cross(
-        self, symbols: Symbols, point: tuple[int, int]
-    ) -> tuple[NDArray[Any], NDArray[Any]]:
+    def cross(self, symbols: Symbols, point: tuple[int, int]) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return the responses on the row and on the column through one pixel.
 
         Parameters
@@ -586,7 +585,7 @@ class Responses:
             The responses on its column.
         """
         (ny, nx), (my, mx) = self.shape, self.padded
-        row = np.zeros((self.count, self._width), self._complex)
+        row: NDArray[Any] = np.zeros((self.count, self._width), self._complex)
         partial = {}
         wave_y = self._wave(point[0], np.arange(my), my)
         wave_x = self._wave(point[1], np.arange(self._width), mx)
@@ -594,7 +593,7 @@ class Responses:
         wave_x[1 : (mx + 1) // 2] *= 2
 
         def columns(part: slice) -> None:
-            column = np.empty((my, self.count), self._complex)
+            column: NDArray[Any] = np.empty((my, self.count), self._complex)
             for response, product in self._products(symbols, part):
                 # No matrix product: threads of BLAS would take the cores from the transforms.
                 row[response, part] = np.einsum("i,ij->j", wave_y, product)
@@ -603,7 +602,7 @@ class Responses:
 
         self.workspace.each(columns, self._columns(symbols.highest[1] + 1))
         along_x = _irfft_rows(row, mx, np.empty((self.count, mx), self.real))
-        total = np.zeros((my, self.count), self._complex)
+        total: NDArray[Any] = np.zeros((my, self.count), self._complex)
         for start in sorted(partial):
             total += partial[start]
         along_y = _fft_columns(total, forward=False)
@@ -614,7 +613,8 @@ class Responses:
         return [slice(left, min(left + step, width)) for left in range(0, width, step)]
 
     def _wave(self, position: int, numbers: NDArray[np.int64], period: int) -> NDArray[Any]:
-        return np.exp(2j * np.pi / period * (position * numbers % period)).astype(self._complex)
+        wave: NDArray[Any] = np.exp(2j * np.pi / period * (position * numbers % period))
+        return wave.astype(self._complex)
 
     def _transform(self, source: NDArray[Any]) -> None:
         (_, nx), (my, mx) = self.shape, self.padded
@@ -658,7 +658,11 @@ class Responses:
                 if term.response != response:
                     continue
                 base = turned if term.odd[0] != term.odd[1] else plain
-                front, back = (product[:lower], product[my - upper :]) if first else (extra[:lower], extra[lower:])
+                front, back = (
+                    (product[:lower], product[my - upper :])
+                    if first
+                    else (extra[:lower], extra[lower:])
+                )
                 if all(term.odd):
                     np.negative(symbol, out=symbol)
                 np.multiply(base[:lower], symbol, out=front)

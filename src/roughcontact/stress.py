@@ -14,7 +14,7 @@ the volume.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -22,16 +22,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import convolution
+from roughcontact import convolution, influence
 from roughcontact.convolution import Responses, Symbols, Term, Workspace
 from roughcontact.errors import InputError, require_pixel, require_positive
+from roughcontact.invariants import XZ, YZ, tresca, von_mises_squared
 
 Array = NDArray[np.float64]
-
-COMPONENTS = ("xx", "yy", "zz", "yz", "xz", "xy")
-"""Order of the components of a tensor along its first axis."""
-
-XX, YY, ZZ, YZ, XZ, XY = range(6)
+Offsets = NDArray[np.int64]
 
 # Which components a normal load makes odd, in y and in x; a traction flips one of the two.
 _ODD = ((False, False),) * 3 + ((True, False), (False, True), (True, True))
@@ -54,165 +51,6 @@ _STEEPNESS = 3.8
 
 # Waves on a periodic map are left out where e^(-qz) falls below rounding.
 _DAMPED = {"single": 18.0, "double": 40.0}
-
-
-def influence(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    depth: float,
-    poisson: float,
-    direction: str = "z",
-) -> Array:
-    """Return the stress at one depth under a unit traction on the pixel ``[0, 0]``.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Offsets ``(ny, nx)`` wanted, from 0 on.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    depth : float
-        z ≥ 0 [m].
-    poisson : float
-        Poisson's ratio ν of the body.
-    direction : {"z", "x", "y"}
-        Of the traction on the body: "z" is a pressure.
-
-    Returns
-    -------
-    ndarray, shape (6, ny, nx)
-        Stress over traction at the pixel centres [1]. Under a pressure yz is odd in y, xz odd in
-        x, xy odd in both, the others are even; a traction along x or y flips this in that
-        direction.
-
-    Raises
-    ------
-    InputError
-        If an argument is outside its range.
-
-    Notes
-    -----
-    With V = ∫∫ 1/ρ over the loaded rectangle, χ = ∫∫ ln(ρ + z) and Ω = ∫∫ (z ln(ρ + z) - ρ), a
-    unit pressure gives (Love 1929, sec. 4)::
-
-        2π σ_xx = 2ν V_z - z V_xx - (1-2ν) χ_xx       2π σ_zz = V_z - z V_zz
-        2π σ_xy = -(1-2ν) χ_xy - z V_xy               2π σ_xz = -z V_xz
-
-    and a unit traction along x (Cerruti; Johnson 1985, eq. 3.76, integrated)::
-
-        2π σ_xx = 2 V_x - 2ν Ω_xyy - z χ_xxx          2π σ_zz = -z V_xz
-        2π σ_yy = 2ν V_x + 2ν Ω_xyy - z χ_xyy         2π σ_xz = V_z - z V_xx
-        2π σ_xy = V_y + 2ν Ω_xxy - z χ_xxy            2π σ_yz = -z V_xy
-
-    Every derivative is a signed sum over the corners of an elementary function. The functions
-    here are odd in each corner coordinate as far as the sum can tell, and free of 0/0 and of
-    cancelling logarithms at the surface. The limits at z = 0 are exact: σ_zz = -1 on the loaded
-    pixel and 0 elsewhere. Errors are about 1e-15 of the unit traction.
-
-    References
-    ----------
-    Love, Phil. Trans. R. Soc. A 228 (1929) 377, doi:10.1098/rsta.1929.0009;
-    Johnson, Contact Mechanics (1985), secs. 3.2, 3.6, doi:10.1017/CBO9781139171731;
-    Liu and Wang, J. Tribol. 124 (2002) 36, doi:10.1115/1.1401017
-
-    Examples
-    --------
-    >>> influence((1, 1), (1.0, 1.0), depth=0.0, poisson=0.3)[:3, 0, 0].round(12)
-    array([-0.8, -0.8, -1. ])
-    """
-    require_pixel(pixel)
-    _require_depth(depth)
-    _require_poisson(poisson)
-    if direction not in ("x", "y", "z"):
-        raise InputError(f"direction must be 'z', 'x' or 'y', got {direction!r}")
-    y, x = (_edges(np.arange(n), edge) for n, edge in zip(shape, pixel, strict=True))
-    if direction == "z":
-        kernels = _under_pressure(x, y, depth, poisson)
-    else:
-        kernels = _under_traction(x, y, depth, poisson, direction)
-    return np.stack([kernel.T for kernel in kernels])
-
-
-def von_mises(stress: ArrayLike) -> NDArray[Any]:
-    """Return the equivalent stress of von Mises, ``√(3 J₂)``.
-
-    Parameters
-    ----------
-    stress : array_like, shape (6, ...)
-        Stress tensors [Pa].
-
-    Returns
-    -------
-    ndarray, shape (...)
-        Equivalent stress [Pa]; √2/3 of it is the octahedral shear stress.
-
-    Examples
-    --------
-    >>> float(von_mises([3.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
-    3.0
-    """
-    squared: NDArray[Any] = np.sqrt(_von_mises_squared(_tensor(stress)))
-    return squared
-
-
-def principal(stress: ArrayLike) -> Array:
-    """Return the principal stresses, the largest first.
-
-    Parameters
-    ----------
-    stress : array_like, shape (6, ...)
-        Stress tensors [Pa].
-
-    Returns
-    -------
-    ndarray, shape (3, ...)
-        σ₁ ≥ σ₂ ≥ σ₃ [Pa].
-
-    Notes
-    -----
-    With the deviator s, J₂ = ½ s:s and J₃ = det s, the roots are
-    ``σ_m + 2 √(J₂/3) cos(φ - 2πk/3)`` with ``tan 3φ = √Δ / (√27 J₃)`` and the discriminant
-    Δ = 4 J₂³ - 27 J₃². That difference loses half of the digits where two roots meet, which they
-    do on every axis of symmetry. Δ is also the Gram determinant of 1, s and s², hence a sum of
-    squares of their minors (Cauchy and Binet), which is what is summed here.
-
-    Examples
-    --------
-    >>> principal([1.0, 1.0, -2.0, 0.0, 0.0, 0.0]).tolist()
-    [1.0, 1.0, -2.0]
-    """
-    mean, root, angle = _lode(_tensor(stress))
-    thirds = np.array([0.0, 2 * math.pi / 3, -2 * math.pi / 3])
-    thirds = thirds.reshape((3,) + (1,) * angle.ndim)
-    roots: Array = mean + 2 / math.sqrt(3) * root * np.cos(angle - thirds)
-    return roots
-
-
-def tresca(stress: ArrayLike) -> Array:
-    """Return the equivalent stress of Tresca, ``σ₁ - σ₃``, twice the largest shear stress.
-
-    Parameters
-    ----------
-    stress : array_like, shape (6, ...)
-        Stress tensors [Pa].
-
-    Returns
-    -------
-    ndarray, shape (...)
-        Equivalent stress [Pa], between one and 2/√3 times that of von Mises.
-
-    Notes
-    -----
-    ``2 √J₂ sin(φ + π/3)``, with φ as in `principal`.
-
-    Examples
-    --------
-    >>> float(tresca([0.0, 0.0, 0.0, 0.0, 0.0, 1.0]))
-    2.0
-    """
-    _, root, angle = _lode(_tensor(stress))
-    equivalent: Array = 2 * root * np.sin(angle + math.pi / 3)
-    return equivalent
 
 
 def graded_depths(
@@ -297,7 +135,7 @@ def slices(
     precision: str = "single",
     workers: int | None = None,
 ) -> Iterator[Slice]:
-    """Yield the stress depth by depth.
+    """Return the stress depth by depth.
 
     Parameters
     ----------
@@ -320,10 +158,10 @@ def slices(
     workers : int, optional
         Threads; by default one for each core that the process may use.
 
-    Yields
-    ------
-    Slice
-        One for each depth; the caller owns it.
+    Returns
+    -------
+    iterator of Slice
+        One for each depth, computed when it is asked for; the caller owns it.
 
     Raises
     ------
@@ -333,27 +171,28 @@ def slices(
     Notes
     -----
     Free: pressure is constant on each pixel, and the stress at the pixel centres is exact
-    (`influence`). Periodic: pressure is the trigonometric polynomial through the pixel centres,
-    and each of its waves p cos(qx) has its exact stress, ``σ_xx = (qz - 1) e^(-qz) p cos(qx)`` and
-    so on (Johnson 1985, sec. 13.2; the normal modes for a wave vector in any direction). The mean
-    pressure presses a body that cannot expand sideways: σ_xx = σ_yy = -ν/(1-ν) p̄.
+    (`influence.coefficients`). In single precision, kernels that are smooth at their depth are
+    sampled at fewer points, which keeps the stress within 1e-6 of the largest pressure.
 
-    References
-    ----------
-    Johnson, Contact Mechanics (1985), doi:10.1017/CBO9781139171731
+    Periodic: pressure is the trigonometric polynomial through the pixel centres, and each of its
+    waves has its exact stress (`influence.waves`). The mean pressure presses on a body that
+    cannot expand sideways: σ_xx = σ_yy = -ν/(1-ν) p̄.
     """
     field = _field(
         pressure, pixel, poisson, boundary, friction, direction, precision, Workspace(workers)
     )
-    for depth in _depth_list(depths).tolist():
-        stress = np.empty((6, *field.shape), field.real)
+    return (_slice(field, depth) for depth in _depth_list(depths).tolist())
 
-        def keep(rows: slice, block: NDArray[Any], stress: NDArray[Any] = stress) -> None:
-            np.multiply(block, field.unit, out=stress[:, rows], casting="same_kind")
 
-        responses, symbols = field.at(depth)
-        responses.stream(symbols, keep)
-        yield Slice(depth, stress)
+def _slice(field: _Field, depth: float) -> Slice:
+    stress: NDArray[Any] = np.empty((6, *field.shape), field.real)
+
+    def keep(rows: slice, block: NDArray[Any]) -> None:
+        np.multiply(block, field.unit, out=stress[:, rows], casting="same_kind")
+
+    responses, symbols = field.at(depth)
+    responses.stream(symbols, keep)
+    return Slice(depth, stress)
 
 
 def sections(
@@ -396,8 +235,8 @@ def sections(
     listed, (ny, nx) = _depth_list(depths), field.shape
     if not (0 <= point[0] < ny and 0 <= point[1] < nx):
         raise InputError(f"point must lie on the map of {ny} × {nx} pixels, got {point!r}")
-    along_x = np.empty((6, listed.size, nx), field.real)
-    along_y = np.empty((6, listed.size, ny), field.real)
+    along_x: NDArray[Any] = np.empty((6, listed.size, nx), field.real)
+    along_y: NDArray[Any] = np.empty((6, listed.size, ny), field.real)
     for number, depth in enumerate(listed.tolist()):
         responses, symbols = field.at(depth)
         row, column = responses.cross(symbols, point)
@@ -481,7 +320,8 @@ class Summary:
         """Volume where the von Mises stress exceeds σ_Y [m³], by the trapezoidal rule in depth."""
         if self.yielded_area is None:
             return None
-        return float(np.trapezoid(self.yielded_area, self.depths))
+        means = 0.5 * (self.yielded_area[1:] + self.yielded_area[:-1])
+        return float((means * np.diff(self.depths)).sum())
 
 
 def summarise(
@@ -534,7 +374,7 @@ def summarise(
     )
     if yield_strength is not None:
         require_positive(yield_strength=yield_strength)
-    peak = np.zeros(field.shape, field.real)
+    peak: NDArray[Any] = np.zeros(field.shape, field.real)
     limit = None if yield_strength is None else (yield_strength / field.unit) ** 2
     if depths is None:
         listed = graded_depths(np.asarray(pressure), pixel, boundary=boundary)
@@ -602,7 +442,7 @@ def _field(
     workspace: Workspace,
 ) -> _Field:
     require_pixel(pixel)
-    _require_poisson(poisson)
+    influence.require_poisson(poisson)
     for name, value, choices in (
         ("boundary", boundary, ("free", "periodic")),
         ("precision", precision, ("double", "single")),
@@ -633,49 +473,86 @@ def _field(
     unit = float(np.abs(source).max()) or 1.0
     source = source / unit
     shape = (source.shape[0], source.shape[1])
+    loads = _Loads(pixel, poisson, tuple(pulls))
 
     def responses(padded: tuple[int, int]) -> Responses:
         return Responses(source, padded, terms, workspace=workspace, precision=precision)
 
-    def kernels(
-        depth: float, rows: NDArray[np.int64], columns: NDArray[np.int64]
-    ) -> Iterator[Array]:
-        y, x = _edges(rows, pixel[0]), _edges(columns, pixel[1])
-        yield from _under_pressure(x, y, depth, poisson)
-        for axis, share in pulls:
-            for kernel in _under_traction(x, y, depth, poisson, axis):
-                kernel *= share
-                yield kernel
-
     if boundary == "periodic":
-        periodic = responses(shape)
-        waves = partial(
-            _waves, shape, pixel, damped=_DAMPED[precision], poisson=poisson, pulls=pulls, terms=terms
+        period = responses(shape)
+        damped = _DAMPED[precision]
+        return _Field(
+            unit,
+            shape,
+            period.real,
+            lambda depth: (period, _waves(loads, terms, shape, depth, damped)),
         )
-        return _Field(unit, shape, periodic.real, lambda depth: (periodic, waves(depth)))
     near = responses(convolution.free_period(shape))
     far: list[Responses] = []
 
     def free(depth: float) -> tuple[Responses, Symbols]:
         every = _steps(shape, pixel, depth) if precision == "single" else (1, 1)
         if max(every) == 1:
-            return near, near.sampled(partial(kernels, depth))
+            return near, near.sampled(partial(loads.on_pixels, depth))
         if not far:
             far.append(responses(_blended_period(shape)))
-        padded = far[0].padded
-        sample = partial(_blended, partial(kernels, depth), terms, shape, padded)
-        return far[0], far[0].sampled(sample, every)
+        sample = partial(_blended, partial(loads.on_points, depth), terms, shape, far[0].padded)
+        return far[0], _spread(far[0].sampled(sample, every), pixel, far[0].padded)
 
     return _Field(unit, shape, near.real, free)
 
 
+@dataclass(frozen=True)
+class _Loads:
+    """A unit pressure and the tractions it brings along; arrays of offsets are in pixels."""
+
+    pixel: tuple[float, float]
+    poisson: float
+    pulls: tuple[tuple[str, float], ...]
+
+    def on_pixels(self, z: float, rows: Offsets, columns: Offsets) -> Iterator[Array]:
+        """Yield the stress under loads spread over the pixel at the origin."""
+        y: Array = (np.append(rows, rows[-1] + 1) - 0.5) * self.pixel[0]
+        x: Array = (np.append(columns, columns[-1] + 1) - 0.5) * self.pixel[1]
+        yield from influence.uniform_pressure(x, y, z, self.poisson)
+        for axis, share in self.pulls:
+            for part in influence.uniform_traction(x, y, z, self.poisson, axis):
+                yield share * part
+
+    def on_points(self, z: float, rows: Offsets, columns: Offsets) -> Iterator[Array]:
+        """Yield the stress under unit forces at the origin."""
+        y = rows.astype(np.float64) * self.pixel[0]
+        x = columns.astype(np.float64) * self.pixel[1]
+        yield from influence.normal_force(x, y, z, self.poisson)
+        for axis, share in self.pulls:
+            for part in influence.tangential_force(x, y, z, self.poisson, axis):
+                yield share * part
+
+
+def _spread(symbols: Symbols, pixel: tuple[float, float], period: tuple[int, int]) -> Symbols:
+    """Return the kernels of forces spread over pixels: the transform of a rectangle is exact."""
+    wave_y, wave_x = (
+        edge * np.sinc(np.arange(highest + 1) / length)
+        for edge, highest, length in zip(pixel, symbols.highest, period, strict=True)
+    )
+
+    def block(columns: slice) -> NDArray[Any]:
+        found = symbols.block(columns)
+        found *= np.outer(wave_y, wave_x[columns]).astype(found.dtype)
+        return found
+
+    return Symbols(symbols.highest, block)
+
+
 def _steps(shape: tuple[int, int], pixel: tuple[float, float], depth: float) -> tuple[int, int]:
-    """Return how many pixels lie from one sample of the kernels to the next."""
+    """Return how many pixels lie from one sample of the kernels to the next, at most."""
     y, x = (
         min(depth / (_SAMPLES * edge), _BLEND_SAMPLES * (_BLEND - 1) * n, _COARSEST)
         for n, edge in zip(shape, pixel, strict=True)
     )
-    return 2 ** int(math.log2(max(y, 1))), 2 ** int(math.log2(max(x, 1)))
+    if min(y, x) < 1:
+        return 1, 1
+    return 2 ** int(math.log2(y)), 2 ** int(math.log2(x))
 
 
 def _blended_period(shape: tuple[int, int]) -> tuple[int, int]:
@@ -689,19 +566,19 @@ class _Image(NamedTuple):
     """Offsets at which a kernel counts, with what weight, and for which sample."""
 
     sample: slice
-    offsets: NDArray[np.int64]
+    offsets: Offsets
     weight: Array
     mirrored: bool
 
 
-def _images(offsets: NDArray[np.int64], points: int, period: int) -> list[_Image]:
+def _images(offsets: Offsets, points: int, period: int) -> list[_Image]:
     """Return what a periodic kernel is made of that goes over smoothly into its image.
 
     Half-way between the last offset on the map and its image, the kernel is half itself, half
     its image. The weight is an error function, the smoothest step for its width.
     """
 
-    def weight(distance: NDArray[np.int64]) -> Array:
+    def weight(distance: Offsets) -> Array:
         reach = (2 * distance - period) / (period - 2 * points)
         return np.array([0.5 * math.erfc(_STEEPNESS * value) for value in reach])
 
@@ -714,12 +591,12 @@ def _images(offsets: NDArray[np.int64], points: int, period: int) -> list[_Image
 
 
 def _blended(
-    kernels: Callable[[NDArray[np.int64], NDArray[np.int64]], Iterator[Array]],
+    kernels: Callable[[Offsets, Offsets], Iterator[Array]],
     terms: list[Term],
     shape: tuple[int, int],
     period: tuple[int, int],
-    rows: NDArray[np.int64],
-    columns: NDArray[np.int64],
+    rows: Offsets,
+    columns: Offsets,
 ) -> list[Array]:
     """Return kernels that are smooth where they meet their images, beyond the map's offsets."""
     found = [np.zeros((columns.size, rows.size)) for _ in terms]
@@ -735,98 +612,11 @@ def _blended(
     return found
 
 
-class _Edges(NamedTuple):
-    """Edges of a row of pixels [m]: those between neighbours once, or both of each pixel."""
-
-    position: Array
-    shared: bool
-
-    @property
-    def sides(self) -> tuple[slice, slice]:
-        """Where the lower and the upper edges lie."""
-        if self.shared:
-            return slice(None, -1), slice(1, None)
-        return slice(None, None, 2), slice(1, None, 2)
-
-
-def _edges(offsets: NDArray[np.int64], edge: float) -> _Edges:
-    if offsets.size > 1 and offsets[1] == offsets[0] + 1:
-        return _Edges((np.append(offsets, offsets[-1] + 1) - 0.5) * edge, True)
-    return _Edges((offsets[:, None] + np.array([-0.5, 0.5])).ravel() * edge, False)
-
-
-def _under_pressure(x_edges: _Edges, y_edges: _Edges, z: float, poisson: float) -> Iterator[Array]:
-    """Yield the stress under unit pressure on one pixel, ``[x, y]``."""
-    x, y = x_edges.position[:, None], y_edges.position
-    a, b = x * x + z * z, y * y + z * z
-    xy = x * y
-    radius = np.sqrt(x * x + b)
-    zr = z * radius
-    # χ_xx and χ_yy; their sum is -V_z.
-    chi_xx = np.arctan(xy / (a + zr))
-    chi_yy = np.arctan(xy / (b + zr))
-    ratio = xy / radius
-    v_xx, v_yy = ratio * (z / a), ratio * (z / b)
-    for corners in (
-        v_xx - chi_xx - 2 * poisson * chi_yy,
-        v_yy - chi_yy - 2 * poisson * chi_xx,
-        -(chi_xx + chi_yy + v_xx + v_yy),
-        v_yy * (z / y),
-        v_xx * (z / x),
-        -(1 - 2 * poisson) * np.log(radius + z) - z / radius,
-    ):
-        yield _over_pixels(corners, x_edges, y_edges)
-
-
-def _under_traction(
-    x_edges: _Edges, y_edges: _Edges, z: float, poisson: float, axis: str
-) -> Iterator[Array]:
-    """Yield the stress under a unit traction on one pixel, ``[x, y]``."""
-    if axis == "y":
-        swapped = [part.T for part in _under_traction(y_edges, x_edges, z, poisson, "x")]
-        yield from (swapped[number] for number in (YY, XX, ZZ, XZ, YZ, XY))
-        return
-    x, y = x_edges.position[:, None], y_edges.position
-    a, b = x * x + z * z, y * y + z * z
-    xy = x * y
-    radius = np.sqrt(x * x + b)
-    # 2ν/(R+z) + z/(R (R+z)), the part that Ω and χ have in common.
-    common = (2 * poisson + z / radius) / (radius + z)
-    along = np.arcsinh(y / np.sqrt(a))
-    v_xz = y / radius * (z * z / a)
-    # -V_z by the two angles of `_under_pressure`, which have a limit at the surface.
-    v_z = -np.arctan(xy / (a + z * radius)) - np.arctan(xy / (b + z * radius))
-    for corners in (
-        2 * along + y * common - v_xz,
-        2 * poisson * along - y * common,
-        v_xz,
-        -z / radius,
-        v_z + xy / radius * (z / a),
-        np.arcsinh(x / np.sqrt(b)) - x * common,
-    ):
-        yield _over_pixels(corners, x_edges, y_edges)
-
-
-def _over_pixels(corners: Array, x_edges: _Edges, y_edges: _Edges) -> Array:
-    """Return 1/2π times the signed sum over the four corners of each pixel."""
-    (left, right), (front, back) = x_edges.sides, y_edges.sides
-    strips = corners[right] - corners[left]
-    pixels = strips[:, back] - strips[:, front]
-    pixels *= 1 / (2 * math.pi)
-    return pixels
-
-
 def _waves(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    z: float,
-    damped: float,
-    poisson: float,
-    pulls: list[tuple[str, float]],
-    terms: list[Term],
+    loads: _Loads, terms: list[Term], shape: tuple[int, int], z: float, damped: float
 ) -> Symbols:
     """Return the stress of waves of pressure, up to those with q z = ``damped``."""
-    (ny, nx), (dy, dx) = shape, pixel
+    (ny, nx), (dy, dx) = shape, loads.pixel
     highest = ny // 2, nx // 2
     if z > 0:
         reach = damped / (2 * math.pi * z)
@@ -834,11 +624,11 @@ def _waves(
             min(highest[0], math.ceil(reach * ny * dy)),
             min(highest[1], math.ceil(reach * nx * dx)),
         )
-    qy = 2 * math.pi / (ny * dy) * np.arange(highest[0] + 1)[:, None]
+    qy = 2 * math.pi / (ny * dy) * np.arange(highest[0] + 1, dtype=np.float64)[:, None]
 
     def block(columns: slice) -> Array:
-        qx = 2 * math.pi / (nx * dx) * np.arange(columns.start, columns.stop)
-        symbols = np.stack(_modes(qy, qx, z, poisson, pulls))
+        qx: Array = 2 * math.pi / (nx * dx) * np.arange(columns.start, columns.stop)
+        symbols = np.stack(influence.waves(qy, qx, z, loads.poisson, loads.pulls))
         # The wave of two points a period has no sine.
         for term, symbol in zip(terms, symbols, strict=True):
             if term.odd[0] and 2 * highest[0] == ny:
@@ -848,40 +638,6 @@ def _waves(
         return symbols
 
     return Symbols(highest, block)
-
-
-def _modes(
-    qy: Array, qx: Array, z: float, poisson: float, pulls: list[tuple[str, float]]
-) -> list[Array]:
-    """Return the stress of waves of unit pressure and tractions, less the factors of `Symbols`."""
-    q = np.hypot(qy, qx)
-    inverse = np.divide(1, q, out=np.zeros(q.shape), where=q > 0)
-    # Direction cosines of the wave vector.
-    c, s = qx * inverse, qy * inverse
-    qz = q * z
-    damping = np.exp(-qz)
-    found = [
-        c * c * (qz - 1) - 2 * poisson * s * s,
-        s * s * (qz - 1) - 2 * poisson * c * c,
-        -(1 + qz),
-        -s * qz,
-        -c * qz,
-        -c * s * (qz - 1 + 2 * poisson),
-    ]
-    for number in (XX, YY):
-        found[number][q == 0] = -poisson / (1 - poisson)
-    for axis, share in pulls:
-        m, n = (c, s) if axis == "x" else (s, c)
-        along = -m * (2 + 2 * poisson * n * n - m * m * qz)
-        across = -m * (2 * poisson * m * m - n * n * qz)
-        near, far = m * m * qz - 1, -m * n * qz
-        pulled = (
-            (along, across, -m * qz, far, near) if axis == "x" else (across, along, -m * qz, near, far)
-        )
-        found += [share * part for part in (*pulled, -n * (1 - 2 * poisson * m * m - m * m * qz))]
-    for part in found:
-        part *= damping
-    return found
 
 
 def _layer(
@@ -898,7 +654,7 @@ def _layer(
     y_ranges: list[tuple[NDArray[Any], NDArray[Any]]] = []
 
     def visit(rows: slice, stress: NDArray[Any]) -> None:
-        squared = _von_mises_squared(stress)
+        squared = von_mises_squared(stress)
         np.maximum(peak[rows], squared, out=peak[rows])
         place = int(squared.argmax())
         top = float(squared.flat[place])
@@ -950,71 +706,8 @@ def _between(layers: dict[float, _Layer]) -> float | None:
     return vertex if abs(vertex - middle) > 5e-3 * middle else None
 
 
-def _tensor(stress: ArrayLike) -> NDArray[Any]:
-    array = np.asarray(stress)
-    if array.dtype.kind != "f":
-        array = array.astype(np.float64)
-    if array.ndim < 1 or array.shape[0] != 6:
-        raise InputError(
-            f"stress must hold the components {', '.join(COMPONENTS)} along its first axis, "
-            f"got shape {array.shape}"
-        )
-    return array
-
-
-def _von_mises_squared(stress: NDArray[Any]) -> NDArray[Any]:
-    xx, yy, zz, yz, xz, xy = stress
-    squared: NDArray[Any] = np.square(yz)
-    part = np.empty_like(squared)
-    squared += np.square(xz, out=part)
-    squared += np.square(xy, out=part)
-    squared *= 6
-    for one, other in ((xx, yy), (yy, zz), (zz, xx)):
-        np.subtract(one, other, out=part)
-        squared += np.square(part, out=part)
-    squared *= 0.5
-    return squared
-
-
-def _lode(stress: NDArray[Any]) -> tuple[Array, Array, Array]:
-    """Return the mean stress, √J₂ and the angle φ of `principal`."""
-    stress = stress.astype(np.float64)
-    scale = float(np.abs(stress).max(initial=0)) or 1.0
-    stress /= scale
-    mean = stress[:3].mean(axis=0)
-    a, b, c = stress[:3] - mean
-    d, e, f = stress[3:]
-    second = 0.5 * (a * a + b * b + c * c) + d * d + e * e + f * f
-    third = a * (b * c - d * d) - f * (f * c - d * e) + e * (f * d - b * e)
-    # Entries of s and of s² less what a multiple of 1 would change: (diagonal, off-diagonal).
-    squares = (a * a + e * e + f * f, b * b + d * d + f * f, c * c + d * d + e * e)
-    crossed = (f * e + d * (b + c), f * d + e * (a + c), d * e + f * (a + b))
-    diagonal, off = (a, b, c), (d, e, f)
-    discriminant = np.zeros(second.shape)
-    for i in range(3):
-        j = (i + 1) % 3
-        linear, quadratic = diagonal[j] - diagonal[i], squares[j] - squares[i]
-        for k in range(3):
-            discriminant += 2 * (linear * crossed[k] - off[k] * quadratic) ** 2
-        discriminant += 12 * (off[i] * crossed[j] - off[j] * crossed[i]) ** 2 / 1
-    minor = (b - a) * (squares[2] - squares[0]) - (c - a) * (squares[1] - squares[0])
-    discriminant += minor**2
-    angle = np.arctan2(np.sqrt(discriminant), math.sqrt(27) * third) / 3
-    return mean * scale, np.sqrt(second) * scale, angle
-
-
 def _depth_list(depths: ArrayLike) -> Array:
     listed = np.asarray(depths, dtype=np.float64)
     if listed.ndim != 1 or not listed.size or not (listed >= 0).all() or np.isinf(listed).any():
         raise InputError(f"depths must be a list of finite depths ≥ 0 [m], got {depths!r}")
     return listed
-
-
-def _require_depth(depth: float) -> None:
-    if not 0 <= depth < math.inf:
-        raise InputError(f"depth must be finite and ≥ 0 [m], got {depth!r}")
-
-
-def _require_poisson(poisson: float) -> None:
-    if not -1 < poisson <= 0.5:
-        raise InputError(f"poisson must lie in (-1, 0.5], got {poisson!r}")
