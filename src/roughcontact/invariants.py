@@ -92,7 +92,7 @@ def principal(stress: ArrayLike) -> Array:
 
     Examples
     --------
-    >>> principal([1.0, 1.0, -2.0, 0.0, 0.0, 0.0]).tolist()
+    >>> principal([1.0, 1.0, -2.0, 0.0, 0.0, 0.0]).round(12).tolist()
     [1.0, 1.0, -2.0]
     """
     mean, root, angle = _lode(_tensor(stress))
