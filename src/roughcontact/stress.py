@@ -621,8 +621,8 @@ def _waves(
     if z > 0:
         reach = damped / (2 * math.pi * z)
         highest = (
-            min(highest[0], math.ceil(reach * ny * dy)),
-            min(highest[1], math.ceil(reach * nx * dx)),
+            math.ceil(min(highest[0], reach * ny * dy)),
+            math.ceil(min(highest[1], reach * nx * dx)),
         )
     qy = 2 * math.pi / (ny * dy) * np.arange(highest[0] + 1, dtype=np.float64)[:, None]
 
@@ -687,11 +687,8 @@ def _between(layers: dict[float, _Layer]) -> float | None:
     depths = sorted(layers)
     values = [layers[depth].von_mises for depth in depths]
     place = int(np.argmax(values))
-    if place == len(depths) - 1:
+    if place in (0, len(depths) - 1):
         return None
-    if place == 0:
-        # The surface carries the largest stress, unless it peaks above the second depth.
-        return 0.5 * depths[1] if depths[1] > 0 else None
     (left, middle, right) = depths[place - 1 : place + 2]
     (low, top, high) = values[place - 1 : place + 2]
     # Vertex of the parabola through the three.
