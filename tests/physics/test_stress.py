@@ -142,7 +142,8 @@ def test_line_contact():
     # Johnson (1985), eqs. (4.46); the rim is a twentieth of the half-width uncertain.
     np.testing.assert_allclose(found[:, XX], across + missing, atol=2e-3)
     np.testing.assert_allclose(found[:, ZZ], down, atol=2e-3)
-    np.testing.assert_allclose(found[:, YY], NU * (across + down) - missing, atol=2e-3)
+    # Along the strip the ends count to the next order as well, z a/l² or 2e-3.
+    np.testing.assert_allclose(found[:, YY], NU * (across + down) - missing, atol=4e-3)
     summary = stress.summarise(
         strip(shape, a), (1.0, 1.0), NU, depths=a * np.array([0.4, 0.5, 0.6])
     )
