@@ -557,8 +557,11 @@ class Responses:
             lines = lines[:, :mx].reshape(self.count, size, mx)
             whole = self.workspace.scratch("whole", (size, self._width), self._complex)
             for line, spectrum in zip(lines, spectra[:, part], strict=True):
-                whole[:, :width] = spectrum
-                whole[:, width:] = 0
+                if width == self._width:
+                    whole = spectrum
+                else:
+                    whole[:, :width] = spectrum
+                    whole[:, width:] = 0
                 inverse = _irfft_rows(whole, mx, line)
                 if inverse is not line:
                     line[...] = inverse
