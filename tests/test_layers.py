@@ -10,7 +10,7 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 ROWS = [
     {"_version", "errors", "units"},
     {
-        "kernels", "convolution", "projection", "preconditioner", "solver", "stress", "halfspace",
+        "kernels", "convolution", "projection", "preconditioner", "solver", "influence", "invariants", "stress", "halfspace",
         "plasticity", "preparation", "filling", "filters", "alignment", "roughness", "resolution",
         "spots", "tilt", "hertz", "analytic", "generate", "hardness",
     },
