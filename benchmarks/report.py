@@ -1,6 +1,9 @@
-"""Turn rows of peers.py into the table and the plot of docs/performance.md.
+"""Keep rows of peers.py, and show them: the table and the plot of docs/performance.md.
 
 python benchmarks/report.py rows.json [more.json ...]
+
+puts the rows into results.json, in place of older ones of the same case and program, and writes
+the table anew. The plot is drawn from results.json when the documentation is built.
 """
 
 from __future__ import annotations
@@ -9,12 +12,15 @@ import json
 import math
 import sys
 from pathlib import Path
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
 from peers import CASES
 
-DOCS = Path(__file__).parents[1] / "docs"
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+RESULTS = Path(__file__).with_name("results.json")
+PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
 START, END = "<!-- table -->", "<!-- end -->"
 
 
@@ -50,9 +56,8 @@ def table(rows: list[dict]) -> str:
     return "\n".join(lines)
 
 
-def plot(rows: list[dict]) -> Figure:
+def plot(rows: list[dict], figure: Figure) -> None:
     """Draw time over grid size, one line a program, with and without a ceiling."""
-    figure = Figure(figsize=(9, 4), layout="constrained")
     panels = figure.subplots(1, 2, sharey=True)
     for axes, kind in zip(panels, ("elastic", "ceiling"), strict=True):
         for program in dict.fromkeys(row["program"] for row in rows):
@@ -81,21 +86,30 @@ def plot(rows: list[dict]) -> Figure:
         axes.grid(alpha=0.3)
         axes.legend(fontsize=8)
     panels[0].set_ylabel("time of one solve [s]")
-    return figure
+
+
+def stored() -> list[dict]:
+    """Return the rows that are kept, in the order of the cases."""
+    return [
+        row | {"pair": math.nan if row.get("pair") is None else row["pair"]}
+        for row in json.loads(RESULTS.read_text(encoding="utf-8"))
+    ]
 
 
 def main() -> None:
-    """Write table and plot."""
-    rows = [row for name in sys.argv[1:] for row in json.loads(Path(name).read_text())]
-    # A case that was run twice keeps its last own row.
+    """Keep new rows and write the table."""
+    rows = stored()
+    for name in sys.argv[1:]:
+        rows += json.loads(Path(name).read_text(encoding="utf-8"))
+    # A case that was run again keeps its last row.
     unique = {(row["case"], row["program"]): row for row in rows}
     order = list(CASES)
     rows = sorted(unique.values(), key=lambda row: order.index(row["case"]))
-    page = DOCS / "performance.md"
-    text = page.read_text(encoding="utf-8")
+    kept = [{k: None if v != v else v for k, v in row.items()} for row in rows]
+    RESULTS.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+    text = PAGE.read_text(encoding="utf-8")
     before, after = text.index(START) + len(START), text.index(END)
-    page.write_text(f"{text[:before]}\n{table(rows)}\n{text[after:]}", encoding="utf-8")
-    plot(rows).savefig(DOCS / "images" / "performance.png", dpi=130)
+    PAGE.write_text(f"{text[:before]}\n{table(rows)}\n{text[after:]}", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -171,7 +171,7 @@ def wavy_gap(
     The pressure is the real part of a function that is analytic off the surface and whose
     imaginary part is (E*/2) dg/dx. The root of `wavy_pressure` hence gives the slope
     ``(4 p*/E*) cos ψ (sin²ψ - sin²ψ_a)^(1/2)`` outside, whose integral is
-    ``2Δ [s (s² - s_a²)^(1/2) - s_a² arcosh(s/s_a)]`` with s = |sin ψ|.
+    ``2Δ [s (s² - s_a²)^(1/2) - s_a² arcosh(s/s_a)]`` with ``s = |sin ψ|``.
     """
     require_positive(wavelength=wavelength, amplitude=amplitude)
     s_a = math.sqrt(_closing_ratio(mean_pressure, full_contact_pressure))

@@ -774,7 +774,7 @@ def periodic(
     Returns
     -------
     Convolution
-        Circular convolution with the symbol 2/(E* |q|), zero at q = 0.
+        Circular convolution with the symbol ``2/(E* |q|)``, zero at q = 0.
     """
     symbol = kernels.periodic(shape, pixel, contact_modulus)
     workspace = workspace or Workspace(workers)

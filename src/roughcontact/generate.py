@@ -60,11 +60,11 @@ def self_affine(
     Notes
     -----
     Every wave vector q = (i/Ly, j/Lx) [waves/m] other than 0 gets a complex Gaussian amplitude of
-    variance ``max(|q|, 1/λ_rolloff)^(-2-2H)`` up to |q| = 1/λ_cutoff and none beyond; waves of
+    variance ``max(|q|, 1/λ_rolloff)^(-2-2H)`` up to ``|q| = 1/λ_cutoff`` and none beyond; waves of
     half a period per pixel are left out.
 
     The amplitudes are drawn in shells of growing wave number (square ones on a square map:
-    max(|i|, |j|) = 1, 2, …) that know nothing of the grid. Equal generators, sides and
+    ``max(|i|, |j|)`` = 1, 2, …) that know nothing of the grid. Equal generators, sides and
     wavelengths therefore give the same body on every grid: point (y, x) of a map is point
     (2y, 2x) of the map with half the pixel. With another cut-off the common waves agree up to
     the factor that sets the RMS height.

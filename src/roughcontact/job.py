@@ -366,7 +366,7 @@ class Job:
     Parameters
     ----------
     file : Path or None
-        The measured map; without it, a nominal body on `points`.
+        The measured map; without it, a nominal body on ``points``.
     given : Mapping
         The options that were given, as text, to repeat the run.
 

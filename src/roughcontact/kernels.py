@@ -156,7 +156,7 @@ def periodic(shape: tuple[int, int], pixel: tuple[float, float], contact_modulus
     Returns
     -------
     ndarray, shape (ny//2 + 1, nx//2 + 1)
-        Symbol 2/(E* |q|) [m/Pa] for wave numbers q ≥ 0 in both directions, and 0 at q = 0: the
+        Symbol ``2/(E* |q|)`` [m/Pa] for wave numbers q ≥ 0 in both directions, and 0 at q = 0: the
         mean displacement of a periodic half-space is not defined, so the approach counts from
         the mean plane of the deformed surface.
 

@@ -68,7 +68,7 @@ class ContactResult:
     certificate : float
         ε = ‖p - clip(p - g/K₀₀, 0, ceiling)‖₂ / ‖p‖₂ of this pressure and gap.
     load_error : float
-        |ΔxΔy Σp - W| / W; zero under approach control.
+        ``|ΔxΔy Σp - W| / W``; zero under approach control.
     status : str
         ``"converged"``, or why the solver stopped.
     iterations, convolutions : int
@@ -212,7 +212,7 @@ class ContactResult:
 
     @property
     def moment_error(self) -> float:
-        """|Σ p y ΔxΔy - W y| over load times longer side, the worse of y and x.
+        """``|Σ p y ΔxΔy - W y|`` over load times longer side, the worse of y and x.
 
         Zero where the bodies do not tilt.
         """
@@ -283,7 +283,7 @@ class ContactResult:
         return spots.find(self.pressure, self.surface.pixel, self.boundary == "periodic")
 
     def elastic(self) -> ContactResult:
-        """Return the solution of the same problem without a ceiling; `self` if it has none."""
+        """Return the solution of the same problem without a ceiling; ``self`` if it has none."""
         from roughcontact import contact
 
         return contact.elastic(self)

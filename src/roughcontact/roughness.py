@@ -103,7 +103,7 @@ def height_parameters(heights: Array) -> dict[str, float]:
     Notes
     -----
     With z the height above the mean and ⟨ ⟩ the average over the points that are there:
-    Sq = √⟨z²⟩, Sa = ⟨|z|⟩, Ssk = ⟨z³⟩/Sq³, Sku = ⟨z⁴⟩/Sq⁴ (3 for a Gaussian surface),
+    Sq = √⟨z²⟩, ``Sa = ⟨|z|⟩``, Ssk = ⟨z³⟩/Sq³, Sku = ⟨z⁴⟩/Sq⁴ (3 for a Gaussian surface),
     Sp = max z, Sv = -min z, Sz = Sp + Sv.
 
     References
@@ -401,7 +401,7 @@ def autocorrelation_lengths(
 
     Notes
     -----
-    Sal = min |t| over the lags with f(t) ≤ s; Str = Sal / max |t| over the lags that are joined
+    ``Sal = min |t|`` over the lags with f(t) ≤ s; ``Str = Sal / max |t|`` over the lags that are joined
     to zero lag by a straight line on which f ≥ s. Both follow from the first crossing of s on
     the rays from zero lag to every lag on the border of `autocorrelation`, with linear
     interpolation. Lengths of about one pixel are therefore the pixel's rather than the
@@ -650,12 +650,12 @@ def radial_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array, 
 
     Notes
     -----
-    C(q) = |h̃(q)|² / (Lx Ly) with h̃(q) = Δx Δy Σ z exp(-i q·r) and z the height above the mean.
-    Shell k holds the wave vectors with (k - ½) δ ≤ |q| < (k + ½) δ, δ = 2π/min(Lx, Ly), without
+    ``C(q) = |h̃(q)|² / (Lx Ly)`` with h̃(q) = Δx Δy Σ z exp(-i q·r) and z the height above the mean.
+    Shell k holds the wave vectors with ``(k - ½) δ ≤ |q| < (k + ½) δ``, δ = 2π/min(Lx, Ly), without
     q = 0; empty shells do not occur. Hence Sq² = Σ C·waves / (Lx Ly) holds to rounding; the
     integral over the plane is Sq² = ∫ C q dq / 2π.
 
-    Shells beyond π/max(Δx, Δy) are cut off by the corners of the grid; `waves` shows it.
+    Shells beyond π/max(Δx, Δy) are cut off by the corners of the grid; ``waves`` shows it.
 
     No window is applied: a periodic map is resolved exactly. A map that is not has a step
     between its opposite edges, which adds to C at large q; level it, and distrust slopes of

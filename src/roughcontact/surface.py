@@ -365,7 +365,7 @@ class Surface:
         Parameters
         ----------
         shape : (int, int), optional
-            Points ``(ny, nx)`` of the new grid; this or `pixel`.
+            Points ``(ny, nx)`` of the new grid; this or ``pixel``.
         pixel : (float, float), optional
             Pixel edges ``(dy, dx)`` [m] to come as close to as the outline allows.
         method : {"bandlimited", "spline"}

@@ -133,7 +133,7 @@ def engineering(value: float, unit: str, digits: int = 4) -> str:
     Raises
     ------
     ValueError
-        If `digits` is below 1.
+        If ``digits`` is below 1.
 
     Examples
     --------

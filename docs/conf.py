@@ -1,0 +1,123 @@
+"""How the documentation is built: ``python -m sphinx -W -n -b html docs docs/_build/html``."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+
+import roughcontact
+from roughcontact import formats
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
+HERE = Path(__file__).parent
+sys.path += [str(HERE / "_ext"), str(HERE.parent / "benchmarks")]
+mpl.use("Agg")
+
+project = "roughcontact"
+author = "the roughcontact developers"
+copyright = "the roughcontact developers, BSD 3-Clause License"  # noqa: A001 - Sphinx's name
+version = release = roughcontact.__version__
+
+extensions = [
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "numpydoc",
+    "myst_parser",
+    "matplotlib.sphinxext.plot_directive",
+    "sphinx_gallery.gen_gallery",
+    "sphinxcontrib.programoutput",
+    "mathml",
+    "crossrefs",
+]
+root_doc = "index"
+exclude_patterns = ["_build", "gallery", "generated"]
+templates_path = ["_templates"]
+nitpicky = True
+# Types in docstrings are words, and inventories of other projects would need the network: what
+# is left to resolve are the names of this package.
+nitpick_ignore_regex = [
+    ("py:.*", r"(numpy|np|matplotlib|xarray|typer|pathlib|enum|collections|typing)\..*"),
+    ("py:.*", r"(ValueError|MemoryError|RuntimeError|Exception|NamedTuple|Protocol|Enum|Path)"),
+]
+
+default_role = "py:obj"
+add_module_names = False
+autosummary_generate = True
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True
+numpydoc_show_class_members = False
+numpydoc_class_members_toctree = False
+
+myst_enable_extensions = ["dollarmath", "colon_fence", "deflist", "attrs_inline"]
+myst_heading_anchors = 3
+html_math_renderer = "mathml"
+
+html_theme = "furo"
+html_title = f"roughcontact {release}"
+html_static_path = ["_static"]
+html_css_files = ["style.css"]
+html_show_sourcelink = False
+
+plot_include_source = False
+plot_html_show_source_link = False
+plot_html_show_formats = False
+plot_formats = [("png", 130)]
+plot_rcparams = {"figure.autolayout": False, "savefig.bbox": "tight", "font.size": 10}
+plot_apply_rcparams = True
+
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "examples",
+    "filename_pattern": r"plot_\d\d_",
+    "image_scrapers": ("figure_objects.scraper",),
+    "within_subsection_order": "FileNameSortKey",
+    "abort_on_example_error": True,
+    "remove_config_comments": True,
+    "show_memory": False,
+    "min_reported_time": 1e9,
+    "download_all_examples": False,
+    "copyfile_regex": r".*\.toml",
+    "doc_module": (),
+    "write_computation_times": False,
+    "matplotlib_animations": False,
+}
+
+# The how-to pages run their commands in this folder while they are built; what they show is what
+# the program printed, and a command that fails breaks the build.
+SCRATCH = HERE / "_build" / "scratch"
+programoutput_prompt_template = "$ {command}\n{output}"
+
+
+def _prepare(app: Sphinx) -> None:
+    """Lay out the folder in which the commands of the pages run, and the generated tables."""
+    shutil.rmtree(SCRATCH, ignore_errors=True)
+    SCRATCH.mkdir(parents=True)
+    folder = str(Path(sys.executable).parent)
+    os.environ["PATH"] = folder + os.pathsep + os.environ["PATH"]
+    os.environ |= {"COLUMNS": "96", "NO_COLOR": "1"}
+    subprocess.run(
+        [sys.executable, str(HERE / "howto" / "maps.py")], cwd=SCRATCH, check=True, timeout=300
+    )
+    for name in ("project.toml", "memory.py"):
+        shutil.copy(HERE / "howto" / name, SCRATCH)
+    (SCRATCH / "maps").mkdir()
+    generated = HERE / "generated"
+    generated.mkdir(exist_ok=True)
+    rows = [f"| `{suffix}` | {name} |" for suffix, name in sorted(formats.SUFFIXES.items())]
+    table = "\n".join(["| suffix | read as |", "|---|---|", *rows])
+    (generated / "suffixes.md").write_text(table + "\n", encoding="utf-8")
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Connect the preparation."""
+    app.connect("builder-inited", _prepare, priority=100)
+    return {"parallel_read_safe": True}

@@ -1,0 +1,77 @@
+"""
+06 Can it be trusted?
+=====================
+
+A certificate says that the stated problem is solved. Whether the map states the right problem is another question: does
+the answer change with the grid, with the filter, with the ceiling? ``resolution_study`` solves the same contact again on
+coarser and finer grids and says so in words.
+"""
+
+# %%
+# Two bodies with the same kind of map: a polished ball, which the grid resolves, and a ground surface, whose roughness
+# goes down to the pixel.
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import roughcontact as rc
+from roughcontact import generate, study
+
+POINTS = 256
+
+steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
+side = 1e-4
+pixel = (side / POINTS, side / POINTS)
+ball = rc.Surface(generate.paraboloid((POINTS, POINTS), pixel, 1e-3), pixel)
+noise = rc.self_affine(
+    (POINTS, POINTS),
+    pixel,
+    rms_height=0.2e-6,
+    rolloff_wavelength=side / 4,
+    cutoff_wavelength=2 * pixel[0],
+    rng=np.random.default_rng(2),
+)
+ground = rc.Surface(noise, pixel)
+
+studies = {
+    "polished ball": rc.resolution_study(ball, material=steel, load=2.0, ceiling=None),
+    "ground surface, elastic": rc.resolution_study(ground, material=steel, load=1.0, ceiling=None),
+    "ground surface, ceiling": rc.resolution_study(ground, material=steel, load=1.0),
+}
+
+# %%
+# What it says of each:
+
+for name, found in studies.items():
+    print(f"{name}:")
+    for sentence in found.sentences:
+        print(f"  {sentence}")
+    print()
+
+# %%
+# The same as a figure, each quantity over its value on the measured grid. A quantity of the contact stays on the line; a
+# property of the pixel runs away from it.
+
+figure, panels = plt.subplots(1, 3, figsize=(10, 3.7), sharey=True, layout="constrained")
+for axes, (name, found) in zip(panels, studies.items(), strict=True):
+    measured = next(grid for grid in found.grids if grid.value == 1)
+    sizes = [grid.pixel[0] * 1e6 for grid in found.grids]
+    for key, mark in (("contact_fraction", "o-"), ("max_pressure", "s--"), ("mean_pressure", "^:")):
+        values = np.array([getattr(grid, key) for grid in found.grids]) / getattr(measured, key)
+        axes.plot(sizes, values, mark, ms=5, label=study.QUANTITIES[key])
+    axes.axhspan(0.95, 1.05, color="0.92", zorder=0)
+    axes.axvline(pixel[0] * 1e6, color="0.6", lw=0.8, ls=":")
+    axes.set_xscale("log")
+    axes.set_xticks(sizes, [f"{size:.2g}" for size in sizes])
+    axes.minorticks_off()
+    axes.set(xlabel="pixel [µm]", title=name)
+panels[0].set_ylabel("value / value on the measured grid")
+panels[0].legend(frameon=False, fontsize=9)
+
+# %%
+# Of the ball everything holds. Of the ground surface no elastic number does: neither area nor pressure belongs to the
+# surface, both belong to the instrument. With the ceiling the contact area is one that can be quoted.
+
+steady = {name: found.independent("contact_fraction") for name, found in studies.items()}
+for name, answer in steady.items():
+    print(f"contact area of the {name}: {'independent of' if answer else 'depends on'} the grid")

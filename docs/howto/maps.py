@@ -1,0 +1,74 @@
+"""Write the measurements that the how-to pages use: ground.sdf, lapped.sdf and matrix.txt.
+
+python docs/howto/maps.py
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from roughcontact import generate
+
+SIDE = 1e-4
+
+
+def save(path: Path, heights: np.ndarray, pixel: float) -> None:
+    """Write an ISO 25178-71 text file, heights in steps of 0.1 nm.
+
+    Parameters
+    ----------
+    path : Path
+        File to write.
+    heights : ndarray, shape (ny, nx)
+        Heights [m], NaN where missing.
+    pixel : float
+        Pixel edge [m].
+    """
+    ny, nx = heights.shape
+    head = {
+        "ManufacID": "EXAMPLE",
+        "CreateDate": "010120250000",
+        "ModDate": "010120250000",
+        "NumPoints": nx,
+        "NumProfiles": ny,
+        "Xscale": pixel,
+        "Yscale": pixel,
+        "Zscale": 1e-10,
+        "Zresolution": -1,
+        "Compression": 0,
+        "DataType": 6,
+        "CheckType": 0,
+    }
+    steps = np.char.mod("%d", np.nan_to_num(np.rint(heights / 1e-10)))
+    steps[np.isnan(heights)] = "BAD"
+    lines = ["aISO-1.0", *(f"{key} = {value}" for key, value in head.items()), "*"]
+    lines += [" ".join(row) for row in steps]
+    path.write_text("\n".join([*lines, "*", ""]), encoding="ascii")
+
+
+def main() -> None:
+    """Write all maps into the current folder."""
+    points = 256
+    heights, (pixel, _) = generate.reference_map(points)
+    tilt = np.linspace(0, 1.5e-6, points)
+    holes = np.random.default_rng(3).random(heights.shape) < 2e-3
+    ground = np.where(holes, np.nan, heights + tilt)
+    save(Path("ground.sdf"), ground, pixel)
+    points = 200
+    pixel = SIDE / points
+    lapped = generate.self_affine(
+        (points, points),
+        (pixel, pixel),
+        rms_height=0.05e-6,
+        rolloff_wavelength=SIDE / 8,
+        cutoff_wavelength=8 * pixel,
+        rng=np.random.default_rng(5),
+    )
+    save(Path("lapped.sdf"), lapped, pixel)
+    np.savetxt("matrix.txt", 1e6 * heights[:64, :128], fmt="%.6f")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,73 @@
+"""Every example of the documentation runs, and its main number is what its page says."""
+
+from __future__ import annotations
+
+import re
+import runpy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+GALLERY = Path(__file__).parents[1] / "docs" / "gallery"
+
+# Example, points per side here, main number, its value and how near it has to be. Grids are small,
+# so that numbers differ from those of the pages; each tolerance is what a pixel makes of it.
+NUMBERS: dict[str, tuple[int, str, float, float]] = {
+    # W = 1 N under 3 GPa needs 3.33 % of the map.
+    "01_first_contact": (64, "area_under_ceiling", 1 / 30, 1e-9),
+    # Hertz away from the rim, of the peak pressure.
+    "02_hertz": (64, "pressure_error", 0.0, 0.005),
+    # Westergaard: to a pixel at either rim.
+    "03_wavy": (64, "width_error", 0.0, 2 / 64),
+    # All elastic spots lie inside the contact with the ceiling.
+    "04_source_paper": (256, "inside", 1.0, 0.01),
+    # κ of boundary elements, 1.8 to 2.3 (Hyun et al. 2004), and the scatter of one small map.
+    "05_load_curve": (128, "kappa", 2.1, 0.5),
+    "06_trust": (128, "steady", 0.0, 0.0),
+    # The radius of a rough ball that was measured badly.
+    "07_preparation": (128, "radius_error", 0.0, 0.02),
+    # Crossed cylinders are a ball to Hertz: half a pixel of the radius.
+    "08_two_bodies": (128, "radius_error", 0.0, 0.04),
+    # At an index of 100 nearly all of the contact is saturated.
+    "09_ceiling": (64, "steep", 1.0, 0.15),
+    # Rolling along runs in.
+    "11_history": (64, "last_share", 0.3, 0.25),
+}
+
+
+def run(name: str, points: int, monkeypatch: pytest.MonkeyPatch, folder: Path) -> dict[str, Any]:
+    """Run an example on a small grid, without a screen."""
+    import matplotlib as mpl
+    import matplotlib.pyplot as plt
+
+    monkeypatch.chdir(folder)
+    script = GALLERY / f"plot_{name}.py"
+    text, count = re.subn(
+        r"^POINTS = \d+$", f"POINTS = {points}", script.read_text("utf-8"), flags=re.MULTILINE
+    )
+    assert count == 1, "an example says its number of points once"
+    small = folder / script.name
+    small.write_text(text, encoding="utf-8")
+    backend = mpl.get_backend()
+    plt.switch_backend("Agg")
+    try:
+        return runpy.run_path(str(small))
+    finally:
+        plt.close("all")
+        plt.switch_backend(backend)
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_main_number(name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    points, what, value, tolerance = NUMBERS[name]
+    found = run(name, points, monkeypatch, tmp_path)[what]
+    if name == "06_trust":
+        # The elastic area of a surface that is rough down to the pixel depends on the pixel.
+        assert list(found.values()) == [True, False, True]
+    else:
+        assert found == pytest.approx(value, abs=tolerance)
+
+
+def test_every_example_is_checked() -> None:
+    assert {path.stem.removeprefix("plot_") for path in GALLERY.glob("*.py")} == set(NUMBERS)
