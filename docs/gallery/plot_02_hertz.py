@@ -49,7 +49,12 @@ for colour, (fraction, result) in zip(colours, results.items(), strict=True):
     touching = result.contact
     label = "no ceiling" if fraction == 1.0 else f"{fraction:g} $p_H$"
     axes.plot(
-        r[touching] / a_hertz, result.pressure[touching] / p_hertz, ".", ms=2.5, color=colour, label=label
+        r[touching] / a_hertz,
+        result.pressure[touching] / p_hertz,
+        ".",
+        ms=2.5,
+        color=colour,
+        label=label,
     )
 rho = np.linspace(0, 1, 400)
 axes.plot(rho, np.sqrt(1 - rho**2), "k-", lw=1, label="Hertz, exact")
@@ -77,9 +82,17 @@ figure, axes = plt.subplots(figsize=(7.5, 3.8), layout="constrained")
 f = np.linspace(0.28, 1, 200)
 axes.plot(f, np.sqrt(2 / (3 * f)), "k--", lw=1, label=r"fully saturated, $\sqrt{2/(3f)}$")
 axes.plot(radii.keys(), radii.values(), "o-", color="#0072b2", label="contact radius")
-axes.plot(saturated_radii.keys(), saturated_radii.values(), "s-", color="#d55e00", label="saturated radius")
+axes.plot(
+    saturated_radii.keys(),
+    saturated_radii.values(),
+    "s-",
+    color="#d55e00",
+    label="saturated radius",
+)
 axes.set(xlabel=r"ceiling $f = p_\mathrm{lim}/p_H$", ylabel="radius / $a_H$", ylim=(0, 1.6))
-axes.set_title("Below half the Hertz pressure nearly all of the contact is saturated", loc="left", fontsize=11)
+axes.set_title(
+    "Below half the Hertz pressure nearly all of the contact is saturated", loc="left", fontsize=11
+)
 axes.legend(frameon=False)
 
 # %%

@@ -44,7 +44,9 @@ axes.loglog(q[tail], reference[tail], "k--", lw=1, label=r"slope $-2-2H$, $H = 0
 axes.axvline(roll_off, color="0.6", lw=0.8)
 axes.axvline(POINTS / 8 / side, color="0.6", lw=0.8)
 axes.set(xlabel="waves per metre", ylabel="spectral density [m⁴]")
-axes.set_title("Flat to 25 µm, self-affine to eight pixels, nothing beyond", loc="left", fontsize=11)
+axes.set_title(
+    "Flat to 25 µm, self-affine to eight pixels, nothing beyond", loc="left", fontsize=11
+)
 axes.legend(frameon=False)
 print(f"Sq {surface.Sq * 1e6:.3f} µm, RMS slope {surface.Sdq:.3f}")
 
@@ -92,7 +94,12 @@ extent = 1e6 * np.array([columns.start, columns.stop, rows.stop, rows.start]) * 
 figure_spots, axes = plt.subplots(figsize=(6.2, 5), layout="constrained")
 colours = plt.matplotlib.colors.ListedColormap(["#f1f1ee", "#f2b880", "#d62728", "#0072b2"])
 image = axes.imshow(
-    classes[rows, columns], cmap=colours, vmin=-0.5, vmax=3.5, extent=extent, interpolation="nearest"
+    classes[rows, columns],
+    cmap=colours,
+    vmin=-0.5,
+    vmax=3.5,
+    extent=extent,
+    interpolation="nearest",
 )
 bar = figure_spots.colorbar(image, ticks=range(4), shrink=0.8)
 bar.ax.set_yticklabels(["no contact", "only with ceiling", "only elastic", "both"])
@@ -123,7 +130,9 @@ axes.loglog(
     color="#7f0d1b",
     label="saturated area",
 )
-axes.loglog(ceilings / 1e9, 100 * load / ceilings / side**2, "k--", lw=1, label=r"$W/p_\mathrm{lim}$")
+axes.loglog(
+    ceilings / 1e9, 100 * load / ceilings / side**2, "k--", lw=1, label=r"$W/p_\mathrm{lim}$"
+)
 axes.axhline(100 * elastic.contact_fraction, color="0.4", ls=":", label="elastic")
 axes.set(xlabel="ceiling [GPa]", ylabel="area [% of the map]", ylim=(0.05, None))
 axes.set_title("A low ceiling alone decides the contact area", loc="left", fontsize=11)
@@ -137,7 +146,12 @@ axes.legend(frameon=False)
 # elastic contact shrinks without end. Under the ceiling it does not: there the area is the load over the ceiling.
 
 grids = [POINTS // 8, POINTS // 4, POINTS // 2, POINTS, 2 * POINTS]
-curves: dict[str, list[float]] = {"same elastic": [], "same ceiling": [], "finer elastic": [], "finer ceiling": []}
+curves: dict[str, list[float]] = {
+    "same elastic": [],
+    "same ceiling": [],
+    "finer elastic": [],
+    "finer ceiling": [],
+}
 slopes = []
 for points in grids:
     step = (side / points, side / points)
@@ -160,8 +174,16 @@ figure_grid, panels = plt.subplots(1, 2, figsize=(9, 3.9), sharey=True, layout="
 for axes, name, title in zip(
     panels, ("same", "finer"), ("same body, finer grid", "finer measurement"), strict=True
 ):
-    axes.semilogx(grids, 100 * np.array(curves[f"{name} ceiling"]), "s-", color="#7f0d1b", label="ceiling 3 GPa")
-    axes.semilogx(grids, 100 * np.array(curves[f"{name} elastic"]), "o-", color="#0072b2", label="elastic")
+    axes.semilogx(
+        grids,
+        100 * np.array(curves[f"{name} ceiling"]),
+        "s-",
+        color="#7f0d1b",
+        label="ceiling 3 GPa",
+    )
+    axes.semilogx(
+        grids, 100 * np.array(curves[f"{name} elastic"]), "o-", color="#0072b2", label="elastic"
+    )
     axes.set_xscale("log", base=2)
     axes.set(xlabel="points per side", title=title, ylim=(0, None))
 panels[0].set_ylabel("contact area [% of the map]")

@@ -68,7 +68,9 @@ figure.suptitle("Missing points in red", fontsize=10, x=0.01, ha="left")
 
 _, found = preparation.remove_form(clean.heights, pixel, "sphere")
 radius_error = abs(found["radius"] / radius - 1)
-print(f"radius {found['radius'] * 1e3:.3f} mm, true {radius * 1e3:.3f} mm: {100 * radius_error:.2f} % off")
+print(
+    f"radius {found['radius'] * 1e3:.3f} mm, true {radius * 1e3:.3f} mm: {100 * radius_error:.2f} % off"
+)
 print(f"roughness Sq {whole.Sq * 1e9:.1f} nm, true {roughness.std() * 1e9:.1f} nm")
 
 # %%
@@ -95,7 +97,9 @@ for axes, (name, result) in zip(
     strict=True,
 ):
     shown = np.where(result.contact, result.pressure / 1e9, np.nan)
-    image = axes.imshow(shown, cmap="inferno_r", vmin=0, vmax=6, extent=np.array([0, side, side, 0]) * 1e6)
+    image = axes.imshow(
+        shown, cmap="inferno_r", vmin=0, vmax=6, extent=np.array([0, side, side, 0]) * 1e6
+    )
     axes.set_facecolor("#f1f1ee")
     axes.set(title=name, xlabel="x [µm]", xlim=(60, 140), ylim=(140, 60))
 panels[0].set_ylabel("y [µm]")

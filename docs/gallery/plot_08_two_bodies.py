@@ -75,7 +75,9 @@ for axes, (rms, name) in zip(panels, finishes.items(), strict=True):
     axes.set(title=name, xlabel="x [µm]", xlim=(-60, 60), ylim=(60, -60))
 panels[0].set_ylabel("y [µm]")
 figure.colorbar(image, ax=panels, label="pressure [GPa]", shrink=0.85)
-figure.suptitle("Roughness breaks the circle of Hertz (dashed) into spots and spreads them", fontsize=11)
+figure.suptitle(
+    "Roughness breaks the circle of Hertz (dashed) into spots and spreads them", fontsize=11
+)
 
 # %%
 # The load sits on less area within a wider ring. Greenwood and Tripp (1967) described it: roughness

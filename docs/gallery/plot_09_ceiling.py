@@ -50,7 +50,9 @@ axes.barh(order, [ratios[key] for key in order], color="#0072b2")
 axes.axvline(3, color="#7f0d1b", lw=1.5)
 axes.annotate("3 σ$_Y$", (3, -0.4), xytext=(4, 0), textcoords="offset points", color="#7f0d1b")
 axes.set(xlabel="hardness (mean pressure) / yield strength", xlim=(0, None))
-axes.set_title("Hardened steels lie near three; soft alloys harden beyond it", loc="left", fontsize=11)
+axes.set_title(
+    "Hardened steels lie near three; soft alloys harden beyond it", loc="left", fontsize=11
+)
 axes.tick_params(axis="y", labelsize=8)
 
 # %%

@@ -35,7 +35,9 @@ axes.set(xlabel="approach [µm]", ylabel="load [N]", ylim=(0, None))
 axes.set_title("The second loading follows the unloading", loc="left", fontsize=11)
 axes.legend(frameon=False)
 
-print(f"permanently indented: {cycle.indentation_volume * 1e18:.2f} µm³, at most {cycle.indentation.max() * 1e9:.0f} nm")
+print(
+    f"permanently indented: {cycle.indentation_volume * 1e18:.2f} µm³, at most {cycle.indentation.max() * 1e9:.0f} nm"
+)
 print(f"dissipated: {cycle.dissipated_energy * 1e9:.1f} nJ")
 print(f"shaken down: {cycle.shaken_down}")
 
@@ -77,13 +79,18 @@ moving = load_history(
 
 figure_passes, axes = plt.subplots(figsize=(6.5, 4), layout="constrained")
 number = np.arange(1, count + 1)
-for name, history, mark in (("at one place", still, "s--"), ("an eighth of the map further", moving, "o-")):
+for name, history, mark in (
+    ("at one place", still, "s--"),
+    ("an eighth of the map further", moving, "o-"),
+):
     volume = history.column("indentation_volume")[::2] * 1e18
     axes.plot(number, volume, mark, label=name)
 for turn in range(1, rounds):
     axes.axvline(turn * places + 0.5, color="0.6", lw=0.8, ls=":")
 axes.set(xlabel="pass", ylabel="newly indented volume [µm³]", ylim=(0, None))
-axes.set_title("Rolling along runs the surface in; standing still does not", loc="left", fontsize=11)
+axes.set_title(
+    "Rolling along runs the surface in; standing still does not", loc="left", fontsize=11
+)
 axes.legend(frameon=False)
 
 # %%
