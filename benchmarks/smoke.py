@@ -13,7 +13,9 @@ from asv_bench import solve, stress
 
 def main() -> None:
     """Run them and print one line each."""
-    suites = inspect.getmembers(solve, inspect.isclass) + inspect.getmembers(stress, inspect.isclass)
+    suites = inspect.getmembers(solve, inspect.isclass) + inspect.getmembers(
+        stress, inspect.isclass
+    )
     for name, suite in suites:
         if not hasattr(suite, "params"):
             continue

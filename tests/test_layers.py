@@ -15,7 +15,7 @@ ROWS = [
         "preparation", "filling", "filters", "roughness", "hertz", "analytic", "generate",
     },
     {"material", "surface", "result"},
-    {"contact", "formats", "archive"},
+    {"contact", "formats", "archive", "subsurface"},
     {"plots"},
     {"cli", "__init__", "__main__"},
 ]  # fmt: skip
