@@ -8,12 +8,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-from asv_bench import solve
+from asv_bench import solve, stress
 
 
 def main() -> None:
     """Run them and print one line each."""
-    for name, suite in inspect.getmembers(solve, inspect.isclass):
+    suites = inspect.getmembers(solve, inspect.isclass) + inspect.getmembers(
+        stress, inspect.isclass
+    )
+    for name, suite in suites:
         if not hasattr(suite, "params"):
             continue
         # The smallest size with every other parameter: the rest only takes longer.

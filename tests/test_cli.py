@@ -959,3 +959,53 @@ def test_bad_histories_end_in_one_sentence(
     status = cli.main(["history", str(rough), *SCALE, *YIELDING, *options, *written])
     refused(capsys, status, *words)
     assert files(tmp_path) == {"rough.npy"}
+
+
+# Reports and resolution
+
+
+def test_report_holds_study_notes_and_command(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+    heights = np.kron(bumps(), np.ones((2, 2)))
+    path, report = tmp_path / "fine.npy", tmp_path / "out.html"
+    np.save(path, heights)
+    options = (*YIELDING, "--study", "--report", str(report), "--tip-radius", "5 um")
+    assert solve(path, *options) == cli.SOLVED
+    assert "reflect the tip of radius 5 µm" in " ".join(capsys.readouterr().out.split())
+    text = report.read_text(encoding="utf-8")
+    for words in (
+        "What the measurement resolves", "Can it be trusted", "Ceiling: as the factor goes",
+        "roughcontact solve", "--tip-radius",
+    ):  # fmt: skip
+        assert words in text
+    refused(capsys, solve(path, *STEEL, "--report", "out.pdf"), "--report needs a name", ".html")
+
+
+@needs_reader
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "load"),
+    [
+        ("wyko_nt1100_test_1.opd", "1 N"), ("sur-2.sur", "1 N"), ("x3p-2.x3p", "1 N"),
+        ("bullet_land_fixed.x3p", "1 N"), ("dvd_afm.sur", "10 uN"), ("metropro-1.dat", "1 N"),
+        ("opd-1.opd", "1 N"), ("mnt-1.mnt", "1 N"), ("uncd_afm.001", "1 uN"),
+    ],
+)  # fmt: skip
+def test_every_measurement_gets_a_report_in_one_line(
+    name: str, load: str, tmp_path: Path, capsys: Capture
+) -> None:
+    report = tmp_path / "out.html"
+    options = ("--material", "100Cr6", "--holes", "fill", "--report", str(report))
+    assert cli.main(["solve", measurement(name), "--load", load, *options]) == cli.SOLVED
+    assert report.read_text(encoding="utf-8").count("<img") >= 8
+
+
+def test_bodies_tilt_under_a_load_off_the_middle(rough: Path, capsys: Capture) -> None:
+    assert solve(rough, *STEEL, "--load-point", "3 um, -8 um", "--json") == cli.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert told["moments"] == pytest.approx([0.1 * 3e-6, -0.1 * 8e-6])
+    assert told["moment_error"] <= 1e-8
+    assert any(told["tilt"])
+    assert solve(rough, *STEEL, "--load-point", "0 um, 0 um") == cli.SOLVED
+    assert "tilt (y, x)" in capsys.readouterr().out
+    refused(capsys, solve(rough, *STEEL, "--load-point", "0 um, 1 mm"), "moments")
+    refused(capsys, solve(rough, *STEEL, "--load-point", "1 um"), "--load-point needs two")

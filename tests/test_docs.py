@@ -36,7 +36,9 @@ def test_every_module_has_its_page() -> None:
 
 def test_every_public_name_is_in_the_first_table() -> None:
     index = (DOCS / "api" / "index.rst").read_text(encoding="utf-8")
-    shown = {name.rpartition(".")[2] for name in re.findall(r"^   (\w+\.\w+)$", index, re.MULTILINE)}
+    shown = {
+        name.rpartition(".")[2] for name in re.findall(r"^   (\w+\.\w+)$", index, re.MULTILINE)
+    }
     assert shown >= set(rc.__all__) - {"RIGID", "__version__"}
 
 

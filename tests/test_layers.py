@@ -10,9 +10,10 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 ROWS = [
     {"_version", "errors", "units"},
     {
-        "kernels", "convolution", "projection", "preconditioner", "solver", "stress", "halfspace",
-        "plasticity", "preparation", "filling", "filters", "alignment", "roughness", "resolution",
-        "spots", "tilt", "hertz", "analytic", "generate", "hardness",
+        "kernels", "influence", "convolution", "projection", "preconditioner", "solver", "tilt",
+        "invariants", "stress", "halfspace", "plasticity", "preparation", "filling", "filters",
+        "alignment", "roughness", "resolution", "spots", "hertz", "analytic", "generate",
+        "hardness",
     },
     {"material", "catalogue", "surface", "bodies", "result"},
     {

@@ -169,7 +169,7 @@ def plain_di(content: bytes) -> Plain:
             sections[-1][1][key.lower()] = value.strip()
     scales = {key: value for name, part in sections if name in (b"scanner list", b"ciao scan list")
               for key, value in part.items() if key.startswith(b"@sens")}  # fmt: skip
-    (scan,) = (part for name, part in sections if name == b"ciao scan list")
+    scan = next((part for name, part in sections if name == b"ciao scan list"), {})
     for name, part in sections:
         if name != b"ciao image list":
             continue
@@ -780,10 +780,11 @@ def test_files_under_every_suffix(case: Case, reader: Reader, tmp_path: Path) ->
         ("made.sdf", {104: 0x32}, "announces 440 heights, but has 660"),
         # A length with which a reader never comes to where checksums are compared.
         ("x3p-2.x3p", {3236014: 0x5C, 1205: 0x40, 1084: 0x34}, "checksum of 'bindata/data.bin'"),
-        # An origin beyond the digits of the heights.
-        ("mnt-1.mnt", {1586381: 0xE4}, "from zero"),
+        # An origin in whose digits the heights are lost, and a step.
+        ("mnt-1.mnt", {1586381: 0xE4}, "heights span 0 counts, not 22237587"),
+        ("mnt-1.mnt", {1586315: 0x3B}, "heights span 0 counts, not 22237587"),
         # More bytes than any memory has.
-        ("metropro-1.dat", {52: 0xFF, 54: 0xFF, 56: 0xFF}, "cannot be read"),
+        ("metropro-1.dat", {68: 0x82, 70: 0x81}, "cannot be read"),
         # A unit of no letters.
         ("made.sur", dict.fromkeys(range(180, 276), 0), "gives no unit"),
         # h5netcdf leaves half a file behind, which complains when it is collected.

@@ -279,6 +279,8 @@ def test_chapters_that_do_not_apply_are_left_out() -> None:
         ({"boundary": "periodic"}, "one period of an endless surface"),
         ({"precision": "single"}, "seven digits"),
         ({"load": None, "approach": 2e-7}, "Contact of an unnamed surface at an approach of 200"),
+        ({"moments": (0.0, 2e-6)}, "0 N m, 2 µN m"),
+        ({"material": rc.Material(400e9, 0.2, hardness=15e9)}, "15 GPa, the hardness"),
         ({"ceiling": None}, "elastic pressure beyond three yield strengths"),
         ({"counter_surface": rough("lapped.sur", seed=1)}, "against lapped.sur (rigid)"),
         ({"counter_material": rc.Material(70e9, 0.33, 3e8, "brass")}, "(brass, E 70 GPa)"),
@@ -287,8 +289,8 @@ def test_chapters_that_do_not_apply_are_left_out() -> None:
                                          rough().heights), (1e-6, 1e-6)).masked()},
          "1 point (0.0244 % of the map) was not measured"),
     ],
-    ids=["periodic", "single", "approach", "elastic", "two maps", "two elastic bodies",
-         "ceiling by point", "masked"],
+    ids=["periodic", "single", "approach", "moments", "hardness", "elastic",
+         "two maps", "two elastic bodies", "ceiling by point", "masked"],
 )  # fmt: skip
 def test_every_case_is_told_as_it_is(problem: dict[str, Any], words: str) -> None:
     result = solved(**problem)

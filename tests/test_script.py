@@ -77,6 +77,8 @@ PROBLEMS: dict[str, dict[str, Any]] = {
     "ceiling": {"load": 1.0, "ceiling": 2.5e9},
     "periodic": {"load": 0.1, "boundary": "periodic", "tolerance": 1e-5},
     "single": {"load": 0.1, "precision": "single"},
+    "moments": {"load": 0.1, "moments": (0.1 * 1e-6, -0.1 * 2e-6)},
+    "hardness": {"load": 1.0, "material": rc.Material(400e9, 0.2, None, "alumina", 15e9)},
     "stamp": {"load": 0.1, "material": rc.RIGID, "counter_material": STEEL},
     "elastic counter-body": {
         "load": 0.1,
@@ -91,7 +93,8 @@ def test_the_script_states_the_problem(name: str, folder: Path) -> None:
     result = rc.solve(rc.read_surface("ground.nc").filled(), **problem)
     again = repeated(result)["result"]
     assert again.pressure.tobytes() == result.pressure.tobytes()
-    for field in ("material", "counter_material", "ceiling", "boundary", "precision", "control"):
+    for field in ("material", "counter_material", "ceiling", "boundary", "precision", "control",
+                  "moments"):  # fmt: skip
         assert getattr(again, field) == getattr(result, field)
     assert again.tolerance == result.tolerance
 

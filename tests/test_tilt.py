@@ -152,6 +152,28 @@ def test_the_search_ends_where_nothing_balances() -> None:
     assert calls == [pytest.approx(1e-3)]
 
 
+def test_the_first_guess_is_exact_for_a_circle() -> None:
+    # 4/3 E* a³ (Johnson 1985, eq. 3.36) over load, size and size; and a reach that lifts no rim.
+    n, a, pixel = 64, 20e-6, 1e-6
+    x = (np.arange(n) - (n - 1) / 2) * pixel
+    punch = np.where(np.hypot(x[:, None], x) <= a, 0.0, np.nan)
+    surface = rc.Surface(punch, (pixel, pixel)).masked()
+    flat = rc.solve(surface, load=2.0, material=STEEL, ceiling=None)
+    index = np.flatnonzero(flat.pressure)
+    solution = solver.Solution(
+        index, flat.pressure.ravel()[index], flat.gap, flat.approach, 0.0,
+        solver.Status.CONVERGED, 0, 0, (),
+    )  # fmt: skip
+    problem = solver.Problem(np.where(np.isnan(punch), np.inf, 0.0), np.inf, 1.0)
+    steepness, reach = tilt._guess(
+        problem, solution, np.zeros(2), *tilt.levers((n, n), (pixel, pixel))
+    )
+    exact = 4 / 3 * flat.contact_modulus * a**3 / (2.0 * (n * pixel) ** 2)
+    # The rim is known to a part of a pixel, 5 % of the radius.
+    np.testing.assert_allclose(steepness, exact * np.eye(2), rtol=0.05, atol=1e-9 * exact)
+    assert reach == pytest.approx(flat.approach * n * pixel / a, rel=0.3)
+
+
 # --- the contact -----------------------------------------------------------------------------
 
 

@@ -45,11 +45,23 @@ figure, axes = plt.subplots(figsize=(8, 4.6), layout="constrained")
 axes.axvspan(0.3, 1, color="#eef5fb")
 axes.axvspan(1, (3 / first_yield) ** 3, color="#f6e3c5")
 axes.axvspan((3 / first_yield) ** 3, 1000, color="#f4cdb8")
-for place, text in ((0.55, "elastic"), (2.5, "yielding below\nthe surface"), (250, "saturated at\nthe surface")):
+for place, text in (
+    (0.55, "elastic"),
+    (2.5, "yielding below\nthe surface"),
+    (250, "saturated at\nthe surface"),
+):
     axes.text(place, 3.55, text, ha="center", va="top", fontsize=9)
 axes.semilogx(fine, elastic, "k:", lw=1.2, label="Hertz, elastic")
-axes.semilogx(loads, model, "o-", ms=4, color="#7f0d1b", label="this model: ceiling 3 $\\sigma_Y$, solved")
-axes.semilogx(measured, kogut_etsion(measured), "-", color="#0072b2", label="Kogut and Etsion 2002, finite elements")
+axes.semilogx(
+    loads, model, "o-", ms=4, color="#7f0d1b", label="this model: ceiling 3 $\\sigma_Y$, solved"
+)
+axes.semilogx(
+    measured,
+    kogut_etsion(measured),
+    "-",
+    color="#0072b2",
+    label="Kogut and Etsion 2002, finite elements",
+)
 axes.axhline(3, color="0.5", lw=0.8)
 axes.set(
     xlabel="load / load of first yield",

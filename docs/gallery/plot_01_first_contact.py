@@ -2,8 +2,8 @@
 01 A first contact
 ==================
 
-A rough steel surface of 0.1 mm × 0.1 mm is pressed on a rigid flat with 1 N. Five lines give pressure, real
-contact area and gap, and how far the result may be trusted.
+A rough steel surface of 0.1 mm × 0.1 mm is pressed on a rigid flat with 1 N. Five lines give
+pressure, real contact area and gap, and how far the result may be trusted.
 """
 
 # %%
@@ -27,17 +27,19 @@ print(f"regime             {result.regime}")
 print(f"certificate        {result.certificate:.1e} ({result.status})")
 
 # %%
-# One figure shows it all: about one part in thirty of the surface touches, on islands, and most of that is at the
-# ceiling of three yield strengths.
+# One figure shows it all: about one part in thirty of the surface touches, on islands, and most
+# of that is at the ceiling of three yield strengths.
 
 figure = plots.overview(result)
 
 # %%
-# The certificate is the number to look at first. It says how exactly the stated problem is solved, whatever the
-# units: here to better than one part in a million. The regime is the second: *saturated at the surface* means that
-# the material flows where it touches, and that the pressure there is the ceiling that was put in, not a prediction.
+# The certificate is the number to look at first. It says how exactly the stated problem is
+# solved, whatever the units: here to better than one part in a million. The regime is the second:
+# *saturated at the surface* means that the material flows where it touches, and that the pressure
+# there is the ceiling that was put in, not a prediction.
 #
-# What is predicted is where the bodies touch and how large that area is. It has to carry the load:
+# What is predicted is where the bodies touch and how large that area is. It has to carry the
+# load:
 
 share_at_ceiling = result.saturated_fraction / result.contact_fraction
 area_under_ceiling = result.load / steel.ceiling / (surface.size[0] * surface.size[1])

@@ -2,14 +2,14 @@ r"""
 02 Hertz, elastic and with ceilings
 ===================================
 
-A sphere on a flat is the contact that has an exact solution. In the coordinates :math:`r/a_\mathrm{H}` and
-:math:`p/p_\mathrm{H}` every sphere, material and load falls on one curve, and every ceiling adds one more. This is the
-check that the source paper opens with.
+A sphere on a flat is the contact that has an exact solution. In the coordinates
+:math:`r/a_\mathrm{H}` and :math:`p/p_\mathrm{H}` every sphere, material and load falls on one
+curve, and every ceiling adds one more. This is the check that the source paper opens with.
 """
 
 # %%
-# The load is chosen so that the map is four contact radii wide. Nothing else matters: in these coordinates the
-# result does not depend on the radius of the ball or on the steel.
+# The load is chosen so that the map is four contact radii wide. Nothing else matters: in these
+# coordinates the result does not depend on the radius of the ball or on the steel.
 
 import math
 
@@ -36,8 +36,8 @@ for fraction in fractions[1:]:
     results[fraction] = rc.solve(ball, material=steel, load=load, ceiling=fraction * p_hertz)
 
 # %%
-# Every pixel is one point of the next figure: its distance from the axis and its pressure. That the points of
-# one ceiling lie on one line means that the square grid leaves no trace.
+# Every pixel is one point of the next figure: its distance from the axis and its pressure. That
+# the points of one ceiling lie on one line means that the square grid leaves no trace.
 
 centre = (np.array(ball.shape) - 1) / 2
 y, x = (np.indices(ball.shape) - centre[:, None, None]) * pixel[0]
@@ -49,7 +49,12 @@ for colour, (fraction, result) in zip(colours, results.items(), strict=True):
     touching = result.contact
     label = "no ceiling" if fraction == 1.0 else f"{fraction:g} $p_H$"
     axes.plot(
-        r[touching] / a_hertz, result.pressure[touching] / p_hertz, ".", ms=2.5, color=colour, label=label
+        r[touching] / a_hertz,
+        result.pressure[touching] / p_hertz,
+        ".",
+        ms=2.5,
+        color=colour,
+        label=label,
     )
 rho = np.linspace(0, 1, 400)
 axes.plot(rho, np.sqrt(1 - rho**2), "k-", lw=1, label="Hertz, exact")
@@ -58,8 +63,9 @@ axes.set_title("A ceiling cuts the pressure and widens the contact", loc="left",
 axes.legend(markerscale=4, fontsize=8.5, frameon=False, ncols=2)
 
 # %%
-# The radii follow. Where the contact is fully saturated the load is :math:`p_\mathrm{lim}\pi a^2`, so that
-# :math:`a/a_\mathrm{H} = \sqrt{2/(3f)}` with :math:`f = p_\mathrm{lim}/p_\mathrm{H}`: an exact limit for low ceilings.
+# The radii follow. Where the contact is fully saturated the load is :math:`p_\mathrm{lim}\pi
+# a^2`, so that :math:`a/a_\mathrm{H} = \sqrt{2/(3f)}` with :math:`f =
+# p_\mathrm{lim}/p_\mathrm{H}`: an exact limit for low ceilings.
 
 radii, saturated_radii = {}, {}
 for fraction, result in results.items():
@@ -77,9 +83,17 @@ figure, axes = plt.subplots(figsize=(7.5, 3.8), layout="constrained")
 f = np.linspace(0.28, 1, 200)
 axes.plot(f, np.sqrt(2 / (3 * f)), "k--", lw=1, label=r"fully saturated, $\sqrt{2/(3f)}$")
 axes.plot(radii.keys(), radii.values(), "o-", color="#0072b2", label="contact radius")
-axes.plot(saturated_radii.keys(), saturated_radii.values(), "s-", color="#d55e00", label="saturated radius")
+axes.plot(
+    saturated_radii.keys(),
+    saturated_radii.values(),
+    "s-",
+    color="#d55e00",
+    label="saturated radius",
+)
 axes.set(xlabel=r"ceiling $f = p_\mathrm{lim}/p_H$", ylabel="radius / $a_H$", ylim=(0, 1.6))
-axes.set_title("Below half the Hertz pressure nearly all of the contact is saturated", loc="left", fontsize=11)
+axes.set_title(
+    "Below half the Hertz pressure nearly all of the contact is saturated", loc="left", fontsize=11
+)
 axes.legend(frameon=False)
 
 # %%

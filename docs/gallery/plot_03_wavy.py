@@ -2,12 +2,14 @@ r"""
 03 Waves, from first touch to full contact
 ==========================================
 
-A wave that is pressed flat is the second contact with an exact solution, and the one that reaches full contact.
-Westergaard (1939) solved the single wave; for crossed waves Johnson, Greenwood and Higginson (1985) give both ends.
+A wave that is pressed flat is the second contact with an exact solution, and the one that reaches
+full contact. Westergaard (1939) solved the single wave; for crossed waves Johnson, Greenwood and
+Higginson (1985) give both ends.
 """
 
 # %%
-# One wavelength, periodic in both directions. The contact closes at the mean pressure :math:`p^* = \pi E^* \Delta/\lambda`.
+# One wavelength, periodic in both directions. The contact closes at the mean pressure :math:`p^*
+# = \pi E^* \Delta/\lambda`.
 
 import math
 
@@ -33,11 +35,13 @@ for ratio in ratios:
     result = rc.solve(strip, material=steel, load=ratio * closing * strip_area, boundary="periodic")
     results.append(result)
     widths.append(result.corrected_contact_area / strip_area)
-exact = [2 * analytic.wavy_half_width(m * closing, closing, wavelength) / wavelength for m in ratios]
+exact = [
+    2 * analytic.wavy_half_width(m * closing, closing, wavelength) / wavelength for m in ratios
+]
 
 # %%
-# Pressure and gap of four loads beside the exact lines: with more load the strip widens, and the pressure turns from
-# Hertz's half-circle into the cosine of full contact.
+# Pressure and gap of four loads beside the exact lines: with more load the strip widens, and the
+# pressure turns from Hertz's half-circle into the cosine of full contact.
 
 x = np.arange(POINTS) * pixel[1]
 shifted = np.roll(np.arange(POINTS), POINTS // 2)
@@ -55,9 +59,7 @@ for index in (1, 4, 7, 10):
     )[0]
     exact_pressure = analytic.wavy_pressure(fine * wavelength, m * closing, closing, wavelength)
     left.plot(fine, exact_pressure / closing, "k-", lw=0.8)
-    right.plot(
-        place, results[index].gap[0][shifted] / amplitude, ".", ms=5, color=line.get_color()
-    )
+    right.plot(place, results[index].gap[0][shifted] / amplitude, ".", ms=5, color=line.get_color())
     exact_gap = analytic.wavy_gap(fine * wavelength, m * closing, closing, wavelength, amplitude)
     right.plot(fine, exact_gap / amplitude, "k-", lw=0.8)
 left.set(xlabel=r"$x/\lambda$", ylabel="$p/p^*$", title="pressure (points solved, lines exact)")
@@ -65,8 +67,8 @@ right.set(xlabel=r"$x/\lambda$", ylabel=r"gap$/\Delta$", title="gap")
 left.legend(fontsize=8, frameon=False)
 
 # %%
-# The same for waves that cross. Between the two ends of Johnson, Greenwood and Higginson there is no closed form:
-# the solver joins them.
+# The same for waves that cross. Between the two ends of Johnson, Greenwood and Higginson there is
+# no closed form: the solver joins them.
 
 crossed = rc.Surface(generate.crossed_waves((POINTS, POINTS), pixel, amplitude, wavelength), pixel)
 crossed_closing = analytic.crossed_full_contact_pressure(amplitude, wavelength, modulus)
@@ -84,12 +86,22 @@ for ratio in ratios:
 
 figure, axes = plt.subplots(figsize=(7.5, 4.2), layout="constrained")
 m = np.linspace(1e-3, 1, 300)
-axes.plot(m, 2 / math.pi * np.arcsin(np.sqrt(m)), "-", color="#0072b2", label="one wave, exact (Westergaard)")
+axes.plot(
+    m,
+    2 / math.pi * np.arcsin(np.sqrt(m)),
+    "-",
+    color="#0072b2",
+    label="one wave, exact (Westergaard)",
+)
 axes.plot(ratios, widths, "o", color="#0072b2", label="one wave, solved")
 light = [analytic.crossed_contact_fraction_light(v, 1.0) for v in m]
 heavy = [analytic.crossed_contact_fraction_heavy(v, 1.0) for v in m]
-axes.plot(m[m < 0.45], np.array(light)[m < 0.45], "--", color="#d55e00", label="crossed waves, light load")
-axes.plot(m[m > 0.6], np.array(heavy)[m > 0.6], ":", color="#d55e00", label="crossed waves, near closing")
+axes.plot(
+    m[m < 0.45], np.array(light)[m < 0.45], "--", color="#d55e00", label="crossed waves, light load"
+)
+axes.plot(
+    m[m > 0.6], np.array(heavy)[m > 0.6], ":", color="#d55e00", label="crossed waves, near closing"
+)
 axes.plot(ratios, areas, "s", color="#d55e00", label="crossed waves, solved")
 axes.set(xlabel=r"$\bar p/p^*$", ylabel="contact area / nominal area", xlim=(0, 1), ylim=(0, 1))
 axes.set_title("Both waves close exactly where theory says", loc="left", fontsize=11)

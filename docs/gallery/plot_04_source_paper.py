@@ -2,18 +2,20 @@ r"""
 04 The source paper, repeated
 =============================
 
-*An engineering model for pressure assessment in rough contacts* solves a measured sample of 0.1 mm × 0.1 mm with
-1024 × 1024 heights, elastic and with a ceiling of 3 GPa for a yield strength of 1 GPa. This page goes through its
-figures with numbers of this program. The radial profiles are in :ref:`the example before
-<sphx_glr_examples_plot_02_hertz.py>`; here follow the sample, both solutions, their areas, and what the paper leaves
-open: how the answer depends on the ceiling and on the grid.
+*An engineering model for pressure assessment in rough contacts* solves a measured sample of 0.1
+mm × 0.1 mm with 1024 × 1024 heights, elastic and with a ceiling of 3 GPa for a yield strength of
+1 GPa. This page goes through its figures with numbers of this program. The radial profiles are in
+:ref:`the example before <sphx_glr_examples_plot_02_hertz.py>`; here follow the sample, both
+solutions, their areas, and what the paper leaves open: how the answer depends on the ceiling and
+on the grid.
 """
 
 # %%
 # The sample
 # ----------
-# The measured map is not public, so one is generated, and its spectrum is stated: self-affine with a Hurst exponent
-# of 0.8, flat above a wavelength of 25 µm (four waves per side), nothing below eight pixels (0.78 µm), 0.2 µm RMS.
+# The measured map is not public, so one is generated, and its spectrum is stated: self-affine
+# with a Hurst exponent of 0.8, flat above a wavelength of 25 µm (four waves per side), nothing
+# below eight pixels (0.78 µm), 0.2 µm RMS.
 
 import time
 
@@ -44,7 +46,9 @@ axes.loglog(q[tail], reference[tail], "k--", lw=1, label=r"slope $-2-2H$, $H = 0
 axes.axvline(roll_off, color="0.6", lw=0.8)
 axes.axvline(POINTS / 8 / side, color="0.6", lw=0.8)
 axes.set(xlabel="waves per metre", ylabel="spectral density [m⁴]")
-axes.set_title("Flat to 25 µm, self-affine to eight pixels, nothing beyond", loc="left", fontsize=11)
+axes.set_title(
+    "Flat to 25 µm, self-affine to eight pixels, nothing beyond", loc="left", fontsize=11
+)
 axes.legend(frameon=False)
 print(f"Sq {surface.Sq * 1e6:.3f} µm, RMS slope {surface.Sdq:.3f}")
 
@@ -66,7 +70,8 @@ for name, result in (("elastic", elastic), ("ceiling 3 GPa", limited)):
 figure_comparison = plots.comparison([elastic, limited], ["elastic", "ceiling 3 GPa"])
 
 # %%
-# The elastic solution needs pressures that no steel bears. The ceiling spreads them over a larger area.
+# The elastic solution needs pressures that no steel bears. The ceiling spreads them over a larger
+# area.
 
 figure_histogram = plots.pressure_histogram(
     [elastic, limited], ["elastic", "ceiling 3 GPa"], scale="log"
@@ -75,8 +80,8 @@ figure_histogram = plots.pressure_histogram(
 # %%
 # The elastic spots lie inside
 # ----------------------------
-# The paper observes that the elastic spots lie inside the contact with the ceiling. So they do here: not a summit that
-# touched is let down when its neighbours yield.
+# The paper observes that the elastic spots lie inside the contact with the ceiling. So they do
+# here: not a summit that touched is let down when its neighbours yield.
 
 inside = float((elastic.contact & limited.contact).sum() / elastic.contact.sum())
 ratio = limited.contact_area / elastic.contact_area
@@ -92,7 +97,12 @@ extent = 1e6 * np.array([columns.start, columns.stop, rows.stop, rows.start]) * 
 figure_spots, axes = plt.subplots(figsize=(6.2, 5), layout="constrained")
 colours = plt.matplotlib.colors.ListedColormap(["#f1f1ee", "#f2b880", "#d62728", "#0072b2"])
 image = axes.imshow(
-    classes[rows, columns], cmap=colours, vmin=-0.5, vmax=3.5, extent=extent, interpolation="nearest"
+    classes[rows, columns],
+    cmap=colours,
+    vmin=-0.5,
+    vmax=3.5,
+    extent=extent,
+    interpolation="nearest",
 )
 bar = figure_spots.colorbar(image, ticks=range(4), shrink=0.8)
 bar.ax.set_yticklabels(["no contact", "only with ceiling", "only elastic", "both"])
@@ -102,8 +112,9 @@ axes.set_title("The elastic spots lie inside the contact with the ceiling", loc=
 # %%
 # How the answer depends on the ceiling
 # -------------------------------------
-# A low ceiling makes the area: :math:`W/p_\mathrm{lim}`, whatever the surface looks like. A high one is never reached, and
-# the area is the elastic one. Three gigapascals on this sample are on the first branch.
+# A low ceiling makes the area: :math:`W/p_\mathrm{lim}`, whatever the surface looks like. A high
+# one is never reached, and the area is the elastic one. Three gigapascals on this sample are on
+# the first branch.
 
 ceilings = np.array([1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48]) * 1e9
 areas, saturated = [], []
@@ -123,7 +134,9 @@ axes.loglog(
     color="#7f0d1b",
     label="saturated area",
 )
-axes.loglog(ceilings / 1e9, 100 * load / ceilings / side**2, "k--", lw=1, label=r"$W/p_\mathrm{lim}$")
+axes.loglog(
+    ceilings / 1e9, 100 * load / ceilings / side**2, "k--", lw=1, label=r"$W/p_\mathrm{lim}$"
+)
 axes.axhline(100 * elastic.contact_fraction, color="0.4", ls=":", label="elastic")
 axes.set(xlabel="ceiling [GPa]", ylabel="area [% of the map]", ylim=(0.05, None))
 axes.set_title("A low ceiling alone decides the contact area", loc="left", fontsize=11)
@@ -132,12 +145,18 @@ axes.legend(frameon=False)
 # %%
 # How it depends on the grid
 # --------------------------
-# Two questions hide in this one. *The same body on a finer grid*, with no waves added: a fault of the numbers, and it
-# dies out. *A finer measurement*, that brings in waves which the coarser one did not see: another body, steeper, whose
-# elastic contact shrinks without end. Under the ceiling it does not: there the area is the load over the ceiling.
+# Two questions hide in this one. *The same body on a finer grid*, with no waves added: a fault of
+# the numbers, and it dies out. *A finer measurement*, that brings in waves which the coarser one
+# did not see: another body, steeper, whose elastic contact shrinks without end. Under the ceiling
+# it does not: there the area is the load over the ceiling.
 
 grids = [POINTS // 8, POINTS // 4, POINTS // 2, POINTS, 2 * POINTS]
-curves: dict[str, list[float]] = {"same elastic": [], "same ceiling": [], "finer elastic": [], "finer ceiling": []}
+curves: dict[str, list[float]] = {
+    "same elastic": [],
+    "same ceiling": [],
+    "finer elastic": [],
+    "finer ceiling": [],
+}
 slopes = []
 for points in grids:
     step = (side / points, side / points)
@@ -160,8 +179,16 @@ figure_grid, panels = plt.subplots(1, 2, figsize=(9, 3.9), sharey=True, layout="
 for axes, name, title in zip(
     panels, ("same", "finer"), ("same body, finer grid", "finer measurement"), strict=True
 ):
-    axes.semilogx(grids, 100 * np.array(curves[f"{name} ceiling"]), "s-", color="#7f0d1b", label="ceiling 3 GPa")
-    axes.semilogx(grids, 100 * np.array(curves[f"{name} elastic"]), "o-", color="#0072b2", label="elastic")
+    axes.semilogx(
+        grids,
+        100 * np.array(curves[f"{name} ceiling"]),
+        "s-",
+        color="#7f0d1b",
+        label="ceiling 3 GPa",
+    )
+    axes.semilogx(
+        grids, 100 * np.array(curves[f"{name} elastic"]), "o-", color="#0072b2", label="elastic"
+    )
     axes.set_xscale("log", base=2)
     axes.set(xlabel="points per side", title=title, ylim=(0, None))
 panels[0].set_ylabel("contact area [% of the map]")
@@ -174,8 +201,9 @@ for points, slope, first, second in zip(
     print(f"{points:6d} {slope:10.3f} {100 * first:12.3f} % {100 * second:14.3f} %")
 
 # %%
-# The elastic area of a finer measurement falls as the RMS slope grows, :math:`A = \kappa W/(E^* h')`. An elastic contact
-# area without the resolution of the instrument is therefore no result; the area under a ceiling hardly depends on it.
+# The elastic area of a finer measurement falls as the RMS slope grows, :math:`A = \kappa W/(E^*
+# h')`. An elastic contact area without the resolution of the instrument is therefore no result;
+# the area under a ceiling hardly depends on it.
 
 elastic_change = curves["finer elastic"][-1] / curves["finer elastic"][0] - 1
 ceiling_change = curves["finer ceiling"][-1] / curves["finer ceiling"][0] - 1

@@ -2,14 +2,15 @@ r"""
 05 A load curve
 ===============
 
-Real contact area, gap, stiffness and spots over four decades of load, beside what the simple laws say: area in
-proportion to load at first (:math:`A = \kappa W/(E^* h')`), Persson's theory on the way, and the ceiling at the end.
+Real contact area, gap, stiffness and spots over four decades of load, beside what the simple laws
+say: area in proportion to load at first (:math:`A = \kappa W/(E^* h')`), Persson's theory on the
+way, and the ceiling at the end.
 """
 
 # %%
-# ``load_curve`` starts every load from the one before; with ``folder=`` it keeps every finished step and resumes. The map
-# is periodic here, as the theories assume, and its shortest wave is sixteen pixels long, so that areas are those of
-# the body and not of the grid.
+# ``load_curve`` starts every load from the one before; with ``folder=`` it keeps every finished
+# step and resumes. The map is periodic here, as the theories assume, and its shortest wave is
+# sixteen pixels long, so that areas are those of the body and not of the grid.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -37,7 +38,10 @@ curves = {
         surface, material=steel, loads=loads, ceiling=None, boundary="periodic"
     ),
     "ceiling 3 GPa": rc.load_curve(
-        surface, material=steel, loads=[w for w in loads if w < 0.99 * 3e9 * side**2], boundary="periodic"
+        surface,
+        material=steel,
+        loads=[w for w in loads if w < 0.99 * 3e9 * side**2],
+        boundary="periodic",
     ),
 }
 
@@ -52,11 +56,21 @@ for name, curve in curves.items():
     theory, _ = curve.persson
     axes.loglog(curve.column("load"), fraction, "o", color=colours[name], label=f"{name}, solved")
     axes.loglog(
-        curve.column("load"), theory / curve.nominal_area, "-", lw=1, color=colours[name], label=f"{name}, Persson"
+        curve.column("load"),
+        theory / curve.nominal_area,
+        "-",
+        lw=1,
+        color=colours[name],
+        label=f"{name}, Persson",
     )
 elastic = curves["elastic"]
 low = np.array([0.3, 10])
-line = elastic.low_load_slope * low / (elastic.contact_modulus * elastic.rms_gradient) / elastic.nominal_area
+line = (
+    elastic.low_load_slope
+    * low
+    / (elastic.contact_modulus * elastic.rms_gradient)
+    / elastic.nominal_area
+)
 axes.loglog(low, line, "k--", lw=1, label=rf"$\kappa$ = {elastic.low_load_slope:.2f}")
 axes.set(xlabel="load [N]", ylabel="contact area / nominal area", ylim=(None, 1.3))
 axes.set_title("Area grows with load, up to all there is", loc="left", fontsize=11)
@@ -65,15 +79,19 @@ axes.legend(frameon=False, fontsize=9)
 # %%
 # Gap, stiffness, spots
 # ---------------------
-# The mean gap falls, the stiffness rises in proportion to the load, and the number of spots has a maximum where they begin
-# to merge.
+# The mean gap falls, the stiffness rises in proportion to the load, and the number of spots has a
+# maximum where they begin to merge.
 
 figure_rest, panels = plt.subplots(1, 3, figsize=(10, 3.4), layout="constrained")
 for name, curve in curves.items():
     w = curve.column("load")
-    panels[0].semilogx(w, curve.column("mean_gap") * 1e6, "o-", ms=4, color=colours[name], label=name)
+    panels[0].semilogx(
+        w, curve.column("mean_gap") * 1e6, "o-", ms=4, color=colours[name], label=name
+    )
     finite = np.isfinite(curve.column("stiffness")) & (curve.column("stiffness") > 0)
-    panels[1].loglog(w[finite], curve.column("stiffness")[finite] / 1e6, "o-", ms=4, color=colours[name])
+    panels[1].loglog(
+        w[finite], curve.column("stiffness")[finite] / 1e6, "o-", ms=4, color=colours[name]
+    )
     panels[2].semilogx(w, curve.column("spots"), "o-", ms=4, color=colours[name])
 for axes, label in zip(panels, ("mean gap [µm]", "stiffness [N/µm]", "contact spots"), strict=True):
     axes.set(xlabel="load [N]", ylabel=label)
@@ -81,8 +99,8 @@ panels[0].legend(frameon=False)
 
 # %%
 # The slope :math:`\kappa` at light load tells how a surface touches. Persson's theory has
-# :math:`\sqrt{8/\pi} = 1.60`, the asperity theory of Bush, Gibson and Thomas :math:`\sqrt{2\pi} = 2.51`, and boundary elements
-# between 1.8 and 2.3 (Hyun et al. 2004).
+# :math:`\sqrt{8/\pi} = 1.60`, the asperity theory of Bush, Gibson and Thomas :math:`\sqrt{2\pi} =
+# 2.51`, and boundary elements between 1.8 and 2.3 (Hyun et al. 2004).
 
 kappa = elastic.low_load_slope
 print(f"low-load slope κ = {kappa:.2f}")

@@ -2,14 +2,15 @@
 06 Can it be trusted?
 =====================
 
-A certificate says that the stated problem is solved. Whether the map states the right problem is another question: does
-the answer change with the grid, with the filter, with the ceiling? ``resolution_study`` solves the same contact again on
-coarser and finer grids and says so in words.
+A certificate says that the stated problem is solved. Whether the map states the right problem is
+another question: does the answer change with the grid, with the filter, with the ceiling?
+``resolution_study`` solves the same contact again on coarser and finer grids and says so in
+words.
 """
 
 # %%
-# Two bodies with the same kind of map: a polished ball, which the grid resolves, and a ground surface, whose roughness
-# goes down to the pixel.
+# Two bodies with the same kind of map: a polished ball, which the grid resolves, and a ground
+# surface, whose roughness goes down to the pixel.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -49,8 +50,8 @@ for name, found in studies.items():
     print()
 
 # %%
-# The same as a figure, each quantity over its value on the measured grid. A quantity of the contact stays on the line; a
-# property of the pixel runs away from it.
+# The same as a figure, each quantity over its value on the measured grid. A quantity of the
+# contact stays on the line; a property of the pixel runs away from it.
 
 figure, panels = plt.subplots(1, 3, figsize=(10, 3.7), sharey=True, layout="constrained")
 for axes, (name, found) in zip(panels, studies.items(), strict=True):
@@ -69,8 +70,9 @@ panels[0].set_ylabel("value / value on the measured grid")
 panels[0].legend(frameon=False, fontsize=9)
 
 # %%
-# Of the ball everything holds. Of the ground surface no elastic number does: neither area nor pressure belongs to the
-# surface, both belong to the instrument. With the ceiling the contact area is one that can be quoted.
+# Of the ball everything holds. Of the ground surface no elastic number does: neither area nor
+# pressure belongs to the surface, both belong to the instrument. With the ceiling the contact
+# area is one that can be quoted.
 
 steady = {name: found.independent("contact_fraction") for name, found in studies.items()}
 for name, answer in steady.items():

@@ -2,13 +2,14 @@
 07 From a raw measurement to a contact
 ======================================
 
-A measurement is not yet a surface: the sample lay askew, the instrument lost points and invented spikes, and the form of
-the part hides its roughness. Each step of the preparation is one method, and the provenance keeps them in order.
+A measurement is not yet a surface: the sample lay askew, the instrument lost points and invented
+spikes, and the form of the part hides its roughness. Each step of the preparation is one method,
+and the provenance keeps them in order.
 """
 
 # %%
-# A ball of 8 mm radius as an optical profilometer shows it: tilted, rough, with spikes and lost points. As it is made
-# here, the truth is known.
+# A ball of 8 mm radius as an optical profilometer shows it: tilted, rough, with spikes and lost
+# points. As it is made here, the truth is known.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -40,7 +41,8 @@ measured = rc.Surface(raw, pixel, rc.Provenance(source="simulated measurement of
 print(f"{measured.missing} points are missing, {np.count_nonzero(spikes & ~patch)} are spikes")
 
 # %%
-# Spikes go first, as everything fitted afterwards would follow them; then the form, then the holes.
+# Spikes go first, as everything fitted afterwards would follow them; then the form, then the
+# holes.
 
 clean = measured.without_outliers()
 rough = clean.without_form("sphere")
@@ -68,14 +70,16 @@ figure.suptitle("Missing points in red", fontsize=10, x=0.01, ha="left")
 
 _, found = preparation.remove_form(clean.heights, pixel, "sphere")
 radius_error = abs(found["radius"] / radius - 1)
-print(f"radius {found['radius'] * 1e3:.3f} mm, true {radius * 1e3:.3f} mm: {100 * radius_error:.2f} % off")
+print(
+    f"radius {found['radius'] * 1e3:.3f} mm, true {radius * 1e3:.3f} mm: {100 * radius_error:.2f} % off"
+)
 print(f"roughness Sq {whole.Sq * 1e9:.1f} nm, true {roughness.std() * 1e9:.1f} nm")
 
 # %%
 # What it matters
 # ---------------
-# The ball is pressed on a flat, once with its spikes and once without. Filling keeps the form: only the tilt
-# is removed before, for the highest point decides where the ball touches.
+# The ball is pressed on a flat, once with its spikes and once without. Filling keeps the form:
+# only the tilt is removed before, for the highest point decides where the ball touches.
 
 steel = rc.Material(young=210e9, poisson=0.3, yield_strength=2e9)
 load = 0.5
@@ -95,7 +99,9 @@ for axes, (name, result) in zip(
     strict=True,
 ):
     shown = np.where(result.contact, result.pressure / 1e9, np.nan)
-    image = axes.imshow(shown, cmap="inferno_r", vmin=0, vmax=6, extent=np.array([0, side, side, 0]) * 1e6)
+    image = axes.imshow(
+        shown, cmap="inferno_r", vmin=0, vmax=6, extent=np.array([0, side, side, 0]) * 1e6
+    )
     axes.set_facecolor("#f1f1ee")
     axes.set(title=name, xlabel="x [µm]", xlim=(60, 140), ylim=(140, 60))
 panels[0].set_ylabel("y [µm]")

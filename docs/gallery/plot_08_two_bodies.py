@@ -2,13 +2,14 @@ r"""
 08 Two rough bodies on nominal forms
 ====================================
 
-Bodies in machines are seldom flat. Here two cylinders cross, each with its own roughness, measured on grids of their
-own. Without roughness they touch like a ball on a flat: the roughness then shows what it changes.
+Bodies in machines are seldom flat. Here two cylinders cross, each with its own roughness,
+measured on grids of their own. Without roughness they touch like a ball on a flat: the roughness
+then shows what it changes.
 """
 
 # %%
-# Nominal forms are surfaces like any others; ``with_form`` puts roughness on them, and ``bodies.matched`` brings two maps to
-# one grid.
+# Nominal forms are surfaces like any others; ``with_form`` puts roughness on them, and
+# ``bodies.matched`` brings two maps to one grid.
 
 import math
 
@@ -75,11 +76,14 @@ for axes, (rms, name) in zip(panels, finishes.items(), strict=True):
     axes.set(title=name, xlabel="x [µm]", xlim=(-60, 60), ylim=(60, -60))
 panels[0].set_ylabel("y [µm]")
 figure.colorbar(image, ax=panels, label="pressure [GPa]", shrink=0.85)
-figure.suptitle("Roughness breaks the circle of Hertz (dashed) into spots and spreads them", fontsize=11)
+figure.suptitle(
+    "Roughness breaks the circle of Hertz (dashed) into spots and spreads them", fontsize=11
+)
 
 # %%
-# The load sits on less area within a wider ring. Greenwood and Tripp (1967) described it: roughness
-# matters once its height is no longer small against the approach of the smooth bodies, here
+# The load sits on less area within a wider ring. Greenwood and Tripp (1967) described it:
+# roughness matters once its height is no longer small against the approach of the smooth bodies,
+# here
 
 approach = hertz.approach(load, radius, modulus)
 print(f"approach of the smooth bodies {approach * 1e6:.3f} µm")
@@ -93,7 +97,8 @@ for rms, name in finishes.items():
     )
 
 # %%
-# The polished pair is Hertz's contact, though it was measured on two grids and lies on two cylinders:
+# The polished pair is Hertz's contact, though it was measured on two grids and lies on two
+# cylinders:
 
 radius_error = abs(math.sqrt(results[1e-9].corrected_contact_area / math.pi) / a_hertz - 1)
 print(f"contact radius within {100 * radius_error:.1f} % of Hertz")

@@ -2,13 +2,14 @@ r"""
 09 Which material, which ceiling?
 =================================
 
-The ceiling is the one number of the model that is no elastic constant. By default it is three yield strengths of the
-softer body, or its hardness where no yield strength is known. This page shows what that means for real materials, and when
-the ceiling matters at all.
+The ceiling is the one number of the model that is no elastic constant. By default it is three
+yield strengths of the softer body, or its hardness where no yield strength is known. This page
+shows what that means for real materials, and when the ceiling matters at all.
 """
 
 # %%
-# The catalogue knows a number of materials, each value with its source. The same ground surface under the same load:
+# The catalogue knows a number of materials, each value with its source. The same ground surface
+# under the same load:
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -36,8 +37,9 @@ for name in names:
 # %%
 # A hardness as the ceiling
 # -------------------------
-# Three yield strengths are right for a metal that does not harden (Tabor 1951). One that does bears more: its hardness is the
-# better ceiling, and it is at hand more often than the yield strength.
+# Three yield strengths are right for a metal that does not harden (Tabor 1951). One that does
+# bears more: its hardness is the better ceiling, and it is at hand more often than the yield
+# strength.
 
 figure, axes = plt.subplots(figsize=(7.5, 4), layout="constrained")
 ratios = {}
@@ -50,15 +52,18 @@ axes.barh(order, [ratios[key] for key in order], color="#0072b2")
 axes.axvline(3, color="#7f0d1b", lw=1.5)
 axes.annotate("3 σ$_Y$", (3, -0.4), xytext=(4, 0), textcoords="offset points", color="#7f0d1b")
 axes.set(xlabel="hardness (mean pressure) / yield strength", xlim=(0, None))
-axes.set_title("Hardened steels lie near three; soft alloys harden beyond it", loc="left", fontsize=11)
+axes.set_title(
+    "Hardened steels lie near three; soft alloys harden beyond it", loc="left", fontsize=11
+)
 axes.tick_params(axis="y", labelsize=8)
 
 # %%
 # When does it matter?
 # --------------------
-# Two numbers decide: how steep the surface is for its strength, :math:`E^* h'/\sigma_Y` (a plasticity index), and how hard it
-# is pressed, :math:`\bar p/\sigma_Y`. The map is solved, one contact for each point of a grid over both; every surface of this
-# spectrum has its place on it, whatever the material.
+# Two numbers decide: how steep the surface is for its strength, :math:`E^* h'/\sigma_Y` (a
+# plasticity index), and how hard it is pressed, :math:`\bar p/\sigma_Y`. The map is solved, one
+# contact for each point of a grid over both; every surface of this spectrum has its place on it,
+# whatever the material.
 
 modulus = rc.contact_modulus(rc.Material(young=210e9, poisson=0.3), rc.RIGID)
 area = surface.size[0] * surface.size[1]
@@ -99,12 +104,12 @@ for name in ("100Cr6", "42CrMo4", "6061-T6", "X5CrNi18-10", "PEEK"):
     axes.annotate(name, place, xytext=(-4, 6), textcoords="offset points", ha="right", fontsize=9)
 
 # %%
-# Below an index of about two even the summits stay elastic and no ceiling matters; far above thirty nearly all that
-# touches is saturated, and the contact area is the load over the ceiling. Between the two elastic constants, slope and
-# ceiling all count, and one needs the solver.
+# Below an index of about two even the summits stay elastic and no ceiling matters; far above
+# thirty nearly all that touches is saturated, and the contact area is the load over the ceiling.
+# Between the two elastic constants, slope and ceiling all count, and one needs the solver.
 #
-# Persson's theory with a ceiling is a quick guess at the area, but not at this share: it counts as saturated what has
-# once been loaded to the ceiling on any scale. At an index of ten:
+# Persson's theory with a ceiling is a quick guess at the area, but not at this share: it counts
+# as saturated what has once been loaded to the ceiling on any scale. At an index of ten:
 
 mild, middle, steep = (saturated_share(index, 0.1) for index in (1.0, 10.0, 100.0))
 contact, saturated = analytic.persson_fractions(0.1, 1.0, 10.0, 3.0)

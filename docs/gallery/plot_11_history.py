@@ -2,9 +2,9 @@ r"""
 11 Loading, unloading, and passing again
 ========================================
 
-A ceiling leaves an indentation behind. ``load_history`` keeps it from stage to stage: unloading is elastic about the indented
-surface, and the second loading follows it: at one place the contact has shaken down after a single pass. A counter-body that
-rolls along takes longer.
+A ceiling leaves an indentation behind. ``load_history`` keeps it from stage to stage: unloading
+is elastic about the indented surface, and the second loading follows it: at one place the contact
+has shaken down after a single pass. A counter-body that rolls along takes longer.
 """
 
 # %%
@@ -35,13 +35,15 @@ axes.set(xlabel="approach [µm]", ylabel="load [N]", ylim=(0, None))
 axes.set_title("The second loading follows the unloading", loc="left", fontsize=11)
 axes.legend(frameon=False)
 
-print(f"permanently indented: {cycle.indentation_volume * 1e18:.2f} µm³, at most {cycle.indentation.max() * 1e9:.0f} nm")
+print(
+    f"permanently indented: {cycle.indentation_volume * 1e18:.2f} µm³, at most {cycle.indentation.max() * 1e9:.0f} nm"
+)
 print(f"dissipated: {cycle.dissipated_energy * 1e9:.1f} nJ")
 print(f"shaken down: {cycle.shaken_down}")
 
 # %%
-# The loop between loading and unloading is the work that the ceiling has dissipated. What stays is drawn below: the summits
-# have become plateaus, exactly where the contact was saturated.
+# The loop between loading and unloading is the work that the ceiling has dissipated. What stays
+# is drawn below: the summits have become plateaus, exactly where the contact was saturated.
 
 figure_indented, axes = plt.subplots(figsize=(5.6, 4.6), layout="constrained")
 shown = np.where(cycle.indentation > 0, 1e9 * cycle.indentation, np.nan)
@@ -55,9 +57,10 @@ figure_indented.colorbar(image, label="permanent indentation [nm]")
 # %%
 # Passes
 # ------
-# A rough counter-body rolls over the surface, an eighth of the map further with each pass, three rounds in all. Each place
-# brings other summits together, and a summit that was lowered at one place leaves its load to others at the next:
-# running-in takes many passes, and each of them finds less to flatten.
+# A rough counter-body rolls over the surface, an eighth of the map further with each pass, three
+# rounds in all. Each place brings other summits together, and a summit that was lowered at one
+# place leaves its load to others at the next: running-in takes many passes, and each of them
+# finds less to flatten.
 
 counter_heights, _ = rc.reference_map(POINTS, rng_seed=7)
 counter = rc.Surface(0.3 * counter_heights, pixel)
@@ -77,13 +80,18 @@ moving = load_history(
 
 figure_passes, axes = plt.subplots(figsize=(6.5, 4), layout="constrained")
 number = np.arange(1, count + 1)
-for name, history, mark in (("at one place", still, "s--"), ("an eighth of the map further", moving, "o-")):
+for name, history, mark in (
+    ("at one place", still, "s--"),
+    ("an eighth of the map further", moving, "o-"),
+):
     volume = history.column("indentation_volume")[::2] * 1e18
     axes.plot(number, volume, mark, label=name)
 for turn in range(1, rounds):
     axes.axvline(turn * places + 0.5, color="0.6", lw=0.8, ls=":")
 axes.set(xlabel="pass", ylabel="newly indented volume [µm³]", ylim=(0, None))
-axes.set_title("Rolling along runs the surface in; standing still does not", loc="left", fontsize=11)
+axes.set_title(
+    "Rolling along runs the surface in; standing still does not", loc="left", fontsize=11
+)
 axes.legend(frameon=False)
 
 # %%
@@ -96,5 +104,5 @@ last_share = float(volume[-1] / volume[0])
 print(f"moving: round {rounds} indents {100 * last_share:.1f} % of what the first did")
 
 # %%
-# Mind what the model leaves out: the indented volume is gone, nothing piles up beside it, and no residual stress helps the
-# shakedown, as it does in a real contact.
+# Mind what the model leaves out: the indented volume is gone, nothing piles up beside it, and no
+# residual stress helps the shakedown, as it does in a real contact.

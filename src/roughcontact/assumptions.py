@@ -9,10 +9,11 @@ import numpy as np
 
 from roughcontact import roughness
 from roughcontact.errors import InputError
-from roughcontact.material import CEILING_FACTOR, RIGID, Material, softer
+from roughcontact.material import RIGID, Material, softer
 from roughcontact.result import (
     BELOW_FIRST_YIELD,
     BEYOND_CEILING,
+    BEYOND_HARDNESS,
     SATURATED,
     UNKNOWN,
     YIELDING_BELOW,
@@ -112,13 +113,27 @@ def regime(result: ContactResult) -> str:
             f"The material yields at the surface: on {share} of the contact area the pressure is "
             "at its ceiling, and the surface there keeps an indentation."
         )
-    if name == UNKNOWN:
+    body = softer(result.material, result.counter_material)
+    if name == UNKNOWN and (body is None or body.hardness is None):
         return (
             f"No yield strength was given: whether the material bears the largest pressure of "
             f"{largest} cannot be said."
         )
-    body = softer(result.material, result.counter_material)
     assert body is not None
+    if name in (UNKNOWN, BEYOND_HARDNESS):
+        assert body.hardness is not None
+        hardness = engineering(body.hardness, "Pa", 3)
+        if name == UNKNOWN:
+            return (
+                f"The largest pressure, {largest}, stays below the hardness of the softer body, "
+                f"{hardness}. Whether it yields below the surface cannot be said without a yield "
+                "strength."
+            )
+        return (
+            f"The elastic pressure, up to {largest}, exceeds the hardness of the softer body, "
+            f"{hardness}, more than it can carry. The true contact area is larger, the true "
+            "pressure lower."
+        )
     assert body.first_yield_pressure is not None
     assert body.yield_strength is not None
     first = engineering(body.first_yield_pressure, "Pa", 3)
@@ -168,13 +183,18 @@ def ceiling_origin(result: ContactResult) -> str:
         )  # fmt: skip
     text = engineering(float(ceiling), "Pa")
     body = softer(result.material, result.counter_material)
-    if body is None or body.yield_strength is None:
+    if body is None or body.ceiling is None:
         return f"{text}, as given"
+    automatic = math.isclose(float(ceiling), body.ceiling, rel_tol=1e-9)
+    whose = "" if _one_ceiling(result) else " of the softer body"
+    if body.yield_strength is None:
+        if automatic:
+            return f"{text}, the hardness{whose}"
+        return f"{text}, as given: {float(ceiling) / body.ceiling:.3g} times the hardness{whose}"
+    if automatic:
+        return f"{text}, three times the yield strength{whose}"
     factor = float(ceiling) / body.yield_strength
-    whose = "the yield strength" if _one_strength(result) else "the smaller yield strength"
-    if math.isclose(factor, CEILING_FACTOR, rel_tol=1e-9):
-        return f"{text}, three times {whose}"
-    return f"{text}, as given: {factor:.3g} times {whose}"
+    return f"{text}, as given: {factor:.3g} times the yield strength{whose}"
 
 
 def rms_slope(result: ContactResult) -> float:
@@ -218,9 +238,9 @@ def carrying_pixels(result: ContactResult, spots: Spots) -> int:
     return round(float(spots.area[min(index, spots.count - 1)]) / result.pixel_area)
 
 
-def _one_strength(result: ContactResult) -> bool:
-    strengths = {result.material.yield_strength, result.counter_material.yield_strength}
-    return len(strengths - {None}) == 1
+def _one_ceiling(result: ContactResult) -> bool:
+    ceilings = {result.material.ceiling, result.counter_material.ceiling}
+    return len(ceilings - {None}) == 1
 
 
 def _rigid(body: Material) -> bool:
@@ -333,11 +353,12 @@ def _yielding(result: ContactResult) -> Statement:
         )
         if body is None:
             return Statement("No yielding", f"{text} No yield strength was given.")
-        return Statement("No yielding", f"{text} {_first_yield(body)}")
+        return Statement("No yielding", f"{text} {_first_yield(body)}".strip())
     text = f"The pressure may not exceed a ceiling ({ceiling_origin(result)}). "
     if result.saturated_fraction == 0:
         text += "It is reached nowhere: the solution is the elastic one."
-        return Statement("Yielding", text + (f" {_first_yield(body)}" if body else ""))
+        text += f" {_first_yield(body)}" if body else ""
+        return Statement("Yielding", text.strip())
     deepest = engineering(float(result.residual_indentation.max()), "m", 3)
     text += (
         "Points at the ceiling are called saturated: the material there flows, and the part by "
@@ -345,7 +366,13 @@ def _yielding(result: ContactResult) -> Statement:
         "Where the displaced material goes, the residual stress that it leaves and hardening are "
         "not in the model: the ceiling stands in for plasticity. "
     )
-    if body is not None:
+    if body is not None and body.yield_strength is None:
+        text += (
+            "The hardness is the mean pressure under an indenter, at the end of yielding: smaller "
+            "spots, in the transition from elastic to fully plastic, bear less than that, and "
+            "their area is larger than shown."
+        )
+    elif body is not None:
         text += (
             "That the pressure levels off near three yield strengths is Tabor's finding (1951) for "
             "full indentation. The mean pressure on a perfectly plastic sphere is 2.17, 2.41, 2.62 "
@@ -359,7 +386,8 @@ def _yielding(result: ContactResult) -> Statement:
 
 
 def _first_yield(body: Material) -> str:
-    assert body.first_yield_pressure is not None
+    if body.first_yield_pressure is None:
+        return ""
     return (
         "Yielding begins earlier, and below the surface: for a sphere of the softer material at a "
         f"peak pressure of {engineering(body.first_yield_pressure, 'Pa', 3)} "
@@ -421,6 +449,10 @@ def _loading(result: ContactResult) -> Statement:
         given = "The load was given, and the approach follows from it. "
     else:
         given = "The approach was given, and the load is what the pressure adds up to. "
+    if result.moments is None:
+        given += "The bodies are pressed together without tilting. "
+    else:
+        given += "The bodies tilt until the pressure balances the moments that were given. "
     return Statement(
         "One loading",
         f"{given}It is applied once, slowly, to the surfaces as prepared: earlier passes, "

@@ -216,13 +216,12 @@ def _solve(asked: Job, as_json: _Json = False, quiet: _Quiet = False) -> None:
     result, written = outcome.result, outcome.written
     if as_json:
         told = {**export.record(result), "written": [str(path) for path in written]}
+        told["resolution_notes"] = list(outcome.notes)
         if outcome.study is not None:
             told["study"] = outcome.study.summary()
         print(export.to_json(told))
     elif not quiet:
-        console.show_solution(
-            result, str(asked.given.get("ceiling", "auto")), outcome.study, written
-        )
+        console.show_solution(outcome, str(asked.given.get("ceiling", "auto")))
     if outcome.failure is not None:
         raise outcome.failure
     if not result.converged:
@@ -250,7 +249,7 @@ roughcontact sweep ground.opd --from "10 mN" --to "10 N" --steps 13 --young "210
 """,
 )
 @_reporting
-@_describing("load", "approach", "study", "output", "report", "figures")
+@_describing("load", "approach", "load-point", "study", "output", "report", "figures")
 def _sweep(
     asked: Job,
     first: Annotated[
@@ -332,7 +331,7 @@ roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 --holes
 """,
 )
 @_reporting
-@_describing("load", "approach", "precision", "study", "output", "report", "figures")
+@_describing("load", "approach", "load-point", "precision", "study", "output", "report", "figures")
 def _history(
     asked: Job,
     path: Annotated[

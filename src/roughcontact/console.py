@@ -7,7 +7,7 @@ import io
 import math
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich import box
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from roughcontact.catalogue import Entry
     from roughcontact.formats import Channel
     from roughcontact.history import LoadHistory
-    from roughcontact.job import Say
+    from roughcontact.job import Outcome, Say
     from roughcontact.loading import LoadCurve
     from roughcontact.material import Material
     from roughcontact.project import Report
     from roughcontact.result import ContactResult
     from roughcontact.solver import Step
-    from roughcontact.study import ResolutionStudy, Variant
+    from roughcontact.study import ResolutionStudy
     from roughcontact.surface import Surface
 
 Row = tuple[str, ...]
@@ -60,16 +60,16 @@ def described(step: Step) -> str:
     )
 
 
-def show_solution(
-    result: ContactResult, ceiling: str, study: ResolutionStudy | None, written: Sequence[Path]
-) -> None:
+def show_solution(outcome: Outcome, ceiling: str) -> None:
     """Print problem, answer and trust of a result, then its warnings and files."""
+    result = outcome.result
     _print_table(_problem_rows(result, ceiling), _answer_rows(result), _trust_rows(result))
     # The status above has said already where the result is not converged.
     _print_warnings(note for note in result.warnings if not note.startswith("not converged"))
-    if study is not None:
-        _print_study(study)
-    _print_written(written)
+    _print_warnings(outcome.notes, "note")
+    if outcome.study is not None:
+        _print_study(outcome.study)
+    _print_written(outcome.written)
 
 
 def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
@@ -194,32 +194,23 @@ def show_entry(entry: Entry) -> None:
 
 def _slope_in_words(curve: LoadCurve) -> str:
     slope = curve.low_load_slope
-    if curve.column("saturated_area").any():
-        return "only defined for an elastic contact; see --ceiling none"
     if math.isnan(slope):
-        return "not defined: every load closes more than 5 % of the map"
+        return "not defined: no load is low (5 % of the map) and elastic"
     return f"A = {slope:.3g} W/(E* h'); theory 1.6 (Persson) to 2.5 (Bush, Gibson, Thomas)"
 
 
 def _print_study(study: ResolutionStudy) -> None:
-    def rows(variants: Iterable[Variant], value: Callable[[Variant], str]) -> list[Row]:
-        return [
-            (
-                value(v),
-                _percent(v.contact_fraction, 3),
-                _percent(v.saturated_fraction, 3),
-                _pressure(v.max_pressure),
-                _pressure(v.mean_pressure),
-            )
-            for v in variants
-        ]
-
-    _print_table(
-        rows(study.grids, lambda v: f"pixel {_length(max(v.pixel))}"),
-        rows(study.cutoffs, lambda v: f"S-filter {_length(v.value)}"),
-        rows(study.ceilings, lambda v: f"ceiling {v.value:g} × yield"),
-        heads=("study", "contact", "saturated", "max pressure", "mean pressure"),
-    )
+    rows = [
+        (
+            name,
+            _percent(case.contact_fraction, 3),
+            _percent(case.saturated_fraction, 3),
+            _pressure(case.max_pressure),
+            _pressure(case.mean_pressure),
+        )
+        for name, case in study.named()
+    ]
+    _print_table(rows, heads=("study", "contact", "saturated", "max pressure", "mean pressure"))
     for sentence in study.sentences:
         _print(Text(sentence))
     print()
@@ -330,6 +321,7 @@ def _answer_rows(result: ContactResult) -> list[Row]:
     return [
         ("load", units.engineering(result.load, "N") + given.get("load", "")),
         ("approach", _length(result.approach) + given.get("approach", "")),
+        *([("tilt (y, x)", _tilt_in_words(result))] if result.moments is not None else []),
         ("max pressure", _pressure(result.max_pressure)),
         ("contact area", f"{area} ({_percent(result.contact_fraction)})"),
         ("saturated", _percent(result.saturated_fraction)),
@@ -337,6 +329,11 @@ def _answer_rows(result: ContactResult) -> list[Row]:
         ("residual indentation", f"up to {_length(indentation)}" if indentation else "none"),
         ("regime", result.regime),
     ]
+
+
+def _tilt_in_words(result: ContactResult) -> str:
+    y, x = (1e6 * angle for angle in result.tilt)
+    return f"{y:.4g}, {x:.4g} µrad; moments balanced to {result.moment_error:.0e} of load × size"
 
 
 def _trust_rows(result: ContactResult) -> list[Row]:
@@ -425,8 +422,8 @@ def _print_table(*blocks: Sequence[Row], heads: Row = ()) -> None:
     print()
 
 
-def _print_warnings(notes: Iterable[str]) -> None:
-    lines = [f"warning: {_printable(job.in_options(note))}" for note in notes]
+def _print_warnings(notes: Iterable[str], kind: str = "warning") -> None:
+    lines = [f"{kind}: {_printable(job.in_options(note))}" for note in notes]
     for line in lines:
         _print(Text(line))
     if lines:

@@ -284,8 +284,9 @@ def stiffness(result: ContactResult) -> float:
     Returns
     -------
     float
-        Increase of the load with the approach [N/m] as the load grows. Saturated pixels carry no
-        more; 0 where every touching pixel is saturated, infinite in a full periodic contact.
+        Increase of the load with the approach [N/m] as the load grows and the tilt stays.
+        Saturated pixels carry no more; 0 where every touching pixel is saturated, infinite in a
+        full periodic contact.
 
     Notes
     -----

@@ -190,8 +190,8 @@ def read_surface(
     from zero, where the digits of roughness are lost.
 
     So are instrument files whose header contradicts the rest of the file, as far as the format
-    says something twice: sizes against grids (metropro, sur, sdf, di), and scales that are missing
-    (opd).
+    says something twice: sizes against grids (metropro, sur, sdf, di), the range of heights
+    (sur, mnt); and those in which a scale is missing that the reader would take as 1 (opd).
     """
     path = _existing(path)
     kind = _format_of(path, format)
@@ -675,6 +675,16 @@ def _bruker_contradiction(path: Path, header: dict[str, Any], entry: Any, values
     return f"the image has {stated[0]} × {stated[1]} points by its section, {nx} × {ny} by the scan"
 
 
+def _mnt_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
+    stated = header["axes"]["z"]["max_count"] - header["axes"]["z"]["min_count"]
+    counts = (np.nanmax(values) - np.nanmin(values)) / entry.height_scale_factor
+    # Masked points may lie anywhere in the range; what is lost in the digits of the origin, or is
+    # beyond the range, does not.
+    if stated <= 0 or 0.01 * stated < counts < 1.01 * stated + 1:
+        return ""
+    return f"its heights span {counts:.0f} counts, not {stated}"
+
+
 def _sdf_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
     # The text variant; the binary one may have anything after its heights.
     parts = re.split(rb"^\s*\*\s*$", path.read_bytes(), flags=re.MULTILINE)
@@ -687,6 +697,7 @@ def _sdf_contradiction(path: Path, header: dict[str, Any], entry: Any, values: A
 _CONTRADICTIONS: dict[str, Callable[[Path, dict[str, Any], Any, Array], str]] = {
     "di": _bruker_contradiction,
     "metropro": _metropro_contradiction,
+    "mnt": _mnt_contradiction,
     "opd": _opd_contradiction,
     "sdf": _sdf_contradiction,
     "sur": _sur_contradiction,

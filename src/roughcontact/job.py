@@ -15,6 +15,7 @@ from roughcontact.errors import InputError, RoughcontactError
 if TYPE_CHECKING:
     from roughcontact.bodies import Body
     from roughcontact.material import Material
+    from roughcontact.report import Section
     from roughcontact.result import ContactResult
     from roughcontact.solver import Step
     from roughcontact.study import ResolutionStudy
@@ -215,6 +216,10 @@ OPTIONS: dict[str, Option] = {
         'Sides (y, x) of the map, if the file gives none or there is none: "0.1 mm x 0.2 mm".',
         _text,
     ),
+    "tip-radius": Option(
+        MAP, "LENGTH", 'Radius of the tip of a scanning probe, such as "10 nm": tells below which '
+        "scale the map shows the tip.", _quantity("length"),
+    ),
     "points": Option(
         MAP, "NUMBER|NYxNX", "Grid of a nominal --body that needs no FILE, such as 256.", _points
     ),
@@ -260,6 +265,11 @@ OPTIONS: dict[str, Option] = {
         BODIES, "NAME",
         "Material of the catalogue, such as 100Cr6; see roughcontact materials. Or give --young, "
         "--poisson and --yield-strength, which also replace single values of it.", _material_name,
+    ),
+    "load-point": Option(
+        BODIES, "LENGTHS",
+        'Let the bodies tilt until the load acts at this offset (y, x) from the middle of the map, '
+        'such as "0 um, 5 um"; they keep their angle without.', _offset,
     ),
     "young": Option(
         BODIES, "PRESSURE", 'Young\'s modulus, such as "210 GPa".', _quantity("pressure")
@@ -372,6 +382,7 @@ class Job:
     channel: str | None = None
     unit: str | None = None
     size: str | None = None
+    tip_radius: float | None = None
     points: tuple[int, int] | None = None
     crop: tuple[slice, slice] | None = None
     outliers: float | None = None
@@ -384,6 +395,7 @@ class Job:
     rotate: int = 0
     load: float | None = None
     approach: float | None = None
+    load_point: tuple[float, float] | None = None
     material: Material | None = None
     young: float | None = None
     poisson: float | None = None
@@ -426,6 +438,8 @@ class Job:
             raise InputError(
                 "give either --load or --approach, and only one of them, such as --load '1 N'"
             )
+        if self.load_point is not None and (self.load is None or self.study):
+            raise InputError("--load-point needs --load, and goes without --study")
         for path in self.output:
             _check_suffix(path, "--output", export.RESULT_SUFFIXES)
         if self.report is not None:
@@ -459,6 +473,13 @@ class Job:
             rigid = Material(RIGID.young, 0.0, strength, RIGID.name) if strength else RIGID
             return first, rigid
         return first, _material("counter-", self.counter_material, *given)
+
+    @property
+    def moments(self) -> tuple[float, float] | None:
+        """Moments (y, x) about the middle of the map that a tilt has to balance [N m]."""
+        if self.load_point is None or self.load is None:
+            return None
+        return self.load * self.load_point[0], self.load * self.load_point[1]
 
     @property
     def _aligned(self) -> bool:
@@ -518,6 +539,12 @@ class Job:
             "tolerance": self.tolerance,
             "precision": self.precision,
         }
+
+    def resolution_notes(self, maps: Sequence[Surface]) -> tuple[str, ...]:
+        """Return what limits the lateral resolution of the prepared maps, each in one sentence."""
+        measured = [surface for surface in maps if surface.provenance.instrument]
+        notes = (surface.resolution_notes(self.tip_radius) for surface in measured)
+        return tuple(dict.fromkeys(note for found in notes for note in found))
 
     def command(self, name: str) -> str:
         """Return the command that repeats the run."""
@@ -617,6 +644,8 @@ class Outcome:
         The solution, or the best found.
     study : ResolutionStudy or None
         The same on other grids, if it was asked for.
+    notes : tuple of str
+        What limits the lateral resolution of the maps.
     written : tuple of Path
         Files that are complete.
     failure : RoughcontactError or None
@@ -625,6 +654,7 @@ class Outcome:
 
     result: ContactResult
     study: ResolutionStudy | None = None
+    notes: tuple[str, ...] = ()
     written: tuple[Path, ...] = ()
     failure: RoughcontactError | None = None
 
@@ -661,6 +691,7 @@ def run(job: Job, say: Say, look: Callable[[Step], None] | None = None) -> Outco
         **job.problem(maps),
         load=job.load,
         approach=job.approach,
+        moments=job.moments,
         max_iterations=job.max_iterations,
         on_failure="return",
         progress=look,
@@ -675,12 +706,13 @@ def run(job: Job, say: Say, look: Callable[[Step], None] | None = None) -> Outco
             load=result.load,
             progress=lambda text: say(f"study: {text}"),
         )
+    notes = job.resolution_notes(maps)
     # The numbers are shown even where the files cannot be written.
     try:
-        written = tuple(write(_tasks(job, result), say))
+        written = tuple(write(_tasks(job, result, looked_at, notes), say))
     except RoughcontactError as error:
-        return Outcome(result, looked_at, failure=error)
-    return Outcome(result, looked_at, written)
+        return Outcome(result, looked_at, notes, failure=error)
+    return Outcome(result, looked_at, notes, written)
 
 
 def write(tasks: Iterable[Task], say: Say) -> list[Path]:
@@ -767,10 +799,16 @@ def _check_suffix(path: Path, option: str, suffixes: tuple[str, ...]) -> None:
         raise InputError(f"{option} needs a name that ends in {known}, got '{path}'")
 
 
-def _tasks(job: Job, result: ContactResult) -> list[Task]:
+def _tasks(
+    job: Job, result: ContactResult, study: ResolutionStudy | None, notes: tuple[str, ...]
+) -> list[Task]:
     from roughcontact import plots
 
     tasks: list[Task] = [(path, result.save) for path in job.output]
+    if job.report is not None:
+        sections = _sections(study, notes)
+        command = job.command("solve")
+        tasks.append((job.report, lambda path: result.report(path, command, sections)))
     draw: dict[str, Callable[[], Any]] = {
         "surface": lambda: plots.surface(result.surface),
         "pressure": lambda: plots.pressure(result),
@@ -781,10 +819,39 @@ def _tasks(job: Job, result: ContactResult) -> list[Task]:
     return tasks + [(path, saver(draw[name])) for name, path in job.figure_files.items()]
 
 
+def _sections(study: ResolutionStudy | None, notes: tuple[str, ...]) -> list[Section]:
+    """Return the chapters of a report that the result itself does not hold."""
+    from roughcontact.report import Section
+
+    sections = []
+    if notes:
+        sections.append(
+            Section("What the measurement resolves", tuple(_sentence(n) for n in notes))
+        )
+    if study is not None:
+        head = ("case", "contact", "saturated", "largest pressure", "mean pressure")
+        rows = [
+            (
+                name,
+                units.percent(case.contact_fraction),
+                units.percent(case.saturated_fraction),
+                units.engineering(case.max_pressure, "Pa"),
+                units.engineering(case.mean_pressure, "Pa"),
+            )
+            for name, case in study.named()
+        ]
+        sections.append(Section("Can it be trusted", study.sentences, (head, *rows)))
+    return sections
+
+
+def _sentence(note: str) -> str:
+    return f"{note[:1].upper()}{note[1:]}."
+
+
 _ARGUMENT = re.compile(
     r"""\b(format|channel|unit|size|precision)=("[^"]*"|'[^']*')?"""
     r"|^(format|unit|size|load|approach|ceiling|tolerance|boundary|precision)\b(?= |$)"
-    r"|\b(max_iterations|counter_surface)\b"
+    r"|\b(max_iterations|counter_surface|tip_radius)\b"
 )
 
 

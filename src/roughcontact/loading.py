@@ -150,14 +150,15 @@ class LoadCurve:
     def low_load_slope(self) -> float:
         """κ of A = κ W/(E* h′), where no more than a twentieth of the map touches.
 
-        Least squares through the origin on the corrected contact area; NaN if every load is
-        higher, or where pixels are saturated. Theory: √(2π) = 2.5 (Bush, Gibson and Thomas 1975),
-        √(8/π) = 1.6 (Persson 2001); boundary elements: 1.8 to 2.3 (Hyun et al. 2004). It means
-        something where there are many spots.
+        Least squares through the origin on the corrected contact area of the loads at which no
+        more than a tenth of it is saturated; NaN if there is none. Theory: √(2π) = 2.5 (Bush,
+        Gibson and Thomas 1975), √(8/π) = 1.6 (Persson 2001); boundary elements: 1.8 to 2.3 (Hyun
+        et al. 2004). It means something where there are many spots.
         """
         area, load = self.column("corrected_contact_area"), self.column("load")
-        low = area <= LOW_LOAD * self.nominal_area
-        if not low.any() or self.column("saturated_area").any():
+        saturated = self.column("saturated_area")
+        low = (area <= LOW_LOAD * self.nominal_area) & (saturated <= 0.1 * area) & (load > 0)
+        if not low.any():
             return math.nan
         slope = float(area[low] @ load[low] / (load[low] @ load[low]))
         return slope * self.contact_modulus * self.rms_gradient

@@ -22,10 +22,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import roughness
+from roughcontact import roughness, tilt
 from roughcontact.errors import InputError, RoughcontactError, require_positive
 from roughcontact.history import SHAKEN_DOWN, LoadHistory
-from roughcontact.loading import LOW_LOAD, LoadCurve
+from roughcontact.loading import LoadCurve
 from roughcontact.result import ContactResult
 from roughcontact.spots import FEW_PIXELS
 from roughcontact.surface import Surface
@@ -452,7 +452,7 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
     -------
     Figure
         Along x on the left, along y on the right. Zero height is the counter-body: the profile
-        before loading, moved as a whole by the approach, overlaps it; under load it does not,
+        before loading, moved as a whole by approach and tilt, overlaps it; under load it does not,
         but for the indentation of saturated points. Of two measured bodies it is the sum of their
         heights. Heights are exaggerated.
 
@@ -650,8 +650,8 @@ def load_curve(curve: LoadCurve) -> Figure:
     -------
     Figure
         Four panels over the load. Beside the areas stand Persson's theory and simple laws: the
-        line A = κ W/(E* h') through the loads with less than `loading.LOW_LOAD` in contact, where
-        these are elastic, and load over ceiling, where a ceiling is reached.
+        line A = κ W/(E* h') through the low loads, see `LoadCurve.low_load_slope`, or load over
+        ceiling, where a ceiling is reached.
     """
     from matplotlib.figure import Figure
 
@@ -757,6 +757,14 @@ class _Line(NamedTuple):
     ceiling: Array | None
 
 
+def _tilted(result: ContactResult, where: tuple[int | slice, ...]) -> Array:
+    """Return what the tilt adds to the gap on a section [m]."""
+    y, x = tilt.levers(result.gap.shape, result.surface.pixel)
+    slope_y, slope_x = (slope * max(result.surface.size) for slope in result.tilt)
+    raised: Array = (slope_y * y + slope_x * x)[where]
+    return raised
+
+
 def _highest(initial_gap: Array) -> tuple[int, int]:
     y, x = np.unravel_index(np.nanargmin(initial_gap), initial_gap.shape)
     return int(y), int(x)
@@ -786,7 +794,7 @@ def _line(
         peak=(peak[axis] + 0.5) * pixel,
         across=(peak[1 - axis] + 0.5) * result.surface.pixel[1 - axis],
         limits=(first * pixel, last * pixel),
-        before=result.approach - before[where],
+        before=result.approach - before[where] - _tilted(result, where),
         under=-result.gap[where],
         pressure=result.pressure[where],
         saturated=result.saturated[where],
@@ -850,13 +858,10 @@ def _shared_legend(figure: Figure, grid: NDArray[Any]) -> None:
 def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
     load, nominal, slope = curve.column("load"), curve.nominal_area, curve.low_load_slope
     contact, saturated = curve.column("contact_area"), curve.column("saturated_area")
-    low = contact <= LOW_LOAD * nominal
     contact_theory, saturated_theory = curve.persson
-    lines = []
     # The law is one of elastic contact; the area of a saturated one is load over ceiling.
-    if saturated[low].sum() <= 0.1 * contact[low].sum():
-        law = slope * load / (curve.contact_modulus * curve.rms_gradient)
-        lines.append((law, "--", _NEUTRAL, f"κ W/(E* h′), κ = {slope:.2f}"))
+    law = slope * load / (curve.contact_modulus * curve.rms_gradient)
+    lines = [(law, "--", _NEUTRAL, f"κ W/(E* h′), κ = {slope:.2f}")]
     if isinstance(curve.ceiling, float) and saturated.any():
         lines.append((load / curve.ceiling, ":", _NEUTRAL, "load / ceiling"))
     lines += [
@@ -909,7 +914,8 @@ def _draw_loop(axes: Axes, history: LoadHistory) -> None:
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    axes.legend(fontsize=_TICK, frameon=False, loc="upper left")
+    if indents.size:
+        axes.legend(fontsize=_TICK, frameon=False, loc="upper left")
     positions = len({stage.shift for stage in history.path})
     where = f", {positions} lateral positions" if positions > 1 else ""
     axes.set_title(f"Load history, {len(history.steps)} steps{where}", fontsize=_TITLE)

@@ -203,6 +203,7 @@ def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
     if not result.converged:
         return FAILED, {}, f"not converged: certificate {result.certificate:.1e}; {result.status}"
     told = export.record(result)
+    told["resolution_notes"] = list(outcome.notes)
     if outcome.study is not None:
         told["study"] = outcome.study.summary()
     told |= {"written": [str(path) for path in outcome.written], "run": digest}

@@ -22,7 +22,7 @@ import numpy as np
 from roughcontact import assumptions, plots, script
 from roughcontact._version import __version__
 from roughcontact.archive import replacing
-from roughcontact.contact import LOAD_TOLERANCE
+from roughcontact.contact import LOAD_TOLERANCE, MOMENT_TOLERANCE
 from roughcontact.errors import InputError
 from roughcontact.loading import LOW_LOAD, LoadCurve
 from roughcontact.material import Material
@@ -503,6 +503,7 @@ def _problem(result: ContactResult) -> _Chapter:
         ("Young's modulus E", *(_modulus(body.young) for body in bodies)),
         ("Poisson's ratio ν", *(_ratio(body) for body in bodies)),
         ("Yield strength σ_Y", *(_strength(body.yield_strength) for body in bodies)),
+        ("Hardness", *(_strength(body.hardness) for body in bodies)),
         (
             "Peak pressure of first yield, sphere",
             *(_strength(body.first_yield_pressure) for body in bodies),
@@ -517,11 +518,16 @@ def _problem(result: ContactResult) -> _Chapter:
         "free": "free: the map is all that touches",
         "periodic": "periodic: the map is one period of an endless surface",
     }[result.boundary]
+    moments: list[Row] = []
+    if result.moments is not None:
+        about_y, about_x = (engineering(moment, "N m") for moment in result.moments)
+        moments = [("Moments W·y, W·x (given)", f"{about_y}, {about_x}")]
     chapter.add(
         "table",
         _Table(
             [
                 given,
+                *moments,
                 (
                     "Contact modulus E*",
                     f"{engineering(result.contact_modulus, 'Pa')}, from "
@@ -564,6 +570,7 @@ def _results(result: ContactResult, spots: Spots) -> _Chapter:
     rows: list[Row] = [
         ("Load W", engineering(result.load, "N"), "normal force that the pressure adds up to"),
         ("Approach ω", engineering(result.approach, "m"), "of the bodies from the first touch"),
+        *_tilt_rows(result),
         ("Nominal area", engineering(nominal, "m²"), "of the whole map"),
         ("Nominal pressure", engineering(result.load / nominal, "Pa"), "load over nominal area"),
         (
@@ -610,6 +617,17 @@ def _results(result: ContactResult, spots: Spots) -> _Chapter:
     for picture in _result_pictures(result, spots):
         chapter.add("figure", picture)
     return chapter
+
+
+def _tilt_rows(result: ContactResult) -> list[Row]:
+    if result.moments is None:
+        return []
+    slopes = ", ".join(f"{slope:.4g} rad" for slope in result.tilt)
+    centre = ", ".join(engineering(place, "m") for place in result.centre_of_pressure)
+    return [
+        ("Tilt (y, x)", slopes, "by which the counter-body is turned away, about the middle"),
+        ("Centre of pressure (y, x)", centre, "from the middle of the map"),
+    ]
 
 
 def _result_pictures(result: ContactResult, spots: Spots) -> list[_Picture]:
@@ -668,7 +686,7 @@ def _profiles(result: ContactResult, spots: Spots) -> _Chapter:
     chapter = _Chapter("Sections through the highest peak")
     profile = "profile" if result.counter_surface is None else "sum of both profiles"
     caption = (
-        f"Above: the {profile} before loading (grey), moved by the approach as a whole, and under "
+        f"Above: the {profile} before loading (grey), moved as a whole by the approach, and under "
         "load (blue), against the counter-body at zero height. What is grey above zero had to give "
         "way. Below: the pressure on the same line. Heights are exaggerated; the dotted line marks "
         "the highest peak."
@@ -847,22 +865,15 @@ def _load_curve(curve: LoadCurve) -> _Chapter:
         f"{'loads' if curve.control == 'load' else 'approaches'}. Every one is solved as if it "
         "were the first: the model keeps no history, so that this is loading, not unloading.",
     )
-    touched = curve.column("contact_area")
-    saturated = curve.column("saturated_area")
     if math.isfinite(curve.low_load_slope):
-        text = (
+        chapter.add(
+            "text",
             f"At small loads (no more than {percent(LOW_LOAD)} in contact) the area grows as "
             f"A = κ W/(E* h′), with h′ = {curve.rms_gradient:.3g} the root-mean-square slope and "
-            f"κ = {curve.low_load_slope:.3g}. "
+            f"κ = {curve.low_load_slope:.3g}. For elastic contacts of many spots theory has 2.5 "
+            "(Bush, Gibson and Thomas 1975) and 1.6 (Persson 2001), computations 1.8 to 2.3 (Hyun "
+            "et al. 2004).",
         )
-        if saturated[touched <= LOW_LOAD * curve.nominal_area].any():
-            text += "Saturated points are among these: κ is then no property of the roughness."
-        else:
-            text += (
-                "For elastic contacts of many spots theory has 2.5 (Bush, Gibson and Thomas 1975) "
-                "and 1.6 (Persson 2001), computations 1.8 to 2.3 (Hyun et al. 2004)."
-            )
-        chapter.add("text", text)
     chapter.add(
         "figure",
         _picture(
@@ -922,6 +933,9 @@ def _certificate(result: ContactResult) -> _Chapter:
         load_error += f" (at most {LOAD_TOLERANCE:.0e})"
     else:
         load_error += " (the approach was given)"
+    moments: list[Row] = []
+    if result.moments is not None:
+        moments = [("Moment error", f"{result.moment_error:.1e} (at most {MOMENT_TOLERANCE:.0e})")]
     status = "converged" if result.converged else f"NOT CONVERGED: {result.status}"
     chapter.add(
         "table",
@@ -931,6 +945,7 @@ def _certificate(result: ContactResult) -> _Chapter:
                 ("Certificate ε", f"{result.certificate:.1e}"),
                 ("Tolerance asked for", f"{result.tolerance:.0e}"),
                 ("Load error", load_error),
+                *moments,
                 ("Convolutions on the full grid", str(result.convolutions)),
                 ("Iterations", str(result.iterations)),
                 ("Time of the solve", f"{result.seconds:.2f} s"),

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,9 @@ from roughcontact import spots
 from roughcontact.errors import ConvergenceError, InsufficientMemoryError
 from roughcontact.material import Material, softer
 from roughcontact.surface import Surface
+
+if TYPE_CHECKING:
+    from roughcontact.report import Section
 
 BELOW_FIRST_YIELD = "below first yield"
 YIELDING_BELOW = "yielding below the surface"
@@ -54,7 +58,8 @@ class ContactResult:
         Normal load W [N]: given, or that of the pressure found.
     approach : float
         Approach ω [m], from the first touch; the mean displacement of a periodic body counts
-        as zero.
+        as zero. Where the bodies tilt, that of the centre of the map from their first touch
+        without tilt.
     pressure : ndarray, shape (ny, nx)
         Contact pressure [Pa].
     gap : ndarray, shape (ny, nx)
@@ -345,7 +350,7 @@ class ContactResult:
 
         export.save(self, path)
 
-    def report(self, path: str | Path, command: str = "") -> None:
+    def report(self, path: str | Path, command: str = "", sections: Sequence[Section] = ()) -> None:
         """Write a report that needs no other file; see `roughcontact.report.save`.
 
         Parameters
@@ -354,6 +359,8 @@ class ContactResult:
             HTML file to write; it appears only once it is complete.
         command : str
             What was typed to get this result.
+        sections : sequence of `roughcontact.report.Section`
+            Further chapters.
 
         Notes
         -----
@@ -372,7 +379,7 @@ class ContactResult:
             except InsufficientMemoryError:
                 # The chapter says that there is none; the report stays worth having.
                 pass
-        report.save(self, path, elastic=elastic, command=command)
+        report.save(self, path, elastic=elastic, command=command, sections=sections)
 
 
 def initial_gap(surface: Surface, counter_surface: Surface | None = None) -> NDArray[np.float64]:

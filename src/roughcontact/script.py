@@ -115,6 +115,9 @@ def repeating(result: ContactResult) -> str:
         f"    {result.control}={_number(value)},",
         f"    material={_material(result.material)},",
     ]
+    if result.moments is not None:
+        about_y, about_x = result.moments
+        lines.append(f"    moments=({_number(about_y)}, {_number(about_x)}),")
     if result.counter_material != RIGID:
         lines.append(f"    counter_material={_material(result.counter_material)},")
     if result.counter_surface is not None:
@@ -158,6 +161,8 @@ def _material(body: Material) -> str:
     words = [f"young={young}", f"poisson={_number(body.poisson)}"]
     if body.yield_strength is not None:
         words.append(f"yield_strength={_number(body.yield_strength)}")
+    if body.hardness is not None:
+        words.append(f"hardness={_number(body.hardness)}")
     if body.name:
         words.append(f"name={_quoted(body.name)}")
     return f"rc.Material({', '.join(words)})"

@@ -150,6 +150,12 @@ class ResolutionStudy:
             said.append(_span("Ceiling", "the factor", self.ceilings, names, ""))
         return (*said, *self.notes)
 
+    def named(self) -> list[tuple[str, Variant]]:
+        """Return every solve with what it is called."""
+        names = [(f"pixel {engineering(max(v.pixel), 'm')}", v) for v in self.grids]
+        names += [(f"S-filter {engineering(v.value, 'm')}", v) for v in self.cutoffs]
+        return names + [(f"ceiling {v.value:g} × yield", v) for v in self.ceilings]
+
     def summary(self) -> dict[str, Any]:
         """Return the study by name, in SI units, ready for JSON."""
         return {

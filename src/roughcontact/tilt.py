@@ -28,7 +28,7 @@ _OVERSHOOT = 0.8
 _PART = 0.01
 _HALVINGS = 60
 _FLATTEST = 1e-10
-# A handful of steps serve but for contacts of a few pixels, which take some dozens.
+# About ten steps serve but for contacts of a few pixels, which take some dozens.
 _MOST_STEPS = 200
 
 
@@ -191,7 +191,7 @@ def solve(
         )
         iterations += last.iterations
         convolutions += last.convolutions
-        # More accuracy than asked for may be out of reach; less would lead nowhere.
+        # More accuracy than the result needs may be out of reach; less would lead nowhere.
         return None if last.certificate > tolerance else _mean(last, y, x) - target
 
     error = respond(tilt, tolerance)

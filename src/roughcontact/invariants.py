@@ -1,0 +1,168 @@
+"""Equivalent and principal stresses of symmetric tensors.
+
+A tensor is an array whose first axis holds xx, yy, zz, yz, xz, xy, in this order.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact.errors import InputError
+
+Array = NDArray[np.float64]
+
+COMPONENTS = ("xx", "yy", "zz", "yz", "xz", "xy")
+"""Order of the components of a tensor along its first axis."""
+
+XX, YY, ZZ, YZ, XZ, XY = range(6)
+
+
+def von_mises(stress: ArrayLike) -> NDArray[Any]:
+    """Return the equivalent stress of von Mises, ``√(3 J₂)``.
+
+    Parameters
+    ----------
+    stress : array_like, shape (6, ...)
+        Stress tensors [Pa].
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Equivalent stress [Pa]; √2/3 of it is the octahedral shear stress.
+
+    Examples
+    --------
+    >>> float(von_mises([3.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    3.0
+    """
+    equivalent: NDArray[Any] = np.sqrt(von_mises_squared(_tensor(stress)))
+    return equivalent
+
+
+def von_mises_squared(stress: NDArray[Any]) -> NDArray[Any]:
+    """Return the square of `von_mises` in the arithmetic of the input.
+
+    Parameters
+    ----------
+    stress : ndarray, shape (6, ...)
+        Stress tensors [Pa].
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Squared equivalent stress [Pa²].
+    """
+    xx, yy, zz, yz, xz, xy = stress
+    squared: NDArray[Any] = np.square(yz)
+    part = np.empty_like(squared)
+    squared += np.square(xz, out=part)
+    squared += np.square(xy, out=part)
+    squared *= 6
+    for one, other in ((xx, yy), (yy, zz), (zz, xx)):
+        np.subtract(one, other, out=part)
+        squared += np.square(part, out=part)
+    squared *= 0.5
+    return squared
+
+
+def principal(stress: ArrayLike) -> Array:
+    """Return the principal stresses, the largest first.
+
+    Parameters
+    ----------
+    stress : array_like, shape (6, ...)
+        Stress tensors [Pa].
+
+    Returns
+    -------
+    ndarray, shape (3, ...)
+        σ₁ ≥ σ₂ ≥ σ₃ [Pa].
+
+    Notes
+    -----
+    With the deviator s, J₂ = ½ s:s and J₃ = det s, the roots are
+    ``σ_m + 2 √(J₂/3) cos(φ - 2πk/3)`` with ``tan 3φ = √Δ / (√27 J₃)`` and the discriminant
+    Δ = 4 J₂³ - 27 J₃². That difference loses half of the digits where two roots meet, which they
+    do on every axis of symmetry. Δ is also the Gram determinant of 1, s and s², hence a sum of
+    squares of their minors (Cauchy and Binet), which is what is summed here.
+
+    Examples
+    --------
+    >>> principal([1.0, 1.0, -2.0, 0.0, 0.0, 0.0]).round(12).tolist()
+    [1.0, 1.0, -2.0]
+    """
+    mean, root, angle = _lode(_tensor(stress))
+    thirds = np.array([0.0, 2 * math.pi / 3, -2 * math.pi / 3])
+    thirds = thirds.reshape((3,) + (1,) * angle.ndim)
+    roots: Array = mean + 2 / math.sqrt(3) * root * np.cos(angle - thirds)
+    return roots
+
+
+def tresca(stress: ArrayLike) -> Array:
+    """Return the equivalent stress of Tresca, ``σ₁ - σ₃``, twice the largest shear stress.
+
+    Parameters
+    ----------
+    stress : array_like, shape (6, ...)
+        Stress tensors [Pa].
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Equivalent stress [Pa], between one and 2/√3 times that of von Mises.
+
+    Notes
+    -----
+    ``2 √J₂ sin(φ + π/3)``, with φ as in `principal`.
+
+    Examples
+    --------
+    >>> float(tresca([0.0, 0.0, 0.0, 0.0, 0.0, 1.0]))
+    2.0
+    """
+    _, root, angle = _lode(_tensor(stress))
+    equivalent: Array = 2 * root * np.sin(angle + math.pi / 3)
+    return equivalent
+
+
+def _tensor(stress: ArrayLike) -> NDArray[Any]:
+    array = np.asarray(stress)
+    if array.dtype.kind != "f":
+        array = array.astype(np.float64)
+    if array.ndim < 1 or array.shape[0] != 6:
+        raise InputError(
+            f"stress must hold the components {', '.join(COMPONENTS)} along its first axis, "
+            f"got shape {array.shape}"
+        )
+    return array
+
+
+def _lode(stress: NDArray[Any]) -> tuple[Array, Array, Array]:
+    """Return the mean stress, √J₂ and the angle φ of `principal`."""
+    stress = stress.astype(np.float64)
+    scale = float(np.abs(stress).max(initial=0)) or 1.0
+    stress /= scale
+    mean = stress[:3].mean(axis=0)
+    a, b, c = stress[:3] - mean
+    d, e, f = stress[3:]
+    second = 0.5 * (a * a + b * b + c * c) + d * d + e * e + f * f
+    third = a * (b * c - d * d) - f * (f * c - d * e) + e * (f * d - b * e)
+    # Entries of s² on and off the diagonal; s itself has a, b, c on it and d, e, f off it.
+    squares = (a * a + e * e + f * f, b * b + d * d + f * f, c * c + d * d + e * e)
+    crossed = (f * e + d * (b + c), f * d + e * (a + c), d * e + f * (a + b))
+    diagonal, off = (a, b, c), (d, e, f)
+    discriminant = np.zeros(second.shape)
+    for i in range(3):
+        j = (i + 1) % 3
+        linear, quadratic = diagonal[j] - diagonal[i], squares[j] - squares[i]
+        for k in range(3):
+            discriminant += 2 * (linear * crossed[k] - off[k] * quadratic) ** 2
+        discriminant += 12 * (off[i] * crossed[j] - off[j] * crossed[i]) ** 2
+    minor = (b - a) * (squares[2] - squares[0]) - (c - a) * (squares[1] - squares[0])
+    discriminant += minor**2
+    angle = np.arctan2(np.sqrt(discriminant), math.sqrt(27) * third) / 3
+    return mean * scale, np.sqrt(second) * scale, angle

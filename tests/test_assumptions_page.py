@@ -1,0 +1,168 @@
+"""The numbers of docs/assumptions.md, each from its formula or from the solver."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.integrate
+import scipy.optimize
+
+import roughcontact as rc
+from roughcontact import generate, hertz
+
+NU = 0.3
+STEEL = rc.Material(young=210e9, poisson=NU, yield_strength=1e9)
+MODULUS = rc.contact_modulus(STEEL, rc.RIGID)
+PAGE = Path(__file__).parents[1] / "docs" / "assumptions.md"
+# The page is wrapped anywhere.
+TEXT = " ".join(PAGE.read_text(encoding="utf-8").replace("\\*", "*").split())
+
+
+def test_first_yield_and_the_load_up_to_the_ceiling() -> None:
+    factor = 1.295 * math.exp(0.736 * NU)
+    assert f"{factor:.3f} σ_Y at ν = 0.3" in TEXT
+    assert STEEL.first_yield_pressure == pytest.approx(factor * 1e9)
+    assert f"up to {(3 / factor) ** 3:.1f} times the load of its first yield" in TEXT
+
+
+def mean_pressure(load_ratio: float) -> float:
+    """Return load over area of the ceiling model in yield strengths, the load in first yields."""
+    peak = 1.295 * math.exp(0.736 * NU) * load_ratio ** (1 / 3) * 1e9
+    points, side = 128, 1e-4
+    a_hertz = side / 6
+    radius = 2 * MODULUS * a_hertz / (math.pi * peak)
+    load = 4 * MODULUS * a_hertz**3 / (3 * radius)
+    assert hertz.max_pressure(load, radius, MODULUS) == pytest.approx(peak)
+    pixel = (side / points, side / points)
+    ball = rc.Surface(generate.paraboloid((points, points), pixel, radius), pixel)
+    return load / rc.solve(ball, material=STEEL, load=load).corrected_contact_area / 1e9
+
+
+# Mean pressures of a perfectly plastic sphere from the volume solution that the page names.
+@pytest.mark.parametrize(("load", "true"), [(40, 2.17), (120, 2.41), (300, 2.62), (700, 2.78)])
+def test_the_ceiling_is_high_in_the_transition(load: float, true: float) -> None:
+    assert f"{true:.2f}" in TEXT
+    quoted = {40: 35, 120: 23, 300: 15, 700: 8}[load]
+    assert f"{quoted} %" in TEXT
+    # The area of a contact of 20 pixels in radius is known to one or two per cent.
+    assert 100 * (mean_pressure(load) / true - 1) == pytest.approx(quoted, abs=2)
+
+
+def test_three_and_twelve_times_the_load_of_first_yield() -> None:
+    # The finite elements of Kogut and Etsion 2002, and the volume solution.
+    for load, others, quoted in ((3, (1.48, 1.44), "5 to 8 %"), (12, (1.96, 1.89), "25 to 29 %")):
+        low, high = (float(word) for word in quoted[:-2].split(" to "))
+        excess = sorted(100 * (mean_pressure(load) / other - 1) for other in others)
+        assert excess == pytest.approx([low, high], abs=2)
+        assert quoted in TEXT
+
+
+def test_cavity_model() -> None:
+    for index in (10, 30, 100):
+        assert f"{2 / 3 * (1 + math.log(index / 3)):.1f}" in TEXT.split("Johnson's cavity model")[1]
+
+
+def test_the_rim_moves_inwards_under_hertz_pressure() -> None:
+    # Boussinesq: u_r = -(1 - 2ν)(1 + ν)/(2πE) P/s² (towards a point load) summed over the disc;
+    # by symmetry only what lies within r acts, as if it stood in the centre (Gauss's law in 2-D).
+    within = scipy.integrate.quad(lambda r: 2 * math.pi * r * math.sqrt(1 - r * r), 0, 1)[0]
+    displacement = (1 - 2 * NU) * (1 + NU) / (2 * math.pi) * within
+    # In units of a p0/E; p0 = 2 E* a/(πR), E* = E/(1 - ν²).
+    relative = displacement * 2 / (math.pi * (1 - NU**2))
+    assert relative == pytest.approx(2 / (3 * math.pi) * (1 - 2 * NU) / (1 - NU))
+    assert f"{100 * relative * 0.1:.1f} % of the radius at a slope of 0.1" in TEXT
+
+
+def test_slopes() -> None:
+    def cone(slope: float) -> float:
+        # Hay, Bolshakov and Pharr 1999, eq. (12); 1.067 is their value for a Berkovich tip.
+        c = (1 - 2 * NU) / (4 * (1 - NU)) * slope
+        above = math.pi / 4 + 0.15483073 * c
+        return math.pi * above / (math.pi / 2 - 0.83119312 * c) ** 2 - 1
+
+    def sphere(slope: float) -> float:
+        # Sneddon 1965: load of the sphere over that of its paraboloid at the same contact radius.
+        exact = 0.5 * (1 + slope**2) * math.log((1 + slope) / (1 - slope)) - slope
+        return exact / (4 / 3 * slope**3) - 1
+
+    assert cone(1 / math.tan(math.radians(70.3))) == pytest.approx(0.067, abs=5e-4)
+    assert sphere(0.01) == pytest.approx(0.4e-4, rel=1e-2)
+    small, middle, large = (100 * cone(slope) for slope in (0.1, 0.3, 0.5))
+    assert f"{small:.1f} % more load at a slope of 0.1, {middle:.1f} % at 0.3" in TEXT
+    assert f"{large:.1f} % at 0.5 (Hay" in TEXT
+    small, middle, large = (100 * sphere(slope) for slope in (0.1, 0.3, 0.5))
+    assert f"{small:.1f} % more at a slope of 0.1, {middle:.1f} % at 0.3, {large:.0f} % at" in TEXT
+    small, middle, large = (100 * (math.hypot(1, slope) - 1) for slope in (0.1, 0.3, 0.5))
+    assert f"{small:.1f} % at 0.1, {middle:.1f} % at 0.3, {large:.0f} % at 0.5" in TEXT
+    assert f"at a slope of {3e9 / MODULUS:.3f} if σ_Y = 1 GPa" in TEXT
+
+
+def test_a_layer_on_a_rigid_base() -> None:
+    # Compliance of a bonded layer over that of the half-space, at the wave number s/t.
+    kappa = 3 - 4 * NU
+
+    def rest(s: float) -> float:
+        over = 2 * kappa * math.cosh(2 * s) + 1 + kappa**2 + 4 * s * s
+        return 1 - (2 * kappa * math.sinh(2 * s) - 4 * s) / over
+
+    # A patch of load that is small against t misses ∫ (1 - M) ds · W/(πE*t) of displacement.
+    missing = scipy.integrate.quad(rest, 0, 50)[0]
+    # The fit of Dimitriadis et al. 2002 to the same response, made for all ν.
+    assert missing == pytest.approx((1.2876 - 1.4678 * NU + 1.3442 * NU**2) / (1 - NU), rel=0.01)
+    # δ = a²/R - missing W/(πE*t), W ~ (δR)^(3/2): the load grows by 2 missing/π per a/t.
+    growth = 2 * missing / math.pi
+    assert f"{growth:.2f} a/t more load" in TEXT
+    assert f"{100 * growth * 0.01:.1f} % at a/t = 0.01, {100 * growth * 0.1:.0f} % at 0.1" in TEXT
+    assert f"{100 * growth * 0.3:.0f} % at 0.3" in TEXT
+
+
+def test_an_edge_nearby() -> None:
+    # Image load 1.4 W at 2d: 1.4 W/(2πE*d) over δ = a²/R with W = 4E*a³/(3R).
+    factor = 1.4 * 4 / (3 * 2 * math.pi)
+    assert factor == pytest.approx(0.3, abs=0.005)
+    assert factor / 3 == pytest.approx(0.10, abs=0.005)
+    assert factor / 10 == pytest.approx(0.03, abs=0.002)
+    assert "0.3 a/d" in TEXT
+    assert "10 % at d = 3a, 3 % at d = 10a" in TEXT
+
+
+def test_friction() -> None:
+    stick = (1 - NU) * math.log(3 - 4 * NU) / (1 - 2 * NU) - 1
+    assert f"{100 * stick:.1f} % at ν = 0.3 (Spence" in TEXT
+    growth = [100 * (math.sqrt(1 + 9 * mu**2) - 1) for mu in (0.1, 0.2, 0.3)]
+    assert "{:.0f} % at μ = 0.1, {:.0f} % at 0.2, {:.0f} % at 0.3".format(*growth) in TEXT
+
+
+def test_adhesion() -> None:
+    # Johnson, Kendall and Roberts 1971, a³ over that of Hertz, the load in πwR.
+    def excess(load: float) -> float:
+        return float(((load + 3 + math.sqrt(6 * load + 9)) / load) ** (2 / 3) - 1)
+
+    loads = [scipy.optimize.brentq(lambda w, t=t: excess(w) - t, 1, 1e7) for t in (0.1, 0.05, 0.01)]
+    assert f"10 % at a load of {loads[0]:.0f} πwR" in TEXT
+    assert loads[1:] == pytest.approx([1120, 27_000], rel=0.01)
+    assert "by 5 % at 1120, by 1 % at 27 000" in TEXT
+    newton = loads[0] * math.pi * 0.05 * 1e-3
+    assert f"10 % more at {newton:.3f} N" in TEXT
+    assert 0.05 / MODULUS == pytest.approx(2e-13, rel=0.1)
+
+
+def test_what_lies_below_the_pixel() -> None:
+    assert f"{100 * (2**0.2 - 1):.0f} % for H = 0.8" in TEXT
+    assert f"{100 * (1 - 2**-0.2):.0f} % less area" in TEXT
+    # White noise of 1 nm at a pixel of 0.4 µm.
+    noise = np.random.default_rng(0).normal(scale=1e-9, size=(256, 256))
+    assert rc.Surface(noise, (4e-7, 4e-7)).Sdq == pytest.approx(0.005, rel=0.02)
+    assert "Sdq of 0.005" in TEXT
+
+
+def test_iron_is_not_isotropic() -> None:
+    # Elastic constants of iron [GPa] after Simmons and Wang 1971.
+    c11, c12, c44 = 231.4, 134.7, 116.4
+    below = (c11 - c12) * (c11 + 2 * c12)
+    s11, s12, s44 = (c11 + c12) / below, -c12 / below, 1 / c44
+    along = (1 / s11, 1 / (s11 - 2 * (s11 - s12 - s44 / 2) / 3))
+    assert "iron: {:.0f} GPa and {:.0f} GPa".format(*along) in TEXT

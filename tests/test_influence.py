@@ -1,0 +1,201 @@
+"""Closed forms against the textbook's point solutions, integrated numerically."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from roughcontact import influence
+from roughcontact.errors import InputError
+from roughcontact.invariants import XX, XY, XZ, YY, YZ, ZZ
+
+PIXEL = (0.8, 1.3)
+POISSON = [-0.5, 0.0, 0.3, 0.5]
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
+
+
+def boussinesq(x, y, z, nu):
+    """Johnson (1985), eq. (3.19), in the axes of that page; not along the axis itself."""
+    rho, r2, k = np.sqrt(x * x + y * y + z * z), x * x + y * y, 1 - 2 * nu
+    xx = (k / r2) * ((1 - z / rho) * (x * x - y * y) / r2 + z * y * y / rho**3)
+    yy = (k / r2) * ((1 - z / rho) * (y * y - x * x) / r2 + z * x * x / rho**3)
+    xy = (k / r2) * ((1 - z / rho) * 2 * x * y / r2 - x * y * z / rho**3)
+    far = 3 * z / rho**5
+    parts = (
+        xx - far * x * x, yy - far * y * y, -far * z * z, -far * y * z, -far * x * z,
+        xy - far * x * y,
+    )  # fmt: skip
+    return np.array(parts) / (2 * math.pi)
+
+
+def cerruti(x, y, z, nu):
+    """Johnson (1985), eq. (3.76)."""
+    rho, k = np.sqrt(x * x + y * y + z * z), 1 - 2 * nu
+    s = rho + z
+    xx = x / rho**3 - 3 * x / (rho * s**2) + x**3 / (rho**3 * s**2) + 2 * x**3 / (rho**2 * s**3)
+    yy = x / rho**3 - x / (rho * s**2) + x * y * y / (rho**3 * s**2)
+    yy = yy + 2 * x * y * y / (rho**2 * s**3)
+    xy = -y / (rho * s**2) + x * x * y / (rho**3 * s**2) + 2 * x * x * y / (rho**2 * s**3)
+    far = 3 * x / rho**5
+    parts = (
+        k * xx - far * x * x, k * yy - far * y * y, -far * z * z, -far * y * z, -far * x * z,
+        k * xy - far * x * y,
+    )  # fmt: skip
+    return np.array(parts) / (2 * math.pi)
+
+
+def cerruti_y(x, y, z, nu):
+    return cerruti(y, x, z, nu)[[YY, XX, ZZ, XZ, YZ, XY]]
+
+
+POINT = {"z": boussinesq, "x": cerruti, "y": cerruti_y}
+
+
+@pytest.mark.parametrize("direction", "zxy")
+@pytest.mark.parametrize("poisson", POISSON)
+@pytest.mark.parametrize("depth", [0.4, 1.0, 7.0])
+def test_rectangle_is_the_integral_of_points(direction, poisson, depth):
+    (dy, dx), shape = PIXEL, (4, 5)
+    found = influence.coefficients(shape, PIXEL, depth, poisson, direction)
+    for row, column in np.ndindex(shape):
+        y = (row * dy + dy / 2 * NODES)[:, None]
+        x = column * dx + dx / 2 * NODES
+        weight = np.outer(WEIGHTS, WEIGHTS) * dy * dx / 4
+        expected = (POINT[direction](x, y, depth, poisson) * weight).sum(axis=(1, 2))
+        # Gauss' rule converges like (pixel/depth)^80 at these depths: rounding is left.
+        np.testing.assert_allclose(found[:, row, column], expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("poisson", POISSON)
+def test_points_are_those_of_the_textbook(poisson):
+    rng = np.random.default_rng(0)
+    x, y = 3 * rng.standard_normal((2, 6))
+    for depth in (0.2, 1.0, 30.0):
+        for direction, point in POINT.items():
+            if direction == "z":
+                parts = influence.normal_force(x, y, depth, poisson)
+            else:
+                parts = influence.tangential_force(x, y, depth, poisson, direction)
+            expected = point(x[:, None], y, depth, poisson)
+            # (1 - z/ρ)/r² of the textbook cancels by (z/r)² far below.
+            atol = 1e-15 * (1 + depth**2) * np.abs(expected).max()
+            np.testing.assert_allclose(np.array(list(parts)), expected, rtol=1e-13, atol=atol)
+    on_axis = np.array(list(influence.normal_force(np.zeros(1), np.zeros(1), 2.0, poisson)))
+    # -3/(2π z²) below the force, (1-2ν)/(4π z²) across.
+    assert on_axis[ZZ, 0, 0] == pytest.approx(-3 / (8 * math.pi))
+    assert on_axis[XX, 0, 0] == pytest.approx((1 - 2 * poisson) / (16 * math.pi))
+
+
+@pytest.mark.parametrize("direction", "zxy")
+def test_surface_is_the_limit(direction):
+    shape = (5, 6)
+    surface = influence.coefficients(shape, PIXEL, 0.0, 0.3, direction)
+    assert np.isfinite(surface).all()
+    for depth in (1e-6, 1e-9, 1e-12, 1e-200):
+        near = influence.coefficients(shape, PIXEL, depth, 0.3, direction)
+        # The stress grows linearly with depth, by a few per pixel.
+        np.testing.assert_allclose(near, surface, rtol=0, atol=10 * depth + 1e-14)
+    # Only the loaded pixel carries the traction.
+    carried = {"z": ZZ, "x": XZ, "y": YZ}[direction]
+    for component in (ZZ, XZ, YZ):
+        expected = np.zeros(shape)
+        if component == carried:
+            expected[0, 0] = -1
+        np.testing.assert_allclose(surface[component], expected, rtol=0, atol=1e-15)
+
+
+def test_surface_stress_inside_and_outside_a_rectangle():
+    # Johnson (1985), eqs. (3.22) ff.: below a uniform pressure σ_xx + σ_yy = -(1 + 2ν) p, outside
+    # the sum vanishes; on the axis σ_xx alone is -2ν p - (1-2ν) (2/π) arctan(b/a) p.
+    nu, (dy, dx) = 0.3, PIXEL
+    found = influence.coefficients((3, 3), PIXEL, 0.0, nu)
+    total = found[XX] + found[YY]
+    assert total[0, 0] == pytest.approx(-(1 + 2 * nu))
+    np.testing.assert_allclose(total.ravel()[1:], 0, atol=1e-15)
+    assert found[XX, 0, 0] == pytest.approx(
+        -2 * nu - (1 - 2 * nu) * 2 / math.pi * math.atan(dy / dx)
+    )
+
+
+@given(
+    depth=st.floats(0, 1e3),
+    poisson=st.floats(-0.99, 0.5),
+    ratio=st.floats(0.1, 10),
+    direction=st.sampled_from("zxy"),
+)
+def test_swapped_axes_and_units(depth, poisson, ratio, direction):
+    there = influence.coefficients((3, 4), (1.0, ratio), depth, poisson, direction)
+    other = {"z": "z", "x": "y", "y": "x"}[direction]
+    back = influence.coefficients((4, 3), (ratio, 1.0), depth, poisson, other)
+    swapped = back[[YY, XX, ZZ, XZ, YZ, XY]].transpose(0, 2, 1)
+    np.testing.assert_allclose(there, swapped, rtol=0, atol=1e-14)
+    small = influence.coefficients((3, 4), (1e-6, 1e-6 * ratio), 1e-6 * depth, poisson, direction)
+    np.testing.assert_allclose(there, small, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("axis", [None, "x", "y"])
+def test_waves_are_in_equilibrium(axis):
+    # Divergence of the stress of one wave, z by central differences.
+    qx, qy, nu, step = 0.7, -1.1, 0.3, 1e-5
+    pulls = [(axis, 1.0)] if axis else []
+    odd = [(0, 0), (0, 0), (0, 0), (1, 0), (0, 1), (1, 1)]
+    flip = {None: (0, 0), "x": (0, 1), "y": (1, 0)}[axis]
+
+    def stress(z):
+        parts = influence.waves(np.array([[qy]]), np.array([qx]), z, nu, pulls)[-6:]
+        turns = [(-1j) ** ((a ^ flip[0]) + (b ^ flip[1])) for a, b in odd]
+        return np.array([turn * part[0, 0] for turn, part in zip(turns, parts, strict=True)])
+
+    for z in (0.3, 1.0, 4.0):
+        xx, yy, _, yz, xz, xy = stress(z)
+        slope = (stress(z + step) - stress(z - step)) / (2 * step)
+        for balance in (
+            1j * qx * xx + 1j * qy * xy + slope[XZ],
+            1j * qx * xy + 1j * qy * yy + slope[YZ],
+            1j * qx * xz + 1j * qy * yz + slope[ZZ],
+        ):
+            # Truncation of the difference, about step².
+            assert abs(balance) < 1e-9
+    surface = stress(0.0)
+    expected = {None: (0, 0, -1), "x": (-1, 0, 0), "y": (0, -1, 0)}[axis]
+    np.testing.assert_allclose(surface[[XZ, YZ, ZZ]], expected, atol=1e-15)
+    # Compatibility: the sum of the normal stresses is harmonic, its waves decay as e^(-qz).
+    sums = [stress(z)[:3].sum() for z in (0.5, 1.5)]
+    if sums[0]:
+        assert abs(sums[1] / sums[0]) == pytest.approx(math.exp(-math.hypot(qx, qy)))
+
+
+def test_waves_of_a_plane_strain_load():
+    # Johnson (1985), sec. 13.2: p cos(qx) with σ_yy = ν (σ_xx + σ_zz).
+    q, z, nu = 2.0, 0.6, 0.3
+    found = influence.waves(np.zeros((1, 1)), np.array([q]), z, nu, [])
+    damping = math.exp(-q * z)
+    xx, zz = -(1 - q * z) * damping, -(1 + q * z) * damping
+    expected = [xx, nu * (xx + zz), zz, 0, -q * z * damping, 0]
+    np.testing.assert_allclose(np.ravel(found), expected, atol=1e-15)
+
+
+def test_waves_of_a_uniform_load():
+    origin = np.zeros((1, 1)), np.zeros(1)
+    found = influence.waves(*origin, 3.0, 0.25, [("x", 0.5), ("y", 0.2)])
+    np.testing.assert_allclose(np.ravel(found[:6]), [-1 / 3, -1 / 3, -1, 0, 0, 0])
+    np.testing.assert_allclose(np.ravel(found[6:12]), [0, 0, 0, 0, -0.5, 0], atol=0)
+    np.testing.assert_allclose(np.ravel(found[12:]), [0, 0, 0, -0.2, 0, 0], atol=0)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"depth": -1.0}, "depth.*-1.0"),
+        ({"depth": math.nan}, "depth.*nan"),
+        ({"poisson": 0.51}, "poisson.*0.51"),
+        ({"pixel": (1.0, 0.0)}, "pixel"),
+        ({"direction": "w"}, "direction.*'w'"),
+    ],
+)
+def test_bad_arguments(change, message):
+    good = {"shape": (2, 2), "pixel": (1.0, 1.0), "depth": 1.0, "poisson": 0.3, "direction": "z"}
+    with pytest.raises(InputError, match=message):
+        influence.coefficients(**(good | change))

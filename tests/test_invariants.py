@@ -1,0 +1,101 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from roughcontact import invariants
+from roughcontact.errors import InputError
+
+EPS = np.finfo(float).eps
+XX, YY, ZZ, YZ, XZ, XY = range(6)
+
+tensors = hnp.arrays(np.float64, 6, elements=st.floats(-1e10, 1e10, allow_subnormal=False))
+
+
+def matrix(stress):
+    xx, yy, zz, yz, xz, xy = np.asarray(stress, float)
+    return np.moveaxis(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), (0, 1), (-2, -1))
+
+
+def tensor(matrix):
+    return np.array([matrix[i, j] for i, j in [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]])
+
+
+def rotated(values, rng):
+    """A tensor with the given principal stresses in random directions."""
+    rotation, _ = np.linalg.qr(rng.standard_normal((3, 3)))
+    return tensor(rotation @ np.diag(values) @ rotation.T)
+
+
+def test_constants_name_the_components():
+    for number, name in enumerate(invariants.COMPONENTS):
+        assert getattr(invariants, name.upper()) == number
+
+
+@given(tensors)
+def test_principal_stresses_are_the_eigenvalues(stress):
+    expected = np.linalg.eigvalsh(matrix(stress))[::-1]
+    found = invariants.principal(stress)
+    # Both are backward stable: a few ε of the largest component.
+    np.testing.assert_allclose(found, expected, rtol=0, atol=20 * EPS * np.abs(stress).max())
+
+
+@given(tensors)
+def test_equivalent_stresses_from_the_eigenvalues(stress):
+    one, two, three = np.linalg.eigvalsh(matrix(stress))[::-1]
+    mises = np.sqrt(0.5 * ((one - two) ** 2 + (two - three) ** 2 + (three - one) ** 2))
+    size = np.abs(stress).max()
+    assert invariants.von_mises(stress) == pytest.approx(mises, rel=1e-12, abs=20 * EPS * size)
+    assert invariants.tresca(stress) == pytest.approx(one - three, rel=1e-12, abs=20 * EPS * size)
+
+
+@pytest.mark.parametrize(
+    "values", [(1, 1, -2), (2, -1, -1), (3, 3, 3), (1, 1, 1 - 1e-9), (1, 0, 0)]
+)
+def test_meeting_roots_keep_all_digits(values):
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        stress = rotated(values, rng)
+        # With Δ as a difference, roots that meet would be off by √ε = 1e-8.
+        np.testing.assert_allclose(
+            invariants.principal(stress), sorted(values, reverse=True), rtol=0, atol=30 * EPS
+        )
+        assert invariants.tresca(stress) == pytest.approx(max(values) - min(values), abs=30 * EPS)
+
+
+@given(tensors)
+def test_tresca_lies_between_one_and_two_over_root_three_of_mises(stress):
+    mises, tresca = invariants.von_mises(stress), invariants.tresca(stress)
+    slack = 20 * EPS * np.abs(stress).max()
+    assert mises - slack <= tresca <= 2 / np.sqrt(3) * mises + slack
+
+
+def test_pressure_alone_gives_nothing_and_units_do_not_matter():
+    assert invariants.von_mises([-7.0, -7.0, -7.0, 0, 0, 0]) == 0
+    assert invariants.tresca([-7.0, -7.0, -7.0, 0, 0, 0]) == 0
+    assert invariants.principal(np.zeros(6)).tolist() == [0, 0, 0]
+    stress = np.random.default_rng(1).standard_normal((6, 4, 5))
+    for factor in (1e-70, 1e70):
+        for measure in (invariants.tresca, invariants.principal):
+            np.testing.assert_allclose(measure(factor * stress), factor * measure(stress))
+
+
+def test_maps_of_tensors_keep_shape_and_arithmetic():
+    stress = np.random.default_rng(2).standard_normal((6, 3, 4))
+    for measure in (invariants.von_mises, invariants.tresca):
+        found = measure(stress)
+        assert found.shape == (3, 4)
+        assert found[1, 2] == pytest.approx(float(measure(stress[:, 1, 2])), rel=1e-14)
+    assert invariants.principal(stress).shape == (3, 3, 4)
+    assert invariants.von_mises(stress.astype(np.float32)).dtype == np.float32
+    np.testing.assert_allclose(
+        invariants.von_mises_squared(stress), invariants.von_mises(stress) ** 2
+    )
+    assert invariants.von_mises(np.array([1, 0, 0, 0, 0, 0])) == 1
+
+
+def test_wrong_number_of_components():
+    for measure in (invariants.von_mises, invariants.principal, invariants.tresca):
+        with pytest.raises(InputError, match=r"xx, yy, zz, yz, xz, xy.*\(5,\)"):
+            measure(np.zeros(5))

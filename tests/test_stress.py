@@ -1,0 +1,310 @@
+"""The streamed stress against sums over all pairs of pixels, and its own parts."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.signal import convolve
+
+from roughcontact import convolution, influence, invariants, stress
+from roughcontact.errors import InputError
+
+PIXEL = (0.8, 1.3)
+ODD = [(0, 0), (0, 0), (0, 0), (1, 0), (0, 1), (1, 1)]
+FRICTIONS = [(0.0, 0.0), (0.3, 0.0), (0.4, math.pi / 2), (0.2, 2.0)]
+
+
+@pytest.fixture(params=["ducc0", "scipy"])
+def backend(request, monkeypatch):
+    if request.param == "ducc0":
+        if convolution._ducc0 is None:
+            pytest.skip("ducc0 is not installed")
+    else:
+        monkeypatch.setattr(convolution, "_ducc0", None)
+    return request.param
+
+
+def all_offsets(quadrant, odd):
+    lower = -quadrant[:0:-1] if odd[0] else quadrant[:0:-1]
+    half = np.concatenate([lower, quadrant])
+    left = -half[:, :0:-1] if odd[1] else half[:, :0:-1]
+    return np.concatenate([left, half], axis=1)
+
+
+def direct(pressure, pixel, depth, poisson, friction=0.0, direction=0.0):
+    """Sum over all pairs of pixels; no transform."""
+    ny, nx = pressure.shape
+    pulls = {"x": friction * math.cos(direction), "y": friction * math.sin(direction)}
+    normal = influence.coefficients(pressure.shape, pixel, depth, poisson)
+    kernels = [all_offsets(normal[n], odd) for n, odd in enumerate(ODD)]
+    for axis, share in pulls.items():
+        pulled = influence.coefficients(pressure.shape, pixel, depth, poisson, axis)
+        for n, (y, x) in enumerate(ODD):
+            odd = (y ^ (axis == "y"), x ^ (axis == "x"))
+            kernels[n] = kernels[n] + share * all_offsets(pulled[n], odd)
+    return np.array(
+        [
+            convolve(pressure, k, method="direct")[ny - 1 : 2 * ny - 1, nx - 1 : 2 * nx - 1]
+            for k in kernels
+        ]
+    )
+
+
+def waves(pressure, pixel, depth, poisson, friction=0.0, direction=0.0):
+    """Stress of a periodic map from the full complex transform."""
+    (ny, nx), (dy, dx) = pressure.shape, pixel
+    ky, kx = np.fft.fftfreq(ny, dy) * 2 * np.pi, np.fft.fftfreq(nx, dx) * 2 * np.pi
+    pulls = [("x", friction * math.cos(direction)), ("y", friction * math.sin(direction))]
+    parts = np.array(influence.waves(ky[:, None], kx, depth, poisson, pulls))
+    found = np.zeros((6, ny, nx))
+    for load, flip in enumerate([(0, 0), (0, 1), (1, 0)]):
+        for n, (y, x) in enumerate(ODD):
+            odd = (y ^ flip[0], x ^ flip[1])
+            symbol = (-1j) ** sum(odd) * parts[6 * load + n]
+            # The lone wave of two points a period carries no sine.
+            if odd[0] and ny % 2 == 0:
+                symbol[ny // 2] = 0
+            if odd[1] and nx % 2 == 0:
+                symbol[:, nx // 2] = 0
+            found[n] += np.fft.ifft2(symbol * np.fft.fft2(pressure)).real
+    return found
+
+
+def one(pressure, depth, **options):
+    return next(stress.slices(pressure, PIXEL, [depth], 0.3, **options)).stress
+
+
+def hertz(points, radius, center=None):
+    """Hertz pressure of peak 1; radius and centre in pixels."""
+    cy, cx = center or ((points - 1) / 2, (points - 1) / 2)
+    y, x = np.mgrid[:points, :points]
+    return np.sqrt(np.maximum(1 - ((y - cy) ** 2 + (x - cx) ** 2) / radius**2, 0))
+
+
+@pytest.mark.parametrize(("friction", "direction"), FRICTIONS)
+@pytest.mark.parametrize("depth", [0.0, 0.4, 5.0, 60.0])
+def test_free_slices_are_sums_over_pixels(backend, depth, friction, direction):
+    pressure = np.random.default_rng(0).random((11, 17))
+    expected = direct(pressure, PIXEL, depth, 0.3, friction, direction)
+    options = {"friction": friction, "direction": direction}
+    found = one(pressure, depth, precision="double", **options)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14)
+    found = one(pressure, depth, **options)
+    assert found.dtype == np.float32
+    # The promise of the docstring.
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize(("friction", "direction"), FRICTIONS)
+@pytest.mark.parametrize("shape", [(8, 10), (7, 9), (1, 6)])
+@pytest.mark.parametrize("depth", [0.0, 0.7, 30.0])
+def test_periodic_slices_are_sums_of_waves(backend, shape, depth, friction, direction):
+    pressure = np.random.default_rng(1).random(shape)
+    expected = waves(pressure, PIXEL, depth, 0.3, friction, direction)
+    options = {"boundary": "periodic", "friction": friction, "direction": direction}
+    found = one(pressure, depth, precision="double", **options)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(one(pressure, depth, **options), expected, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("boundary", ["free", "periodic"])
+@pytest.mark.parametrize("load", ["full", "corner", "sparse"])
+def test_few_samples_are_enough_at_depth(boundary, load):
+    # 160 × 200 pixels: deep kernels are sampled at every second and fourth pixel. Full load is
+    # the worst case, where kernels count up to where they meet their images.
+    rng = np.random.default_rng(2)
+    pressure = rng.random((160, 200))
+    if load == "corner":
+        pressure *= np.hypot(*np.mgrid[:160, :200]) < 12
+    elif load == "sparse":
+        pressure *= rng.random(pressure.shape) < 0.03
+    options = {"boundary": boundary, "friction": 0.4, "direction": 0.6}
+    for depth in (12.0, 14.0, 27.0, 40.0, 120.0, 500.0):
+        if boundary == "free" and depth > 13:
+            assert max(stress._steps(pressure.shape, PIXEL, depth)) > 1
+        exact = one(pressure, depth, precision="double", **options)
+        found = one(pressure, depth, **options)
+        np.testing.assert_allclose(found, exact, rtol=0, atol=1e-6)
+
+
+def test_samples_are_dense_enough_in_both_directions():
+    # A pixel that is long on the scale of the depth must not become a point.
+    assert stress._steps((1000, 1000), (1.0, 10.0), 30.0) == (1, 1)
+    # Nor may a narrow map be sampled where its kernels have no room to meet their images.
+    assert stress._steps((1000, 20), (1.0, 1.0), 30.0) == (1, 1)
+    assert stress._steps((1000, 1000), (1.0, 1.0), 9.9) == (1, 1)
+    assert stress._steps((1000, 1000), (1.0, 1.0), 10.0) == (2, 2)
+    assert stress._steps((1000, 1000), (1.0, 2.0), 40.0) == (8, 4)
+    assert stress._steps((1000, 1000), (1.0, 1.0), 1e9) == (16, 16)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    ny=st.integers(1, 12),
+    nx=st.integers(1, 12),
+    seed=st.integers(0, 2**32 - 1),
+    depth=st.floats(0, 100),
+    boundary=st.sampled_from(["free", "periodic"]),
+    friction=st.floats(-1, 1),
+)
+def test_superposition_and_scale(ny, nx, seed, depth, boundary, friction):
+    rng = np.random.default_rng(seed)
+    p, q = rng.standard_normal((2, ny, nx))
+    options = {"boundary": boundary, "friction": friction, "precision": "double", "workers": 1}
+    together = one(p + 1e9 * q, depth, **options)
+    apart = one(p, depth, **options) + 1e9 * one(q, depth, **options)
+    # Components that tractions carry by logarithms grow with the size of the map: 1e-13.
+    np.testing.assert_allclose(together, apart, rtol=0, atol=1e-13 * 1e9 * (1 + np.abs(q).sum()))
+
+
+@pytest.mark.parametrize("boundary", ["free", "periodic"])
+def test_sections_cut_the_slices(boundary):
+    pressure = np.random.default_rng(3).random((21, 34))
+    depths = [0.0, 2.0, 31.0]
+    for options in ({}, {"friction": 0.3, "direction": 1.0}):
+        options = {"boundary": boundary, **options}
+        along_x, along_y = stress.sections(pressure, PIXEL, depths, 0.3, (4, 30), **options)
+        for number, piece in enumerate(stress.slices(pressure, PIXEL, depths, 0.3, **options)):
+            assert piece.depth == depths[number]
+            np.testing.assert_allclose(along_x[:, number], piece.stress[:, 4], atol=1e-6)
+            np.testing.assert_allclose(along_y[:, number], piece.stress[:, :, 30], atol=1e-6)
+
+
+def test_slices_belong_to_the_caller():
+    pieces = list(stress.slices(hertz(16, 5), PIXEL, [1.0, 2.0], 0.3))
+    assert not np.shares_memory(pieces[0].stress, pieces[1].stress)
+    assert not np.array_equal(pieces[0].stress, pieces[1].stress)
+
+
+def summed_up(pressure, depths, limit, **options):
+    """What a summary holds, from whole slices."""
+    volume = np.array([one(pressure, depth, **options) for depth in depths])
+    mises = invariants.von_mises(volume.swapaxes(0, 1))
+    tresca = invariants.tresca(volume.swapaxes(0, 1))
+    ranges = [np.ptp(volume[:, 3], axis=1).max(axis=1), np.ptp(volume[:, 4], axis=2).max(axis=1)]
+    return {
+        "von_mises": mises.max(axis=(1, 2)),
+        "tresca": tresca.max(axis=(1, 2)),
+        "pixels": [np.unravel_index(layer.argmax(), layer.shape) for layer in mises],
+        "orthogonal_shear": 0.5 * np.stack(ranges, axis=1),
+        "peak": mises.max(axis=0),
+        "yielded_area": (mises > limit).sum(axis=(1, 2)) * PIXEL[0] * PIXEL[1],
+    }
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+@pytest.mark.parametrize("boundary", ["free", "periodic"])
+def test_summary_is_what_whole_slices_give(monkeypatch, boundary, workers):
+    # Several row blocks, whose order must not matter.
+    monkeypatch.setattr(convolution, "_ROW_BYTES", 1 << 13)
+    rng = np.random.default_rng(4)
+    pressure = 1e9 * rng.random((40, 30)) * (rng.random((40, 30)) < 0.2)
+    depths = [0.0, 0.5, 2.0, 30.0]
+    options = {"boundary": boundary, "friction": 0.2, "direction": 0.5}
+    found = stress.summarise(
+        pressure, PIXEL, 0.3, depths=depths[::-1], yield_strength=2e8, workers=workers, **options
+    )
+    assert found.depths.tolist() == depths
+    for name, expected in summed_up(pressure, depths, 2e8, **options).items():
+        value = getattr(found, name)
+        if name == "pixels":
+            np.testing.assert_array_equal(value, expected)
+        else:
+            # Rounding of single precision, of the largest pressure.
+            np.testing.assert_allclose(value, expected, rtol=1e-6, atol=1e-7 * 1e9)
+    deepest = int(np.argmax(found.von_mises))
+    assert found.max_von_mises == found.von_mises[deepest] == pytest.approx(found.peak.max())
+    assert found.depth_of_max == depths[deepest]
+    assert found.pixel_of_max == tuple(found.pixels[deepest])
+    assert found.max_tresca == found.tresca.max()
+    assert found.max_orthogonal_shear == tuple(found.orthogonal_shear.max(axis=0))
+    assert found.yield_factor == pytest.approx(2e8 / found.max_von_mises)
+    area = found.yielded_area
+    volume = 0.25 * (area[0] + area[1]) + 0.75 * (area[1] + area[2]) + 14 * (area[2] + area[3])
+    assert found.yielded_volume == pytest.approx(volume)
+    assert found.yielded_volume > 0
+
+
+def test_summary_without_yield_strength():
+    found = stress.summarise(hertz(16, 5), PIXEL, 0.3, depths=[1.0])
+    assert found.yield_factor is found.yielded_area is found.yielded_volume is None
+    flat = stress.summarise(np.zeros((4, 4)), PIXEL, 0.3, depths=[1.0], yield_strength=1.0)
+    assert flat.max_von_mises == 0
+    assert flat.yield_factor == math.inf
+    assert flat.yielded_volume == 0
+
+
+def test_automatic_depths_close_in_on_the_maximum():
+    # The graded depths themselves are a quarter apart there.
+    radius = 37.3
+    found = stress.summarise(hertz(96, radius), (1.0, 1.0), 0.3)
+    assert found.depth_of_max / radius == pytest.approx(0.481, rel=0.01)
+    assert (np.diff(found.depths) > 0).all()
+    coarse = stress.graded_depths(hertz(96, radius), (1.0, 1.0))
+    assert set(coarse) < set(found.depths)
+    assert found.depths.size <= coarse.size + 4
+
+
+def test_graded_depths():
+    pressure = hertz(128, 40.0)
+    depths = stress.graded_depths(pressure, (2.0, 2.0))
+    assert depths[0] == 0
+    assert depths[1] == pytest.approx(1.0)
+    # a = 80; the second moment of a pixelled contact is good to a percent.
+    assert depths[-1] == pytest.approx(240, rel=0.01)
+    ratios = depths[2:] / depths[1:-1]
+    np.testing.assert_allclose(ratios, ratios[0])
+    assert ratios[0] <= 2 ** (1 / 3)
+    # The longer side counts, wherever the contact is.
+    strip = np.zeros((64, 64))
+    strip[5:45, 60] = 1
+    assert stress.graded_depths(strip, (1.0, 1.0))[-1] == pytest.approx(
+        3 * 40 * math.sqrt(5 / 12), 0.01
+    )
+    np.testing.assert_allclose(
+        stress.graded_depths(strip.T, (1.0, 3.0)), stress.graded_depths(strip, (3.0, 1.0))
+    )
+    single = np.zeros((8, 8))
+    single[3, 3] = 1
+    assert stress.graded_depths(single, (1.0, 2.0))[-1] == pytest.approx(6)
+    everywhere = stress.graded_depths(np.ones((32, 16)), (1.0, 1.0), boundary="periodic")
+    assert everywhere[-1] == pytest.approx(32)
+    with pytest.raises(InputError, match="zero everywhere"):
+        stress.graded_depths(np.zeros((4, 4)), (1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"pressure": np.ones(4)}, r"pressure.*\(4,\)"),
+        ({"pressure": np.full((2, 2), np.nan)}, "pressure.*NaN"),
+        ({"pixel": (1.0, -1.0)}, "pixel"),
+        ({"poisson": 0.6}, "poisson.*0.6"),
+        ({"depths": [[1.0]]}, "depths"),
+        ({"depths": []}, "depths"),
+        ({"depths": [-1.0]}, "depths"),
+        ({"depths": [math.inf]}, "depths"),
+        ({"depths": [math.nan]}, "depths"),
+        ({"boundary": "open"}, "boundary.*'open'"),
+        ({"precision": "half"}, "precision.*'half'"),
+        ({"friction": math.nan}, "friction.*nan"),
+        ({"direction": math.inf}, "direction.*inf"),
+    ],
+)
+def test_bad_arguments(change, message):
+    good = {"pressure": np.ones((2, 2)), "pixel": (1.0, 1.0), "poisson": 0.3, "depths": [1.0]}
+    for call in (stress.slices, stress.summarise):
+        with pytest.raises(InputError, match=message):
+            # At the call, not when the first slice is asked for.
+            call(**(good | change))
+    with pytest.raises(InputError, match=message):
+        stress.sections(point=(0, 0), **(good | change))
+
+
+def test_bad_point_and_strength():
+    with pytest.raises(InputError, match=r"point.*\(2, 0\)"):
+        stress.sections(np.ones((2, 2)), PIXEL, [1.0], 0.3, (2, 0))
+    with pytest.raises(InputError, match=r"yield_strength.*-1"):
+        stress.summarise(np.ones((2, 2)), PIXEL, 0.3, yield_strength=-1.0)

@@ -1,0 +1,222 @@
+import json
+import math
+
+import numpy as np
+import pytest
+import xarray
+
+import roughcontact as rc
+from roughcontact import contact, generate, hertz, invariants, stress, subsurface
+
+STEEL = rc.Material(210e9, 0.3, yield_strength=1e9, name="steel")
+SOFT = rc.Material(70e9, 0.2)
+PIXEL = (1e-6, 1.2e-6)
+RADIUS = 10e-3
+
+
+def ball(n=96, radius=RADIUS, pixel=PIXEL):
+    return rc.Surface(generate.paraboloid((n, n), pixel, radius), pixel)
+
+
+@pytest.fixture(scope="module")
+def pressed():
+    return rc.solve(ball(), material=STEEL, counter_material=SOFT, load=0.15)
+
+
+@pytest.fixture(scope="module")
+def found(pressed):
+    return subsurface.subsurface_stress(pressed)
+
+
+def test_it_is_the_stress_of_the_pressure(pressed, found):
+    expected = stress.summarise(pressed.pressure, PIXEL, 0.3, yield_strength=1e9)
+    for name, value in vars(expected).items():
+        np.testing.assert_array_equal(getattr(found.profile, name), value)
+    assert found.material is STEEL
+    assert found.max_von_mises == expected.max_von_mises
+    assert found.yield_factor == expected.yield_factor
+    assert found.yielded_volume == expected.yielded_volume
+    row, column = expected.pixel_of_max
+    assert found.place == (
+        expected.depth_of_max, (row + 0.5) * PIXEL[0], (column + 0.5) * PIXEL[1],
+    )  # fmt: skip
+
+
+def test_planes_go_through_the_largest_stress(found):
+    deepest = found.profile.von_mises.argmax()
+    row, column = found.profile.pixel_of_max
+    for along, pixel in (("x", column), ("y", row)):
+        plane = found.von_mises_section(along)
+        assert plane.shape == (found.profile.depths.size, 96)
+        assert np.unravel_index(plane.argmax(), plane.shape) == (deepest, pixel)
+        # Both in single precision, by other transforms.
+        assert plane.max() == pytest.approx(found.max_von_mises, rel=1e-5)
+    assert found.section_x.shape == (6, found.profile.depths.size, 96)
+    with pytest.raises(rc.InputError, match=r"along.*'z'"):
+        found.von_mises_section("z")
+
+
+def test_the_bodies_differ_by_ratio_and_sign(pressed):
+    options = {"friction": 0.3, "direction": 0.4, "depths": [0.0, 5e-6], "precision": "double"}
+    first = subsurface.subsurface_stress(pressed, **options)
+    second = subsurface.subsurface_stress(pressed, body="second", **options)
+    for body, sign, ratio in ((first, 1, 0.3), (second, -1, 0.2)):
+        point = body.profile.pixel_of_max
+        expected, _ = stress.sections(
+            pressed.pressure, PIXEL, [0.0, 5e-6], ratio, point,
+            friction=0.3 * sign, direction=0.4, precision="double",
+        )  # fmt: skip
+        np.testing.assert_array_equal(body.section_x, expected)
+        # Only the traction of the surface: opposite on the two bodies.
+        pulled = body.section_x[invariants.XZ, 0].sum()
+        assert np.sign(pulled) == -sign
+    assert second.material is SOFT
+    assert second.yield_factor is second.yielded_volume is None
+
+
+def test_periodic_contacts_have_periodic_stress():
+    heights, pixel = rc.reference_map(64)
+    result = rc.solve(rc.Surface(heights, pixel), material=STEEL, load=1.0, boundary="periodic")
+    below = subsurface.subsurface_stress(result, [0.0, 1e-3], precision="double")
+    # Far below only the mean pressure is left.
+    mean = result.pressure.mean()
+    np.testing.assert_allclose(below.section_x[2, 1], -mean, rtol=1e-6)
+    np.testing.assert_allclose(below.section_y[0, 1], -0.3 / 0.7 * mean, rtol=1e-6)
+
+
+def test_arrays_are_read_only(found):
+    for array in (found.section_x, found.section_y, found.profile.peak, found.profile.depths):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+def test_summary_is_ready_for_json(found):
+    numbers = json.loads(json.dumps(found.summary()))
+    assert numbers["max_von_mises"] == found.max_von_mises
+    assert numbers["max_von_mises_place"] == list(found.place)
+    assert numbers["yield_factor"] == found.yield_factor
+    assert numbers["body"] == "first"
+    assert numbers["load"] == 0.15
+    assert numbers["depths"] == [0.0, found.profile.depths[-1]]
+    along = numbers["max_orthogonal_shear_along_y"], numbers["max_orthogonal_shear_along_x"]
+    assert along == found.profile.max_orthogonal_shear
+
+
+def test_warnings(pressed, found):
+    assert not any("elastic body" in note for note in found.warnings)
+    shallow = subsurface.subsurface_stress(pressed, [0.0, 1e-6])
+    assert any("look deeper" in note for note in shallow.warnings)
+    assert any("within two pixels" in note for note in shallow.warnings)
+    hard = rc.solve(ball(radius=1e-3), material=STEEL, load=2.0, ceiling=None)
+    beyond = subsurface.subsurface_stress(hard)
+    assert any("elastic body" in note for note in beyond.warnings)
+    # And those of the contact.
+    assert set(hard.warnings) <= set(beyond.warnings)
+    assert beyond.yield_factor < 1
+    assert beyond.yielded_volume > 0
+
+
+def test_saved_dataset_holds_everything(found, tmp_path):
+    path = tmp_path / "below.nc"
+    found.save(path)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["below.nc"]
+    with xarray.open_dataset(path, engine="h5netcdf") as data:
+        profile = found.profile
+        for name in ("von_mises", "tresca", "orthogonal_shear", "yielded_area"):
+            np.testing.assert_array_equal(data[name], getattr(profile, name))
+        np.testing.assert_array_equal(data["depth"], profile.depths)
+        np.testing.assert_array_equal(data["row"], profile.pixels[:, 0])
+        np.testing.assert_array_equal(data["column"], profile.pixels[:, 1])
+        np.testing.assert_array_equal(data["peak_von_mises"], profile.peak)
+        np.testing.assert_array_equal(data["section_x"], found.section_x)
+        np.testing.assert_array_equal(data["section_y"], found.section_y)
+        np.testing.assert_array_equal(data["pressure"], found.contact.pressure)
+        assert list(data["component"].values) == list(invariants.COMPONENTS)
+        assert data.attrs["material_yield_strength"] == 1e9
+        assert data.attrs["load"] == 0.15
+        assert data.attrs["body"] == "first"
+        assert (
+            data.attrs["max_von_mises_depth"],
+            data.attrs["max_von_mises_y"],
+            data.attrs["max_von_mises_x"],
+        ) == found.place
+        for name, variable in data.data_vars.items():
+            assert "units" in variable.attrs, name
+    with pytest.raises(rc.InputError, match=r"\.nc"):
+        found.save(tmp_path / "below.npz")
+
+
+def test_bad_arguments(pressed):
+    with pytest.raises(rc.InputError, match="ContactResult, got ndarray"):
+        subsurface.subsurface_stress(pressed.pressure)
+    with pytest.raises(rc.InputError, match=r"body.*'third'"):
+        subsurface.subsurface_stress(pressed, body="third")
+    on_rigid = rc.solve(ball(), material=STEEL, load=0.1)
+    with pytest.raises(rc.InputError, match="second body is rigid"):
+        subsurface.subsurface_stress(on_rigid, body="second")
+
+
+@pytest.mark.parametrize("poisson", [0.2, 0.3])
+@pytest.mark.parametrize("start", [None, 5.0])
+def test_onset_of_a_sphere(poisson, start):
+    material = rc.Material(210e9, poisson, yield_strength=1e9)
+    modulus = rc.contact_modulus(material, rc.RIGID)
+    expected = hertz.first_yield_load(RADIUS, modulus, material.first_yield_pressure)
+    a = hertz.contact_radius(expected, RADIUS, modulus)
+    pixel = (a / 30, a / 30)
+    onset = subsurface.yield_onset(ball(96, pixel=pixel), material=material, start=start)
+    # The pressure is asked for to 1 %, of which the fit of Jackson and Green takes a part.
+    assert onset.contact.max_pressure == pytest.approx(material.first_yield_pressure, rel=0.01)
+    assert onset.contact.load == pytest.approx(expected, rel=0.03)
+    assert onset.yield_factor == pytest.approx(1, abs=1e-3)
+    assert onset.contact.ceiling is None
+
+
+def test_onset_in_the_counter_body_and_with_friction():
+    soft = rc.Material(70e9, 0.33, yield_strength=0.2e9)
+    options = {"material": rc.Material(210e9, 0.3), "counter_material": soft, "body": "second"}
+    # The contact is 30 pixels in radius.
+    plain = subsurface.yield_onset(ball(radius=3.5e-3), **options)
+    sliding = subsurface.yield_onset(ball(radius=3.5e-3), friction=0.4, **options)
+    assert plain.material is soft
+    assert plain.contact.max_pressure == pytest.approx(soft.first_yield_pressure, rel=0.015)
+    # With friction the load of first yield falls.
+    assert sliding.contact.load < 0.9 * plain.contact.load
+
+
+def test_onset_needs_a_yield_strength(monkeypatch):
+    with pytest.raises(rc.InputError, match="no yield strength"):
+        subsurface.yield_onset(ball(), material=SOFT)
+    with pytest.raises(rc.InputError, match=r"body.*'third'"):
+        subsurface.yield_onset(ball(), material=STEEL, body="third")
+    with pytest.raises(rc.InputError, match=r"start.*-1"):
+        subsurface.yield_onset(ball(), material=STEEL, start=-1.0)
+    monkeypatch.setattr(subsurface, "_SOLVES", 1)
+    with pytest.raises(rc.ConvergenceError, match="after 1 contacts") as caught:
+        subsurface.yield_onset(ball(), material=STEEL)
+    assert caught.value.result.pressure.max() > 0
+
+
+def test_the_search_is_short(monkeypatch):
+    loads = []
+    solve = contact.solve
+
+    def counted(*arguments, load, **options):
+        loads.append(load)
+        return solve(*arguments, load=load, **options)
+
+    monkeypatch.setattr(contact, "solve", counted)
+    onset = subsurface.yield_onset(ball(radius=2e-3), material=STEEL)
+    assert loads[-1] == onset.contact.load
+    # From a hundred-thousandth of the load, along the power 1/3.
+    assert len(loads) <= 6
+
+
+@pytest.mark.parametrize("power", [0.1, 1 / 3, 1.0, 3.0])
+def test_the_search_finds_any_power(power):
+    known, at = [], -12.0
+    while not known or abs(known[-1][1]) > 1e-6:
+        # A power with a bend, like a contact that spreads over a map.
+        known.append((at, power * (at - 2.0) + 0.3 * power * math.sin(at)))
+        at = subsurface._next(known)
+        assert len(known) < 30
