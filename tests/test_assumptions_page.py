@@ -166,3 +166,21 @@ def test_iron_is_not_isotropic() -> None:
     s11, s12, s44 = (c11 + c12) / below, -c12 / below, 1 / c44
     along = (1 / s11, 1 / (s11 - 2 * (s11 - s12 - s44 / 2) / 3))
     assert "iron: {:.0f} GPa and {:.0f} GPa".format(*along) in TEXT
+
+
+def test_friction_brings_first_yield_to_the_surface() -> None:
+    from roughcontact.subsurface import subsurface_stress
+
+    points, side, radius = 128, 1e-4, 1e-3
+    pixel = (side / points, side / points)
+    a_hertz = side / 6
+    load = 4 * MODULUS * a_hertz**3 / (3 * radius)
+    ball = rc.Surface(generate.paraboloid((points, points), pixel, radius), pixel)
+    result = rc.solve(ball, material=STEEL, load=load, ceiling=None)
+    depths = a_hertz * np.linspace(0, 1, 21)
+    peak = hertz.max_pressure(load, radius, MODULUS)
+    below = subsurface_stress(result, depths, friction=0.30)
+    above = subsurface_stress(result, depths, friction=0.37)
+    assert below.place[0] > 0.3 * a_hertz
+    assert above.place[0] == 0
+    assert peak / above.max_von_mises < 1.5 < peak / below.max_von_mises

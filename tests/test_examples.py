@@ -31,6 +31,8 @@ NUMBERS: dict[str, tuple[int, str, float, float]] = {
     "08_two_bodies": (128, "radius_error", 0.0, 0.04),
     # At an index of 100 nearly all of the contact is saturated.
     "09_ceiling": (64, "steep", 1.0, 0.15),
+    # Johnson 1985, sec. 4.2: largest von Mises stress below a ball over the peak pressure, ν = 0.3.
+    "10_stress": (64, "ratio", 0.62, 0.01),
     # Rolling along runs in.
     "11_history": (64, "last_share", 0.3, 0.25),
 }
