@@ -402,8 +402,8 @@ def autocorrelation_lengths(
     Notes
     -----
     ``Sal = min |t|`` over the lags with f(t) ≤ s; ``Str = Sal / max |t|`` over the lags that are
-    joined to zero lag by a straight line on which f ≥ s. Both follow from the first crossing of s on
-    the rays from zero lag to every lag on the border of `autocorrelation`, with linear
+    joined to zero lag by a straight line on which f ≥ s. Both follow from the first crossing of s
+    on the rays from zero lag to every lag on the border of `autocorrelation`, with linear
     interpolation. Lengths of about one pixel are therefore the pixel's rather than the
     surface's.
 
