@@ -35,7 +35,7 @@ result = rc.solve(ball, material=steel, load=load, ceiling=None)
 a_hertz = hertz.contact_radius(load, radius, modulus)
 p_hertz = hertz.max_pressure(load, radius, modulus)
 
-depths = a_hertz * np.linspace(0, 2, 60)
+depths = a_hertz * np.linspace(0.002, 2, 60)
 frictions = (0.0, 0.2, 0.4)
 stresses = {mu: subsurface_stress(result, depths, friction=mu) for mu in frictions}
 

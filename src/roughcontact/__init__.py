@@ -19,6 +19,7 @@ from roughcontact.material import RIGID, Material, contact_modulus
 from roughcontact.result import ContactResult
 from roughcontact.solver import Step
 from roughcontact.study import ResolutionStudy, resolution_study
+from roughcontact.subsurface import StressResult, subsurface_stress, yield_onset
 from roughcontact.surface import Provenance, Surface
 
 __all__ = [
@@ -37,6 +38,7 @@ __all__ = [
     "RoughcontactError",
     "Stage",
     "Step",
+    "StressResult",
     "Surface",
     "__version__",
     "contact_modulus",
@@ -49,4 +51,6 @@ __all__ = [
     "save_result",
     "self_affine",
     "solve",
+    "subsurface_stress",
+    "yield_onset",
 ]

@@ -6,6 +6,7 @@ import contextlib
 import dataclasses
 import functools
 import inspect
+import math
 import sys
 import typing
 from collections.abc import Callable, Sequence
@@ -17,7 +18,7 @@ import typer
 from roughcontact import console, export, job
 from roughcontact._version import __version__
 from roughcontact.errors import InputError, RoughcontactError
-from roughcontact.job import BODIES, MAP, OPTIONS, OUTPUT, Job
+from roughcontact.job import BODIES, MAP, OPTIONS, OUTPUT, SOLVER, Job
 
 if TYPE_CHECKING:
     from roughcontact.result import ContactResult
@@ -249,7 +250,7 @@ roughcontact sweep ground.opd --from "10 mN" --to "10 N" --steps 13 --young "210
 """,
 )
 @_reporting
-@_describing("load", "approach", "load-point", "study", "output", "report", "figures")
+@_describing("load", "approach", "load-point", "study", "output", "figures")
 def _sweep(
     asked: Job,
     first: Annotated[
@@ -292,7 +293,7 @@ def _sweep(
         )
     number = OPTIONS["max-iterations"].parse(steps, "--steps")
     values = loading.spaced(low, high, number, spacing)
-    for path, option in ((output, "--output"), (figure, "--figure")):
+    for path, option in ((output, "--output"), (figure, "--figure"), (asked.report, "--report")):
         if path is not None:
             job.check_place(path, option)
     if output is not None and output.suffix.lower() not in (".csv", ".json"):
@@ -311,11 +312,112 @@ def _sweep(
         tasks: list[job.Task] = [] if output is None else [(output, curve.save)]
         if figure is not None:
             tasks.append((figure, job.saver(lambda: plots.load_curve(curve))))
+        if asked.report is not None:
+            tasks.append((asked.report, job.curve_report(asked, maps, curve)))
         written = job.write(tasks, say)
     if as_json:
         print(export.to_json({**curve.summary(), "written": [str(path) for path in written]}))
     elif not quiet:
         console.show_curve(curve, written)
+
+
+@_app.command(
+    "stress",
+    help="""Solve the contact, and compute the elastic stress below it: where it yields first.
+
+\b
+Example:
+roughcontact stress ground.opd --load "1 N" --material 100Cr6 --holes fill \\
+    --output stress.nc --figures out
+""",
+)
+@_reporting
+@_describing("study", "output", "figures")
+def _stress(
+    asked: Job,
+    depths: Annotated[
+        str | None,
+        _option(
+            "--depths", "LENGTHS", 'Depths "1 um, 2 um"; chosen by the contact without.', SOLVER
+        ),
+    ] = None,
+    body: Annotated[
+        str, _option("--which", "first|second", "Body to look into; first by default.", BODIES)
+    ] = "first",
+    friction: Annotated[
+        str, _option("--friction", "NUMBER", "Coefficient of friction; 0 by default.", BODIES)
+    ] = "0",
+    direction: Annotated[
+        str,
+        _option(
+            "--direction", "DEGREES",
+            "Direction of the traction on the first body, from x towards y.", BODIES,
+        ),
+    ] = "0",
+    output: Annotated[
+        Path | None, _option("--output", "FILE.nc", "Write contact and stress as NetCDF.", OUTPUT)
+    ] = None,
+    figures: Annotated[
+        str | None,
+        _option(
+            "--figures", "FOLDER|PREFIX",
+            "Write depth profile, section and map of the stress as PNG, SVG or PDF.", OUTPUT,
+        ),
+    ] = None,
+    as_json: _Json = False,
+    quiet: _Quiet = False,
+) -> None:  # fmt: skip
+    from roughcontact import plots, subsurface
+
+    listed = (
+        None
+        if depths is None
+        else [OPTIONS["s-filter"].parse(word, "--depths") for word in depths.split(",")]
+    )
+    pull = OPTIONS["poisson"].parse(friction, "--friction")
+    angle = OPTIONS["angle"].parse(direction, "--direction")
+    if body not in ("first", "second"):
+        raise InputError(f"--which must be first or second, got {body!r}")
+    pictures = job.figure_files(figures, ("stress-depth", "stress-section", "stress-map"))
+    for path in pictures.values():
+        job.check_place(path, "--figures")
+    if output is not None:
+        if output.suffix.lower() != ".nc":
+            raise InputError(f"--output must end in .nc, got '{output}'")
+        job.check_place(output, "--output")
+    draw: dict[str, Callable[[Any], Any]] = {
+        "stress-depth": plots.stress_depth,
+        "stress-section": plots.stress_section,
+        "stress-map": plots.stress_map,
+    }
+    report, asked = asked.report, dataclasses.replace(asked, report=None)
+    if report is not None:
+        job.check_place(report, "--report")
+    with console.progress(quiet) as say:
+        outcome = job.run(asked, say, lambda step: say(console.described(step)))
+        if not outcome.result.converged:
+            console.complain(f"error: not converged: {job.in_options(outcome.result.status)}")
+            raise typer.Exit(NOT_CONVERGED)
+        say("stress below the surface")
+        found = subsurface.subsurface_stress(
+            outcome.result, listed, body=body, friction=pull, direction=math.radians(angle)
+        )
+        tasks: list[job.Task] = [] if output is None else [(output, found.save)]
+        tasks += [
+            (path, job.saver(functools.partial(draw[name], found)))
+            for name, path in pictures.items()
+        ]
+        if report is not None:
+            sections = [*job.sections(None, outcome.notes), job.stress_section(found)]
+            command = asked.command("stress")
+            tasks.append((report, lambda path: found.contact.report(path, command, sections)))
+        written = job.write(tasks, say)
+    if as_json:
+        told = {**export.record(found.contact), "stress": found.summary()}
+        print(export.to_json({**told, "written": [str(path) for path in written]}))
+    elif not quiet:
+        console.show_solution(outcome, str(asked.given.get("ceiling", "auto")))
+        console.show_stress(found, written)
 
 
 @_app.command(
@@ -331,7 +433,7 @@ roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 --holes
 """,
 )
 @_reporting
-@_describing("load", "approach", "load-point", "precision", "study", "output", "report", "figures")
+@_describing("load", "approach", "load-point", "precision", "study", "output", "figures")
 def _history(
     asked: Job,
     path: Annotated[
@@ -378,7 +480,10 @@ def _history(
         for number in range(count)
         for control, value in points
     ]
-    for place, option in ((output, "--output"), (residual, "--residual"), (figure, "--figure")):
+    for place, option in (
+        (output, "--output"), (residual, "--residual"), (figure, "--figure"),
+        (asked.report, "--report"),
+    ):  # fmt: skip
         if place is not None:
             job.check_place(place, option)
     if output is not None and output.suffix.lower() not in (".csv", ".json"):
@@ -404,6 +509,13 @@ def _history(
             tasks.append((residual, found.residual.save))
         if figure is not None:
             tasks.append((figure, job.saver(lambda: plots.hysteresis(found))))
+        if asked.report is not None:
+            sections = [
+                *job.sections(None, asked.resolution_notes(maps)),
+                job.history_section(found),
+            ]
+            command = asked.command("history")
+            tasks.append((asked.report, lambda place: found.last.report(place, command, sections)))
         written = job.write(tasks, say)
     if as_json:
         print(export.to_json({**found.summary(), "written": [str(place) for place in written]}))

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from roughcontact.result import ContactResult
     from roughcontact.solver import Step
     from roughcontact.study import ResolutionStudy
+    from roughcontact.subsurface import StressResult
     from roughcontact.surface import Surface
 
 Row = tuple[str, ...]
@@ -98,6 +99,30 @@ def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
         ("certificates", f"{worst:.1e} at most"),
     ]
     _print_table(facts)
+    _print_written(written)
+
+
+def show_stress(stress: StressResult, written: Sequence[Path]) -> None:
+    """Print the largest stresses below a contact, and where it yields."""
+    told = stress.summary()
+    depth, y, x = stress.place
+    ratio = stress.max_von_mises / stress.contact.max_pressure
+    along = [_pressure(told[f"max_orthogonal_shear_along_{axis}"]) for axis in "yx"]
+    rows: list[Row] = [
+        ("body", stress.body),
+        ("von Mises", f"{_pressure(stress.max_von_mises)} ({ratio:.3f} of the largest pressure)"),
+        ("at", f"depth {_length(depth)}, y {_length(y)}, x {_length(x)}"),
+        ("Tresca", _pressure(told["max_tresca"])),
+        ("orthogonal shear", f"{along[0]} for passes along y, {along[1]} along x"),
+    ]
+    if stress.friction:
+        rows.insert(1, ("friction", f"{stress.friction:g}"))
+    if stress.yield_factor is not None:
+        rows.append(("yield strength", f"{stress.yield_factor:.4g} of the largest stress"))
+    if stress.yielded_volume is not None:
+        rows.append(("above yield", _volume(stress.yielded_volume)))
+    _print_table(rows)
+    _print_warnings(note for note in stress.warnings if note not in stress.contact.warnings)
     _print_written(written)
 
 

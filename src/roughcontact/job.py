@@ -14,11 +14,14 @@ from roughcontact.errors import InputError, RoughcontactError
 
 if TYPE_CHECKING:
     from roughcontact.bodies import Body
+    from roughcontact.history import LoadHistory
+    from roughcontact.loading import LoadCurve
     from roughcontact.material import Material
     from roughcontact.report import Section
     from roughcontact.result import ContactResult
     from roughcontact.solver import Step
     from roughcontact.study import ResolutionStudy
+    from roughcontact.subsurface import StressResult
     from roughcontact.surface import Surface
 
 Say = Callable[[str], None]
@@ -450,7 +453,7 @@ class Job:
         for option, path in (
             *(("--output", path) for path in self.output),
             *(("--report", path) for path in (self.report,) if path is not None),
-            *(("--figures", path) for path in self.figure_files.values()),
+            *(("--figures", path) for path in figure_files(self.figures, FIGURES).values()),
         ):
             check_place(path, option)
             for other in self.inputs:
@@ -485,21 +488,6 @@ class Job:
     def _aligned(self) -> bool:
         given = self.offset is not None or self.angle is not None
         return self.align or self.mirror or given
-
-    @property
-    def figure_files(self) -> dict[str, Path]:
-        """The files of the figures, by their names."""
-        start = self.figures
-        if start is None:
-            return {}
-        suffix = Path(start).suffix.lower()
-        suffix = suffix if suffix in (".png", ".svg", ".pdf") else ""
-        if Path(start).is_dir():
-            return {name: Path(start) / f"{name}.png" for name in FIGURES}
-        if start.endswith(("/", os.sep)):
-            raise InputError(f"--figures: the folder '{start}' does not exist; create it first")
-        stem = start[: len(start) - len(suffix)]
-        return {name: Path(f"{stem}-{name}{suffix or '.png'}") for name in FIGURES}
 
     def surfaces(self, say: Say) -> list[Surface]:
         """Read and prepare the map, and that of the counter-body if there is one."""
@@ -748,6 +736,20 @@ def saver(draw: Callable[[], Any]) -> Callable[[Path], object]:
     return lambda path: plots.save(draw(), path)
 
 
+def figure_files(start: str | None, names: Sequence[str]) -> dict[str, Path]:
+    """Return the files of figures: in a folder, or with the start of their names."""
+    if start is None:
+        return {}
+    if Path(start).is_dir():
+        return {name: Path(start) / f"{name}.png" for name in names}
+    if start.endswith(("/", os.sep)):
+        raise InputError(f"--figures: the folder '{start}' does not exist; create it first")
+    suffix = Path(start).suffix.lower()
+    suffix = suffix if suffix in (".png", ".svg", ".pdf") else ""
+    stem = start[: len(start) - len(suffix)]
+    return {name: Path(f"{stem}-{name}{suffix or '.png'}") for name in names}
+
+
 def check_place(path: Path, option: str) -> None:
     """Raise `InputError` unless a file of that name can be written."""
     folder = path.parent
@@ -806,9 +808,8 @@ def _tasks(
 
     tasks: list[Task] = [(path, result.save) for path in job.output]
     if job.report is not None:
-        sections = _sections(study, notes)
-        command = job.command("solve")
-        tasks.append((job.report, lambda path: result.report(path, command, sections)))
+        chapters, command = sections(study, notes), job.command("solve")
+        tasks.append((job.report, lambda path: result.report(path, command, chapters)))
     draw: dict[str, Callable[[], Any]] = {
         "surface": lambda: plots.surface(result.surface),
         "pressure": lambda: plots.pressure(result),
@@ -816,16 +817,18 @@ def _tasks(
         "gap": lambda: plots.gap(result),
         "histogram": lambda: plots.pressure_histogram([result]),
     }
-    return tasks + [(path, saver(draw[name])) for name, path in job.figure_files.items()]
+    return tasks + [
+        (path, saver(draw[name])) for name, path in figure_files(job.figures, FIGURES).items()
+    ]
 
 
-def _sections(study: ResolutionStudy | None, notes: tuple[str, ...]) -> list[Section]:
+def sections(study: ResolutionStudy | None, notes: tuple[str, ...]) -> list[Section]:
     """Return the chapters of a report that the result itself does not hold."""
     from roughcontact.report import Section
 
-    sections = []
+    chapters = []
     if notes:
-        sections.append(
+        chapters.append(
             Section("What the measurement resolves", tuple(_sentence(n) for n in notes))
         )
     if study is not None:
@@ -840,8 +843,103 @@ def _sections(study: ResolutionStudy | None, notes: tuple[str, ...]) -> list[Sec
             )
             for name, case in study.named()
         ]
-        sections.append(Section("Can it be trusted", study.sentences, (head, *rows)))
-    return sections
+        chapters.append(Section("Can it be trusted", study.sentences, (head, *rows)))
+    return chapters
+
+
+def stress_section(stress: StressResult) -> Section:
+    """Return the chapter of a report on the stress below the surface."""
+    from roughcontact import plots
+    from roughcontact.report import Section
+
+    told = stress.summary()
+    depth, y, x = stress.place
+    rows = [
+        ("quantity", "value"),
+        ("Largest von Mises stress", units.engineering(stress.max_von_mises, "Pa")),
+        ("Its depth", units.engineering(depth, "m")),
+        ("Its place (y, x)", f"{units.engineering(y, 'm')}, {units.engineering(x, 'm')}"),
+        ("Largest Tresca stress", units.engineering(told["max_tresca"], "Pa")),
+        (
+            "Orthogonal shear amplitude, pass along y",
+            units.engineering(told["max_orthogonal_shear_along_y"], "Pa"),
+        ),
+        (
+            "Orthogonal shear amplitude, pass along x",
+            units.engineering(told["max_orthogonal_shear_along_x"], "Pa"),
+        ),
+    ]
+    if stress.yield_factor is not None:
+        rows.append(("Yield strength over largest stress", f"{stress.yield_factor:.4g}"))
+    if stress.yielded_volume is not None:
+        rows.append(("Volume above the yield strength", f"{1e18 * stress.yielded_volume:.4g} µm³"))
+    text = (
+        f"Elastic stress in the {stress.body} body under the pressure found"
+        + (f", with a friction coefficient of {stress.friction:g}" if stress.friction else "")
+        + ". Tension is positive.",
+        *(_sentence(note) for note in stress.warnings if note not in stress.contact.warnings),
+    )
+    figures = (
+        ("Largest equivalent stresses at each depth.", plots.stress_depth(stress)),
+        ("Von Mises stress on planes through its maximum.", plots.stress_section(stress)),
+        ("Largest von Mises stress over all depths.", plots.stress_map(stress)),
+    )
+    return Section("Stress below the surface", text, tuple(rows), figures)
+
+
+def history_section(history: LoadHistory) -> Section:
+    """Return the chapter of a report on a load history."""
+    from roughcontact import plots
+    from roughcontact.report import Section
+
+    head = ("step", "load", "approach", "contact", "saturated", "newly indented", "dissipated")
+    nominal = history.last.pressure.size * history.last.pixel_area
+    rows = [
+        (
+            str(number),
+            units.engineering(step.load, "N"),
+            units.engineering(step.approach, "m"),
+            units.percent(step.contact_area / nominal),
+            units.percent(step.saturated_area / nominal),
+            f"{1e18 * step.indentation_volume:.3g} µm³",
+            units.engineering(step.dissipated_energy, "J", 3),
+        )
+        for number, step in enumerate(history.steps, start=1)
+    ]
+    told = history.summary()
+    body = "first body" if history.indented_body == "surface" else "counter-body"
+    text = (
+        f"The pressure ceiling acts as perfect plasticity of the surface. The {body} keeps the "
+        f"indentation, {units.engineering(told['max_indentation'], 'm')} at most; unloading is "
+        "elastic. The rest of this report is on the last step.",
+        "Shaken down: the last pass adds no indentation."
+        if history.shaken_down
+        else "Not shaken down: the last pass still adds indentation.",
+        str(told["volume_account"]),
+    )
+    figures = (("Load against approach, and what each step costs.", plots.hysteresis(history)),)
+    return Section("Load history", text, (head, *rows), figures)
+
+
+def curve_report(job: Job, maps: Sequence[Surface], curve: LoadCurve) -> Callable[[Path], object]:
+    """Return what writes the report of a load curve, with the contact at its last load."""
+    from roughcontact import contact, report
+
+    def save(path: Path) -> None:
+        result = contact.solve(
+            maps[0],
+            **job.problem(maps),
+            load=curve.steps[-1].load,
+            max_iterations=job.max_iterations,
+        )
+        chapters = sections(None, job.resolution_notes(maps))
+        twin = result.elastic() if result.saturated_fraction else None
+        report.save(
+            result, path, elastic=twin, curve=curve, sections=chapters,
+            command=job.command("sweep"),
+        )  # fmt: skip
+
+    return save
 
 
 def _sentence(note: str) -> str:

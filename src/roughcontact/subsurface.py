@@ -212,8 +212,8 @@ def subsurface_stress(
     result : ContactResult
         The contact; its boundary is kept.
     depths : array_like, optional
-        Depths z ≥ 0 [m]; by default from half a pixel to three contact radii, with more around
-        the largest stress (`stress.summarise`).
+        Depths z > 0 [m]; by default the surface and from half a pixel to three contact radii, with
+        more around the largest stress (`stress.summarise`).
     body : {"first", "second"}
         The rough body, or its counter-body. Both feel the same pressure; the stress differs by
         Poisson's ratio and by the sign of the friction.
@@ -251,6 +251,11 @@ def subsurface_stress(
     material = _body(result, body)
     if math.isinf(material.young):
         raise InputError(f"the {body} body is rigid: there is no stress in it to compute")
+    if depths is not None and not (np.asarray(depths, dtype=float) > 0).all():
+        raise InputError(
+            f"depths must lie below the surface, got {np.asarray(depths).min()!r} m; the surface "
+            "itself is `stress.slices` at 0"
+        )
     pull = friction if body == "first" else -friction
     options: dict[str, Any] = {
         "boundary": result.boundary,
