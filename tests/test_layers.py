@@ -12,9 +12,10 @@ ROWS = [
     {
         "kernels", "convolution", "projection", "preconditioner", "solver",
         "preparation", "filling", "filters", "roughness", "hertz", "analytic", "generate",
+        "halfspace", "plasticity",
     },
     {"material", "surface", "result"},
-    {"contact", "formats", "archive"},
+    {"contact", "formats", "archive", "elastoplastic"},
     {"plots"},
     {"cli", "__init__", "__main__"},
 ]  # fmt: skip
