@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from functools import partial
 from numbers import Integral
 
 import numpy as np
@@ -120,9 +119,9 @@ def solve(
         optional = name in ("counter_surface", "start")
         if not (isinstance(value, kind) or (optional and value is None)):
             raise InputError(f"{name} must be a {kind.__name__}, got {type(value).__name__}")
-    _check_choice("boundary", boundary, tuple(_BOUNDARIES))
-    _check_choice("precision", precision, ("double", "single"))
-    _check_choice("on_failure", on_failure, ("raise", "return"))
+    check_choice("boundary", boundary, tuple(_BOUNDARIES))
+    check_choice("precision", precision, ("double", "single"))
+    check_choice("on_failure", on_failure, ("raise", "return"))
     if tolerance is None:
         tolerance = 1e-6 if precision == "double" else 1e-4
     require_positive(tolerance=tolerance)
@@ -130,7 +129,7 @@ def solve(
         raise InputError(f"max_iterations must be a positive integer, got {max_iterations!r}")
     if (load is None) == (approach is None):
         raise InputError("give either load or approach, and only one of them")
-    _check_surfaces(surface, counter_surface)
+    check_surfaces(surface, counter_surface)
     modulus = contact_modulus(material, counter_material)
     resolved = _ceiling(ceiling, material, counter_material, surface.shape)
     if start is not None and start.pressure.shape != surface.shape:
@@ -177,10 +176,10 @@ def solve(
     if start is not None:
         index = np.flatnonzero(start.pressure)
         loaded = index, start.pressure.ravel()[index]
-    make = partial(_BOUNDARIES[boundary], workspace=convolution.Workspace())
+    make = operators(boundary, surface.pixel, modulus, precision, convolution.Workspace())
     solution = solver.solve(
         problem,
-        partial(_operator, make, surface.pixel, modulus, precision),
+        make,
         tolerance=tolerance,
         max_iterations=int(max_iterations),
         start=loaded,
@@ -231,27 +230,53 @@ def solve(
     return result
 
 
-def _operator(
-    make: Callable[..., convolution.Convolution],
+def operators(
+    boundary: str,
     pixel: tuple[float, float],
     modulus: float,
     precision: str,
-    shape: tuple[int, int],
-    coarsening: tuple[int, int],
-) -> convolution.Convolution:
-    coarse = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
-    # On coarse grids the error of the grid outweighs that of the arithmetic.
-    arithmetic = precision if coarsening == (1, 1) else "single"
-    return make(shape, coarse, modulus, precision=arithmetic)
+    workspace: convolution.Workspace,
+) -> solver.Operator:
+    """Return what makes the displacement operator of a map on any grid.
+
+    Parameters
+    ----------
+    boundary : {"free", "periodic"}
+        As for `solve`.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` of the map [m].
+    modulus : float
+        E* [Pa].
+    precision : {"double", "single"}
+        Arithmetic on the grid of the map.
+    workspace : Workspace
+        Threads and memory that they share.
+
+    Returns
+    -------
+    callable
+        ``operator(shape, (ky, kx))`` as `solver.solve` wants it.
+    """
+
+    def operator(shape: tuple[int, int], coarsening: tuple[int, int]) -> convolution.Convolution:
+        coarse = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
+        # On coarse grids the error of the grid outweighs that of the arithmetic.
+        arithmetic = precision if coarsening == (1, 1) else "single"
+        make = _BOUNDARIES[boundary]
+        return make(shape, coarse, modulus, precision=arithmetic, workspace=workspace)
+
+    return operator
 
 
-def _check_choice(name: str, value: str, known: tuple[str, ...]) -> None:
+def check_choice(name: str, value: str, known: tuple[str, ...]) -> None:
+    """Raise `InputError` unless a value is one of those known."""
     if value not in known:
         choices = " or ".join(repr(choice) for choice in known)
         raise InputError(f"{name} must be {choices}, got {value!r}")
 
 
-def _check_surfaces(surface: Surface, counter_surface: Surface | None) -> None:
+def check_surfaces(surface: Surface, counter_surface: Surface | None) -> None:
+    """Raise `InputError` for unhandled holes or surfaces on different grids."""
     for name, body in (("surface", surface), ("counter_surface", counter_surface)):
         if body is not None and body.missing and not body.holes_masked:
             raise InputError(
@@ -276,7 +301,7 @@ def _ceiling(
     shape: tuple[int, int],
 ) -> float | NDArray[np.float64] | None:
     if isinstance(ceiling, str):
-        _check_choice("ceiling", ceiling, ("auto",))
+        check_choice("ceiling", ceiling, ("auto",))
         body = softer(material, counter_material)
         return None if body is None else CEILING_FACTOR * (body.yield_strength or math.inf)
     if ceiling is None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from numbers import Real
 
 from roughcontact.errors import InputError
+from roughcontact.plasticity import Hardening, Linear, Perfect, Swift, Tabulated
 
 CEILING_FACTOR = 3.0
 """Pressure ceiling over yield strength of the softer body (Tabor 1951: H ≈ 3 σ_Y)."""
@@ -26,17 +27,21 @@ class Material:
         Uniaxial yield strength σ_Y [Pa]; ``None`` if unknown or if the body never yields.
     name : str
         A name for reports.
+    hardening : Perfect, Linear, Swift or Tabulated, optional
+        How the yield strength grows with the plastic strain; its first value is taken for
+        ``yield_strength``. Without it a body with a yield strength is perfectly plastic.
 
     Raises
     ------
     InputError
-        If a constant is outside its range.
+        If a constant is outside its range, or yield strength and hardening disagree.
     """
 
     young: float
     poisson: float
     yield_strength: float | None = None
     name: str = ""
+    hardening: Hardening | None = None
 
     def __post_init__(self) -> None:
         """Refuse constants that no material has."""
@@ -53,6 +58,20 @@ class Material:
                 f"yield_strength must be positive and finite [Pa], got {self.yield_strength!r}; "
                 "leave it out for a body that does not yield"
             )
+        if self.hardening is None:
+            return
+        if not isinstance(self.hardening, Perfect | Linear | Swift | Tabulated):
+            raise InputError(
+                "hardening must be Perfect, Linear, Swift or Tabulated, got "
+                f"{type(self.hardening).__name__}"
+            )
+        first = self.hardening.initial
+        if self.yield_strength is not None and not math.isclose(self.yield_strength, first):
+            raise InputError(
+                f"yield_strength = {self.yield_strength:.6g} Pa, but hardening starts at "
+                f"{first:.6g} Pa; leave one of them out"
+            )
+        object.__setattr__(self, "yield_strength", first)
 
     @property
     def compliance(self) -> float:
