@@ -224,9 +224,7 @@ class Tabulated:
 Hardening = Perfect | Linear | Swift | Tabulated
 
 
-def plastic_increment(
-    trial: Array, strain: Array, law: Hardening, shear_modulus: float
-) -> Array:
+def plastic_increment(trial: Array, strain: Array, law: Hardening, shear_modulus: float) -> Array:
     """Return the plastic strain that brings trial stresses back to the yield surface.
 
     Parameters
