@@ -693,7 +693,7 @@ class HalfSpace:
         )  # fmt: skip
         self.real = self._fine.real
         if free:
-            self._images = _Images(self._fine, pixel, coarse, cells, (near[0], near[1]))
+            self._images = _Images(self._fine, pixel, coarse, cells, (near[0], near[1]), precision)
 
     def displacement(self, fill: Fill, *, trace: bool = False) -> NDArray[np.float64]:
         """Take in a plastic strain and return the surface displacement that it causes.
@@ -805,6 +805,7 @@ class _Images:
         coarse: int,
         cells: tuple[int, int],
         near: tuple[int, int],
+        precision: str,
     ) -> None:
         import scipy.sparse
 
@@ -814,7 +815,7 @@ class _Images:
         thickness = _merged(fine.thickness, _COARSE_DEPTH * min(edges))
         far = tuple(fast_length(math.ceil(_FAR * n)) for n in cells)
         arguments = (cells, edges, thickness, fine._modulus, fine._poisson)
-        more: dict[str, Any] = dict(isolated=True, workspace=workspace)
+        more: dict[str, Any] = dict(isolated=True, workspace=workspace, precision=precision)
         self._near = Layers(*arguments, near, **more)
         self._far = Layers(*arguments, (far[0], far[1]), **more)
         matrix = scipy.sparse.csr_array
@@ -826,8 +827,8 @@ class _Images:
         self._down_z = (self._up_z * fine.thickness[:, None]).T / thickness[:, None] / coarse**2
         self._scale = 1 / coarse**2
         self._parts: dict[int, Array] = {}
-        self._strain = np.zeros((thickness.size, 5, *cells))
-        self._stress = np.zeros((thickness.size, 5, *cells))
+        self._strain = np.zeros((thickness.size, 5, *cells), fine.real)
+        self._stress = np.zeros_like(self._strain)
         self._cells = cells
 
     def clear(self) -> None:
