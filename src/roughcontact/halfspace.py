@@ -42,7 +42,7 @@ WEIGHTS = (1.5, 2.0, 2.0, 2.0, 2.0)
 
 # Wave vectors that one thread sweeps at a time: enough to hide the cost of a call, few enough
 # that what one layer needs stays in a second-level cache.
-_SWEEP_POINTS = 8192
+_SWEEP_POINTS = 16384
 # Periods of the three transforms of a free boundary, over the edge of the map.
 _NEAR = 1.5
 _FAR = 8.0
@@ -342,7 +342,8 @@ class Layers:
             weights /= 0.5 * (1 - self._poisson)
         mean = float(weights @ self._spectra[:, 0, 0, 0, 0])
         surface: Array = np.empty((my, self._width), self._complex)
-        step = max(1, _SWEEP_POINTS // self._width)
+        step = min(_SWEEP_POINTS // self._width, my // (2 * self._workspace.workers))
+        step = max(1, step)
         # A band of rows lies on one side of the tables' fold.
         bands = [slice(i, min(i + step, self._half)) for i in range(0, self._half, step)]
         bands += [slice(i, min(i + step, my)) for i in range(self._half, my, step)]
@@ -827,7 +828,7 @@ class _Images:
         self._down_z = (self._up_z * fine.thickness[:, None]).T / thickness[:, None] / coarse**2
         self._scale = 1 / coarse**2
         self._parts: dict[int, Array] = {}
-        self._strain = np.zeros((thickness.size, 5, *cells), fine.real)
+        self._strain: Array = np.zeros((thickness.size, 5, *cells), fine.real)
         self._stress = np.zeros_like(self._strain)
         self._cells = cells
 
