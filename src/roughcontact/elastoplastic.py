@@ -58,13 +58,17 @@ _GROWTH = 3.0
 _DEPENDENT = 1e-7
 # How often a load increment may be halved.
 _CUTS = 5
-# Depth of the layers over that before, when plastic strain has reached the lowest.
+# Depth of the layers over that before, when plastic strain has reached the lowest; growth of the
+# volume to each side when it has reached the edge, over the edge of the map.
 _DEEPER = 1.3
+_WIDER = 0.1
 # The contact is solved to this part of the tolerance of the plastic strain while that is sought.
 _CONTACT_TOLERANCE = 1e-6
 _CONTACT_CONVOLUTIONS = 500
-# Rows and columns at the edge of a map that plastic strain may not reach.
+# Rows and columns at the edge of the volume that plastic strain may not reach.
 _GUARD = 2
+# Distance of the edge of the volume from the contact, over the radius of the largest spot.
+_SPAN = 0.8
 
 
 @dataclass(frozen=True)
@@ -143,6 +147,8 @@ class PlasticBody:
         Of the body.
     pixel_area : float
         Area of a pixel [m²].
+    margin : int
+        Rows and columns of the volume beyond each edge of the map, included in the arrays.
     thickness : ndarray, shape (nz,)
         Thickness of each layer [m].
     plastic_strain : ndarray, shape (nz, 5, ny, nx)
@@ -157,6 +163,7 @@ class PlasticBody:
 
     material: Material
     pixel_area: float
+    margin: int
     thickness: NDArray[np.float64]
     plastic_strain: Array
     accumulated: Array
@@ -290,7 +297,9 @@ class ElastoplasticResult:
         if not self.plastic_volume:
             return "elastic"
         loaded = self.contact.contact
-        if any((body.accumulated[0][loaded] > 0).any() for body in self.bodies):
+        first = self.bodies[0].margin
+        inside = tuple(slice(first, first + n) for n in loaded.shape)
+        if any((body.accumulated[0][inside][loaded] > 0).any() for body in self.bodies):
             return "plastic up to the surface"
         return "plastic below the surface"
 
@@ -298,19 +307,16 @@ class ElastoplasticResult:
     def warnings(self) -> tuple[str, ...]:
         """What a reader of the numbers has to know, one sentence each."""
         notes = [] if self.converged else [self.status]
-        shape = self.contact.pressure.shape
-        inside = np.zeros(shape, bool)
-        inside[_GUARD:-_GUARD, _GUARD:-_GUARD] = True
-        touching = self.contact.contact
         if self.contact.boundary == "free":
-            if (touching & ~inside).any():
+            if _rim(self.contact.contact, 1):
                 notes.append(
-                    "contact reaches the edge of the map: enlarge the map, or solve it as periodic"
+                    "contact reaches the edge of the map: either the map is too small for this "
+                    "load, or the body is meant to end there; the volume goes on beyond the edge"
                 )
-            if any(body.accumulated[:, ~inside].any() for body in self.bodies):
+            if any(_rim(body.accumulated, _GUARD) for body in self.bodies):
                 notes.append(
-                    "plastic strain reaches the edge of the map: enlarge the map, or solve it as "
-                    "periodic"
+                    "plastic strain reaches the edge of the volume: enlarge the map, or solve it "
+                    "as periodic"
                 )
         if any(body.accumulated[-1].any() for body in self.bodies):
             notes.append("plastic strain reaches the lowest layer: give a larger depth")
@@ -457,26 +463,29 @@ def solve_elastoplastic(
     make = lru_cache(maxsize=12)(operators(boundary, surface.pixel, modulus, "double", workspace))
     contact = _Contact(gap, make, surface.pixel[0] * surface.pixel[1])
     if start is not None:
-        thickness = start.bodies[0].thickness
-    elif layers is not None:
-        thickness = np.array(layers, float)
+        margin, thickness = start.bodies[0].margin, start.bodies[0].thickness
     else:
-        first = _FIRST_LAYER * min(surface.pixel)
+        weaker = softer(material, counter_material)
+        radius, margin = _spots(contact, max(path), weaker, surface.pixel)
+        margin = margin if boundary == "free" else 0
         if depth is None:
-            depth = _depth(contact, max(path), softer(material, counter_material), surface.pixel)
+            depth = max(_DEPTH * radius, _LEAST_DEPTH * max(surface.pixel))
+        first = _FIRST_LAYER * min(surface.pixel)
         thickness = halfspace.graded_layers(first, depth, _LAYER_RATIO)
-    _check_memory(surface.shape, thickness.size, len(yielding), boundary, precision)
-    bodies = [_Body(body, surface, thickness, boundary, precision, workspace) for body in yielding]
+        if layers is not None:
+            thickness = np.array(layers, float)
+    grid = surface.shape[0] + 2 * margin, surface.shape[1] + 2 * margin
+    _check_memory(grid, thickness.size, len(yielding), boundary, precision)
+    bodies = [_Body(body, surface.pixel, boundary, precision, workspace) for body in yielding]
+    loop = _Loop(bodies, contact, workspace, tolerance, int(max_iterations), path[-1], progress)
+    loop.resize(thickness, margin)
     done: list[Increment] = []
     if start is not None:
         for body, old in zip(bodies, start.bodies, strict=True):
             body.resume(old)
-        index = np.flatnonzero(start.contact.pressure)
-        if index.size:
-            contact.loaded = index, start.contact.pressure.ravel()[index]
+        contact.resume(start.contact.pressure)
         done = list(start.increments)
-    loop = _Loop(bodies, contact, workspace, tolerance, int(max_iterations), path[-1], progress)
-    status = loop.follow(path, done, deepen=layers is None)
+    status = loop.follow(path, done, deepen=layers is None, widen=boundary == "free")
     reached = done[-1].load
     result = _result(
         loop, surface, counter_surface, material, counter_material, boundary, precision,
@@ -581,17 +590,33 @@ def _path(
     return [float(value) for value in path]
 
 
-def _depth(
+def _spots(
     contact: _Contact, load: float, body: Material | None, pixel: tuple[float, float]
-) -> float:
-    """Return a depth for the layers, from the largest spot of a contact with a ceiling."""
+) -> tuple[float, int]:
+    """Return the radius of the largest contact spot [m] and the margin that its volume wants.
+
+    The contact is that under a ceiling of three yield strengths.
+    """
     from scipy import ndimage
 
     pressed = contact.pressed(load, (body.yield_strength or math.inf) if body else math.inf)
     spots, number = ndimage.label(pressed, np.ones((3, 3)))
     largest = int(np.bincount(spots.ravel())[1:].max()) if number else 0
     radius = math.sqrt(largest * pixel[0] * pixel[1] / math.pi)
-    return max(_DEPTH * radius, _LEAST_DEPTH * max(pixel))
+    margin = 0
+    for axis, edge in enumerate(pixel):
+        lines = np.flatnonzero(pressed.any(axis=1 - axis))
+        if lines.size:
+            near = min(int(lines[0]), pressed.shape[axis] - 1 - int(lines[-1]))
+            margin = max(margin, math.ceil(_SPAN * radius / edge) - near)
+    return radius, margin
+
+
+def _rim(values: Array, width: int) -> bool:
+    """Return whether anything but zero lies in the outer rows and columns."""
+    lines = (values[..., :width, :], values[..., -width:, :])
+    columns = (values[..., :width], values[..., -width:])
+    return any(bool(part.any()) for part in (*lines, *columns))
 
 
 def memory_estimate(
@@ -649,12 +674,26 @@ class _Contact:
     """The contact solver, started each time from the pressure before."""
 
     def __init__(self, gap: NDArray[np.float64], make: solver.Operator, area: float) -> None:
-        self.initial_gap, self._make, self._area = gap, make, area
-        self.loaded: solver.Loaded | None = None
-        self.pressure = np.zeros(gap.shape)
+        self._map = gap
+        self._make, self._area = make, area
+        self.resize(0)
         self.approach = 0.0
         self.convolutions = 0
         self.solution: solver.Solution | None = None
+
+    def resize(self, margin: int) -> None:
+        """Add points that never touch around the map, and forget the pressure."""
+        self.initial_gap = np.pad(self._map, margin, constant_values=np.inf)
+        self.inside = tuple(slice(margin, margin + n) for n in self._map.shape)
+        self.loaded: solver.Loaded | None = None
+        self.pressure = np.zeros(self.initial_gap.shape)
+
+    def resume(self, pressure: NDArray[np.float64]) -> None:
+        """Start from a pressure on the map."""
+        self.pressure[self.inside] = pressure
+        index = np.flatnonzero(self.pressure)
+        if index.size:
+            self.loaded = index, self.pressure.ravel()[index]
 
     def pressed(self, load: float, strength: float) -> NDArray[np.bool_]:
         """Return the contact under a ceiling of three yield strengths, roughly."""
@@ -695,36 +734,37 @@ class _Body:
     def __init__(
         self,
         material: Material,
-        surface: Surface,
-        thickness: NDArray[np.float64],
+        pixel: tuple[float, float],
         boundary: str,
         precision: str,
         workspace: Workspace,
     ) -> None:
-        self.material, self._surface = material, surface
+        self.material, self.pixel = material, pixel
         self._arguments = (boundary, precision, workspace)
         self.law: Hardening = material.hardening or Perfect(material.yield_strength or math.inf)
         self.shear_modulus = material.young / (2 * (1 + material.poisson))
         self.real: type = np.float32 if precision == "single" else np.float64
-        ny, nx = surface.shape
-        self.strain: Array = np.zeros((0, 5, ny, nx), self.real)
-        self.accumulated: Array = np.zeros((0, ny * nx), self.real)
-        self.deepen(thickness)
+        self.strain: Array = np.zeros((0, 5, 0, 0), self.real)
+        self.accumulated: Array = np.zeros((0, 0), self.real)
 
-    def deepen(self, thickness: NDArray[np.float64]) -> None:
-        """Take on layers that begin with those there are."""
+    def resize(self, thickness: NDArray[np.float64], shape: tuple[int, int]) -> None:
+        """Take on more layers below and more points around those there are."""
         boundary, precision, workspace = self._arguments
-        more = thickness.size - len(self.strain)
         self.operator = HalfSpace(
-            self._surface.shape, self._surface.pixel, thickness,
+            shape, self.pixel, thickness,
             shear_modulus=self.shear_modulus, poisson=self.material.poisson,
             boundary=boundary, precision=precision, workspace=workspace,
         )  # fmt: skip
-        self.thickness = thickness
-        none = np.zeros((more, *self.strain.shape[1:]), self.real)
-        self.strain = np.concatenate([self.strain, none])
-        none = np.zeros((more, *self.accumulated.shape[1:]), self.real)
-        self.accumulated = np.concatenate([self.accumulated, none])
+        old, accumulated = self.strain, self.accumulated
+        ny, nx = old.shape[-2:]
+        top, left = (shape[0] - ny) // 2, (shape[1] - nx) // 2
+        place = np.s_[: len(old), ..., top : top + ny, left : left + nx]
+        self.thickness, self.shape = thickness, shape
+        self.strain = np.zeros((thickness.size, 5, *shape), self.real)
+        self.strain[place] = old
+        fields: Array = np.zeros((thickness.size, *shape), self.real)
+        fields[place] = accumulated.reshape(len(old), ny, nx)
+        self.accumulated = fields.reshape(thickness.size, -1)
         self._hardened(range(thickness.size))
 
     def _hardened(self, layers: range) -> None:
@@ -747,7 +787,7 @@ class _Body:
         self, places: Parts, added: Parts, *, trace: bool = False
     ) -> NDArray[np.float64]:
         """Return the surface displacement by the strain so far and some more."""
-        nx = self._surface.shape[1]
+        nx = self.shape[1]
 
         def fill(layer: int, out: Array) -> slice | None:
             rows, place = self._rows[layer], places[layer]
@@ -819,10 +859,10 @@ class _Body:
     def plastic_volume(self) -> float:
         """Volume with plastic strain [m³]."""
         cells = np.count_nonzero(self.accumulated, axis=1)
-        dy, dx = self._surface.pixel
+        dy, dx = self.pixel
         return float(cells @ self.thickness) * dy * dx
 
-    def finished(self, pressure: Array) -> tuple[PlasticBody, float]:
+    def finished(self, pressure: Array, margin: int) -> tuple[PlasticBody, float]:
         """Return the body with its stresses, and how far the stress passes the yield strength."""
         fields = self.strain.shape[0], *self.strain.shape[2:]
         excess = np.full(fields[0], -1.0)
@@ -839,9 +879,9 @@ class _Body:
         self.operator.mean_stress(pressure, lambda layer, v: np.copyto(mean[layer], v))
         self.operator.stress(nothing, lambda layer, v: np.copyto(residual[layer], v))
         self.operator.mean_stress(nothing, lambda layer, v: np.copyto(mean_residual[layer], v))
-        dy, dx = self._surface.pixel
+        dy, dx = self.pixel
         body = PlasticBody(
-            self.material, dy * dx, self.thickness, self.strain,
+            self.material, dy * dx, margin, self.thickness, self.strain,
             self.accumulated.reshape(fields), stress, mean, residual, mean_residual,
         )  # fmt: skip
         return body, float(excess.max())
@@ -968,10 +1008,21 @@ class _Loop:
         self._workspace, self._tolerance = workspace, tolerance
         self._max_iterations, self._target, self._progress = max_iterations, target, progress
         # Strain of the increment before, and its load: the first guess of the next.
-        self._places, self._added = self._nothing()
+        self._places: list[Parts] = []
+        self._added: list[Parts] = []
         self._stride = 0.0
 
-    def _nothing(self) -> tuple[list[Parts], list[Parts]]:
+    def resize(self, thickness: NDArray[np.float64], margin: int) -> None:
+        """Enlarge the volume of all bodies, and start the increment again."""
+        self.margin = margin
+        self.contact.resize(margin)
+        ny, nx = self.contact.initial_gap.shape
+        for body in self.bodies:
+            body.resize(thickness, (ny, nx))
+        self._places, self._added = self.nothing()
+        self._stride = 0.0
+
+    def nothing(self) -> tuple[list[Parts], list[Parts]]:
         places: list[Parts] = []
         added: list[Parts] = []
         for body in self.bodies:
@@ -980,7 +1031,7 @@ class _Loop:
             added.append([np.empty((5, 0), body.real)] * layers)
         return places, added
 
-    def follow(self, path: list[float], done: list[Increment], *, deepen: bool) -> str:
+    def follow(self, path: list[float], done: list[Increment], *, deepen: bool, widen: bool) -> str:
         """Visit loads one after the other; return why it stopped."""
         todo = path[::-1]
         before = done[-1].load if done else 0.0
@@ -991,7 +1042,7 @@ class _Loop:
             found = self._relax(load, before)
             if found is None:
                 self.contact.loaded = kept
-                self._places, self._added = self._nothing()
+                self._places, self._added = self.nothing()
                 self._stride = 0.0
                 if cuts == _CUTS or (not done and load == 0):
                     return (
@@ -1002,7 +1053,7 @@ class _Loop:
                 cuts += 1
                 todo.append((before + load) / 2)
                 continue
-            if deepen and self._deepened():
+            if self._enlarged(deepen, widen):
                 continue
             todo.pop()
             cuts = max(0, cuts - 1)
@@ -1011,7 +1062,7 @@ class _Loop:
             residual, iterations, convolutions = found
             self._stride, before = load - before, load
             contact = self.contact
-            dy, dx = self.bodies[0]._surface.pixel
+            dy, dx = self.bodies[0].pixel
             done.append(
                 Increment(
                     load=load,
@@ -1027,24 +1078,33 @@ class _Loop:
             )
         return "converged"
 
-    def _deepened(self) -> bool:
-        """Add layers if plastic strain has come to the lowest one."""
-        reached = any(parts[-1].size and parts[-1].any() for parts in self._added)
+    def _enlarged(self, deepen: bool, widen: bool) -> bool:
+        """Enlarge the volume if plastic strain has come to its bottom or its edge."""
         body = self.bodies[0]
-        surface = body._surface
-        limit = 2 * max(n * edge for n, edge in zip(surface.shape, surface.pixel, strict=True))
-        if not reached or body.thickness.sum() > limit:
+        thickness, margin = list(body.thickness), self.margin
+        (ny, nx), (dy, dx) = body.shape, body.pixel
+        deepest, widest = 2 * max(ny * dy, nx * dx), max(ny, nx)
+        if deepen and any(parts[-1].any() for parts in self._added):
+            depth = min(_DEEPER * sum(thickness), deepest)
+            while sum(thickness) < depth:
+                thickness.append(thickness[-1] * _LAYER_RATIO)
+        if widen and 4 * margin < widest and self._at_edge():
+            margin += max(_GUARD, math.ceil(_WIDER * min(ny, nx)))
+        if len(thickness) == body.thickness.size and margin == self.margin:
             return False
-        thickness = list(body.thickness)
-        depth = _DEEPER * sum(thickness)
-        while sum(thickness) < depth:
-            thickness.append(thickness[-1] * _LAYER_RATIO)
-        for body, places, added in zip(self.bodies, self._places, self._added, strict=True):
-            more = len(thickness) - len(places)
-            body.deepen(np.array(thickness))
-            places += [np.empty(0, np.int64)] * more
-            added += [np.empty((5, 0), body.real)] * more
+        self.resize(np.array(thickness), margin)
         return True
+
+    def _at_edge(self) -> bool:
+        ny, nx = self.bodies[0].shape
+        edge = np.ones((ny, nx), bool)
+        edge[_GUARD:-_GUARD, _GUARD:-_GUARD] = False
+        flat = edge.ravel()
+        return any(
+            bool(strain[:, flat[place]].any())
+            for places, added in zip(self._places, self._added, strict=True)
+            for place, strain in zip(places, added, strict=True)
+        )
 
     def _relax(self, load: float, before: float) -> tuple[float, int, int] | None:
         """Find the plastic strain of one increment; keep it beside that accepted."""
@@ -1054,7 +1114,7 @@ class _Loop:
             factor = min(stride / self._stride, 1.0)
             self._added = [[part * part.dtype.type(factor) for part in a] for a in self._added]
         elif self._stride:
-            self._places, self._added = self._nothing()
+            self._places, self._added = self.nothing()
         self._stride = 0.0
         weights = [
             body.shear_modulus / bodies[0].shear_modulus * float(h / bodies[0].thickness[0])
@@ -1128,8 +1188,8 @@ def _result(
     """Solve the contact once more on the strain accepted, and collect all."""
     contact = loop.contact
     before = contact.convolutions
-    nothing, none = loop._nothing()
-    displacement = np.zeros(surface.shape)
+    nothing, none = loop.nothing()
+    displacement = np.zeros(contact.initial_gap.shape)
     for body, places, added in zip(loop.bodies, nothing, none, strict=True):
         displacement += body.displacement(places, added, trace=True)
     contact.press(displacement, load, _CONTACT_TOLERANCE)
@@ -1137,8 +1197,9 @@ def _result(
     gap = (
         contact.initial_gap + displacement - contact.approach if solution is None else solution.gap
     )
+    gap = gap[contact.inside].copy()
     gap[np.isinf(gap)] = np.nan
-    finished = [body.finished(contact.pressure) for body in loop.bodies]
+    finished = [body.finished(contact.pressure, loop.margin) for body in loop.bodies]
     carried = float(contact.pressure.sum()) * surface.pixel[0] * surface.pixel[1]
     load_error = abs(carried - load) / load if load else 0.0
     contact_status = solver.Status.CONVERGED if solution is None else solution.status
@@ -1158,7 +1219,7 @@ def _result(
         control="load",
         load=load,
         approach=contact.approach,
-        pressure=contact.pressure,
+        pressure=contact.pressure[contact.inside].copy(),
         gap=gap,
         certificate=0.0 if solution is None else solution.certificate,
         load_error=load_error,
@@ -1172,7 +1233,7 @@ def _result(
         status = f"the contact did not converge at the last load: {pressed.status}"
     return ElastoplasticResult(
         contact=pressed,
-        residual_displacement=displacement,
+        residual_displacement=displacement[contact.inside].copy(),
         bodies=tuple(body for body, _ in finished),
         increments=tuple(done),
         yield_excess=max(excess for _, excess in finished),
