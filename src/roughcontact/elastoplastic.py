@@ -20,6 +20,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from numbers import Integral
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -353,6 +354,18 @@ class ElastoplasticResult:
             "seconds": self.seconds,
             "version": self.version,
         }
+
+    def save(self, path: str | Path) -> None:
+        """Write everything to a NetCDF file; see `roughcontact.load_elastoplastic`.
+
+        Parameters
+        ----------
+        path : str or path
+            File to write; it appears only once it is complete.
+        """
+        from roughcontact.archive import save_elastoplastic
+
+        save_elastoplastic(self, path)
 
 
 def solve_elastoplastic(

@@ -6,6 +6,7 @@ at an accumulated plastic strain, ``slope(strain)`` its derivative [Pa].
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 from numbers import Real
@@ -222,6 +223,55 @@ class Tabulated:
 
 
 Hardening = Perfect | Linear | Swift | Tabulated
+
+
+def to_text(law: Hardening) -> str:
+    """Return a hardening law as JSON.
+
+    Parameters
+    ----------
+    law : Perfect, Linear, Swift or Tabulated
+        The law.
+
+    Returns
+    -------
+    str
+        Its name and its constants in SI units.
+
+    Examples
+    --------
+    >>> to_text(Linear(initial=1e9, modulus=2e9))
+    '{"law": "Linear", "initial": 1000000000.0, "modulus": 2000000000.0}'
+    """
+    return json.dumps({"law": type(law).__name__, **vars(law)})
+
+
+def from_text(text: str) -> Hardening:
+    """Return the hardening law that `to_text` wrote.
+
+    Parameters
+    ----------
+    text : str
+        JSON.
+
+    Returns
+    -------
+    Perfect, Linear, Swift or Tabulated
+        The law; every number keeps its bits.
+
+    Raises
+    ------
+    InputError
+        If the text is none.
+    """
+    laws: dict[str, type[Hardening]] = {
+        law.__name__: law for law in (Perfect, Linear, Swift, Tabulated)
+    }
+    try:
+        constants = json.loads(text)
+        return laws[constants.pop("law")](**constants)
+    except (KeyError, TypeError, AttributeError, json.JSONDecodeError):
+        raise InputError(f"hardening must be JSON that names a law, got {text!r}") from None
 
 
 def plastic_increment(trial: Array, strain: Array, law: Hardening, shear_modulus: float) -> Array:
