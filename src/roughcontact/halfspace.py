@@ -45,10 +45,10 @@ WEIGHTS = (1.5, 2.0, 2.0, 2.0, 2.0)
 _SWEEP_POINTS = 16384
 # Periods of the three transforms of a free boundary, over the edge of the map.
 _NEAR = 1.5
-_FAR = 8.0
-# Coarse cells along the shorter edge of the map, at least; cells beyond the map on each side, so
+_FAR = 6.0
+# Coarse cells along the shorter edge of the map, at most; cells beyond the map on each side, so
 # that the interpolation stays central: an extrapolating one costs the operator its sign.
-_COARSE = 16
+_COARSE = 20
 _GUARD = 2
 # Coarse layers over coarse cells, at least.
 _COARSE_DEPTH = 0.5
@@ -652,7 +652,7 @@ class HalfSpace:
     With a free boundary the map is padded with zeros to 1.5 times its edges. What the periodic
     images of that still do, which falls with the third power of the period and varies on its
     scale, is taken off by the difference of two operators on coarse cells and coarse layers, one
-    of the same period and one of eight times the edge of the map. Restriction is the transpose of
+    of the same period and one of six times the edge of the map. Restriction is the transpose of
     the interpolation, which keeps the symmetries.
     """
 
@@ -744,7 +744,7 @@ class HalfSpace:
 
 def _coarse_grid(shape: tuple[int, int]) -> tuple[int, tuple[int, int]]:
     """Return points per coarse cell, and the cells ``(my, mx)`` with guards around the map."""
-    coarse = max(1, min(shape) // _COARSE)
+    coarse = -(-min(shape) // _COARSE)
     cells = [-(-n // coarse) + 2 * _GUARD for n in shape]
     return coarse, (cells[0], cells[1])
 
@@ -848,7 +848,8 @@ class _Images:
     def displacement(self, *, trace: bool) -> Array:
         """Return the correction of the displacement by the strain taken."""
         self._strain[...] = 0
-        for layer, part in self._parts.items():
+        # In order: which thread came first must not change the last bits of the sum.
+        for layer, part in sorted(self._parts.items()):
             for into in np.flatnonzero(self._down_z[:, layer]):
                 self._strain[into] += self._down_z[into, layer] * part
         rows = slice(0, self._cells[0])
