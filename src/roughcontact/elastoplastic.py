@@ -49,7 +49,7 @@ Parts = list[Array]
 # Layers: the first over the shorter edge of a pixel, the growth from one to the next, the depth of
 # them all over the radius of the largest contact spot, and in pixels at least.
 _FIRST_LAYER = 0.5
-_LAYER_RATIO = 1.1
+_LAYER_RATIO = 1.08
 _DEPTH = 3.0
 _LEAST_DEPTH = 8.0
 # Iterates that Anderson's acceleration remembers; growth of the defect at which it forgets.

@@ -74,7 +74,7 @@ def exact(points):
     line = np.arange(-5, 5.01, 0.4)
     grid = np.stack(np.meshgrid(line, line, line, indexing="ij"), -1).reshape(-1, 3)
     force = 2 * grid @ (2 * MU * TENSOR) * np.exp(-(grid**2).sum(1))[:, None] * 0.4**3
-    source = grid + [0, 0, DEPTH]
+    source = grid + np.array([0, 0, DEPTH])
 
     def displacement(x):
         return np.einsum("nij,nj->i", mindlin(np.asarray(x, float), source), force)
