@@ -7,6 +7,7 @@ import pytest
 
 from roughcontact import halfspace
 from roughcontact.convolution import Workspace
+from roughcontact.errors import InputError
 
 MU, NU = 2.0, 0.3
 
@@ -232,3 +233,78 @@ def test_displacement_by_smooth_strain(count) -> None:
             exact += w * pixel[0] * pixel[1] * np.einsum("yx,yxij,ij->", bell, kernel, tensors)
         # What the image correction leaves, see `test_far_images`.
         assert found[row, column] == pytest.approx(exact, abs=5e-4 * np.abs(found).max())
+
+
+def test_far_images_are_taken_off() -> None:
+    # A wide strain and pressure, against the same on a period of sixteen maps.
+    points = 32
+    y, x = np.mgrid[:points, :points] - (points - 1) / 2
+    thickness = halfspace.graded_layers(0.5, 14.0)
+    depth = np.cumsum(thickness) - thickness / 2
+    blob = np.exp(-((x**2 + y**2) + (depth[:, None, None] - 5) ** 2) / 5**2)
+    five = np.array([0.4, -0.7, 0.3, 0.5, -0.2])
+    strain = five[:, None, None] * blob[:, None]
+    pressure = np.exp(-(x**2 + y**2) / 5**2)
+    shape = (points, points)
+    whole = halfspace.Layers(
+        shape, (1, 1), thickness, MU, NU, (16 * points, 16 * points),
+        isolated=True, workspace=Workspace(2),
+    )  # fmt: skip
+    corrected = operator_of(shape, (1, 1), thickness)
+    for some, load in ((strain, 0 * pressure), (0 * strain, pressure)):
+        exact = layers_of(whole, some, load, trace=True)
+        found = layers_of(corrected, some, load, trace=True)
+        for one, other in zip(found, exact, strict=True):
+            # 4 % without the correction. What is left is the far period and the interpolation.
+            np.testing.assert_allclose(one, other, atol=1e-3 * max(np.abs(other).max(), 1e-30))
+
+
+def test_threads_do_not_change_the_bits() -> None:
+    strain = np.random.default_rng(0).normal(size=(4, 5, 12, 10))
+    pressure = np.random.default_rng(1).normal(size=(12, 10))
+    results = [
+        layers_of(
+            operator_of((12, 10), (1, 1), [0.5, 0.5, 1, 2], workspace=Workspace(workers)),
+            strain, pressure, trace=True,
+        )
+        for workers in (1, 3)
+    ]  # fmt: skip
+    for one, other in zip(*results, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_tensors_and_components() -> None:
+    rng = np.random.default_rng(4)
+    matrix = rng.normal(size=(6, 3, 3))
+    matrix += matrix.swapaxes(1, 2)
+    mean = np.trace(matrix, axis1=1, axis2=2) / 3
+    five = halfspace.components(matrix)
+    np.testing.assert_allclose(halfspace.tensor(five, mean), matrix, atol=1e-15)
+    deviator = matrix - mean[:, None, None] * np.eye(3)
+    mises = np.sqrt(1.5 * np.einsum("nij,nij->n", deviator, deviator))
+    np.testing.assert_allclose(halfspace.equivalent(five), mises, rtol=1e-14)
+    work = np.einsum("c,cn,cn->n", halfspace.WEIGHTS, five, five)
+    np.testing.assert_allclose(work, np.einsum("nij,nij->n", deviator, deviator), rtol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (dict(pixel=(1.0, 0.0)), "pixel must be positive"),
+        (dict(thickness=[]), "thickness must be a row"),
+        (dict(thickness=[1.0, -1.0]), "thickness must be a row"),
+        (dict(thickness=3.0), "thickness must be a row"),
+        (dict(shear_modulus=0.0), "shear_modulus must be positive"),
+        (dict(boundary="open"), "boundary must be"),
+    ],
+)
+def test_bad_arguments(change, message) -> None:
+    arguments = dict(shape=(8, 8), pixel=(1.0, 1.0), thickness=[1.0]) | change
+    with pytest.raises(InputError, match=message):
+        operator_of(**arguments)
+
+
+def test_layers_grow_with_depth() -> None:
+    layers = halfspace.graded_layers(0.5, 20.0, 1.1)
+    np.testing.assert_allclose(layers[1:] / layers[:-1], 1.1)
+    assert 20 <= layers.sum() < 20 + layers[-1]
