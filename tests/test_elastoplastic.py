@@ -301,6 +301,50 @@ def test_an_increment_that_is_too_large_is_cut() -> None:
     assert cut.increments[-1].load == 0.6
 
 
+def test_acceleration_of_a_linear_map() -> None:
+    # x(y) = A y + b, A symmetric with eigenvalues up to 0.98: 700 plain steps for 1e-6.
+    rng = np.random.default_rng(2)
+    rotation, _ = np.linalg.qr(rng.normal(size=(20, 20)))
+    matrix = rotation @ np.diag(np.linspace(0, 0.98, 20)) @ rotation.T
+    offset = rng.normal(size=20)
+    exact = np.linalg.solve(np.eye(20) - matrix, offset)
+    mixer = elastoplastic._Mixer([1.0, 2.0], rc.convolution.Workspace(2))
+    sizes = (1, 3)
+    y = [np.zeros((5, size)) for size in sizes]
+    for iteration in range(80):
+        flat = np.concatenate([part.ravel() for part in y])
+        image = matrix @ flat + offset
+        x = [image[:5].reshape(5, 1), image[5:].reshape(5, 3)]
+        defect = [one - other for one, other in zip(x, y, strict=True)]
+        if np.linalg.norm(image - flat) < 1e-6:
+            break
+        y = mixer.mix(x, defect)
+        if iteration == 6:
+            # Unknowns that join and stay zero change nothing.
+            mixer.grow(1, np.array([0, 1, 2]), np.array([0, 1, 2]))
+    np.testing.assert_allclose(flat, exact, atol=1e-4 * np.abs(exact).max())
+    assert iteration < 70
+
+
+def test_unknowns_that_join_keep_the_memory() -> None:
+    small, large = (elastoplastic._Mixer([1.0], rc.convolution.Workspace(1)) for _ in range(2))
+    rng = np.random.default_rng(5)
+    place = np.array([0, 2, 3])
+    for step in range(6):
+        x, f = rng.normal(size=(2, 5, 3)) * 0.5**step
+        narrow = small.mix([x.copy()], [f.copy()])[0]
+        if step < 3:
+            large.mix([x.copy()], [f.copy()])
+            continue
+        if step == 3:
+            large.grow(0, np.array([4, 7, 8]), np.array([4, 5, 7, 8]))
+        wide = large.mix(
+            [elastoplastic.embedded(x, place, 4)], [elastoplastic.embedded(f, place, 4)]
+        )[0]
+        np.testing.assert_allclose(wide[:, place], narrow, rtol=1e-9)
+        np.testing.assert_array_equal(wide[:, 1], 0)
+
+
 def test_load_goes_in_equal_steps() -> None:
     result = solve_elastoplastic(ball(), material=SWIFT, load=0.2, increments=4, **MORE)
     loads = [step.load for step in result.increments]

@@ -55,6 +55,9 @@ _LEAST_DEPTH = 8.0
 # Iterates that Anderson's acceleration remembers; growth of the defect at which it forgets.
 _MEMORY = 6
 _GROWTH = 3.0
+# Iterations without a smaller defect after which plain steps take over, and how many of these.
+_PATIENCE = 10
+_PLAIN_STEPS = 8
 # Relative size below which directions of the memory count as linearly dependent.
 _DEPENDENT = 1e-7
 # How often a load increment may be halved.
@@ -452,6 +455,17 @@ def solve_elastoplastic(
     ----------
     Jacq, Nélias, Lormand and Girodin, J. Tribol. 124 (2002) 653, doi:10.1115/1.1467920;
     Frérot, Bonnet, Molinari and Anciaux, CMAME 351 (2019) 951, doi:10.1016/j.cma.2019.04.006
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from roughcontact import Material, Surface
+    >>> y, x = np.mgrid[-8:8, -8:8] * 1.5e-6
+    >>> ball = Surface(-(x**2 + y**2) / (2 * 105e-6), pixel=(1.5e-6, 1.5e-6))
+    >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1.6e9)
+    >>> result = solve_elastoplastic(ball, material=steel, loads=[0.3, 0.0])
+    >>> result.status, result.regime
+    ('converged', 'plastic below the surface')
     """
     began = time.perf_counter()
     _check_arguments(
@@ -912,7 +926,8 @@ class _Mixer:
     The next iterate is the combination of the last ones whose defect f = x - y would be the
     smallest if x were linear (Anderson 1965, doi:10.1145/321296.321305; Walker and Ni 2011,
     doi:10.1137/10078356X), in the norm of the energy: tensor product, thickness, modulus. Where
-    the defect grows the memory is cleared and a plain step follows, which descends.
+    the defect grows the memory is cleared and a plain step follows; where it has not fallen for a
+    while, several. Plain steps never raise the defect: they are averaged nonexpansive.
     """
 
     def __init__(self, weights: list[float], workspace: Workspace) -> None:
@@ -920,7 +935,8 @@ class _Mixer:
         self._last: tuple[Parts, Parts] | None = None
         self._steps: list[tuple[Parts, Parts]] = []
         self._gram = np.zeros((0, 0))
-        self._least = math.inf
+        self._least = self._best = math.inf
+        self._fruitless = self._plain = 0
 
     def grow(self, part: int, old: Array, new: Array) -> None:
         """Make room for the unknowns that a part has won."""
@@ -934,9 +950,16 @@ class _Mixer:
         """Return the next iterate."""
         each, count = self._workspace.each, range(len(x))
         size = math.sqrt(self._products([(defect, defect)])[0])
-        if not size <= _GROWTH * self._least:
+        self._fruitless = 0 if size < self._best else self._fruitless + 1
+        self._best = min(self._best, size)
+        if self._fruitless == _PATIENCE:
+            self._fruitless, self._plain = 0, _PLAIN_STEPS
+        if self._plain or not size <= _GROWTH * self._least:
             self._steps, self._last, self._gram = [], None, np.zeros((0, 0))
             self._least = math.inf
+        if self._plain:
+            self._plain -= 1
+            return [part.copy() for part in x]
         self._least = min(self._least, size)
         if self._last is not None:
             old_x, old_defect = self._last

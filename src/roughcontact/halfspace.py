@@ -133,7 +133,7 @@ def equivalent(deviator: Array) -> Array:
         square += component**2
     square *= 3
     square += 2.25 * deviator[0] ** 2
-    root: Array = np.sqrt(square, out=square)
+    root: Array = np.sqrt(square)
     return root
 
 
