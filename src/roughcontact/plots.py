@@ -476,7 +476,7 @@ def stress_map(result: StressResult) -> Figure:
     )  # fmt: skip
     _stress_bar(axes, image, result, unit)
     if over:
-        share = _percent(float(np.count_nonzero(peak > strength)) / peak.size)
+        share = percent(float(np.count_nonzero(peak > strength)) / peak.size)
         _legend(axes, [(_OVER, f"yield strength exceeded below {share} of the map")])
     axes.set_title(_stress_title(result), fontsize=_TITLE)
     _note(figure, blocks, "the largest stress")
