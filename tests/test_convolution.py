@@ -387,3 +387,35 @@ def test_free_period_is_even_and_long_enough(backend):
     for shape in SHAPES:
         period = convolution.free_period(shape)
         assert all(p % 2 == 0 and p >= 2 * n for p, n in zip(period, shape, strict=True))
+
+
+@pytest.mark.parametrize("padded", [(7, 9), (10, 16), (15, 9)], ids=str)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_half_spectrum_and_back(backend, padded, dtype) -> None:
+    values = np.random.default_rng(8).normal(size=(7, 9)).astype(dtype)
+    values[:2] = values[6:] = 0
+    out = np.full((padded[0], padded[1] // 2 + 1), np.nan + 0j, np.result_type(dtype, np.complex64))
+    spectrum = convolution.half_spectrum(values, slice(2, 6), padded, out)
+    # The textbook sum, by matrices.
+    y, x = np.arange(7), np.arange(9)
+    qy = 2 * np.pi * np.arange(padded[0]) / padded[0]
+    qx = 2 * np.pi * np.arange(padded[1] // 2 + 1) / padded[1]
+    exact = np.exp(-1j * np.outer(qy, y)) @ values @ np.exp(-1j * np.outer(x, qx))
+    rounding = 100 * np.finfo(dtype).eps
+    assert spectrum.dtype == out.dtype
+    np.testing.assert_allclose(spectrum, exact, atol=rounding)
+    back = convolution.from_half_spectrum(spectrum, (7, 9), padded)
+    assert back.dtype == dtype
+    np.testing.assert_allclose(back / (padded[0] * padded[1]), values, atol=rounding)
+
+
+def test_fast_lengths(backend) -> None:
+    for points in (1, 2, 7, 17, 61, 127, 1025):
+        length = convolution.fast_length(points)
+        assert points <= length <= 1.3 * points + 1
+        while length % 2 == 0:
+            length //= 2
+        for factor in (3, 5, 7, 11):
+            while length % factor == 0:
+                length //= factor
+        assert length == 1

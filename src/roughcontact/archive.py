@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roughcontact import netcdf
+from roughcontact import netcdf, plasticity
+from roughcontact.elastoplastic import ElastoplasticResult, Increment, PlasticBody
 from roughcontact.errors import FormatError, InputError
 from roughcontact.material import Material
 from roughcontact.result import ContactResult
@@ -146,6 +147,8 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
             if value is not None:
                 attributes[f"{body}_{name}"] = value
                 attributes[f"{body}_{name}_units"] = "Pa"
+        if material.hardening is not None:
+            attributes[f"{body}_hardening"] = plasticity.to_text(material.hardening)
     return _dataset(surface, maps, attributes)
 
 
@@ -214,8 +217,7 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
     OSError
         If the file cannot be written; an old file survives.
     """
-    if Path(path).suffix.lower() != ".nc":
-        raise InputError(f"path must end in .nc, got {str(path)!r}")
+    _require_suffix(path)
     dataset = to_dataset(result)
     # Most pixels carry nothing: these two shrink to little; heights would not.
     packed = {name: {"zlib": True, "complevel": 1} for name in ("pressure", "saturated")}
@@ -241,19 +243,35 @@ def load_result(path: str | os.PathLike[str]) -> ContactResult:
     FormatError
         If the file is missing, damaged or not a result of this program.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise FormatError(f"{path} does not exist or is no file; check its name")
-    try:
-        with netcdf.opened(path) as dataset:
-            dataset.load()
+    dataset = _opened(path)
+    with _refused(path, "ContactResult"):
         return _from_dataset(dataset)
+
+
+def _require_suffix(path: str | os.PathLike[str]) -> None:
+    if Path(path).suffix.lower() != ".nc":
+        raise InputError(f"path must end in .nc, got {str(path)!r}")
+
+
+def _opened(path: str | os.PathLike[str]) -> xarray.Dataset:
+    """Return the content of a file."""
+    if not Path(path).is_file():
+        raise FormatError(f"{path} does not exist or is no file; check its name")
+    with _refused(path, "ContactResult"), netcdf.opened(Path(path)) as dataset:
+        return dataset.load()
+
+
+@contextmanager
+def _refused(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
+    """Turn whatever goes wrong with the content of a file into one error."""
+    try:
+        yield
     # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more; what does
     # not fit together our own checks refuse.
     except Exception as error:
         raise FormatError(
-            f"{path.name} cannot be read as a result ({type(error).__name__}: {error}); expected "
-            "a NetCDF file written by ContactResult.save"
+            f"{Path(path).name} cannot be read as a result ({type(error).__name__}: {error}); "
+            f"expected a NetCDF file written by {kind}.save"
         ) from None
 
 
@@ -287,6 +305,7 @@ def _from_dataset(dataset: xarray.Dataset) -> ContactResult:
             yield_strength=_optional(attributes, f"{body}_yield_strength"),
             name=str(attributes[f"{body}_name"]),
             hardness=_optional(attributes, f"{body}_hardness"),
+            hardening=_law(attributes.get(f"{body}_hardening")),
         )
         for body in _BODIES
     }
@@ -314,3 +333,137 @@ def _from_dataset(dataset: xarray.Dataset) -> ContactResult:
 def _optional(attributes: dict[str, Any], name: str) -> float | None:
     value = attributes.get(name)
     return None if value is None or math.isnan(float(value)) else float(value)
+
+
+def _law(text: Any) -> plasticity.Hardening | None:
+    return None if text is None else plasticity.from_text(str(text))
+
+
+_COMPONENTS = ("zz", "(xx-yy)/2", "xy", "xz", "yz")
+_TENSORS = {
+    "plastic_strain": ("1", "plastic strain"),
+    "stress": ("Pa", "deviator of the stress under load, average over the layer"),
+    "residual_stress": ("Pa", "deviator of the stress by the plastic strain alone"),
+}
+_FIELDS = {
+    "accumulated": ("1", "accumulated plastic strain"),
+    "mean_stress": ("Pa", "a third of the trace of the stress under load"),
+    "mean_residual_stress": ("Pa", "a third of the trace of the stress by plastic strain alone"),
+}
+_STEPS = {
+    "load": "N",
+    "approach": "m",
+    "contact_area": "m2",
+    "max_pressure": "Pa",
+    "max_plastic_strain": "1",
+    "plastic_volume": "m3",
+    "residual": "1",
+    "iterations": "1",
+    "convolutions": "1",
+}
+
+
+def save_elastoplastic(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
+    """Write an elastic-plastic result to a NetCDF file; `load_result` reads its contact.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        The result.
+    path : str or path
+        File to write; an old one is replaced when the new one is complete.
+
+    Raises
+    ------
+    InputError
+        If the suffix is not ``.nc``.
+    OSError
+        If the file cannot be written; an old file survives.
+    """
+    _require_suffix(path)
+    dataset = to_dataset(result.contact)
+    unit = {"units": "m", "long_name": "displacement of the surface by plastic strain"}
+    dataset["residual_displacement"] = (("y", "x"), result.residual_displacement, unit)
+    packed = {"pressure": {"zlib": True, "complevel": 1}}
+    for name, body in zip(_yielding(result.contact), result.bodies, strict=True):
+        volume = ("layer", "volume_y", "volume_x")
+        units = {"units": "m", "long_name": "thickness of the layer"}
+        dataset[f"{name}_thickness"] = ("layer", body.thickness, units)
+        for field, (unit_name, text) in (_TENSORS | _FIELDS).items():
+            dims = (volume[0], "component", *volume[1:]) if field in _TENSORS else volume
+            about = {"units": unit_name, "long_name": text}
+            dataset[f"{name}_{field}"] = (dims, getattr(body, field), about)
+            packed[f"{name}_{field}"] = {"zlib": True, "complevel": 1}
+        dataset.attrs["volume_margin"] = body.margin
+    dataset["component"] = ("component", list(_COMPONENTS))
+    for field, unit_name in _STEPS.items():
+        values = np.array([getattr(step, field) for step in result.increments])
+        dataset[f"increment_{field}"] = ("increment", values, {"units": unit_name})
+    dataset.attrs |= {
+        "elastoplastic_status": result.status,
+        "elastoplastic_precision": result.precision,
+        "elastoplastic_tolerance": result.tolerance,
+        "elastoplastic_seconds": result.seconds,
+        "elastoplastic_version": result.version,
+        "yield_excess": result.yield_excess,
+        # The contact alone knows no plastic strain: its words on yield would be wrong.
+        "regime": result.regime,
+        "warnings": "\n".join(result.warnings),
+    }
+    with replacing(path) as temporary:
+        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
+
+
+def load_elastoplastic(path: str | os.PathLike[str]) -> ElastoplasticResult:
+    """Read a result that `ElastoplasticResult.save` wrote.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Returns
+    -------
+    ElastoplasticResult
+        The same result; every number keeps its bits, so a run can go on from it.
+
+    Raises
+    ------
+    FormatError
+        If the file is missing, damaged or not an elastic-plastic result of this program.
+    """
+    dataset = _opened(path)
+    with _refused(path, "ElastoplasticResult"):
+        contact = _from_dataset(dataset)
+        attributes = dataset.attrs
+        bodies = []
+        for name in _yielding(contact):
+            arrays = {
+                field: np.array(dataset[f"{name}_{field}"].values)
+                for field in ("thickness", *_TENSORS, *_FIELDS)
+            }
+            body = PlasticBody(
+                material=getattr(contact, name),
+                pixel_area=contact.pixel_area,
+                margin=int(attributes["volume_margin"]),
+                **arrays,
+            )
+            bodies.append(body)
+        columns = [dataset[f"increment_{field}"].values.tolist() for field in _STEPS]
+        return ElastoplasticResult(
+            contact=contact,
+            residual_displacement=np.array(dataset["residual_displacement"].values),
+            bodies=tuple(bodies),
+            increments=tuple(Increment(*row) for row in zip(*columns, strict=True)),
+            yield_excess=float(attributes["yield_excess"]),
+            precision=str(attributes["elastoplastic_precision"]),
+            tolerance=float(attributes["elastoplastic_tolerance"]),
+            status=str(attributes["elastoplastic_status"]),
+            seconds=float(attributes["elastoplastic_seconds"]),
+            version=str(attributes["elastoplastic_version"]),
+        )
+
+
+def _yielding(contact: ContactResult) -> list[str]:
+    """Return which bodies of a contact yield."""
+    return [name for name in _BODIES if getattr(contact, name).yield_strength is not None]

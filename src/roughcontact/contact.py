@@ -6,7 +6,6 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from numbers import Integral
 from typing import Any
 
@@ -15,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import convolution, solver, tilt
 from roughcontact._version import __version__
+from roughcontact.convolution import Workspace
 from roughcontact.errors import (
     CapacityError,
     ConvergenceError,
@@ -156,19 +156,19 @@ def solve(
         "start": loaded,
         "progress": progress,
     }
-    operators = _operators(boundary, surface.pixel, stated.modulus, precision)
+    make = operators(boundary, surface.pixel, stated.modulus, precision, Workspace())
     slope = 0.0, 0.0
     if stated.target is None:
-        solution = solver.solve(problem, operators, **options)
+        solution = solver.solve(problem, make, **options)
     else:
         if isinstance(start, ContactResult):
             slope = start.tilt
         solution, slope = tilt.solve(
-            problem, operators, stated.target, surface.pixel, slope,
+            problem, make, stated.target, surface.pixel, slope,
             moment_tolerance=MOMENT_TOLERANCE, **options,
         )  # fmt: skip
     # An error that is kept would keep the memory of the solve with it.
-    del problem, operators
+    del problem, make
     del stated.problem
     pressure = np.zeros(surface.shape)
     pressure.ravel()[solution.index] = solution.pressure
@@ -306,7 +306,13 @@ def stiffness(result: ContactResult) -> float:
     total = 1 / result.pixel_area
     solution = solver.solve(
         solver.Problem(initial_gap=gap, limit=np.inf, total=total),
-        _operators(result.boundary, result.surface.pixel, result.contact_modulus, result.precision),
+        operators(
+            result.boundary,
+            result.surface.pixel,
+            result.contact_modulus,
+            result.precision,
+            Workspace(),
+        ),
         tolerance=max(result.tolerance, 1e-6),
         max_iterations=500,
         start=(index, np.full(index.size, total / index.size)),
@@ -360,9 +366,9 @@ def _stated(
     ):
         if not (isinstance(value, kind) or (name == "counter_surface" and value is None)):
             raise InputError(f"{name} must be a {kind.__name__}, got {type(value).__name__}")
-    _check_choice("boundary", boundary, tuple(_BOUNDARIES))
-    _check_choice("precision", precision, ("double", "single"))
-    _check_choice("on_failure", on_failure, ("raise", "return"))
+    check_choice("boundary", boundary, tuple(_BOUNDARIES))
+    check_choice("precision", precision, ("double", "single"))
+    check_choice("on_failure", on_failure, ("raise", "return"))
     if tolerance is None:
         tolerance = 1e-6 if precision == "double" else 1e-4
     require_positive(tolerance=tolerance)
@@ -372,7 +378,7 @@ def _stated(
         raise InputError("give either load or approach, and only one of them")
     if moments is not None:
         moments = _checked_moments(moments, load, boundary, precision)
-    _check_surfaces(surface, counter_surface)
+    check_surfaces(surface, counter_surface)
     modulus = contact_modulus(material, counter_material)
     resolved = resolved_ceiling(ceiling, material, counter_material, surface.shape)
     if start is not None:
@@ -462,34 +468,53 @@ def _check_balance(
         )
 
 
-def _operators(
-    boundary: str, pixel: tuple[float, float], modulus: float, precision: str
-) -> solver.Operator:
-    make = partial(_BOUNDARIES[boundary], workspace=convolution.Workspace())
-    return partial(_operator, make, pixel, modulus, precision)
-
-
-def _operator(
-    make: Callable[..., convolution.Convolution],
+def operators(
+    boundary: str,
     pixel: tuple[float, float],
     modulus: float,
     precision: str,
-    shape: tuple[int, int],
-    coarsening: tuple[int, int],
-) -> convolution.Convolution:
-    coarse = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
-    # On coarse grids the error of the grid outweighs that of the arithmetic.
-    arithmetic = precision if coarsening == (1, 1) else "single"
-    return make(shape, coarse, modulus, precision=arithmetic)
+    workspace: Workspace,
+) -> solver.Operator:
+    """Return what makes the displacement operator of a map on any grid.
+
+    Parameters
+    ----------
+    boundary : {"free", "periodic"}
+        As for `solve`.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` of the map [m].
+    modulus : float
+        E* [Pa].
+    precision : {"double", "single"}
+        Arithmetic on the grid of the map.
+    workspace : Workspace
+        Threads and memory that they share.
+
+    Returns
+    -------
+    callable
+        ``operator(shape, (ky, kx))`` as `solver.solve` wants it.
+    """
+
+    def operator(shape: tuple[int, int], coarsening: tuple[int, int]) -> convolution.Convolution:
+        coarse = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
+        # On coarse grids the error of the grid outweighs that of the arithmetic.
+        arithmetic = precision if coarsening == (1, 1) else "single"
+        make = _BOUNDARIES[boundary]
+        return make(shape, coarse, modulus, precision=arithmetic, workspace=workspace)
+
+    return operator
 
 
-def _check_choice(name: str, value: str, known: tuple[str, ...]) -> None:
+def check_choice(name: str, value: str, known: tuple[str, ...]) -> None:
+    """Raise `InputError` unless a value is one of those known."""
     if value not in known:
         choices = " or ".join(repr(choice) for choice in known)
         raise InputError(f"{name} must be {choices}, got {value!r}")
 
 
-def _check_surfaces(surface: Surface, counter_surface: Surface | None) -> None:
+def check_surfaces(surface: Surface, counter_surface: Surface | None) -> None:
+    """Raise `InputError` for unhandled holes or surfaces on different grids."""
     for name, body in (("surface", surface), ("counter_surface", counter_surface)):
         if body is not None and body.missing and not body.holes_masked:
             raise InputError(
@@ -550,7 +575,7 @@ def resolved_ceiling(
         If it is neither of these, not positive, or does not fit the grid.
     """
     if isinstance(ceiling, str):
-        _check_choice("ceiling", ceiling, ("auto",))
+        check_choice("ceiling", ceiling, ("auto",))
         body = softer(material, counter_material)
         return None if body is None else body.ceiling
     if ceiling is None:

@@ -126,11 +126,65 @@ def free_period(shape: tuple[int, ...]) -> tuple[int, int]:
     (int, int)
         Even lengths, at least twice the shape, that transform fast.
     """
-    return 2 * _fast_half(shape[0]), 2 * _fast_half(shape[1])
+    return 2 * fast_length(shape[0]), 2 * fast_length(shape[1])
 
 
-def _fast_half(points: int) -> int:
-    """Return the smallest h ≥ points whose double is a fast transform length."""
+def half_spectrum(
+    values: NDArray[Any], rows: slice, padded: tuple[int, int], out: NDArray[Any]
+) -> NDArray[Any]:
+    """Return the transform of a real map that is padded with zeros.
+
+    Parameters
+    ----------
+    values : ndarray, shape (ny, nx)
+        The map.
+    rows : slice
+        Its rows that are not zero; the others are not read.
+    padded : (int, int)
+        Points ``(my, mx)`` of the transform.
+    out : ndarray of complex, shape (my, mx//2 + 1)
+        Memory for the result.
+
+    Returns
+    -------
+    ndarray of complex, shape (my, mx//2 + 1)
+        The sum over the map times ``exp(-i(qy·y + qx·x))`` for qx ≥ 0: ``out`` where the library
+        can work in place. One thread.
+    """
+    out[: rows.start] = 0
+    out[rows.stop :] = 0
+    wide = np.zeros((rows.stop - rows.start, padded[1]), values.dtype)
+    wide[:, : values.shape[1]] = values[rows]
+    _rfft_rows(wide, out[rows])
+    return _fft_columns(out, forward=True)
+
+
+def from_half_spectrum(
+    spectrum: NDArray[Any], shape: tuple[int, int], padded: tuple[int, int]
+) -> NDArray[Any]:
+    """Return the first points of the unnormalised inverse transform of a half spectrum.
+
+    Parameters
+    ----------
+    spectrum : ndarray of complex, shape (my, mx//2 + 1)
+        Half spectrum; it is overwritten.
+    shape : (int, int)
+        Points ``(ny, nx)`` wanted, from the first on.
+    padded : (int, int)
+        Points ``(my, mx)`` of the transform.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        ``my·mx`` times the map whose transform this is. One thread.
+    """
+    columns = _fft_columns(spectrum, forward=False)
+    wide = np.empty((shape[0], padded[1]), spectrum.real.dtype)
+    return _irfft_rows(columns[: shape[0]], padded[1], wide)[:, : shape[1]]
+
+
+def fast_length(points: int) -> int:
+    """Return the smallest length ≥ ``points`` that transforms fast."""
     if _ducc0 is not None:
         return int(_ducc0.fft.good_size(points, True))
     import scipy.fft
@@ -741,7 +795,7 @@ def free(
         Linear convolution with Love's coefficients, exact to rounding by zero padding.
     """
     workspace = workspace or Workspace(workers)
-    half = (_fast_half(shape[0]), _fast_half(shape[1]))
+    half = (fast_length(shape[0]), fast_length(shape[1]))
     quadrant = np.empty((half[0] + 1, half[1] + 1))
     band = max(1, min(64, -(-quadrant.shape[0] // workspace.workers)))
 

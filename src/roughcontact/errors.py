@@ -7,6 +7,7 @@ from numbers import Real
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from roughcontact.elastoplastic import ElastoplasticResult
     from roughcontact.result import ContactResult
 
 
@@ -35,11 +36,11 @@ class ConvergenceError(RoughcontactError, RuntimeError):
 
     Attributes
     ----------
-    result : ContactResult
+    result : ContactResult or ElastoplasticResult
         The best result found; its ``status`` says why the solver stopped.
     """
 
-    def __init__(self, message: str, result: ContactResult) -> None:
+    def __init__(self, message: str, result: ContactResult | ElastoplasticResult) -> None:
         super().__init__(message, result)
         self.result = result
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.errors import InputError
+from roughcontact.plasticity import Hardening, Linear, Perfect, Swift, Tabulated
 
 CEILING_FACTOR = 3.0
 """Pressure ceiling over yield strength of the softer body (Tabor 1951: H ≈ 3 σ_Y)."""
@@ -32,11 +33,14 @@ class Material:
     hardness : float, optional
         Mean pressure under an indenter over its projected area [Pa], see `hardness.ceiling`; of
         use where there is no yield strength, as for ceramics.
+    hardening : Perfect, Linear, Swift or Tabulated, optional
+        How the yield strength grows with the plastic strain; its first value is taken for
+        ``yield_strength``. Without it a body with a yield strength is perfectly plastic.
 
     Raises
     ------
     InputError
-        If a constant is outside its range.
+        If a constant is outside its range, or yield strength and hardening disagree.
     """
 
     young: float
@@ -44,6 +48,7 @@ class Material:
     yield_strength: float | None = None
     name: str = ""
     hardness: float | None = None
+    hardening: Hardening | None = None
 
     def __post_init__(self) -> None:
         """Refuse constants that no material has."""
@@ -66,6 +71,20 @@ class Material:
                 f"hardness must be positive and finite [Pa], got {self.hardness!r}; "
                 "leave it out where it is unknown"
             )
+        if self.hardening is None:
+            return
+        if not isinstance(self.hardening, Perfect | Linear | Swift | Tabulated):
+            raise InputError(
+                "hardening must be Perfect, Linear, Swift or Tabulated, got "
+                f"{type(self.hardening).__name__}"
+            )
+        first = self.hardening.initial
+        if self.yield_strength is not None and not math.isclose(self.yield_strength, first):
+            raise InputError(
+                f"yield_strength = {self.yield_strength:.6g} Pa, but hardening starts at "
+                f"{first:.6g} Pa; leave one of them out"
+            )
+        object.__setattr__(self, "yield_strength", first)
 
     @property
     def compliance(self) -> float:

@@ -375,7 +375,7 @@ class ContactResult:
                 elastic = self.elastic()
             except ConvergenceError as error:
                 # The chapter shows it as what it is.
-                elastic = error.result
+                elastic = error.result if isinstance(error.result, ContactResult) else None
             except InsufficientMemoryError:
                 # The chapter says that there is none; the report stays worth having.
                 pass

@@ -1,0 +1,329 @@
+"""Von Mises plasticity with isotropic hardening: laws of the yield strength, and radial return.
+
+A law is a frozen dataclass with two methods: ``strength(strain)`` gives the yield strength [Pa]
+at an accumulated plastic strain, ``slope(strain)`` its derivative [Pa].
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import InputError, require_positive
+
+Array = NDArray[Any]
+
+# Newton steps of one return; concave laws need three to six.
+_STEPS = 50
+
+
+@dataclass(frozen=True)
+class Perfect:
+    """A yield strength that does not change.
+
+    Parameters
+    ----------
+    initial : float
+        Yield strength σ_Y [Pa].
+
+    Raises
+    ------
+    InputError
+        If it is not positive and finite.
+    """
+
+    initial: float
+
+    def __post_init__(self) -> None:
+        """Refuse a strength that no material has."""
+        require_positive(initial=self.initial)
+
+    def strength(self, strain: Array) -> Array:
+        """Return the yield strength [Pa] at accumulated plastic strains."""
+        return np.full_like(strain, self.initial)
+
+    def slope(self, strain: Array) -> Array:
+        """Return the derivative of the yield strength [Pa]."""
+        return np.zeros_like(strain)
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A yield strength σ_Y + H e that grows in proportion to the plastic strain e.
+
+    Parameters
+    ----------
+    initial : float
+        σ_Y [Pa].
+    modulus : float
+        Hardening modulus H [Pa]: slope of stress over *plastic* strain. A tangent modulus E_t of
+        the whole curve gives ``H = E_t/(1 - E_t/E)``.
+
+    Raises
+    ------
+    InputError
+        If the strength is not positive or the modulus is negative.
+
+    Examples
+    --------
+    >>> float(Linear(initial=1e9, modulus=2e9).strength(np.array(0.1)))
+    1200000000.0
+    """
+
+    initial: float
+    modulus: float
+
+    def __post_init__(self) -> None:
+        """Refuse a softening material."""
+        require_positive(initial=self.initial)
+        if not isinstance(self.modulus, Real) or not 0 <= self.modulus < math.inf:
+            raise InputError(
+                f"modulus must be zero or positive and finite [Pa], got {self.modulus!r}: "
+                "a material that softens has no unique solution here"
+            )
+
+    def strength(self, strain: Array) -> Array:
+        """Return the yield strength [Pa] at accumulated plastic strains."""
+        result: Array = self.initial + self.modulus * strain
+        return result
+
+    def slope(self, strain: Array) -> Array:
+        """Return the derivative of the yield strength [Pa]."""
+        return np.full_like(strain, self.modulus)
+
+
+@dataclass(frozen=True)
+class Swift:
+    """A yield strength B (C + 10⁶ e)ⁿ.
+
+    Parameters
+    ----------
+    coefficient : float
+        B [Pa].
+    offset : float
+        C, in millionths of strain.
+    exponent : float
+        n, from 0 to 1.
+
+    Raises
+    ------
+    InputError
+        If B or C is not positive and finite, or n outside [0, 1].
+
+    References
+    ----------
+    Swift, J. Mech. Phys. Solids 1 (1952) 1, doi:10.1016/0022-5096(52)90002-1; in this form
+    El Ghazal, cited by Nélias et al., J. Tribol. 128 (2006) 235, doi:10.1115/1.2163360
+
+    Examples
+    --------
+    >>> law = Swift(coefficient=1240e6, offset=30, exponent=0.085)
+    >>> round(law.initial / 1e6)
+    1656
+    """
+
+    coefficient: float
+    offset: float
+    exponent: float
+
+    def __post_init__(self) -> None:
+        """Refuse constants that no material has."""
+        require_positive(coefficient=self.coefficient, offset=self.offset)
+        if not isinstance(self.exponent, Real) or not 0 <= self.exponent <= 1:
+            raise InputError(f"exponent must lie in [0, 1], got {self.exponent!r}")
+
+    @property
+    def initial(self) -> float:
+        """Yield strength before any plastic strain [Pa]."""
+        return float(self.coefficient * self.offset**self.exponent)
+
+    def strength(self, strain: Array) -> Array:
+        """Return the yield strength [Pa] at accumulated plastic strains."""
+        result: Array = self.coefficient * (self.offset + 1e6 * strain) ** self.exponent
+        return result
+
+    def slope(self, strain: Array) -> Array:
+        """Return the derivative of the yield strength [Pa]."""
+        factor = 1e6 * self.exponent * self.coefficient
+        result: Array = factor * (self.offset + 1e6 * strain) ** (self.exponent - 1)
+        return result
+
+
+@dataclass(frozen=True)
+class Tabulated:
+    """A yield strength between measured points, constant beyond the last.
+
+    Parameters
+    ----------
+    strain : tuple of float
+        Plastic strains, from 0 on, increasing.
+    stress : tuple of float
+        Yield strengths at these [Pa], never decreasing.
+
+    Raises
+    ------
+    InputError
+        If the table is too short, of unequal length, not in order or not positive.
+
+    Examples
+    --------
+    >>> law = Tabulated(strain=(0.0, 0.01, 0.1), stress=(1.0e9, 1.2e9, 1.3e9))
+    >>> law.strength(np.array([0.005, 0.5])).tolist()
+    [1100000000.0, 1300000000.0]
+    """
+
+    strain: tuple[float, ...]
+    stress: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse a table that is not one."""
+        try:
+            strain, stress = (np.array(row, float) for row in (self.strain, self.stress))
+        except (TypeError, ValueError):
+            raise InputError("strain and stress must be rows of numbers") from None
+        if strain.ndim != 1 or strain.shape != stress.shape or strain.size < 2:
+            raise InputError(
+                "strain and stress must be rows of the same length, two or more; got shapes "
+                f"{strain.shape} and {stress.shape}"
+            )
+        if strain[0] != 0 or not (np.diff(strain) > 0).all() or not np.isfinite(strain).all():
+            raise InputError(f"strain must increase from 0 on, got {self.strain!r}")
+        if not stress[0] > 0 or not np.isfinite(stress).all():
+            raise InputError(f"stress must be positive and finite [Pa], got {self.stress!r}")
+        if (np.diff(stress) < 0).any():
+            raise InputError(
+                f"stress must not decrease, got {self.stress!r}: a material that softens has no "
+                "unique solution here"
+            )
+        object.__setattr__(self, "strain", tuple(strain.tolist()))
+        object.__setattr__(self, "stress", tuple(stress.tolist()))
+
+    @property
+    def initial(self) -> float:
+        """Yield strength before any plastic strain [Pa]."""
+        return self.stress[0]
+
+    def strength(self, strain: Array) -> Array:
+        """Return the yield strength [Pa] at accumulated plastic strains."""
+        result: Array = np.interp(strain, self.strain, self.stress).astype(strain.dtype)
+        return result
+
+    def slope(self, strain: Array) -> Array:
+        """Return the derivative of the yield strength [Pa], to the right at a point."""
+        steps = np.append(np.diff(self.stress) / np.diff(self.strain), 0.0)
+        place = np.searchsorted(self.strain, strain, side="right") - 1
+        result: Array = steps[place].astype(strain.dtype)
+        return result
+
+
+Hardening = Perfect | Linear | Swift | Tabulated
+
+
+def to_text(law: Hardening) -> str:
+    """Return a hardening law as JSON.
+
+    Parameters
+    ----------
+    law : Perfect, Linear, Swift or Tabulated
+        The law.
+
+    Returns
+    -------
+    str
+        Its name and its constants in SI units.
+
+    Examples
+    --------
+    >>> to_text(Linear(initial=1e9, modulus=2e9))
+    '{"law": "Linear", "initial": 1000000000.0, "modulus": 2000000000.0}'
+    """
+    return json.dumps({"law": type(law).__name__, **vars(law)})
+
+
+def from_text(text: str) -> Hardening:
+    """Return the hardening law that `to_text` wrote.
+
+    Parameters
+    ----------
+    text : str
+        JSON.
+
+    Returns
+    -------
+    Perfect, Linear, Swift or Tabulated
+        The law; every number keeps its bits.
+
+    Raises
+    ------
+    InputError
+        If the text is none.
+    """
+    laws: dict[str, type[Hardening]] = {
+        law.__name__: law for law in (Perfect, Linear, Swift, Tabulated)
+    }
+    try:
+        constants = json.loads(text)
+        return laws[constants.pop("law")](**constants)
+    except (KeyError, TypeError, AttributeError, json.JSONDecodeError):
+        raise InputError(f"hardening must be JSON that names a law, got {text!r}") from None
+
+
+def plastic_increment(trial: Array, strain: Array, law: Hardening, shear_modulus: float) -> Array:
+    """Return the plastic strain that brings trial stresses back to the yield surface.
+
+    Parameters
+    ----------
+    trial : ndarray, shape (n,)
+        Von Mises stress q of trial deviators [Pa], at frozen total strain.
+    strain : ndarray, shape (n,)
+        Plastic strain e accumulated before.
+    law : Perfect, Linear, Swift or Tabulated
+        Yield strength Y.
+    shear_modulus : float
+        μ [Pa].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Equivalent plastic strain dλ ≥ 0 with ``q - 3μ dλ = Y(e + dλ)``, and 0 where q ≤ Y(e).
+        The plastic strain tensor is ``3/2 dλ s/q`` with s the trial deviator.
+
+    References
+    ----------
+    Simo and Hughes, Computational Inelasticity (1998), box 3.1, doi:10.1007/b98904;
+    as "universal algorithm" Fotiu and Nemat-Nasser, Int. J. Plast. 12 (1996),
+    doi:10.1016/S0749-6419(96)00024-4
+
+    Examples
+    --------
+    >>> law = Linear(initial=1.0, modulus=1.0)
+    >>> plastic_increment(np.array([0.5, 5.0]), np.zeros(2), law, 1.0).tolist()
+    [0.0, 1.0]
+    """
+    stiffness = 3 * shear_modulus
+    excess = trial - law.strength(strain)
+    flows = excess > 0
+    if isinstance(law, Perfect | Linear):
+        step = excess / (stiffness + (law.modulus if isinstance(law, Linear) else 0.0))
+        return np.maximum(step, 0)
+    step = np.zeros_like(trial)
+    # The corners of a table can throw Newton's step to and fro: a bracket keeps it in order.
+    low, high = np.zeros_like(trial), np.maximum(excess, 0) / stiffness
+    small = 4 * float(np.finfo(trial.dtype).eps)
+    for _ in range(_STEPS):
+        at = strain + step
+        miss = trial - stiffness * step - law.strength(at)
+        if not (flows & (np.abs(miss) > small * trial)).any():
+            break
+        low = np.where(miss > 0, step, low)
+        high = np.where(miss > 0, high, step)
+        newton = step + miss / (stiffness + law.slope(at))
+        step = np.where((newton >= low) & (newton <= high), newton, (low + high) / 2)
+    step[~flows] = 0
+    return step

@@ -1,0 +1,108 @@
+"""Hardening laws and radial return against their definitions and a bracketed root find."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+
+from roughcontact.errors import InputError
+from roughcontact.plasticity import (
+    Linear,
+    Perfect,
+    Swift,
+    Tabulated,
+    from_text,
+    plastic_increment,
+    to_text,
+)
+
+LAWS = [
+    Perfect(1e9),
+    Linear(1e9, 20e9),
+    Swift(1240e6, 30, 0.085),
+    Tabulated((0.0, 0.002, 0.01, 0.1), (1.0e9, 1.1e9, 1.1e9, 1.5e9)),
+]
+MU = 80e9
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_slope_is_the_derivative(law) -> None:
+    strain = np.array([1e-4, 1e-3, 5e-3, 0.03, 0.2])
+    step = 1e-8
+    difference = (law.strength(strain + step) - law.strength(strain - step)) / (2 * step)
+    # Central differences of values of 1e9 with a step of 1e-8: rounding leaves 1e9·1e-16/1e-8.
+    np.testing.assert_allclose(law.slope(strain), difference, rtol=1e-6, atol=100)
+    assert law.strength(np.zeros(1))[0] == pytest.approx(law.initial, rel=1e-14)
+
+
+def test_swift_of_a_bearing_steel() -> None:
+    # 1240 MPa · 30^0.085 = 1655.7 MPa, by logarithms.
+    assert Swift(1240e6, 30, 0.085).initial == pytest.approx(
+        1240e6 * math.exp(0.085 * math.log(30)), rel=1e-14
+    )
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+@given(
+    trial=st.floats(min_value=1e6, max_value=1e12),
+    before=st.floats(min_value=0, max_value=0.5),
+)
+def test_return_ends_on_the_yield_surface(law, trial, before) -> None:
+    step = float(plastic_increment(np.array([trial]), np.array([before]), law, MU)[0])
+
+    def miss(size):
+        return trial - 3 * MU * size - float(law.strength(np.array([before + size]))[0])
+
+    if miss(0.0) <= 0:
+        assert step == 0
+        return
+    exact = brentq(miss, 0.0, trial / (3 * MU), xtol=1e-300, rtol=1e-14)
+    assert step == pytest.approx(exact, rel=1e-9, abs=1e-15 * trial / MU)
+
+
+def test_single_precision_stays_single() -> None:
+    for law in LAWS:
+        q, e = np.array([2e9, 3e9], np.float32), np.array([0, 0.01], np.float32)
+        single = plastic_increment(q, e, law, MU)
+        assert single.dtype == np.float32
+        double = plastic_increment(q.astype(float), e.astype(float), law, MU)
+        np.testing.assert_allclose(single, double, rtol=1e-5)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_text_keeps_every_bit(law) -> None:
+    assert from_text(to_text(law)) == law
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"law": "Chaboche"}', '{"law": "Perfect", "x": 1}'])
+def test_text_that_is_no_law(text) -> None:
+    with pytest.raises(InputError, match="hardening must be JSON"):
+        from_text(text)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Perfect(0.0), "initial must be positive"),
+        (lambda: Perfect(math.nan), "initial must be positive"),
+        (lambda: Linear(1e9, -1.0), "modulus must be zero or positive"),
+        (lambda: Linear(1e9, math.inf), "modulus must be zero or positive"),
+        (lambda: Swift(0.0, 30, 0.1), "coefficient must be positive"),
+        (lambda: Swift(1e9, -1, 0.1), "offset must be positive"),
+        (lambda: Swift(1e9, 30, -0.1), "exponent must lie"),
+        (lambda: Swift(1e9, 30, 1.1), "exponent must lie"),
+        (lambda: Tabulated((0.0,), (1e9,)), "two or more"),
+        (lambda: Tabulated((0.0, 0.1), (1e9,)), "same length"),
+        (lambda: Tabulated("ab", (1e9, 2e9)), "rows of numbers"),
+        (lambda: Tabulated((0.1, 0.2), (1e9, 2e9)), "increase from 0"),
+        (lambda: Tabulated((0.0, 0.0), (1e9, 2e9)), "increase from 0"),
+        (lambda: Tabulated((0.0, 0.1), (1e9, 0.9e9)), "must not decrease"),
+        (lambda: Tabulated((0.0, 0.1), (0.0, 0.9e9)), "positive and finite"),
+    ],
+)
+def test_laws_that_no_material_has(make, message) -> None:
+    with pytest.raises(InputError, match=message):
+        make()
