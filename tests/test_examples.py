@@ -35,6 +35,8 @@ NUMBERS: dict[str, tuple[int, str, float, float]] = {
     "10_stress": (64, "ratio", 0.62, 0.01),
     # Rolling along runs in.
     "11_history": (64, "last_share", 0.3, 0.25),
+    # Kogut and Etsion 2002; the area of a contact of five pixels in radius is rough.
+    "12_volume": (20, "plateau", 2.2, 0.25),
 }
 
 
