@@ -1009,3 +1009,60 @@ def test_bodies_tilt_under_a_load_off_the_middle(rough: Path, capsys: Capture) -
     assert "tilt (y, x)" in capsys.readouterr().out
     refused(capsys, solve(rough, *STEEL, "--load-point", "0 um, 1 mm"), "moments")
     refused(capsys, solve(rough, *STEEL, "--load-point", "1 um"), "--load-point needs two")
+
+
+# Stress below the surface
+
+
+def test_stress_of_a_ball_is_hertz(tmp_path: Path, capsys: Capture) -> None:
+    ball = ("--body", "sphere 10 mm", "--points", "96", "--size", "0.2 mm", "--load", "1 N")
+    output, report = tmp_path / "s.nc", tmp_path / "s.html"
+    files_wanted = ("--output", str(output), "--report", str(report), "--figures", str(tmp_path))
+    assert cli.main(["stress", *ball, *YIELDING, *files_wanted]) == cli.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert max(map(len, out.splitlines())) <= 80
+    assert "von Mises" in out
+    assert files(tmp_path) == {
+        "s.nc", "s.html", "stress-depth.png", "stress-section.png", "stress-map.png",
+    }  # fmt: skip
+    assert "Stress below the surface" in report.read_text(encoding="utf-8")
+    assert cli.main(["stress", *ball, *YIELDING, "--json"]) == cli.SOLVED
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    # 0.620 of the largest pressure; radius and depth are known to some of 20 pixels.
+    assert told["stress"]["max_von_mises"] == pytest.approx(0.62 * told["max_pressure"], rel=0.01)
+    rubbed = ("--friction", "0.3", "--direction", "90", "--depths", "1 um, 10 um, 14 um", "--json")
+    assert cli.main(["stress", *ball, *YIELDING, *rubbed]) == cli.SOLVED
+    other = json.loads(capsys.readouterr().out)["stress"]
+    assert other["max_von_mises"] > told["stress"]["max_von_mises"]
+    assert other["depths"] == pytest.approx([1e-6, 14e-6])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--depths", "1 um, 0 um"), ("--depths must be positive", "'0 um'")),
+        (("--depths", "1 um, -1 um"), ("--depths must be positive",)),
+        (("--depths", "1"), ("--depths needs a length",)),
+        (("--which", "third"), ("--which must be first or second",)),
+        (("--which", "second"), ("second body is rigid",)),
+        (("--friction", "much"), ("--friction must be a number",)),
+        (("--output", "out.csv"), ("--output must end in .nc",)),
+        (("--load", "99 N"), ("60 N",)),
+    ],
+)
+def test_bad_stress_ends_in_one_sentence(
+    options: tuple[str, ...], words: tuple[str, ...], rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    load = () if "--load" in options else ("--load", "0.5 N")
+    refused(capsys, cli.main(["stress", str(rough), *SCALE, *YIELDING, *load, *options]), *words)
+    assert files(tmp_path) == {"rough.npy"}
+
+
+def test_reports_of_sweep_and_history(rough: Path, tmp_path: Path) -> None:
+    report = tmp_path / "out.html"
+    assert sweep(rough, "--steps", "3", "--report", str(report)) == cli.SOLVED
+    assert "Load curve" in report.read_text(encoding="utf-8")
+    arguments = ["history", str(rough), *SCALE, *YIELDING, "--path", "0.5 N, 0 N, 0.5 N"]
+    assert cli.main([*arguments, "--report", str(report)]) == cli.SOLVED
+    assert "Load history" in report.read_text(encoding="utf-8")

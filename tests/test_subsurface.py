@@ -57,13 +57,13 @@ def test_planes_go_through_the_largest_stress(found):
 
 
 def test_the_bodies_differ_by_ratio_and_sign(pressed):
-    options = {"friction": 0.3, "direction": 0.4, "depths": [0.0, 5e-6], "precision": "double"}
+    options = {"friction": 0.3, "direction": 0.4, "depths": [1e-9, 5e-6], "precision": "double"}
     first = subsurface.subsurface_stress(pressed, **options)
     second = subsurface.subsurface_stress(pressed, body="second", **options)
     for body, sign, ratio in ((first, 1, 0.3), (second, -1, 0.2)):
         point = body.profile.pixel_of_max
         expected, _ = stress.sections(
-            pressed.pressure, PIXEL, [0.0, 5e-6], ratio, point,
+            pressed.pressure, PIXEL, [1e-9, 5e-6], ratio, point,
             friction=0.3 * sign, direction=0.4, precision="double",
         )  # fmt: skip
         np.testing.assert_array_equal(body.section_x, expected)
@@ -77,7 +77,7 @@ def test_the_bodies_differ_by_ratio_and_sign(pressed):
 def test_periodic_contacts_have_periodic_stress():
     heights, pixel = rc.reference_map(64)
     result = rc.solve(rc.Surface(heights, pixel), material=STEEL, load=1.0, boundary="periodic")
-    below = subsurface.subsurface_stress(result, [0.0, 1e-3], precision="double")
+    below = subsurface.subsurface_stress(result, [1e-9, 1e-3], precision="double")
     # Far below only the mean pressure is left.
     mean = result.pressure.mean()
     np.testing.assert_allclose(below.section_x[2, 1], -mean, rtol=1e-6)
@@ -104,7 +104,7 @@ def test_summary_is_ready_for_json(found):
 
 def test_warnings(pressed, found):
     assert not any("elastic body" in note for note in found.warnings)
-    shallow = subsurface.subsurface_stress(pressed, [0.0, 1e-6])
+    shallow = subsurface.subsurface_stress(pressed, [1e-9, 1e-6])
     assert any("look deeper" in note for note in shallow.warnings)
     assert any("within two pixels" in note for note in shallow.warnings)
     hard = rc.solve(ball(radius=1e-3), material=STEEL, load=2.0, ceiling=None)
@@ -220,3 +220,10 @@ def test_the_search_finds_any_power(power):
         known.append((at, power * (at - 2.0) + 0.3 * power * math.sin(at)))
         at = subsurface._next(known)
         assert len(known) < 30
+
+
+@pytest.mark.parametrize("depths", [[0.0], [1e-6, -1e-6], [np.nan]])
+def test_depths_lie_below_the_surface(depths):
+    result = rc.solve(rc.Surface(*rc.reference_map(32)), material=STEEL, load=0.1)
+    with pytest.raises(rc.InputError, match="depths must lie below the surface"):
+        subsurface.subsurface_stress(result, depths)

@@ -341,7 +341,7 @@ def _stress(
             "--depths", "LENGTHS", 'Depths "1 um, 2 um"; chosen by the contact without.', SOLVER
         ),
     ] = None,
-    body: Annotated[
+    which: Annotated[
         str, _option("--which", "first|second", "Body to look into; first by default.", BODIES)
     ] = "first",
     friction: Annotated[
@@ -372,12 +372,12 @@ def _stress(
     listed = (
         None
         if depths is None
-        else [OPTIONS["s-filter"].parse(word, "--depths") for word in depths.split(",")]
+        else [OPTIONS["s-filter"].parse(word.strip(), "--depths") for word in depths.split(",")]
     )
     pull = OPTIONS["poisson"].parse(friction, "--friction")
     angle = OPTIONS["angle"].parse(direction, "--direction")
-    if body not in ("first", "second"):
-        raise InputError(f"--which must be first or second, got {body!r}")
+    if which not in ("first", "second"):
+        raise InputError(f"--which must be first or second, got {which!r}")
     pictures = job.figure_files(figures, ("stress-depth", "stress-section", "stress-map"))
     for path in pictures.values():
         job.check_place(path, "--figures")
@@ -400,7 +400,7 @@ def _stress(
             raise typer.Exit(NOT_CONVERGED)
         say("stress below the surface")
         found = subsurface.subsurface_stress(
-            outcome.result, listed, body=body, friction=pull, direction=math.radians(angle)
+            outcome.result, listed, body=which, friction=pull, direction=math.radians(angle)
         )
         tasks: list[job.Task] = [] if output is None else [(output, found.save)]
         tasks += [

@@ -253,8 +253,8 @@ def subsurface_stress(
         raise InputError(f"the {body} body is rigid: there is no stress in it to compute")
     if depths is not None and not (np.asarray(depths, dtype=float) > 0).all():
         raise InputError(
-            f"depths must lie below the surface, got {np.asarray(depths).min()!r} m; the surface "
-            "itself is `stress.slices` at 0"
+            f"depths must lie below the surface, got {float(np.min(depths))!r} m; the "
+            "surface itself is `stress.slices` at 0"
         )
     pull = friction if body == "first" else -friction
     options: dict[str, Any] = {
