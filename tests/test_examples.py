@@ -62,7 +62,14 @@ def run(name: str, points: int, monkeypatch: pytest.MonkeyPatch, folder: Path) -
         plt.switch_backend(backend)
 
 
-@pytest.mark.parametrize("name", NUMBERS)
+# Six contacts with plasticity of the volume, whatever the grid.
+SLOW = {"12_volume"}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in NUMBERS],
+)
 def test_main_number(name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     points, what, value, tolerance = NUMBERS[name]
     found = run(name, points, monkeypatch, tmp_path)[what]
