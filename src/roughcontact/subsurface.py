@@ -509,8 +509,8 @@ def _check_memory(result: ContactResult, precision: str, friction: float) -> Non
     if needed > free:
         raise InsufficientMemoryError(
             f"the stress below {shape[0]} × {shape[1]} points needs about "
-            f"{needed / 2**30:.1f} GiB, and {free / 2**30:.1f} GiB are free: solve the contact on a part of the map, "
-            "surface.cropped(...)"
+            f"{needed / 2**30:.1f} GiB, and {free / 2**30:.1f} GiB are free: "
+            "solve the contact on a part of the map, surface.cropped(...)"
         )
 
 
