@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import roughcontact
-from roughcontact import archive, catalogue, cli, contact, load_result, plots
+from roughcontact import archive, catalogue, cli, contact, load_result, plasticity, plots
 from roughcontact.solver import Step
 
 MEASUREMENTS = Path(__file__).parents[1] / ".." / "shared" / "measurements"
@@ -1066,3 +1066,49 @@ def test_reports_of_sweep_and_history(rough: Path, tmp_path: Path) -> None:
     arguments = ["history", str(rough), *SCALE, *YIELDING, "--path", "0.5 N, 0 N, 0.5 N"]
     assert cli.main([*arguments, "--report", str(report)]) == cli.SOLVED
     assert "Load history" in report.read_text(encoding="utf-8")
+
+
+# Plasticity of the volume
+
+
+def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
+    ball = ("--body", "sphere 10 mm", "--points", "32", "--size", "0.4 mm", "--load", "100 N")
+    output = tmp_path / "v.nc"
+    law = ("--model", "volume", "--increments", "3", "--hardening", "linear 2 GPa")
+    assert cli.main(["solve", *ball, *YIELDING, *law, "--output", str(output)]) == cli.SOLVED
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert max(map(len, out.splitlines())) <= 80
+    assert "linear hardening, modulus 2 GPa" in out
+    stored = archive.load_elastoplastic(output)
+    steel = roughcontact.Material(210e9, 0.3, hardening=plasticity.Linear(1e9, 2e9))
+    expected = roughcontact.solve_elastoplastic(
+        stored.contact.surface, material=steel, load=100.0, increments=3
+    )
+    assert stored.max_plastic_strain == pytest.approx(expected.max_plastic_strain, rel=1e-6)
+    assert stored.contact.max_pressure == pytest.approx(expected.contact.max_pressure, rel=1e-6)
+    assert cli.main(["solve", *ball, *YIELDING, "--model", "volume", "--json"]) == cli.SOLVED
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert told["volume"]["max_plastic_strain"] > stored.max_plastic_strain
+    assert told["volume"]["increments"] == 10
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--increments", "3"), ("--model volume",)),
+        (("--model", "both"), ("--model must be one of",)),
+        (("--model", "volume", "--increments", "0"), ("--increments must be at least 1",)),
+        (("--model", "volume", "--ceiling", "3 GPa"), ("--ceiling goes with --model ceiling",)),
+        (("--model", "volume", "--report", "out.html"), ("--report goes with --model ceiling",)),
+        (("--model", "volume", "--output", "out.vti"), ("must end in .nc",)),
+        (("--model", "volume", "--hardening", "linear 2"), ("--hardening",)),
+        (("--model", "volume", "--hardening", "linear -2 GPa"), ("--hardening", "positive")),
+        (("--model", "volume", "--hardening", "swift 1 GPa 20 3"), ("exponent",)),
+        (("--model", "volume", "--hardening", "steel"), ("--hardening must read like",)),
+    ],
+)
+def test_bad_volume_models_end_in_one_sentence(
+    options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
+) -> None:
+    refused(capsys, solve(rough, *YIELDING, *options), *words)

@@ -1,6 +1,7 @@
 """The streamed stress against sums over all pairs of pixels, and its own parts."""
 
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -138,6 +139,36 @@ def test_samples_are_dense_enough_in_both_directions():
     assert stress._steps((1000, 1000), (1.0, 1.0), 10.0) == (2, 2)
     assert stress._steps((1000, 1000), (1.0, 2.0), 40.0) == (8, 4)
     assert stress._steps((1000, 1000), (1.0, 1.0), 1e9) == (16, 16)
+
+
+def test_kernels_go_over_smoothly_into_their_images():
+    # Random kernels on 0 to 47 × 0 to 63, the period of a map of 16 × 24 points.
+    rng = np.random.default_rng(5)
+    shape, period = (16, 24), (48, 64)
+    terms = [convolution.Term(n, odd) for n, odd in enumerate([(0, 0), (1, 0), (0, 1), (1, 1)])]
+    tables = rng.standard_normal((4, 65, 49))
+
+    def kernels(rows, columns):
+        return iter([table[np.ix_(columns, rows)] for table in tables])
+
+    rows, columns = np.arange(0, 25, 2), np.arange(0, 33)
+    found = stress._blended(kernels, terms, shape, period, rows, columns)
+    for term, blended, table in zip(terms, found, tables, strict=True):
+        # As they are on the offsets of the map, to the end of the error function at 4e-8 ...
+        near = table[:25, :17:2]
+        np.testing.assert_allclose(blended[:25, :9], near, atol=1e-6)
+        # ... and at half a period the mean of themselves and the image, nothing if it is odd.
+        np.testing.assert_allclose(
+            blended[32, :9], 0 if term.odd[1] else table[32, :17:2], atol=1e-6
+        )
+        np.testing.assert_allclose(
+            blended[:25, 12], 0 if term.odd[0] else table[:25, 24], atol=1e-6
+        )
+        # In between both count, with weights that add up to one.
+        weight = 0.5 * math.erfc(stress._STEEPNESS * (2 * 30 - 64) / (64 - 2 * 24))
+        sign = -1 if term.odd[1] else 1
+        expected = weight * table[30, 0] + sign * (1 - weight) * table[34, 0]
+        assert blended[30, 0] == pytest.approx(expected, abs=1e-6)
 
 
 @settings(max_examples=20, deadline=None)
@@ -308,3 +339,19 @@ def test_bad_point_and_strength():
         stress.sections(np.ones((2, 2)), PIXEL, [1.0], 0.3, (2, 0))
     with pytest.raises(InputError, match=r"yield_strength.*-1"):
         stress.summarise(np.ones((2, 2)), PIXEL, 0.3, yield_strength=-1.0)
+
+
+def test_memory_does_not_grow_with_the_number_of_depths():
+    def peak(count):
+        depths = np.geomspace(0.5, 100, count)
+        tracemalloc.start()
+        stress.summarise(pressure, (1.0, 1.0), 0.3, depths=depths, workers=1)
+        _, largest = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        return largest
+
+    pressure = hertz(256, 60)
+    few, many = peak(8), peak(64)
+    assert many < 1.05 * few
+    # Six components in single precision.
+    assert many < 6 * 4 * pressure.size * 64 / 4

@@ -1,7 +1,9 @@
 import json
 import math
+import tracemalloc
 
 import numpy as np
+import psutil
 import pytest
 import xarray
 
@@ -154,6 +156,37 @@ def test_bad_arguments(pressed):
     on_rigid = rc.solve(ball(), material=STEEL, load=0.1)
     with pytest.raises(rc.InputError, match="second body is rigid"):
         subsurface.subsurface_stress(on_rigid, body="second")
+
+
+def test_memory_is_asked_for_first(pressed, monkeypatch):
+    need = subsurface.memory_estimate((96, 96))
+
+    class Memory:
+        available = need - 1
+
+    monkeypatch.setattr(psutil, "virtual_memory", Memory)
+    with pytest.raises(rc.InsufficientMemoryError, match="96 × 96"):
+        subsurface.subsurface_stress(pressed, [1e-6])
+    Memory.available = need
+    subsurface.subsurface_stress(pressed, [1e-6])
+
+
+@pytest.mark.parametrize("boundary", ["free", "periodic"])
+@pytest.mark.parametrize("precision", ["single", "double"])
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_memory_estimate_is_what_is_allocated(boundary, precision, friction):
+    options = {"boundary": boundary, "precision": precision, "friction": friction}
+    pressure = np.zeros((300, 400))
+    pressure[100:180, 100:250] = 1e9
+    tracemalloc.start()
+    stress.summarise(
+        pressure, PIXEL, 0.3, depths=[1e-7, 3e-5, 2e-4], direction=0.5, workers=1, **options
+    )
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    # Buffers of the thread, a few MB, come on top; fast lengths are a little longer.
+    estimate = subsurface.memory_estimate(pressure.shape, **options)
+    assert 0.9 * estimate < peak < 1.3 * estimate + 8e6
 
 
 @pytest.mark.parametrize("poisson", [0.2, 0.3])

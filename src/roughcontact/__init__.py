@@ -3,6 +3,7 @@
 from roughcontact._version import __version__
 from roughcontact.archive import load_result, save_result
 from roughcontact.contact import solve
+from roughcontact.elastoplastic import ElastoplasticResult, solve_elastoplastic
 from roughcontact.errors import (
     CapacityError,
     ConvergenceError,
@@ -27,6 +28,7 @@ __all__ = [
     "CapacityError",
     "ContactResult",
     "ConvergenceError",
+    "ElastoplasticResult",
     "FormatError",
     "InputError",
     "InsufficientMemoryError",
@@ -51,6 +53,7 @@ __all__ = [
     "save_result",
     "self_affine",
     "solve",
+    "solve_elastoplastic",
     "subsurface_stress",
     "yield_onset",
 ]

@@ -163,6 +163,10 @@ _Json = Annotated[bool, _flag("--json", "Print JSON in SI units, and nothing els
 _Quiet = Annotated[bool, _flag("--quiet", "Print nothing but errors, and JSON if wanted.")]
 
 
+# What only `solve` takes.
+_VOLUME = ("model", "increments", "hardening")
+
+
 def _describing(*without: str) -> Callable[[Command], Command]:
     """Give a command ``FILE`` and all options of a job but some; it gets the job itself."""
     keys = [key for key in OPTIONS if key not in without]
@@ -214,23 +218,30 @@ roughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3 \\
 def _solve(asked: Job, as_json: _Json = False, quiet: _Quiet = False) -> None:
     with console.progress(quiet) as say:
         outcome = job.run(asked, say, lambda step: say(console.described(step)))
-    result, written = outcome.result, outcome.written
+    result, volume = outcome.result, outcome.volume
     if as_json:
-        told = {**export.record(result), "written": [str(path) for path in written]}
-        told["resolution_notes"] = list(outcome.notes)
+        told = {**export.record(result), "resolution_notes": list(outcome.notes)}
+        if volume is not None:
+            told["volume"] = volume.summary()
         if outcome.study is not None:
             told["study"] = outcome.study.summary()
-        print(export.to_json(told))
+        print(export.to_json({**told, "written": [str(path) for path in outcome.written]}))
+    elif not quiet and volume is not None:
+        console.show_volume(volume, outcome.notes, outcome.written)
     elif not quiet:
         console.show_solution(outcome, str(asked.given.get("ceiling", "auto")))
     if outcome.failure is not None:
         raise outcome.failure
-    if not result.converged:
+    if outcome.status != "converged":
         wanted = asked.output or asked.report or asked.figures
+        reached = (
+            f"residual {volume.residual:.1e}, tolerance {volume.tolerance:.0e}"
+            if volume is not None
+            else f"certificate {result.certificate:.1e}, tolerance {result.tolerance:.0e}, "
+            f"load error {result.load_error:.1e}"
+        )
         console.complain(
-            f"error: not converged: certificate {result.certificate:.1e}, tolerance "
-            f"{result.tolerance:.0e}, load error {result.load_error:.1e}; "
-            + job.in_options(result.status)
+            f"error: not converged: {reached}; {job.in_options(outcome.status)}"
             + ("; no file was written" if wanted else "")
         )
         raise typer.Exit(NOT_CONVERGED)
@@ -250,7 +261,7 @@ roughcontact sweep ground.opd --from "10 mN" --to "10 N" --steps 13 --young "210
 """,
 )
 @_reporting
-@_describing("load", "approach", "load-point", "study", "output", "figures")
+@_describing("load", "approach", "load-point", *_VOLUME, "study", "output", "figures")
 def _sweep(
     asked: Job,
     first: Annotated[
@@ -332,7 +343,7 @@ roughcontact stress ground.opd --load "1 N" --material 100Cr6 --holes fill \\
 """,
 )
 @_reporting
-@_describing("study", "output", "figures")
+@_describing(*_VOLUME, "study", "output", "figures")
 def _stress(
     asked: Job,
     depths: Annotated[
@@ -433,7 +444,7 @@ roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 --holes
 """,
 )
 @_reporting
-@_describing("load", "approach", "load-point", "precision", "study", "output", "figures")
+@_describing("load", "approach", "load-point", *_VOLUME, "precision", "study", "output", "figures")
 def _history(
     asked: Job,
     path: Annotated[

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from roughcontact.catalogue import Entry
+    from roughcontact.elastoplastic import ElastoplasticResult
     from roughcontact.formats import Channel
     from roughcontact.history import LoadHistory
     from roughcontact.job import Outcome, Say
@@ -100,6 +101,51 @@ def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
     ]
     _print_table(facts)
     _print_written(written)
+
+
+def show_volume(volume: ElastoplasticResult, notes: Sequence[str], written: Sequence[Path]) -> None:
+    """Print problem, answer and trust of a contact with plasticity of the volume."""
+    from roughcontact import units
+
+    contact = volume.contact
+    problem = _problem_rows(contact, None)
+    problem.append(("plasticity", _law_in_words(contact.material)))
+    area = units.engineering(contact.contact_area, "m²")
+    answer: list[Row] = [
+        ("load", f"{units.engineering(contact.load, 'N')} in {len(volume.increments)} increments"),
+        ("approach", _length(contact.approach)),
+        ("max pressure", _pressure(contact.max_pressure)),
+        ("contact area", f"{area} ({_percent(contact.contact_fraction)})"),
+        ("plastic strain", f"{_percent(volume.max_plastic_strain)} at most"),
+        (
+            "plastic volume",
+            f"{_volume(volume.plastic_volume)}, {_length(volume.plastic_depth)} deep",
+        ),
+        ("residual displacement", f"{_length(float(volume.residual_displacement.max()))} at most"),
+        ("regime", volume.regime),
+    ]
+    trust: list[Row] = [
+        ("status", "converged" if volume.converged else f"NOT CONVERGED: {volume.status}"),
+        ("residual", f"{volume.residual:.1e} (tolerance {volume.tolerance:.0e})"),
+        ("certificate", f"{contact.certificate:.1e} of the contact"),
+        ("work", f"{volume.iterations} iterations, {volume.seconds:.2f} s"),
+    ]
+    _print_table(problem, answer, trust)
+    _print_warnings(note for note in volume.warnings if note != volume.status)
+    _print_warnings(notes, "note")
+    _print_written(written)
+
+
+def _law_in_words(material: Material) -> str:
+    from roughcontact import plasticity
+
+    law = material.hardening
+    if isinstance(law, plasticity.Linear):
+        return f"linear hardening, modulus {_pressure(law.modulus)}"
+    if isinstance(law, plasticity.Swift):
+        strength = _pressure(law.coefficient)
+        return f"Swift hardening, {strength} ({law.offset:g} + 1e6 e)^{law.exponent:g}"
+    return "perfect" if material.yield_strength is not None else "of the counter-body"
 
 
 def show_stress(stress: StressResult, written: Sequence[Path]) -> None:

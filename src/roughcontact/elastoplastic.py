@@ -66,6 +66,10 @@ _CUTS = 5
 # volume to each side when it has reached the edge, over the edge of the map.
 _DEEPER = 1.3
 _WIDER = 0.1
+
+TOLERANCE = 1e-4
+"""Residual of the plastic strain at which an increment is done."""
+
 # The contact is solved to this part of the tolerance of the plastic strain while that is sought.
 _CONTACT_TOLERANCE = 1e-6
 _CONTACT_CONVOLUTIONS = 500
@@ -383,7 +387,7 @@ def solve_elastoplastic(
     increments: int = 10,
     depth: float | None = None,
     layers: ArrayLike | None = None,
-    tolerance: float = 1e-4,
+    tolerance: float = TOLERANCE,
     max_iterations: int = 150,
     precision: str = "single",
     start: ElastoplasticResult | None = None,

@@ -31,7 +31,6 @@ from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import IO, Any, TypeVar
-from xml.sax.saxutils import escape
 
 import numpy as np
 from numpy.typing import NDArray
@@ -741,6 +740,9 @@ def _x3p_document(surface: Surface, checksum: str) -> str:
 
 
 def _xml(text: str) -> str:
+    # Imported late: it brings the network with it.
+    from xml.sax.saxutils import escape
+
     return escape(_printable(text))
 
 

@@ -14,6 +14,7 @@ from roughcontact.errors import InputError, RoughcontactError
 
 if TYPE_CHECKING:
     from roughcontact.bodies import Body
+    from roughcontact.elastoplastic import ElastoplasticResult
     from roughcontact.history import LoadHistory
     from roughcontact.loading import LoadCurve
     from roughcontact.material import Material
@@ -133,6 +134,19 @@ def _material_name(text: str, name: str) -> Material:
         return catalogue.material(text)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
+
+
+def _hardening(text: str, name: str) -> tuple[str, tuple[float, ...]]:
+    words = text.split()
+    law, rest = (words[0].lower(), words[1:]) if words else ("", [])
+    if law == "linear" and len(rest) == 2:
+        return law, (units.parse(" ".join(rest), "pressure", name),)
+    if law == "swift" and len(rest) == 4:
+        strength = units.parse(" ".join(rest[:2]), "pressure", name)
+        return law, (strength, _float(rest[2], name), _float(rest[3], name))
+    raise InputError(
+        f"{name} must read like 'linear 2 GPa' or 'swift 945 MPa 20 0.121', got {text!r}"
+    )
 
 
 def _body(text: str, name: str) -> Body:
@@ -324,6 +338,19 @@ OPTIONS: dict[str, Option] = {
         "3 times the smaller yield strength, or the hardness where there is none; or none: purely "
         "elastic.", _ceiling,
     ),
+    "model": Option(
+        BODIES, "ceiling|volume",
+        "ceiling (default): pressures up to the ceiling; volume: plastic strain in the volume, "
+        "which takes minutes.", _choice("ceiling", "volume"),
+    ),
+    "increments": Option(
+        BODIES, "NUMBER", "Steps to the load of the volume model; 10 by default.", _int
+    ),
+    "hardening": Option(
+        BODIES, "LAW",
+        'Of the rough body, for the volume model: "linear 2 GPa" (modulus) or "swift 945 MPa 20 '
+        '0.121" (B, C, n of B (C + 1e6 e)^n); perfectly plastic without.', _hardening,
+    ),
     "boundary": Option(
         BODIES, "free|periodic",
         "free (default): the map is all there is; periodic: it repeats.",
@@ -415,6 +442,9 @@ class Job:
     angle: float | None = None
     mirror: bool = False
     ceiling: str | float | None = "auto"
+    model: str = "ceiling"
+    increments: int | None = None
+    hardening: tuple[str, tuple[float, ...]] | None = None
     boundary: str = "free"
     tolerance: float | None = None
     max_iterations: int = 500
@@ -441,6 +471,10 @@ class Job:
             raise InputError(
                 "give either --load or --approach, and only one of them, such as --load '1 N'"
             )
+        if self.model == "volume":
+            self._check_volume()
+        elif self.increments is not None or self.hardening is not None:
+            raise InputError("--increments and --hardening need --model volume")
         if self.load_point is not None and (self.load is None or self.study):
             raise InputError("--load-point needs --load, and goes without --study")
         for path in self.output:
@@ -470,12 +504,32 @@ class Job:
         from roughcontact.material import RIGID, Material
 
         first = _material("", self.material, self.young, self.poisson, self.yield_strength)
+        if self.hardening is not None:
+            first = _hardened(first, *self.hardening)
         given = (self.counter_young, self.counter_poisson, self.counter_yield_strength)
         if self.counter_material is None and given[:2] == (None, None):
             strength = self.counter_yield_strength
             rigid = Material(RIGID.young, 0.0, strength, RIGID.name) if strength else RIGID
             return first, rigid
         return first, _material("counter-", self.counter_material, *given)
+
+    def _check_volume(self) -> None:
+        given = {
+            "--approach": self.approach is not None,
+            "--load-point": self.load_point is not None,
+            "--ceiling": self.ceiling != "auto",
+            "--study": self.study,
+            "--precision": self.precision != "double",
+            "--report": self.report is not None,
+        }
+        for option, used in given.items():
+            if used:
+                raise InputError(f"{option} goes with --model ceiling, not with volume")
+        for path in self.output:
+            if path.suffix.lower() != ".nc":
+                raise InputError(f"--output of --model volume must end in .nc, got '{path}'")
+        if self.increments is not None and self.increments < 1:
+            raise InputError(f"--increments must be at least 1, got {self.increments}")
 
     @property
     def moments(self) -> tuple[float, float] | None:
@@ -630,6 +684,8 @@ class Outcome:
     ----------
     result : ContactResult
         The solution, or the best found.
+    volume : ElastoplasticResult or None
+        What the volume model found, of which ``result`` is the contact.
     study : ResolutionStudy or None
         The same on other grids, if it was asked for.
     notes : tuple of str
@@ -641,10 +697,16 @@ class Outcome:
     """
 
     result: ContactResult
+    volume: ElastoplasticResult | None = None
     study: ResolutionStudy | None = None
     notes: tuple[str, ...] = ()
     written: tuple[Path, ...] = ()
     failure: RoughcontactError | None = None
+
+    @property
+    def status(self) -> str:
+        """``"converged"``, or why the solver stopped."""
+        return self.result.status if self.volume is None else self.volume.status
 
 
 def run(job: Job, say: Say, look: Callable[[Step], None] | None = None) -> Outcome:
@@ -674,6 +736,8 @@ def run(job: Job, say: Say, look: Callable[[Step], None] | None = None) -> Outco
 
     job.check_places()
     maps = job.surfaces(say)
+    if job.model == "volume":
+        return _run_volume(job, maps, say)
     result = contact.solve(
         maps[0],
         **job.problem(maps),
@@ -699,8 +763,41 @@ def run(job: Job, say: Say, look: Callable[[Step], None] | None = None) -> Outco
     try:
         written = tuple(write(_tasks(job, result, looked_at, notes), say))
     except RoughcontactError as error:
-        return Outcome(result, looked_at, notes, failure=error)
-    return Outcome(result, looked_at, notes, written)
+        return Outcome(result, None, looked_at, notes, failure=error)
+    return Outcome(result, None, looked_at, notes, written)
+
+
+def _run_volume(job: Job, maps: Sequence[Surface], say: Say) -> Outcome:
+    from roughcontact import elastoplastic
+
+    first, second = job.bodies()
+
+    def look(at: elastoplastic.Progress) -> None:
+        share = units.percent(at.load / at.target) if at.target else "unloading"
+        say(f"{share} of the load: iteration {at.iteration}, residual {at.residual:.1e}")
+
+    found = elastoplastic.solve_elastoplastic(
+        maps[0],
+        material=first,
+        counter_material=second,
+        counter_surface=maps[1] if len(maps) > 1 else None,
+        boundary=job.boundary,
+        load=job.load,
+        increments=job.increments or 10,
+        on_failure="return",
+        progress=look,
+        tolerance=elastoplastic.TOLERANCE if job.tolerance is None else job.tolerance,
+    )
+    notes = job.resolution_notes(maps)
+    if not found.converged:
+        return Outcome(found.contact, found, notes=notes)
+    tasks: list[Task] = [(path, found.save) for path in job.output]
+    tasks += _figure_tasks(job, found.contact)
+    try:
+        written = tuple(write(tasks, say))
+    except RoughcontactError as error:
+        return Outcome(found.contact, found, notes=notes, failure=error)
+    return Outcome(found.contact, found, notes=notes, written=written)
 
 
 def write(tasks: Iterable[Task], say: Say) -> list[Path]:
@@ -791,6 +888,18 @@ def _material(
         raise InputError(text if text.startswith("--") else f"--{prefix}{text}") from None
 
 
+def _hardened(material: Material, law: str, constants: tuple[float, ...]) -> Material:
+    from roughcontact import plasticity
+
+    if law == "swift":
+        swift = plasticity.Swift(*constants)
+        return replace(material, yield_strength=None, hardening=swift)
+    if material.yield_strength is None:
+        raise InputError("--hardening linear needs a --yield-strength to start from")
+    linear = plasticity.Linear(material.yield_strength, constants[0])
+    return replace(material, hardening=linear)
+
+
 def _formed(surface: Surface, body: Body) -> Surface:
     return surface.with_form(body(shape=surface.shape, pixel=surface.pixel))
 
@@ -804,12 +913,16 @@ def _check_suffix(path: Path, option: str, suffixes: tuple[str, ...]) -> None:
 def _tasks(
     job: Job, result: ContactResult, study: ResolutionStudy | None, notes: tuple[str, ...]
 ) -> list[Task]:
-    from roughcontact import plots
-
     tasks: list[Task] = [(path, result.save) for path in job.output]
     if job.report is not None:
         chapters, command = sections(study, notes), job.command("solve")
         tasks.append((job.report, lambda path: result.report(path, command, chapters)))
+    return tasks + _figure_tasks(job, result)
+
+
+def _figure_tasks(job: Job, result: ContactResult) -> list[Task]:
+    from roughcontact import plots
+
     draw: dict[str, Callable[[], Any]] = {
         "surface": lambda: plots.surface(result.surface),
         "pressure": lambda: plots.pressure(result),
@@ -817,9 +930,7 @@ def _tasks(
         "gap": lambda: plots.gap(result),
         "histogram": lambda: plots.pressure_histogram([result]),
     }
-    return tasks + [
-        (path, saver(draw[name])) for name, path in figure_files(job.figures, FIGURES).items()
-    ]
+    return [(path, saver(draw[name])) for name, path in figure_files(job.figures, FIGURES).items()]
 
 
 def sections(study: ResolutionStudy | None, notes: tuple[str, ...]) -> list[Section]:

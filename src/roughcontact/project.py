@@ -200,10 +200,12 @@ def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
     result = outcome.result
     if outcome.failure is not None:
         raise outcome.failure
-    if not result.converged:
-        return FAILED, {}, f"not converged: certificate {result.certificate:.1e}; {result.status}"
+    if outcome.status != "converged":
+        return FAILED, {}, f"not converged: certificate {result.certificate:.1e}; {outcome.status}"
     told = export.record(result)
     told["resolution_notes"] = list(outcome.notes)
+    if outcome.volume is not None:
+        told["volume"] = outcome.volume.summary()
     if outcome.study is not None:
         told["study"] = outcome.study.summary()
     told |= {"written": [str(path) for path in outcome.written], "run": digest}

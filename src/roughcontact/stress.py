@@ -629,12 +629,10 @@ def _waves(
     def block(columns: slice) -> Array:
         qx: Array = 2 * math.pi / (nx * dx) * np.arange(columns.start, columns.stop)
         symbols = np.stack(influence.waves(qy, qx, z, loads.poisson, loads.pulls))
-        # The wave of two points a period has no sine.
-        for term, symbol in zip(terms, symbols, strict=True):
-            if term.odd[0] and 2 * highest[0] == ny:
-                symbol[-1] = 0
-            if term.odd[1] and 2 * (columns.stop - 1) == nx:
-                symbol[:, -1] = 0
+        # The wave of two points a period has no sine. Along x the transform of a real map knows.
+        if 2 * highest[0] == ny:
+            for term, symbol in zip(terms, symbols, strict=True):
+                symbol[-1] *= not term.odd[0]
         return symbols
 
     return Symbols(highest, block)

@@ -16,7 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import archive, contact, stress
 from roughcontact._version import __version__
-from roughcontact.errors import ConvergenceError, InputError, require_positive
+from roughcontact.errors import (
+    ConvergenceError,
+    InputError,
+    InsufficientMemoryError,
+    require_positive,
+)
 from roughcontact.invariants import COMPONENTS, von_mises
 from roughcontact.material import RIGID, Material
 from roughcontact.result import ContactResult
@@ -234,6 +239,8 @@ def subsurface_stress(
     ------
     InputError
         If an argument cannot be used, the body is rigid, or there is no pressure.
+    InsufficientMemoryError
+        If the memory that is free does not hold a few layers.
 
     Examples
     --------
@@ -256,6 +263,7 @@ def subsurface_stress(
             f"depths must lie below the surface, got {float(np.min(depths))!r} m; the "
             "surface itself is `stress.slices` at 0"
         )
+    _check_memory(result, precision, friction)
     pull = friction if body == "first" else -friction
     options: dict[str, Any] = {
         "boundary": result.boundary,
@@ -286,6 +294,40 @@ def subsurface_stress(
         section_y=section_y,
         version=__version__,
     )
+
+
+def memory_estimate(
+    shape: tuple[int, int],
+    *,
+    boundary: str = "free",
+    precision: str = "single",
+    friction: float = 0.0,
+) -> int:
+    """Return the memory that `subsurface_stress` needs beyond the contact itself.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    boundary, precision, friction
+        As for `subsurface_stress`.
+
+    Returns
+    -------
+    int
+        Bytes, however many depths there are.
+    """
+    ny, nx = shape
+    pixels, real = ny * nx, 4 if precision == "single" else 8
+    # Scaled pressure and largest stress over depth; row spectra of six components.
+    maps = 8 * pixels + real * pixels
+    if boundary == "periodic":
+        return maps + (6 + 1) * real * ny * (nx + 2)
+    padded = (2 * ny) * (2 * nx + 2)
+    # Spectra of the pressure, the second with room to blend kernels; samples of the kernels.
+    spectra = real * padded + (real * padded * 25 // 16 if precision == "single" else 0)
+    kernels = 6 if friction == 0 else 18
+    return maps + 6 * real * padded // 2 + spectra + kernels * real * (ny + 1) * (nx + 1)
 
 
 def yield_onset(
@@ -459,6 +501,22 @@ def to_dataset(result: StressResult) -> xarray.Dataset:
         "warnings": "\n".join(result.warnings),
     }
     return dataset
+
+
+def _check_memory(result: ContactResult, precision: str, friction: float) -> None:
+    import psutil
+
+    shape = result.surface.shape
+    needed = memory_estimate(
+        shape, boundary=result.boundary, precision=precision, friction=friction
+    )
+    free = psutil.virtual_memory().available
+    if needed > free:
+        raise InsufficientMemoryError(
+            f"the stress below {shape[0]} × {shape[1]} points needs about "
+            f"{needed / 2**30:.1f} GiB, and {free / 2**30:.1f} GiB are free: "
+            "solve the contact on a part of the map, surface.cropped(...)"
+        )
 
 
 def _body(result: ContactResult, body: str) -> Material:
