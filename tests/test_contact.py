@@ -160,6 +160,19 @@ def test_ceilings_up_to_full_capacity(independent, filling, boundary):
 
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)
+def test_a_start_within_the_tolerance_is_settled_on_its_bounds(independent, boundary):
+    # The uniform pressure is a solution to 1e-8, but none of its pixels is at the ceiling.
+    surface = rough()
+    load = 0.5
+    ceiling = load / area(surface) / (1 - 1e-8)
+    result = rc.solve(surface, material=YIELDING, load=load, ceiling=ceiling, boundary=boundary)
+    independent.assert_solved(result, load)
+    # By counting, all but one; all that touch 1 % of the map are far more than are free.
+    assert result.saturated_fraction > 0.99
+    assert result.regime == "saturated at the surface"
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
 def test_steep_surface_under_a_very_low_ceiling(independent, boundary):
     # Gap over K₀₀ is 1e4 to 1e6 times the ceiling: the multiplier's root find has far to go.
     surface = rough((74, 12))
@@ -410,6 +423,18 @@ def test_approach_beyond_full_periodic_contact_has_no_load():
     assert result.saturated_fraction == 1
 
 
+@pytest.mark.parametrize("ceiling", [1e3, "map"])
+def test_approach_beyond_closing_a_flat_periodic_map_saturates_it(independent, ceiling):
+    # Nothing resists a uniform pressure there but the ceiling.
+    surface = rc.Surface(np.zeros((13, 29)), (1e-6, 1e-6))
+    if ceiling == "map":
+        ceiling = np.random.default_rng(0).uniform(1e3, 2e3, surface.shape)
+    result = rc.solve(surface, material=STEEL, approach=1e-12, boundary="periodic", ceiling=ceiling)
+    independent.assert_solved(result)
+    assert result.saturated.all()
+    assert result.convolutions < 20
+
+
 # --- shapes that break solvers ---------------------------------------------------------------
 
 
@@ -553,6 +578,44 @@ def test_single_precision_does_not_claim_what_it_cannot_reach():
     assert "single precision" in result.status
     # Found and reported, not looped on.
     assert result.convolutions < 200
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("mean", [1e2, 1e4, 1e6])
+def test_single_precision_counts_in_what_its_digits_lose(independent, mean, boundary):
+    # A steep ball under a low ceiling: the last digit of the gap is worth more than the pressure.
+    y, x = np.mgrid[-63:63, -4:4] + 0.5
+    surface = rc.Surface(-(x**2 + y**2) * 1e-8, (1e-6, 1e-6))
+    result = rc.solve(
+        surface, material=STEEL, load=mean * area(surface), ceiling=mean / 0.25,
+        boundary=boundary, precision="single", on_failure="return",
+    )  # fmt: skip
+    found = independent.judge(result)
+    # By up to 13 % off here. What it says may be ten times too pessimistic, never the reverse.
+    assert found.certificate <= 2 * result.certificate
+    assert result.converged == (result.certificate <= 1e-4)
+    assert not result.converged
+    assert "single precision" in result.status
+    assert result.convolutions < 100
+    assert rc.solve(
+        surface, material=STEEL, load=mean * area(surface), ceiling=mean / 0.25, boundary=boundary
+    ).converged
+
+
+@pytest.mark.parametrize("iterations", [20, 40])
+def test_the_gap_is_that_of_the_pressure_wherever_the_solver_stops(independent, iterations):
+    # Projected gradients return the best pressure seen, which need not be the last one.
+    for seed in range(3, 13):
+        rng = np.random.default_rng(seed)
+        spikes = np.where(rng.random((12, 8)) < 0.1, 30, 1) * rng.random((12, 8)) * 1e-8
+        surface = rc.Surface(spikes, (2e-5, 1e-6))
+        result = rc.solve(
+            surface, material=STEEL, load=0.01 * 231e9 * area(surface), boundary="periodic",
+            max_iterations=iterations, on_failure="return",
+        )  # fmt: skip
+        found = independent.judge(result)
+        assert found.certificate == pytest.approx(result.certificate, rel=1e-6)
+        np.testing.assert_allclose(result.gap, found.gap, rtol=0, atol=1e-9 * found.scale)
 
 
 def test_not_converged_is_an_error_with_the_best_result_attached(independent):

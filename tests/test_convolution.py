@@ -223,6 +223,15 @@ def test_approximate_inverse_undoes_the_operator(boundary):
     assert error < (1e-5 if boundary == "periodic" else 0.1)
 
 
+def test_approximate_inverse_takes_the_mean_for_the_softest_wave():
+    operator = make("periodic", (48, 40), (1.0, 1.0))
+    inverse = operator.approximate_inverse()
+    longest = np.cos(2 * np.pi * np.arange(48) / 48)[:, None] * np.ones(40)
+    stiffness = inverse(longest)[0, 0]
+    assert stiffness > 0
+    np.testing.assert_allclose(inverse(np.ones((48, 40))), stiffness, rtol=1e-5)
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_an_error_in_a_visitor_reaches_the_caller(monkeypatch, workers):
     small_blocks(monkeypatch, 1 << 10)

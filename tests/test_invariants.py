@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -68,6 +68,8 @@ def test_meeting_roots_keep_all_digits(values):
 
 @given(tensors)
 def test_tresca_lies_between_one_and_two_over_root_three_of_mises(stress):
+    # The square of less than that is no number any more.
+    assume(np.abs(stress).max() == 0 or np.abs(stress).max() > 1e-140)
     mises, tresca = invariants.von_mises(stress), invariants.tresca(stress)
     slack = 20 * EPS * np.abs(stress).max()
     assert mises - slack <= tresca <= 2 / np.sqrt(3) * mises + slack

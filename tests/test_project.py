@@ -142,7 +142,14 @@ def test_an_interrupted_project_goes_on(folder: Path, number: int) -> None:
     command = [sys.executable, "-m", "roughcontact", "run", str(path)]
     package = str(Path(rc.__file__).parents[1])
     environment = {**os.environ, "PYTHONPATH": package}
-    run = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
+
+    def listen() -> None:
+        # A shell that runs the tests in the background has Ctrl-C ignored.
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    run = subprocess.Popen(
+        command, env=environment, stderr=subprocess.PIPE, text=True, preexec_fn=listen
+    )
     results = folder / "results"
     for _ in range(3000):
         if len(list(results.glob("*.json"))) >= 2:

@@ -44,7 +44,7 @@ def assert_solved(independent, solution, h0, limit, boundary, total=None, tolera
     # 1e-9: the judge rounds differently.
     assert found.certificate <= tolerance + 1e-9
     assert solution.certificate == pytest.approx(found.certificate, rel=1e-2, abs=1e-9)
-    assert max(found.overlap, found.hollow, found.misfit) <= tolerance + 1e-9
+    assert found.breach <= tolerance + 1e-9
     assert (np.diff(solution.index) > 0).all()
     assert (solution.pressure > 0).all()
     if total is not None:

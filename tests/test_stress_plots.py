@@ -40,7 +40,7 @@ def test_every_figure_is_rendered_without_warnings(light, heavy):
         below(0.2, shape=(12, 90)),
         below(0.2, shape=(90, 12)),
         below(0.2, material=rc.Material(210e9, 0.3)),
-        below(0.2, depths=[0.0, 1e-6]),
+        below(0.2, depths=[1e-7, 1e-6]),
     ]
     for result in cases:
         for figure in (
@@ -105,7 +105,7 @@ def test_default_section_holds_what_is_strong(light):
     deep = axes.get_ylim()[0] * 1e-6
     plane = light.von_mises_section("x").max(axis=1)
     assert np.interp(deep, light.profile.depths, plane) <= 0.26 * plane.max()
-    shallow = below(0.2, depths=[0.0, 2e-6])
+    shallow = below(0.2, depths=[1e-7, 2e-6])
     assert plots.stress_section(shallow).axes[0].get_ylim()[0] == pytest.approx(2)
     assert plots.stress_section(shallow, depth=1.0).axes[0].get_ylim()[0] == pytest.approx(2)
 

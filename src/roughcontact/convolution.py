@@ -370,11 +370,12 @@ class Convolution:
 
         The inverse of a circular convolution divides by the spectrum, and every second wave of
         the padded map is a wave of the unpadded one. A wave that the spectrum does not move is
-        left out. The buffer is shared: the two operators must not be at work at the same time.
+        taken for the softest of the others: one left out could not be inverted under a given
+        approach. The buffer is shared: the two operators must not be at work at the same time.
         """
         step = 1 if self.padded == self.shape else 2
         spectrum = self.spectrum[::step, ::step].astype(np.float64)
-        spectrum[spectrum <= 0] = np.inf
+        spectrum[spectrum <= 0] = spectrum.max()
         np.divide(self.self_displacement, spectrum, out=spectrum)
         return Convolution(
             spectrum,

@@ -10,8 +10,8 @@ doi:10.1137/S1052623401383558):
   that the error of the set and the error on the set are alike. One convolution each.
 - The approach is the multiplier of an exact projection, never the mean gap over the free pixels:
   with a ceiling there may be few of them, or none.
-- A step that raises the energy is taken back and replaced by projected gradient steps, which find
-  the set of free pixels more slowly but surely.
+- A step that raises the energy is cut at the minimum along its line and followed by projected
+  gradient steps, which find the set of free pixels more slowly but surely.
 - Everything but the transforms works on the pixels in or near contact; the only whole-map passes
   ride on the transforms, while a block of rows is in cache.
 - The first pressure comes from the same problem on a grid of half the points, and so on down.
@@ -45,12 +45,15 @@ _BLOCKS = 24
 _BLOCK_POINTS = 64
 # A linear solve stops at this reduction unless the set of free pixels is already right.
 _REDUCTION = 0.1
-# Steps without a better certificate before projected gradients take over; their number the first
-# time, doubled every time; how often before giving up; over how many the energy may rise.
+# Steps without a better certificate before projected gradients take over; their number after a
+# step that overshoots, doubled every time that they take over; how often before giving up; over
+# how many the energy may rise.
 _PATIENCE = 3
-_BURST = 4
+_BURST = 8
 _BURSTS = 10
 _NONMONOTONE = 5
+# Curvature over K₀₀ below which the uniform pressure of a periodic map is not resisted.
+_FLAT = 1e-12
 
 
 class Status(Enum):
@@ -285,7 +288,7 @@ class _Iterate:
     gap: NDArray[np.float64]
     approach: float
     certificate: float
-    # About the certificate that rounding alone would cause.
+    # What rounding alone may cause of the certificate, which counts it in in single precision.
     floor: float
 
 
@@ -296,8 +299,10 @@ class _Viewer:
         self.problem, self.operator = problem, operator
         self.unit = operator.self_displacement
         self.convolutions = 0
-        # Displacement plus initial gap of the last look, before the approach is taken off.
+        # The last look: displacement plus initial gap before the approach is taken off, and the
+        # pixels that matter.
         self.open: NDArray[Any] = np.empty(problem.initial_gap.shape, operator.real)
+        self.seen: _Iterate | None = None
 
     def limit(self, index: NDArray[np.int64]) -> Limit:
         limit = self.problem.limit
@@ -326,18 +331,27 @@ class _Viewer:
             approach = self._multiplier(index, pressure, total)
         opened = self.opened(index)
         gap = opened - approach
-        step = pressure - np.clip(pressure - gap / self.unit, 0, self.limit(index))
-        size, moved = _norm(pressure), _norm(step)
-        scale = _norm(opened) + _norm(initial_gap.ravel()[index])
-        rounding = float(np.finfo(self.operator.real).eps) * scale / self.unit
-        return _Iterate(
+        bound = self.limit(index)
+        reach = pressure - gap / self.unit
+        step = pressure - np.clip(reach, 0, bound)
+        # How far the last digit of displacement and initial gap may change that step; no matter on
+        # pixels that are far beyond a bound.
+        doubt = np.abs(opened) + np.abs(initial_gap.ravel()[index])
+        doubt *= 0.5 * float(np.finfo(self.operator.real).eps) / self.unit
+        doubt = np.clip(reach + doubt, 0, bound) - np.clip(reach - doubt, 0, bound)
+        size, moved, floor = _norm(pressure), _norm(step), 0.5 * _norm(doubt)
+        if self.operator.real is not np.float64:
+            # Double precision would see it.
+            moved = math.hypot(moved, floor)
+        self.seen = _Iterate(
             index=index,
             pressure=pressure,
             gap=gap,
             approach=approach,
             certificate=moved / size if size else (math.inf if moved else 0.0),
-            floor=rounding / size if size else 0.0,
+            floor=floor / size if size else 0.0,
         )
+        return self.seen
 
     def opened(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return displacement plus initial gap of the last look on some pixels."""
@@ -455,18 +469,19 @@ def _solve_level(
     problem: Problem,
     operator: Convolution,
     patches: _Patches,
-    start: Loaded,
+    first: Loaded,
     tolerance: float,
     max_iterations: int,
     note: Callable[[Step], None],
 ) -> Solution:
     shape = _shape(problem)
     viewer = _Viewer(problem, operator)
-    now = best = viewer.look(*_admissible(problem, start))
+    now = best = viewer.look(*_admissible(problem, first))
     iteration, fruitless, bursts = 0, 0, 0
     while True:
         note(Step(shape, iteration, viewer.convolutions, now.certificate, tolerance))
         if now.certificate <= tolerance:
+            now = _settled(now, viewer, tolerance)
             status = Status.CONVERGED
             break
         if viewer.convolutions >= max_iterations:
@@ -479,19 +494,24 @@ def _solve_level(
         if fruitless < _PATIENCE:
             moved = _active_set_step(now, viewer, patches, tolerance, max_iterations)
             after = viewer.look(now.index, moved)
-            # Where the set of free pixels is far off, the step overshoots: the energy rises.
-            overshot = after.certificate > now.certificate and _slopes(now, moved, viewer).sum() > 0
+            if after.certificate > now.certificate and viewer.convolutions < max_iterations:
+                start, end = _slopes(now, moved, viewer)
+                # Where the set of free pixels is far off, the step overshoots: the energy rises.
+                if start < 0 < start + end:
+                    cut = start / (start - end)
+                    now = viewer.look(now.index, now.pressure + cut * (moved - now.pressure))
+                    after = _projected_gradient(now, viewer, _BURST, max_iterations)
         else:
-            overshot = True
-        if overshot:
-            after = _projected_gradient(now, viewer, _BURST << min(bursts, 6), max_iterations)
+            after = _projected_gradient(now, viewer, _BURST << min(bursts, 5), max_iterations)
             bursts, fruitless = bursts + 1, -1
         fruitless = 0 if after.certificate < 0.9 * best.certificate else fruitless + 1
         now = after
         if now.certificate < best.certificate:
             best = now
-    if status is not Status.CONVERGED and now.certificate > best.certificate:
-        now = viewer.look(best.index, best.pressure)
+    if now.certificate > best.certificate and status is not Status.CONVERGED:
+        now = best
+    if viewer.seen is not now:
+        now = viewer.look(now.index, now.pressure)
     loaded = now.pressure > 0
     viewer.open -= viewer.open.dtype.type(now.approach)
     return Solution(
@@ -568,6 +588,8 @@ def _active_set_step(
     # Pixels with pressure stay free even where the gap opens: the solve will empty them.
     free = np.where(pressure > 0, (pressure < bound) | (gap > 0), gap < 0)
     place = np.flatnonzero(free)
+    if not place.size:
+        return pressure
     limit = bound[place]
     centre = viewer.problem.total is not None
     x = pressure[place]
@@ -591,7 +613,9 @@ def _active_set_step(
         response = patch.operator.gather(support, direction)
         viewer.convolutions += 1
         curvature = _dot(direction, response)
-        if not curvature > 0:
+        if curvature <= _FLAT * unit * _dot(direction, direction):
+            # A wave that nothing resists: only the bounds end the step.
+            x += _way(x, direction, limit) * direction
             break
         length = product / curvature
         x += length * direction
@@ -619,6 +643,16 @@ def _centred(values: NDArray[np.float64], centre: bool) -> NDArray[np.float64]:
     return values - values.mean() if centre and values.size else values
 
 
+def _way(
+    x: NDArray[np.float64], direction: NDArray[np.float64], limit: NDArray[np.float64]
+) -> float:
+    """Return how far values within their bounds can move before the first of them meets one."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ways = np.where(direction > 0, limit - x, -x) / direction
+    ahead = ways[ways > 0]
+    return float(ahead.min()) if ahead.size and np.isfinite(ahead).any() else 0.0
+
+
 def _restored(
     pressure: NDArray[np.float64],
     place: NDArray[np.int64],
@@ -642,6 +676,30 @@ def _restored(
     return project(moved, bound, total)
 
 
+def _projected(now: _Iterate, viewer: _Viewer, rate: float) -> NDArray[np.float64]:
+    """Return the admissible pressure nearest to a step down the gradient."""
+    bound, total = viewer.limit(now.index), viewer.problem.total
+    target = now.pressure - rate * now.gap
+    return np.clip(target, 0, bound) if total is None else project(target, bound, total)
+
+
+def _settled(now: _Iterate, viewer: _Viewer, tolerance: float) -> _Iterate:
+    """Return a solution whose pixels are on the bounds that they belong to.
+
+    The certificate does not tell a pixel at the ceiling from one a hair's breadth below it, nor
+    where a pixel with a tiny ceiling belongs; the counted areas do. The last active-set step
+    settles nearly all pixels, a good start need not.
+    """
+    bound = viewer.limit(now.index)
+    target = _projected(now, viewer, 1 / viewer.unit)
+    falls = (target <= 0) & (now.pressure > 0)
+    rises = (target >= bound) & (now.pressure < bound)
+    if not (falls | rises).any():
+        return now
+    settled = viewer.look(now.index, target)
+    return settled if settled.certificate <= tolerance else now
+
+
 def _projected_gradient(
     now: _Iterate, viewer: _Viewer, steps: int, max_iterations: int
 ) -> _Iterate:
@@ -651,19 +709,23 @@ def _projected_gradient(
     it is cut at the minimum along its line; so pressures cannot be visited in a circle (Birgin,
     Martínez and Raydan 2000, doi:10.1137/S1052623497330963).
     """
-    total, best = viewer.problem.total, now
+    best = now
     rate = 1 / viewer.unit
     energies = [0.0]
     for _ in range(steps):
         if viewer.convolutions + 2 > max_iterations:
             break
-        bound = viewer.limit(now.index)
-        target = now.pressure - rate * now.gap
-        target = np.clip(target, 0, bound) if total is None else project(target, bound, total)
+        target = _projected(now, viewer, rate)
         after = viewer.look(now.index, target)
         start, end = _slopes(now, target, viewer)
         if not start < end:
-            break
+            if not start < 0:
+                break
+            # Nothing resists this step.
+            rate *= 10
+            energies.append(energies[-1] + 0.5 * (start + end))
+            now = after
+            continue
         rate = _norm(target - now.pressure) ** 2 / (end - start)
         cut = 1.0
         if 0.5 * (start + end) + energies[-1] > max(energies[-_NONMONOTONE:]):

@@ -1,0 +1,164 @@
+"""Independent judges: half-space and certificate in plain NumPy and SciPy, without the package."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import scipy.fft
+
+
+def _corner(x, y):
+    # x ln(y + r) + y ln(x + r) less x ln|x| + y ln|y|, which the four corners cancel.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        value = x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
+    return np.where((x == 0) | (y == 0), 0.0, value)
+
+
+def love_coefficients(y, x, pixel, modulus):
+    """Love's K [m/Pa] at offsets y, x [m], by the textbook's corner sum."""
+    # It loses about N² roundings of K at N (small) edges from the origin: 64-bit mantissas, where
+    # the machine has them, keep 1e-12 on the largest and longest grids here.
+    y, x = np.asarray(y, np.longdouble), np.asarray(x, np.longdouble)
+    b, a = pixel[0] / 2, pixel[1] / 2
+    corners = (
+        _corner(x + a, y + b)
+        + _corner(x - a, y - b)
+        - _corner(x + a, y - b)
+        - _corner(x - a, y + b)
+    )
+    return (corners / (math.pi * modulus)).astype(np.float64)
+
+
+def free_displacement(pressure, pixel, modulus):
+    """Displacement and K₀₀ of a free half-space: padded to twice the map, plain FFT."""
+    ny, nx = pressure.shape
+    y, x = np.arange(ny + 1)[:, None] * pixel[0], np.arange(nx + 1) * pixel[1]
+    quadrant = love_coefficients(y, x, pixel, modulus)
+    rows, columns = (np.minimum(i, i[::-1] + 1) for i in (np.arange(2 * ny), np.arange(2 * nx)))
+    kernel = scipy.fft.rfft2(quadrant[np.ix_(rows, columns)])
+    spectrum = scipy.fft.rfft2(pressure, s=(2 * ny, 2 * nx)) * kernel
+    displacement = scipy.fft.irfft2(spectrum, s=(2 * ny, 2 * nx))[:ny, :nx]
+    return displacement, float(quadrant[0, 0])
+
+
+def periodic_displacement(pressure, pixel, modulus):
+    """Displacement and K₀₀ of a periodic half-space: the full complex transform."""
+    ny, nx = pressure.shape
+    q = (
+        2
+        * math.pi
+        * np.hypot(scipy.fft.fftfreq(ny, pixel[0])[:, None], scipy.fft.fftfreq(nx, pixel[1]))
+    )
+    symbol = np.zeros(q.shape)
+    np.divide(2 / modulus, q, out=symbol, where=q > 0)
+    displacement = scipy.fft.ifft2(scipy.fft.fft2(pressure) * symbol).real
+    return displacement, float(symbol.mean())
+
+
+def judge_fields(pressure, h0, limit, approach, pixel, modulus, boundary, digits=np.float64):
+    """Certificate ε and the worst breach of a condition, from the bare fields.
+
+    ``h0`` is infinite where the bodies never touch. ``breach`` is in units of ε: a single pixel
+    may violate a condition by no more than the whole norm. ``doubt`` is what ε could become if
+    displacement and initial gap were known to the last of their digits only. ``scale`` is what
+    the gap is rounded to some digits of.
+    """
+    displace = free_displacement if boundary == "free" else periodic_displacement
+    displacement, unit = displace(pressure, pixel, modulus)
+    gap = displacement + h0 - approach
+    limit = np.broadcast_to(math.inf if limit is None else limit, pressure.shape)
+    norm = float(np.linalg.norm(pressure))
+    step = pressure - np.clip(pressure - gap / unit, 0, limit)
+    # At the ceiling within rounding; what a result calls saturated is tested in assert_solved.
+    empty, full = pressure == 0, pressure >= limit * (1 - 1e-12)
+    # The last pixel to fill takes up what the sum of all others is rounded by.
+    between = ~empty & (pressure < limit - 1e-12 * pressure.sum())
+    touchable = np.isfinite(h0)
+    lost = np.finfo(digits).eps * np.where(touchable, np.abs(displacement) + h0, 0)
+    reach = pressure - gap / unit
+    doubt = np.clip(reach + lost / unit, 0, limit) - np.clip(reach - lost / unit, 0, limit)
+    breach = np.where(empty, -gap, 0) + np.where(full, gap, 0) + np.where(between, np.abs(gap), 0)
+    breach = np.max(breach[touchable] - lost[touchable], initial=0)
+    # Displacements cancel: to less than K₀₀ p, and on a periodic map to less than the longest wave.
+    side = max(edge * points for edge, points in zip(pixel, pressure.shape, strict=True))
+    scale = np.abs(gap[touchable]).max() + np.abs(displacement).max()
+    scale += unit * pressure.max() + side / (math.pi * modulus) * norm / math.sqrt(pressure.size)
+    return SimpleNamespace(
+        certificate=float(np.linalg.norm(step)) / norm,
+        doubt=float(np.linalg.norm(doubt[touchable])) / norm,
+        breach=float(breach) / unit / norm,
+        scale=float(scale),
+        load=float(math.fsum(pressure.ravel())) * pixel[0] * pixel[1],
+        displacement=displacement,
+        gap=gap,
+        unit=unit,
+        full=full,
+        bounded=bool((pressure >= 0).all() and (pressure <= limit).all()),
+    )
+
+
+def judge(result):
+    """Judge a `ContactResult` from its inputs, pressure and approach alone."""
+    heights = result.surface.heights
+    if result.counter_surface is not None:
+        heights = heights + result.counter_surface.heights
+    h0 = np.nanmax(heights) - heights
+    for axis, (points, edge, slope) in enumerate(
+        zip(h0.shape, result.surface.pixel, result.tilt, strict=True)
+    ):
+        plane = slope * (np.arange(points) - (points - 1) / 2) * edge
+        h0 = h0 + (plane[:, None] if axis == 0 else plane)
+    compliance = sum(
+        (1 - body.poisson**2) / body.young for body in (result.material, result.counter_material)
+    )
+    return judge_fields(
+        result.pressure,
+        np.where(np.isnan(h0), np.inf, h0),
+        result.ceiling,
+        result.approach,
+        result.surface.pixel,
+        1 / compliance,
+        result.boundary,
+        np.float64 if result.precision == "double" else np.float32,
+    )
+
+
+def faults(result, load=None, tolerance=1e-6):
+    """Return what a returned result says of itself and the independent judge denies."""
+    found = judge(result)
+    # The judge's transforms round differently, by far less than 1e-9 of ‖p‖ here.
+    slack = 1e-9 if result.precision == "double" else tolerance
+    said, seen = result.certificate, found.certificate
+    touchable = np.isfinite(found.gap)
+    rounding = 1e-9 if result.precision == "double" else 1e-5
+    off = float(np.abs(result.gap[touchable] - found.gap[touchable]).max(initial=0))
+    statements = [
+        (result.status == "converged", f"status {result.status}"),
+        (found.bounded, "a pressure below zero or above the ceiling"),
+        (seen <= tolerance + slack, f"certificate {seen:.3e} above {tolerance:.0e}"),
+        (said <= tolerance, f"certificate said to be {said:.3e}, above {tolerance:.0e}"),
+        (
+            abs(said - seen) <= max(1e-2 * seen, slack),
+            f"certificate said to be {said:.3e}, found {seen:.3e}",
+        ),
+        (found.breach <= tolerance + slack, f"a pixel breaks its condition by {found.breach:.3e}"),
+        # A pixel one rounding below the ceiling that sinks in is saturated, and must be counted.
+        (np.array_equal(result.saturated, found.full), "pixels at the ceiling miscounted"),
+        (np.array_equal(np.isnan(result.gap), ~touchable), "gap is not NaN where there is none"),
+        ((result.pressure[~touchable] == 0).all(), "pressure where nothing can touch"),
+        (off <= rounding * found.scale, f"gap off by {off:.3e} m of {found.scale:.3e} m"),
+    ]
+    if load is not None:
+        error = abs(found.load - load) / load
+        statements += [
+            (result.load == load, f"load {result.load!r} instead of {load!r}"),
+            (error <= 1e-10, f"load error {error:.3e}"),
+            (result.load_error <= 1e-10, f"load error said to be {result.load_error:.3e}"),
+        ]
+    return [fault for holds, fault in statements if not holds]
+
+
+def assert_solved(result, load=None, tolerance=1e-6):
+    """Assert that what a returned result says of itself holds; return the judgement."""
+    assert faults(result, load, tolerance) == []
+    return judge(result)

@@ -1,0 +1,109 @@
+"""A small part of `benchmarks/robustness.py`, and that it sees what is wrong."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import robustness
+import roughcontact as rc
+from roughcontact import convolution
+
+BLOCK = 20
+
+
+@pytest.mark.parametrize("first", range(0, 400, BLOCK))
+def test_random_problems_are_certified_or_refused(first):
+    outcomes = [
+        robustness.attempt(robustness.draw(seed, 48)) for seed in range(first, first + BLOCK)
+    ]
+    good = (robustness.CERTIFIED, robustness.REFUSED, robustness.ROUNDED)
+    assert [str(outcome) for outcome in outcomes if outcome.verdict not in good] == []
+
+
+def test_the_problems_are_of_all_kinds():
+    cases = [robustness.draw(seed, 48) for seed in range(160)]
+    assert {case.kind for case in cases} == set(robustness.KINDS)
+    words = [case.words for case in cases]
+    assert {word["boundary"] for word in words} == {"free", "periodic"}
+    assert {word["control"] for word in words} == {"load", "approach"}
+    for name in ("holes", "bodies", "precision", "tolerance", "start"):
+        assert any(name in word for word in words)
+    assert {case.expected for case in cases} == {None, rc.InputError, rc.CapacityError}
+    ceilings = [case.options["ceiling"] for case in cases]
+    assert {type(ceiling) for ceiling in ceilings} == {type(None), str, float, np.ndarray}
+    assert any(np.isinf(c).any() for c in ceilings if isinstance(c, np.ndarray))
+    aspects = [case.surface.pixel[0] / case.surface.pixel[1] for case in cases]
+    assert min(aspects) == pytest.approx(1 / 20)
+    assert max(aspects) == pytest.approx(20)
+    # The same seed is the same problem.
+    np.testing.assert_array_equal(cases[5].surface.heights, robustness.draw(5, 48).surface.heights)
+
+
+def solved_case():
+    """A problem that is solved under a given load."""
+    for seed in range(200):
+        case = robustness.draw(seed, 48)
+        plain = case.words["boundary"] == "free" and case.options["ceiling"] is None
+        large = case.kind == "self-affine" and case.surface.heights.size > 500
+        if case.expected is None and plain and large and "load" in case.options:
+            return case
+    raise AssertionError("no such problem among the first 200")
+
+
+def test_a_wrong_answer_is_seen(monkeypatch):
+    solve = rc.solve
+
+    def more(surface, *, load, **options):
+        return replace(solve(surface, load=1.01 * load, **options), load=load)
+
+    case = solved_case()
+    assert robustness.attempt(case).verdict == robustness.CERTIFIED
+    true = convolution.free
+    with monkeypatch.context() as patch:
+        # A modulus that is 1 % off, which the program itself cannot see.
+        patch.setitem(
+            rc.contact._BOUNDARIES, "free",
+            lambda shape, pixel, modulus, **options: true(shape, pixel, modulus / 1.01, **options),
+        )  # fmt: skip
+        outcome = robustness.attempt(case)
+    assert outcome.verdict == robustness.WRONG
+    assert "certificate" in outcome.words
+    # Another load than was asked for; an error that was not due; one that did not come.
+    with monkeypatch.context() as patch:
+        patch.setattr(rc, "solve", more)
+        outcome = robustness.attempt(case)
+    assert outcome.verdict == robustness.WRONG
+    assert "load error" in outcome.words
+    small = replace(case, options={**case.options, "ceiling": 1e-9})
+    assert robustness.attempt(small).words.startswith("CapacityError")
+    assert robustness.attempt(small).verdict == robustness.WRONG
+    due = replace(case, expected=rc.CapacityError)
+    assert "was due" in robustness.attempt(due).words
+    # A crash is no answer.
+    broken = replace(case, options={**case.options, "boundary": None, "material": None})
+    assert robustness.attempt(broken).verdict == robustness.WRONG
+
+
+def test_giving_up_is_told_apart_from_rounding():
+    case = solved_case()
+    few = replace(case, options={**case.options, "max_iterations": 2})
+    assert robustness.attempt(few).verdict == robustness.GAVE_UP
+    fine = replace(case, options={**case.options, "tolerance": 1e-17})
+    assert robustness.attempt(fine).verdict == robustness.ROUNDED
+
+
+def test_the_table_counts_every_problem():
+    outcomes = [robustness.attempt(robustness.draw(seed, 16)) for seed in range(12)]
+    total = robustness.table(outcomes).splitlines()[-1].split("|")
+    counts = [int(cell) for cell in total[3:-3]]
+    assert int(total[2]) == sum(counts) == 12
+    assert counts[robustness.VERDICTS.index(robustness.WRONG)] == 0
+
+
+def test_the_documentation_holds_the_last_whole_run():
+    text = robustness.PAGE.read_text(encoding="utf-8")
+    (total,) = [line for line in text.splitlines() if line.startswith("| all |")]
+    cells = [cell.strip() for cell in total.split("|")]
+    assert cells[2] == "500"
+    assert cells[3 + robustness.VERDICTS.index(robustness.WRONG)] == "0"
