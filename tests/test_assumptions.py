@@ -1,5 +1,6 @@
 import dataclasses
 import math
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -105,6 +106,19 @@ def test_slopes_are_judged(slope: float, verdict: str, caution: bool) -> None:
     item = stated(result)["Small slopes"]
     assert verdict in item.text
     assert bool(item.caution) is caution
+
+
+def test_sideways_displacement_is_told_against_a_rigid_body() -> None:
+    # u_r(a) of Johnson (3.42b) by quadrature of (3.41), over a: ν = 0.3, p₀ = 2 E* a/(π R).
+    slope = assumptions.rms_slope(solved(rough()))
+    r = (np.arange(20000) + 0.5) / 20000
+    carried = float((np.sqrt(1 - r**2) * r).mean())
+    moved = (1 - 2 * 0.3) * (1 + 0.3) * carried * 2 / (math.pi * (1 - 0.3**2)) * slope
+    told = stated(solved(rough()))["Small slopes"].text
+    share = float(re.search(r"spot by ([\d.]+) %", told)[1]) / 100
+    assert share == pytest.approx(moved, rel=0.01)
+    both = stated(solved(rough(), counter_material=SOFT))["Small slopes"].text
+    assert "sideways" not in both
 
 
 def test_two_bodies_add_their_slopes() -> None:

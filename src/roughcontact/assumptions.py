@@ -315,8 +315,21 @@ def _slopes(result: ContactResult) -> Statement:
         f"The theory takes slopes as small against 1. The root-mean-square slope {whose} is "
         f"{slope:.3g} ({math.degrees(math.atan(slope)):.2g}°). The error is of the order of its "
         f"square, {verdict}. It begins to matter at a slope of {SMALL_SLOPE:g} (1 %); above "
-        f"{LARGE_SLOPE:g} (10 %) the results are estimates.",
+        f"{LARGE_SLOPE:g} (10 %) the results are estimates." + _sideways(result, slope),
         caution,
+    )
+
+
+def _sideways(result: ContactResult, slope: float) -> str:
+    soft = [b for b in (result.material, result.counter_material) if math.isfinite(b.young)]
+    if len(soft) != 1:
+        return ""
+    # Johnson 1985, eqs. (3.41) and (3.42): the rim of a Hertz contact moves inwards.
+    ratio = soft[0].poisson
+    share = 2 / (3 * math.pi) * (1 - 2 * ratio) / (1 - ratio) * slope
+    return (
+        " Against a rigid body the surface also moves sideways, which the theory leaves out: at "
+        f"the rim of a spherical spot by {percent(min(share, 1.0))} of its radius at this slope."
     )
 
 
