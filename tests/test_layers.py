@@ -17,7 +17,7 @@ ROWS = [
     },
     {"material", "catalogue", "surface", "bodies", "result"},
     {
-        "contact", "loading", "history", "study", "subsurface", "elastoplastic",
+        "contact", "loading", "history", "study", "subsurface", "elastoplastic", "comparison",
         "formats", "netcdf", "archive", "export",
     },
     {"plots", "assumptions", "script"},

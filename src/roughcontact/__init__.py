@@ -2,6 +2,7 @@
 
 from roughcontact._version import __version__
 from roughcontact.archive import load_result, save_result
+from roughcontact.comparison import ModelComparison, compare_models
 from roughcontact.contact import solve
 from roughcontact.elastoplastic import ElastoplasticResult, solve_elastoplastic
 from roughcontact.errors import (
@@ -35,6 +36,7 @@ __all__ = [
     "LoadCurve",
     "LoadHistory",
     "Material",
+    "ModelComparison",
     "Provenance",
     "ResolutionStudy",
     "RoughcontactError",
@@ -43,6 +45,7 @@ __all__ = [
     "StressResult",
     "Surface",
     "__version__",
+    "compare_models",
     "contact_modulus",
     "load_curve",
     "load_history",
