@@ -621,6 +621,10 @@ def test_info_tells_size_and_roughness(holed: Path, capsys: Capture) -> None:
     assert told["height_max"] == pytest.approx(np.nanmax(heights))
     assert told["Sq"] == pytest.approx(np.nanstd(heights))
     assert told["Sq_leveled"] < told["Sq"]
+    surface = roughcontact.read_surface(holed, unit="um", size=(1e-4, 2e-4)).leveled()
+    assert told["roughness_leveled"] == pytest.approx(surface.roughness())
+    assert cli.main(["info", str(holed), *SCALE]) == cli.SOLVED
+    assert "reduced height of the peaks above the core" in capsys.readouterr().out
     assert told["missing"] == 3
     assert len(told["channels"]) == 1
 

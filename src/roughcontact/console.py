@@ -310,6 +310,16 @@ def show_info(surface: Surface, found: dict[str, Any], channels: Sequence[Channe
             ("" if listed else "channels", name + ("" if entry.is_height else ", no heights"))
         )
     _print_table(rows, listed)
+    _print_table(_roughness_rows(found["roughness_leveled"]), heads=("after plane", "", ""))
+
+
+def _roughness_rows(values: dict[str, float]) -> list[Row]:
+    from roughcontact import report
+
+    return [
+        (name, report.parameter(values[name], unit), meaning)
+        for name, (unit, meaning) in report.ROUGHNESS.items()
+    ]
 
 
 def show_demo(
@@ -438,6 +448,7 @@ def facts(surface: Surface) -> dict[str, Any]:
         "Sdq_leveled": leveled.Sdq,
         "missing": surface.missing,
         "missing_fraction": surface.missing / surface.heights.size,
+        "roughness_leveled": leveled.roughness(),
     }
 
 

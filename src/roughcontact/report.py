@@ -48,7 +48,7 @@ _AROUND_LOADED = 1.5
 _SMALL_PART = 0.5
 _CLOSE_PIXELS = 40
 
-_ROUGHNESS = {
+ROUGHNESS = {
     "Sq": ("m", "root-mean-square height"),
     "Sa": ("m", "mean absolute height"),
     "Sp": ("m", "highest peak above the mean"),
@@ -70,6 +70,7 @@ _ROUGHNESS = {
     "Vvc": ("ml/m²", "void volume of the core"),
     "Vvv": ("ml/m²", "void volume of the dales"),
 }
+"""Unit and meaning of the parameters of `Surface.roughness`."""
 
 _FEW_COLUMNS, _FEW_ROWS = 5, 24
 
@@ -469,18 +470,19 @@ def _roughness_table(surfaces: Sequence[Surface], names: Sequence[str]) -> _Tabl
         (
             name,
             *(
-                (_texture(value) if name == "Str" else _parameter(value, unit))
+                (_texture(value) if name == "Str" else parameter(value, unit))
                 for value in (values.get(name, math.nan) for values in columns)
             ),
             meaning,
         )
-        for name, (unit, meaning) in _ROUGHNESS.items()
+        for name, (unit, meaning) in ROUGHNESS.items()
     ]
     values = tuple(names) if len(names) > 1 else ("value",)
     return _Table(rows, ("parameter", *values, "meaning"))
 
 
-def _parameter(value: float, unit: str) -> str:
+def parameter(value: float, unit: str) -> str:
+    """Return a roughness parameter as text, in its unit of `ROUGHNESS`."""
     if math.isnan(value):
         return "not defined on this map"
     if unit == "%":
@@ -492,7 +494,7 @@ def _parameter(value: float, unit: str) -> str:
 
 def _texture(value: float) -> str:
     # The summary has 0 where heights stay alike along one direction across all of the map.
-    return "near 0" if value == 0 else _parameter(value, "")
+    return "near 0" if value == 0 else parameter(value, "")
 
 
 def _problem(result: ContactResult) -> _Chapter:
