@@ -4,6 +4,9 @@ import pytest
 
 import judge
 
+# Scripts for other environments.
+collect_ignore_glob = ["data/*"]
+
 
 @pytest.fixture(scope="session")
 def independent():
