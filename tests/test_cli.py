@@ -13,7 +13,16 @@ import numpy as np
 import pytest
 
 import roughcontact
-from roughcontact import archive, catalogue, cli, contact, load_result, plasticity, plots
+from roughcontact import (
+    archive,
+    catalogue,
+    cli,
+    contact,
+    hertz,
+    load_result,
+    plasticity,
+    plots,
+)
 from roughcontact.solver import Step
 
 MEASUREMENTS = Path(__file__).parents[1] / ".." / "shared" / "measurements"
@@ -1061,6 +1070,17 @@ def test_bad_stress_ends_in_one_sentence(
     load = () if "--load" in options else ("--load", "0.5 N")
     refused(capsys, cli.main(["stress", str(rough), *SCALE, *YIELDING, *load, *options]), *words)
     assert files(tmp_path) == {"rough.npy"}
+
+
+def test_load_of_first_yield_of_a_ball(capsys: Capture) -> None:
+    ball = ("--body", "sphere 10 mm", "--points", "96", "--size", "0.5 mm", "--load", "20 N")
+    assert cli.main(["stress", *ball, *YIELDING, "--onset", "--json"]) == cli.SOLVED
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    expected = hertz.first_yield_load(10e-3, 210e9 / 0.91, 1.615e9)
+    # One per cent in the pressure is three in the load.
+    assert told["first_yield"]["load"] == pytest.approx(expected, rel=0.03)
+    assert cli.main(["stress", *ball, *YIELDING, "--onset"]) == cli.SOLVED
+    assert "first yield" in capsys.readouterr().out
 
 
 def test_reports_of_sweep_and_history(rough: Path, tmp_path: Path) -> None:

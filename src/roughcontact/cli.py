@@ -365,6 +365,13 @@ def _stress(
             "Direction of the traction on the first body, from x towards y.", BODIES,
         ),
     ] = "0",
+    onset: Annotated[
+        bool,
+        typer.Option(
+            "--onset", help="Find the load at which the first point yields.",
+            rich_help_panel=SOLVER,
+        ),
+    ] = False,
     output: Annotated[
         Path | None, _option("--output", "FILE.nc", "Write contact and stress as NetCDF.", OUTPUT)
     ] = None,
@@ -413,6 +420,10 @@ def _stress(
         found = subsurface.subsurface_stress(
             outcome.result, listed, body=which, friction=pull, direction=math.radians(angle)
         )
+        first = None
+        if onset:
+            say("searching the load of first yield")
+            first = job.first_yield(found)
         tasks: list[job.Task] = [] if output is None else [(output, found.save)]
         tasks += [
             (path, job.saver(functools.partial(draw[name], found)))
@@ -425,10 +436,12 @@ def _stress(
         written = job.write(tasks, say)
     if as_json:
         told = {**export.record(found.contact), "stress": found.summary()}
+        if first is not None:
+            told["first_yield"] = first.summary()
         print(export.to_json({**told, "written": [str(path) for path in written]}))
     elif not quiet:
         console.show_solution(outcome, str(asked.given.get("ceiling", "auto")))
-        console.show_stress(found, written)
+        console.show_stress(found, first, written)
 
 
 @_app.command(

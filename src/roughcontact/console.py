@@ -148,8 +148,10 @@ def _law_in_words(material: Material) -> str:
     return "perfect" if material.yield_strength is not None else "of the counter-body"
 
 
-def show_stress(stress: StressResult, written: Sequence[Path]) -> None:
+def show_stress(stress: StressResult, onset: StressResult | None, written: Sequence[Path]) -> None:
     """Print the largest stresses below a contact, and where it yields."""
+    from roughcontact import units
+
     told = stress.summary()
     depth, y, x = stress.place
     ratio = stress.max_von_mises / stress.contact.max_pressure
@@ -167,6 +169,10 @@ def show_stress(stress: StressResult, written: Sequence[Path]) -> None:
         rows.append(("yield strength", f"{stress.yield_factor:.4g} of the largest stress"))
     if stress.yielded_volume is not None:
         rows.append(("above yield", _volume(stress.yielded_volume)))
+    if onset is not None:
+        contact = onset.contact
+        load, pressure = units.engineering(contact.load, "N"), _pressure(contact.max_pressure)
+        rows.append(("first yield", f"at {load}, largest pressure {pressure}"))
     _print_table(rows)
     _print_warnings(note for note in stress.warnings if note not in stress.contact.warnings)
     _print_written(written)

@@ -958,6 +958,23 @@ def sections(study: ResolutionStudy | None, notes: tuple[str, ...]) -> list[Sect
     return chapters
 
 
+def first_yield(stress: StressResult) -> StressResult:
+    """Return the contact of the same bodies at the load at which the first point yields."""
+    from roughcontact import subsurface
+
+    contact = stress.contact
+    return subsurface.yield_onset(
+        contact.surface,
+        material=contact.material,
+        counter_material=contact.counter_material,
+        counter_surface=contact.counter_surface,
+        body=stress.body,
+        friction=stress.friction,
+        direction=stress.direction,
+        boundary=contact.boundary,
+    )
+
+
 def stress_section(stress: StressResult) -> Section:
     """Return the chapter of a report on the stress below the surface."""
     from roughcontact import plots
