@@ -1,0 +1,199 @@
+"""Laws that hold for every solved contact, closed form or not."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import roughcontact as rc
+from roughcontact import convolution, hertz
+
+STEEL = rc.Material(young=210e9, poisson=0.3)
+MODULUS = 210e9 / 0.91
+BOUNDARIES = ["free", "periodic"]
+CEILINGS = [None, 2e9]
+
+
+def rough(seed=0, shape=(45, 70), pixel=(0.8e-6, 0.5e-6)):
+    """A rough map with ny ≠ nx and dy ≠ dx."""
+    heights = rc.self_affine(
+        shape, pixel, rms_height=0.1e-6, rolloff_wavelength=12e-6, cutoff_wavelength=2e-6,
+        rng=np.random.default_rng(seed),
+    )  # fmt: skip
+    return rc.Surface(heights, pixel)
+
+
+def area(surface):
+    return surface.size[0] * surface.size[1]
+
+
+def press(surface, load, **options):
+    return rc.solve(surface, load=load, **{"material": STEEL, "tolerance": 1e-9, **options})
+
+
+def displacement(result):
+    """What the pressure displaces, from the gap that the result returns."""
+    return result.gap - result.initial_gap + result.approach
+
+
+def work(first, second):
+    """Work of the first pressure on the displacement of the second, per area of a pixel."""
+    return float((first.pressure * displacement(second)).sum())
+
+
+# The certificate leaves 1e-9 of ‖p‖; solutions of two problems differ by about ten times that.
+CLOSE = {"rtol": 0, "atol": 1e-7}
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+def test_reciprocity_of_two_contacts(boundary):
+    # Betti: any two contacts of one half-space, here of two roughnesses, one with a ceiling.
+    one = press(rough(1), 0.5, boundary=boundary)
+    two = press(rough(2), 0.8, boundary=boundary, ceiling=2e9)
+    assert work(one, two) == pytest.approx(work(two, one), rel=1e-8)
+    # Not because they are alike.
+    assert abs(work(one, one) / work(two, two) - 1) > 0.05
+
+
+def test_superposition_in_full_contact():
+    # Where all touches the problem is linear: the pressures of two roughnesses add up.
+    one, two = rough(1), rough(2)
+    both = rc.Surface(one.heights + two.heights, one.pixel)
+    options = {"boundary": "periodic"}
+    load = 1.2 * float((rough_closing(one) + rough_closing(two)) * area(one))
+    apart = [press(surface, load, **options) for surface in (one, two)]
+    together = press(both, 2 * load, **options)
+    assert together.contact_fraction == 1
+    scale = together.pressure.max()
+    np.testing.assert_allclose(
+        together.pressure / scale, (apart[0].pressure + apart[1].pressure) / scale, **CLOSE
+    )
+    assert together.approach + lag(both) == pytest.approx(
+        sum(a.approach + lag(s) for a, s in zip(apart, (one, two), strict=True)), rel=1e-7
+    )
+
+
+def rough_closing(surface):
+    """Mean pressure that closes a periodic map: flattened, its lowest point carries nothing."""
+    flat = press(surface, 10 * MODULUS * surface.Sdq * area(surface), boundary="periodic")
+    return flat.pressure.mean() - flat.pressure.min()
+
+
+def lag(surface):
+    """Summit over the mean plane, from which approaches of two maps can be added."""
+    return surface.heights.mean() - surface.heights.max()
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("ceiling", CEILINGS)
+@settings(max_examples=10, deadline=None)
+@given(factor=st.floats(-3, 3).map(lambda x: 10**x))
+def test_a_map_stretched_in_height_scales_pressure_and_load(ceiling, boundary, factor):
+    surface = rough()
+    one = press(surface, 0.5, boundary=boundary, ceiling=ceiling)
+    higher = rc.Surface(surface.heights * factor, surface.pixel)
+    scaled = None if ceiling is None else ceiling * factor
+    two = press(higher, 0.5 * factor, boundary=boundary, ceiling=scaled)
+    scale = one.max_pressure
+    np.testing.assert_allclose(two.pressure / factor / scale, one.pressure / scale, **CLOSE)
+    assert two.approach / factor == pytest.approx(one.approach, rel=1e-7)
+    assert two.contact_area == one.contact_area
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("ceiling", CEILINGS)
+def test_only_the_contact_modulus_of_the_pair_counts(ceiling, boundary):
+    surface = rough()
+    copper = rc.Material(120e9, 0.34)
+    pair = press(surface, 0.5, counter_material=copper, ceiling=ceiling, boundary=boundary)
+    modulus = 1 / (0.91 / 210e9 + (1 - 0.34**2) / 120e9)
+    alone = press(
+        surface, 0.5, material=rc.Material(modulus, 0.0), ceiling=ceiling, boundary=boundary
+    )
+    swapped = press(
+        surface, 0.5, material=copper, counter_material=STEEL, ceiling=ceiling, boundary=boundary
+    )
+    for other in (alone, swapped):
+        np.testing.assert_allclose(
+            other.pressure / pair.max_pressure, pair.pressure / pair.max_pressure, **CLOSE
+        )
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("ceiling", CEILINGS)
+def test_more_load_presses_every_pixel_at_least_as_much(ceiling, boundary):
+    # Comparison principle of the obstacle problem: no pixel opens or unloads under more load.
+    surface = rough()
+    before = None
+    for load in (0.01, 0.1, 0.5, 1.0, 2.0):
+        result = press(surface, load, ceiling=ceiling, boundary=boundary)
+        if before is not None:
+            scale = result.max_pressure
+            assert (result.pressure >= before.pressure - 1e-7 * scale).all()
+            assert not (before.contact & ~result.contact & (before.pressure > 1e-6 * scale)).any()
+            assert result.approach > before.approach
+            # The load is the slope of the work: convex in the approach.
+            assert result.stiffness() >= before.stiffness() * (1 - 1e-6) or ceiling is not None
+        before = result
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+def test_a_lower_ceiling_spreads_the_contact(boundary):
+    surface = rough()
+    areas, approaches = [], []
+    for ceiling in (None, 20e9, 10e9, 5e9, 3e9, 2e9, 1e9):
+        result = press(surface, 0.5, ceiling=ceiling, boundary=boundary)
+        areas.append(result.contact_area)
+        approaches.append(result.approach)
+    assert (np.diff(areas) >= 0).all()
+    assert (np.diff(approaches) >= -1e-9 * approaches[0]).all()
+    assert areas[-1] > 1.5 * areas[0]
+
+
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+@pytest.mark.parametrize("ceiling", CEILINGS)
+def test_the_load_is_the_derivative_of_the_work(ceiling, boundary):
+    # E(ω) = min ½⟨p, K p⟩ + ⟨h₀ - ω, p⟩ has the slope -⟨p, 1⟩: the envelope theorem.
+    surface = rough()
+    middle = press(surface, 0.5, ceiling=ceiling, boundary=boundary)
+    step = 1e-4 * middle.approach
+    energies = []
+    for approach in (middle.approach - step, middle.approach + step):
+        result = rc.solve(
+            surface, approach=approach, material=STEEL, ceiling=ceiling, boundary=boundary,
+            tolerance=1e-9,
+        )  # fmt: skip
+        inner = 0.5 * displacement(result) + result.initial_gap - approach
+        energies.append(float((result.pressure * inner).sum()) * result.pixel_area)
+    assert (energies[0] - energies[1]) / (2 * step) == pytest.approx(0.5, rel=1e-5)
+
+
+def far_field(ratio):
+    """Ball on pixels with dy = ratio dx: displacement far away over Boussinesq's."""
+    load, radius, extent = 0.5, 1e-4, 130e-6
+    pixel = (0.5e-6 * math.sqrt(ratio), 0.5e-6 / math.sqrt(ratio))
+    y, x = ((np.arange(round(extent / d)) - round(extent / d) // 2) * d for d in pixel)
+    r = np.hypot(y[:, None], x)
+    result = press(rc.Surface(-(r**2) / 2 / radius, pixel), load)
+    a = hertz.contact_radius(load, radius, MODULUS)
+    far = r > 5 * a
+    # u = W/(π E* r) (1 + ⟨ρ²⟩/4r²) with the second moment ⟨ρ²⟩ = 2a²/5 of Hertz's pressure.
+    expected = load / (math.pi * MODULUS * r[far]) * (1 + 0.1 * (a / r[far]) ** 2)
+    return displacement(result)[far] / expected
+
+
+@pytest.mark.parametrize("ratio", [1.0, 4.0, 1 / 4, 20.0, 1 / 20])
+def test_far_field_on_anisotropic_pixels(ratio):
+    # Whichever edge is the longer, in all directions. At 1:20 the contact is 5 pixels wide.
+    np.testing.assert_allclose(far_field(ratio), 1, atol=1e-3 if 0.1 < ratio < 10 else 3e-3)
+
+
+def test_the_far_field_shows_pixels_that_are_swapped(monkeypatch):
+    true = convolution.free
+    monkeypatch.setitem(
+        rc.contact._BOUNDARIES, "free",
+        lambda shape, pixel, modulus, **o: true(shape, pixel[::-1], modulus, **o),
+    )  # fmt: skip
+    assert np.abs(far_field(1 / 4) - 1).max() > 0.5
