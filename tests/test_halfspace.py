@@ -235,16 +235,26 @@ def test_displacement_by_smooth_strain(count) -> None:
         assert found[row, column] == pytest.approx(exact, abs=5e-4 * np.abs(found).max())
 
 
-def test_far_images_are_taken_off() -> None:
-    # A wide strain and pressure, against the same on a period of sixteen maps.
+PLACES = {
+    "wide": ((0, 0, 5), 5),
+    "at the surface": ((0, 0, 0.5), 2),
+    "at an edge": ((8, -9, 1), 2.5),
+}
+
+
+@pytest.mark.parametrize("place", PLACES.values(), ids=PLACES)
+def test_far_images_are_taken_off(place) -> None:
+    # Strain and pressure, against the same on a period of sixteen maps.
+    (row, column, level), width = place
     points = 32
     y, x = np.mgrid[:points, :points] - (points - 1) / 2
+    flat = (y - row) ** 2 + (x - column) ** 2
     thickness = halfspace.graded_layers(0.5, 14.0)
     depth = np.cumsum(thickness) - thickness / 2
-    blob = np.exp(-((x**2 + y**2) + (depth[:, None, None] - 5) ** 2) / 5**2)
+    blob = np.exp(-(flat + (depth[:, None, None] - level) ** 2) / width**2)
     five = np.array([0.4, -0.7, 0.3, 0.5, -0.2])
     strain = five[:, None, None] * blob[:, None]
-    pressure = np.exp(-(x**2 + y**2) / 5**2)
+    pressure = np.exp(-flat / width**2)
     shape = (points, points)
     whole = halfspace.Layers(
         shape, (1, 1), thickness, MU, NU, (16 * points, 16 * points),
@@ -256,7 +266,28 @@ def test_far_images_are_taken_off() -> None:
         found = layers_of(corrected, some, load, trace=True)
         for one, other in zip(found, exact, strict=True):
             # 4 % without the correction. What is left is the far period and the interpolation.
-            np.testing.assert_allclose(one, other, atol=1e-3 * max(np.abs(other).max(), 1e-30))
+            np.testing.assert_allclose(one, other, atol=4e-4 * max(np.abs(other).max(), 1e-30))
+
+
+@pytest.mark.parametrize("points", [48, 60])
+def test_no_strain_gives_energy_away(points) -> None:
+    # Lanczos: extreme Rayleigh quotients of -S, with three points per coarse cell. Below zero,
+    # plastic strain would grow by itself.
+    shape = (points, points)
+    thickness = halfspace.graded_layers(0.5, 25.0, 1.3)
+    operator = operator_of(shape, (1, 1), thickness, shear_modulus=0.5)
+    weights = np.array(halfspace.WEIGHTS)[:, None, None] * thickness[:, None, None, None]
+    v = np.random.default_rng(0).normal(size=(thickness.size, 5, *shape))
+    known, matrix = [v / np.sqrt(np.sum(weights * v * v))], np.zeros((20, 20))
+    for step in range(20):
+        _, stress, _ = layers_of(operator, known[-1])
+        v = -stress
+        for number, other in enumerate(known):
+            matrix[number, step] = share = np.sum(weights * v * other)
+            v -= share * other
+        known.append(v / np.sqrt(np.sum(weights * v * v)))
+    values = np.linalg.eigvalsh(np.triu(matrix) + np.triu(matrix, 1).T)
+    assert -1e-4 < values[0] < values[-1] < 1 + 1e-4
 
 
 def test_threads_do_not_change_the_bits() -> None:

@@ -52,6 +52,10 @@ _COARSE = 20
 _GUARD = 2
 # Coarse layers over coarse cells, at least.
 _COARSE_DEPTH = 0.5
+# Short waves fade out of the coarse operators: the response to them jumps at the Nyquist frequency,
+# so that periods of different length differ by tails that alternate from cell to cell. Those do
+# not cancel, and would cost the operator its sign as well.
+_FADE = 6.0
 
 
 def components(tensor: Array) -> Array:
@@ -187,6 +191,8 @@ class Layers:
         Threads.
     precision : {"double", "single"}
         Arithmetic of transforms and sweeps.
+    smooth : bool
+        Whether short waves are left out, fading from half the Nyquist frequency on.
 
     Notes
     -----
@@ -210,6 +216,7 @@ class Layers:
         isolated: bool,
         workspace: Workspace,
         precision: str = "double",
+        smooth: bool = False,
     ) -> None:
         self.shape, self.thickness, self.padded = shape, thickness, padded
         self.real: type = np.float32 if precision == "single" else np.float64
@@ -235,6 +242,13 @@ class Layers:
         if mx % 2 == 0:
             q[:, -1] = 0
         self._q = q[: self._half].astype(self.real)
+        self._fade: Array | None = None
+        if smooth:
+            from scipy.special import erfc
+
+            waves = np.fft.fftfreq(my), np.fft.rfftfreq(mx)
+            fade = [erfc(_FADE * (2 * np.abs(wave) - 0.5)) / 2 for wave in waves]
+            self._fade = np.outer(*fade).astype(self.real)
         self._fill_tables(q[: self._half])
         self._spectra = np.zeros((0, 5, 2, my, self._width), self.real)
         self._trace: Array | None = None
@@ -320,6 +334,8 @@ class Layers:
             for component in range(5):
                 scratch = self._array("spectrum", (my, self._width), self._complex)
                 spectrum = half_spectrum(strain[component], rows, self.padded, scratch)
+                if self._fade is not None:
+                    spectrum *= self._fade
                 plane = self._spectra[layer, component]
                 # Strains xz and yz are kept times i: then every coefficient is real.
                 if component < 3:
@@ -583,6 +599,8 @@ class Layers:
         scratch: Array = np.empty((my, self._width), self._complex)
         values: Array = pressure.astype(self.real, copy=False)
         spectrum = half_spectrum(values, slice(0, self.shape[0]), self.padded, scratch)
+        if self._fade is not None:
+            spectrum *= self._fade
         parts[0], parts[1] = spectrum.real, spectrum.imag
         parts /= my * mx
         return parts, True
@@ -652,8 +670,8 @@ class HalfSpace:
     With a free boundary the map is padded with zeros to 1.5 times its edges. What the periodic
     images of that still do, which falls with the third power of the period and varies on its
     scale, is taken off by the difference of two operators on coarse cells and coarse layers, one
-    of the same period and one of six times the edge of the map. Restriction is the transpose of
-    the interpolation, which keeps the symmetries.
+    of the same period and one of six times the edge of the map, both of long waves only.
+    Restriction is the transpose of the interpolation, which keeps the symmetries.
     """
 
     def __init__(
@@ -816,7 +834,9 @@ class _Images:
         thickness = _merged(fine.thickness, _COARSE_DEPTH * min(edges))
         far = tuple(fast_length(math.ceil(_FAR * n)) for n in cells)
         arguments = (cells, edges, thickness, fine._modulus, fine._poisson)
-        more: dict[str, Any] = dict(isolated=True, workspace=workspace, precision=precision)
+        more: dict[str, Any] = dict(
+            isolated=True, workspace=workspace, precision=precision, smooth=True
+        )
         self._near = Layers(*arguments, near, **more)
         self._far = Layers(*arguments, (far[0], far[1]), **more)
         matrix = scipy.sparse.csr_array
