@@ -505,6 +505,12 @@ def solve_elastoplastic(
         thickness = halfspace.graded_layers(first, depth, _LAYER_RATIO)
         if layers is not None:
             thickness = np.array(layers, float)
+            if thickness.sum() < radius:
+                raise InputError(
+                    f"layers reach {thickness.sum():.4g} m deep, less than the radius {radius:.4g} "
+                    "m of the largest contact spot: plastic strain would pass through them; reach "
+                    f"{_DEPTH * radius:.4g} m, or leave them out"
+                )
     grid = surface.shape[0] + 2 * margin, surface.shape[1] + 2 * margin
     _check_memory(grid, thickness.size, len(yielding), boundary, precision)
     bodies = [_Body(body, surface.pixel, boundary, precision, workspace) for body in yielding]
@@ -566,6 +572,11 @@ def _check_arguments(
         )
     if depth is not None:
         require_positive(depth=depth)
+        if depth < min(surface.pixel):
+            raise InputError(
+                f"depth = {depth!r} m is less than a pixel, {min(surface.pixel):.4g} m: give some "
+                "radii of a contact spot, or leave it out"
+            )
         if layers is not None:
             raise InputError("give either depth or layers, not both")
     if layers is not None:
