@@ -18,7 +18,7 @@ ROWS = [
     {"material", "catalogue", "surface", "bodies", "result"},
     {
         "contact", "loading", "history", "study", "subsurface", "elastoplastic", "comparison",
-        "formats", "netcdf", "archive", "export",
+        "formats", "netcdf", "archive", "export", "checkpoint",
     },
     {"plots", "assumptions", "script"},
     {"report"},

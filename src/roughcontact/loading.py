@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 import os
 from collections.abc import Callable, Sequence
@@ -17,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import analytic, contact, export, result, roughness
+from roughcontact import analytic, checkpoint, contact, export, result, roughness
 from roughcontact._version import __version__
 from roughcontact.archive import replacing
 from roughcontact.errors import ConvergenceError, FormatError, InputError
@@ -30,8 +28,6 @@ Array = NDArray[np.float64]
 
 LOW_LOAD = 0.05
 """Contact fraction up to which the area is taken as proportional to the load."""
-
-_RECORD = "sweep.json"
 
 
 @dataclass(frozen=True)
@@ -317,7 +313,12 @@ max_iterations, precision
         "precision": precision,
     }
     contact.check(surface, **problem, **{control: wanted[-1]})
-    record = None if folder is None else _record(Path(folder), surface, problem, control, wanted)
+    record = None
+    if folder is not None:
+        record = checkpoint.claim(
+            folder, _described(surface, problem, control, wanted),
+            kind="sweep", record="sweep.json", pattern="step-*.npz",
+        )  # fmt: skip
     steps: list[LoadStep] = []
     pressure: Array | None = None
     # Steps are named by their number, and each is complete once it is there.
@@ -439,66 +440,19 @@ def _step(solved: ContactResult) -> LoadStep:
 # Steps on disk
 
 
-def _record(
-    folder: Path, surface: Surface, problem: dict[str, Any], control: str, wanted: list[float]
-) -> Path:
-    """Return the folder of a sweep, after a look at what stands there."""
-    described = _described(surface, problem, control, wanted)
-    path = folder / _RECORD
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"folder {folder} is a file; give the name of a folder")
-    if path.exists():
-        try:
-            before = json.loads(path.read_text(encoding="utf-8"))
-        except ValueError:
-            raise FormatError(f"{path} is damaged; give another folder") from None
-        other = [name for name, value in described.items() if before.get(name) != value]
-        if other:
-            raise InputError(
-                f"folder {folder} holds another sweep: {', '.join(other)} differ; give another "
-                "folder, or remove this one to start again"
-            )
-        return folder
-    if any(folder.glob("step-*.npz")):
-        raise InputError(f"folder {folder} holds steps without {_RECORD}; give another folder")
-    folder.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as temporary:
-        temporary.write_text(export.to_json(described), encoding="utf-8")
-    return folder
-
-
 def _described(
     surface: Surface, problem: dict[str, Any], control: str, wanted: list[float]
 ) -> dict[str, Any]:
     ceiling = problem["ceiling"]
-    counter = problem["counter_surface"]
-    described = {
-        "version": __version__,
-        "surface": _digest(surface.heights, surface.pixel, surface.holes_masked),
-        "counter_surface": None if counter is None else _digest(counter.heights, counter.pixel),
-        "source": surface.provenance.source,
-        **{name: _words(problem[name]) for name in ("material", "counter_material")},
-        "ceiling": ceiling if isinstance(ceiling, str) or ceiling is None else _digest(ceiling),
+    bodies = (problem[name] for name in ("counter_surface", "material", "counter_material"))
+    plain = isinstance(ceiling, str) or ceiling is None
+    return {
+        **checkpoint.contact(surface, *bodies),
+        "ceiling": ceiling if plain else checkpoint.digest(ceiling),
         **{n: problem[n] for n in ("boundary", "tolerance", "max_iterations", "precision")},
         "control": control,
         "values": wanted,
     }
-    # As it reads back from the file.
-    read: dict[str, Any] = json.loads(export.to_json(described))
-    return read
-
-
-def _words(material: Material) -> dict[str, Any]:
-    return {name: str(value) for name, value in asdict(material).items()}
-
-
-def _digest(*parts: Any) -> str:
-    digest = hashlib.sha256()
-    for part in parts:
-        values = np.ascontiguousarray(part, dtype=np.float64)
-        digest.update(repr(values.shape).encode())
-        digest.update(values.tobytes())
-    return digest.hexdigest()
 
 
 def _write_step(path: Path, step: LoadStep, pressure: Array) -> None:
