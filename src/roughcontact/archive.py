@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from roughcontact import netcdf, plasticity
 from roughcontact.elastoplastic import ElastoplasticResult, Increment, PlasticBody
@@ -363,7 +364,17 @@ _STEPS = {
 }
 
 
-def save_elastoplastic(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
+# Most of the volume carries no plastic strain. Bytes of like weight stand together: half the time,
+# a tenth less space.
+_PACKED = {"zlib": True, "complevel": 1, "shuffle": True}
+_CARRIED = "carried_"
+
+
+def save_elastoplastic(
+    result: ElastoplasticResult,
+    path: str | os.PathLike[str],
+    carried: Mapping[str, NDArray[Any]] | None = None,
+) -> None:
     """Write an elastic-plastic result to a NetCDF file; `load_result` reads its contact.
 
     Parameters
@@ -372,6 +383,8 @@ def save_elastoplastic(result: ElastoplasticResult, path: str | os.PathLike[str]
         The result.
     path : str or path
         File to write; an old one is replaced when the new one is complete.
+    carried : mapping of ndarray, optional
+        What a run needs besides the result to go on to the same bits, for `load_step`.
 
     Raises
     ------
@@ -384,7 +397,7 @@ def save_elastoplastic(result: ElastoplasticResult, path: str | os.PathLike[str]
     dataset = to_dataset(result.contact)
     unit = {"units": "m", "long_name": "displacement of the surface by plastic strain"}
     dataset["residual_displacement"] = (("y", "x"), result.residual_displacement, unit)
-    packed = {"pressure": {"zlib": True, "complevel": 1}}
+    packed = {"pressure": _PACKED}
     for name, body in zip(_yielding(result.contact), result.bodies, strict=True):
         volume = ("layer", "volume_y", "volume_x")
         units = {"units": "m", "long_name": "thickness of the layer"}
@@ -393,7 +406,7 @@ def save_elastoplastic(result: ElastoplasticResult, path: str | os.PathLike[str]
             dims = (volume[0], "component", *volume[1:]) if field in _TENSORS else volume
             about = {"units": unit_name, "long_name": text}
             dataset[f"{name}_{field}"] = (dims, getattr(body, field), about)
-            packed[f"{name}_{field}"] = {"zlib": True, "complevel": 1}
+            packed[f"{name}_{field}"] = _PACKED
         dataset.attrs["volume_margin"] = body.margin
     dataset["component"] = ("component", list(_COMPONENTS))
     for field, unit_name in _STEPS.items():
@@ -410,6 +423,12 @@ def save_elastoplastic(result: ElastoplasticResult, path: str | os.PathLike[str]
         "regime": result.regime,
         "warnings": "\n".join(result.warnings),
     }
+    for key, array in (carried or {}).items():
+        name = f"{_CARRIED}{key}"
+        # HDF5 packs no array without numbers.
+        if array.size:
+            dataset[name] = ([f"{name}_{axis}" for axis in range(array.ndim)], array)
+            packed[name] = _PACKED
     with replacing(path) as temporary:
         dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
 
@@ -432,6 +451,31 @@ def load_elastoplastic(path: str | os.PathLike[str]) -> ElastoplasticResult:
     FormatError
         If the file is missing, damaged or not an elastic-plastic result of this program.
     """
+    return load_step(path)[0]
+
+
+def load_step(
+    path: str | os.PathLike[str],
+) -> tuple[ElastoplasticResult, dict[str, NDArray[Any]]]:
+    """Read a result of `save_elastoplastic`, and what the run carried on to the next load.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Returns
+    -------
+    result : ElastoplasticResult
+        See `load_elastoplastic`.
+    carried : dict of ndarray
+        As it was given, but for arrays without numbers.
+
+    Raises
+    ------
+    FormatError
+        As for `load_elastoplastic`.
+    """
     dataset = _opened(path)
     with _refused(path, "ElastoplasticResult"):
         contact = _from_dataset(dataset)
@@ -450,7 +494,7 @@ def load_elastoplastic(path: str | os.PathLike[str]) -> ElastoplasticResult:
             )
             bodies.append(body)
         columns = [dataset[f"increment_{field}"].values.tolist() for field in _STEPS]
-        return ElastoplasticResult(
+        result = ElastoplasticResult(
             contact=contact,
             residual_displacement=np.array(dataset["residual_displacement"].values),
             bodies=tuple(bodies),
@@ -462,6 +506,12 @@ def load_elastoplastic(path: str | os.PathLike[str]) -> ElastoplasticResult:
             seconds=float(attributes["elastoplastic_seconds"]),
             version=str(attributes["elastoplastic_version"]),
         )
+        carried = {
+            str(name).removeprefix(_CARRIED): np.array(values)
+            for name, values in dataset.data_vars.items()
+            if str(name).startswith(_CARRIED)
+        }
+        return result, carried
 
 
 def _yielding(contact: ContactResult) -> list[str]:

@@ -15,8 +15,9 @@ the contact, which starts each time from the pressure before.
 from __future__ import annotations
 
 import math
+import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from numbers import Integral
@@ -33,6 +34,7 @@ from roughcontact.convolution import Workspace
 from roughcontact.errors import (
     CapacityError,
     ConvergenceError,
+    FormatError,
     InputError,
     InsufficientMemoryError,
     require_positive,
@@ -128,7 +130,7 @@ class Progress:
     target : float
         Last load of the path [N].
     iteration : int
-        Iterations at this load so far.
+        Iterations at this load so far; 0 if this load and those before it stood in the folder.
     residual : float
         See `Increment`.
     tolerance : float
@@ -392,6 +394,7 @@ def solve_elastoplastic(
     precision: str = "single",
     start: ElastoplasticResult | None = None,
     on_failure: str = "raise",
+    folder: str | os.PathLike[str] | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> ElastoplasticResult:
     """Press bodies together that yield in their volume, along a path of loads.
@@ -428,8 +431,13 @@ def solve_elastoplastic(
         Result to go on from: same bodies, same boundary.
     on_failure : {"raise", "return"}
         What to do if the path cannot be followed to its end.
+    folder : path, optional
+        Where the state at every load asked for is saved as soon as it is reached, as
+        ``step-0001.nc`` and so on; made if it does not exist. The same call on the same folder goes
+        on after the last of them and ends with the same numbers. Loads may be added at the end as
+        long as the layers stay as they are, which the largest load sets.
     progress : callable, optional
-        Called with a `Progress` after every iteration.
+        Called with a `Progress` after every iteration, and once for what stood in the folder.
 
     Returns
     -------
@@ -439,13 +447,17 @@ def solve_elastoplastic(
     Raises
     ------
     InputError
-        If an argument cannot be used; the message names it and its value.
+        If an argument cannot be used; the message names it and its value. If the folder holds
+        another run.
+    FormatError
+        If a file in the folder is damaged.
     CapacityError
         If nothing can touch.
     InsufficientMemoryError
         If the problem does not fit into the memory that is free.
     ConvergenceError
-        If the path was left early; its ``result`` is the state at the last load reached.
+        If the path was left early; its ``result`` is the state at the last load reached. The
+        loads before stay in the folder.
 
     Notes
     -----
@@ -513,23 +525,74 @@ def solve_elastoplastic(
                 )
     grid = surface.shape[0] + 2 * margin, surface.shape[1] + 2 * margin
     _check_memory(grid, thickness.size, len(yielding), boundary, precision)
+    steps: list[Path] = []
+    if folder is not None:
+        steps = _steps(
+            folder, len(path), surface, counter_surface, material, counter_material, start,
+            {
+                "boundary": boundary, "layers": [margin, layers is None, *thickness],
+                "tolerance": tolerance, "max_iterations": int(max_iterations),
+                "precision": precision,
+            },
+        )  # fmt: skip
+    kept = next((n for n, step in enumerate(steps) if not step.exists()), len(steps))
+    result, carried = _kept(steps[kept - 1], path[:kept]) if kept else (None, {})
+    if result is not None:
+        _check_same(
+            str(steps[kept - 1]), result, surface, counter_surface, material, counter_material,
+            boundary,
+        )  # fmt: skip
+        began -= result.seconds
+        margin, thickness = result.bodies[0].margin, result.bodies[0].thickness
+        if progress is not None:
+            residual = result.increments[-1].residual
+            progress(Progress(result.contact.load, path[-1], 0, residual, tolerance))
+        if kept == len(path):
+            return _judged(result, on_failure, folder)
     bodies = [_Body(body, surface.pixel, boundary, precision, workspace) for body in yielding]
     loop = _Loop(bodies, contact, workspace, tolerance, int(max_iterations), path[-1], progress)
     loop.resize(thickness, margin)
     done: list[Increment] = []
-    if start is not None:
-        for body, old in zip(bodies, start.bodies, strict=True):
+    before = start if result is None else result
+    if before is not None:
+        for body, old in zip(bodies, before.bodies, strict=True):
             body.resume(old)
-        contact.resume(start.contact.pressure)
-        done = list(start.increments)
-    status = loop.follow(path, done, deepen=layers is None, widen=boundary == "free")
-    reached = done[-1].load
-    result = _result(
-        loop, surface, counter_surface, material, counter_material, boundary, precision,
-        tolerance, reached, done, status, began,
-    )  # fmt: skip
+        contact.resume(before.contact.pressure)
+        done = list(before.increments)
+    if carried:
+        loop.resume(carried)
+
+    def finish(status: str) -> ElastoplasticResult:
+        reached = done[-1].load if done else 0.0
+        return _result(
+            loop, surface, counter_surface, material, counter_material, boundary, precision,
+            tolerance, reached, done, status, began,
+        )  # fmt: skip
+
+    status = "converged"
+    for number in range(kept, len(path)):
+        result = None
+        for body in bodies:
+            # What was frozen with the result before is on disk.
+            body.strain.flags.writeable = True
+        status = loop.follow([path[number]], done, deepen=layers is None, widen=boundary == "free")
+        if status != "converged":
+            break
+        if steps:
+            result = finish(status)
+            _save(result, steps[number], loop.carried() | {"loads": np.array(path[: number + 1])})
+    return _judged(finish(status) if result is None else result, on_failure, folder)
+
+
+def _judged(
+    result: ElastoplasticResult, on_failure: str, folder: str | os.PathLike[str] | None
+) -> ElastoplasticResult:
+    """Return a result, or raise if its path was left early."""
     if not result.converged and on_failure == "raise":
-        raise ConvergenceError(f"{result.status}; the state at {reached:.6g} N is kept", result)
+        kept = "" if folder is None else f"; the loads before it are kept in {folder}"
+        raise ConvergenceError(
+            f"{result.status}; the state at {result.contact.load:.6g} N is kept{kept}", result
+        )
     return result
 
 
@@ -598,7 +661,19 @@ def _check_arguments(
         return
     if depth is not None or layers is not None:
         raise InputError("start brings its layers along: leave out depth and layers")
-    old = start.contact
+    _check_same("start", start, surface, counter_surface, material, counter_material, boundary)
+
+
+def _check_same(
+    what: str,
+    before: ElastoplasticResult,
+    surface: Surface,
+    counter_surface: Surface | None,
+    material: Material,
+    counter_material: Material,
+    boundary: str,
+) -> None:
+    old = before.contact
     same = {
         "surface": old.pressure.shape == surface.shape
         and np.array_equal(old.initial_gap, initial_gap(surface, counter_surface), equal_nan=True),
@@ -609,7 +684,66 @@ def _check_arguments(
     }
     for name, agrees in same.items():
         if not agrees:
-            raise InputError(f"start was solved with another {name}: plastic strain stays with it")
+            raise InputError(f"{what} was solved with another {name}: plastic strain stays with it")
+
+
+# Steps on disk
+
+
+def _steps(
+    folder: str | os.PathLike[str],
+    count: int,
+    surface: Surface,
+    counter_surface: Surface | None,
+    material: Material,
+    counter_material: Material,
+    start: ElastoplasticResult | None,
+    problem: dict[str, Any],
+) -> list[Path]:
+    """Return the files of all loads, after a look at what stands in the folder."""
+    from roughcontact import checkpoint
+
+    described = checkpoint.contact(surface, counter_surface, material, counter_material) | problem
+    described |= {"layers": checkpoint.digest(problem["layers"]), "start": None}
+    if start is not None:
+        layers = [strain for body in start.bodies for strain in body.plastic_strain]
+        flowed = [layer for body in start.bodies for layer in body.accumulated]
+        described["start"] = checkpoint.digest(start.contact.pressure, *layers, *flowed)
+    place = checkpoint.claim(
+        folder, described, kind="run", record="volume.json", pattern="step-*.nc"
+    )
+    return [place / f"step-{number:04d}.nc" for number in range(1, count + 1)]
+
+
+def _kept(path: Path, loads: list[float]) -> tuple[ElastoplasticResult, dict[str, Array]]:
+    """Return the state after some loads, and what the loop carries on from it."""
+    from roughcontact.archive import load_step
+
+    try:
+        result, carried = load_step(path)
+        asked = carried.pop("loads")
+    except FormatError as error:
+        raise FormatError(f"{error}; remove {path} to solve it again") from None
+    except KeyError:
+        raise FormatError(f"{path} is no step of a run; remove it to solve it again") from None
+    if asked.tolist() != loads:
+        raise InputError(
+            f"folder {path.parent} holds another run: loads differ; give another folder, or remove "
+            "this one to start again"
+        )
+    return result, carried
+
+
+def _save(result: ElastoplasticResult, path: Path, carried: Mapping[str, Array]) -> None:
+    from roughcontact.archive import save_elastoplastic
+
+    try:
+        save_elastoplastic(result, path, carried)
+    except OSError as error:
+        reason = error.strerror or " ".join(str(error).split())
+        raise InputError(
+            f"{path} cannot be written ({reason}); the loads before it are kept"
+        ) from None
 
 
 def _path(
@@ -1063,6 +1197,28 @@ class _Loop:
         self._added: list[Parts] = []
         self._stride = 0.0
 
+    def carried(self) -> dict[str, Array]:
+        """Return what one load hands on to the next beside the state."""
+        held = {"stride": np.array([self._stride])}
+        if self.contact.loaded is not None:
+            held["index"], held["pressure"] = self.contact.loaded
+        for body, (places, added) in enumerate(zip(self._places, self._added, strict=True)):
+            held[f"sizes_{body}"] = np.array([place.size for place in places])
+            held[f"places_{body}"] = np.concatenate(places)
+            held[f"added_{body}"] = np.concatenate(added, axis=1)
+        return held
+
+    def resume(self, held: Mapping[str, Array]) -> None:
+        """Take over what `carried` returned; arrays without numbers may be missing."""
+        self._stride = float(held["stride"][0])
+        if "index" in held:
+            self.contact.loaded = held["index"], held["pressure"]
+        for body in range(len(self.bodies)):
+            if f"places_{body}" in held:
+                cuts = np.cumsum(held[f"sizes_{body}"])[:-1]
+                self._places[body] = np.split(held[f"places_{body}"], cuts)
+                self._added[body] = np.split(held[f"added_{body}"], cuts, axis=1)
+
     def resize(self, thickness: NDArray[np.float64], margin: int) -> None:
         """Enlarge the volume of all bodies, and start the increment again."""
         self.margin = margin
@@ -1238,12 +1394,14 @@ def _result(
 ) -> ElastoplasticResult:
     """Solve the contact once more on the strain accepted, and collect all."""
     contact = loop.contact
-    before = contact.convolutions
+    before, loaded = contact.convolutions, contact.loaded
     nothing, none = loop.nothing()
     displacement = np.zeros(contact.initial_gap.shape)
     for body, places, added in zip(loop.bodies, nothing, none, strict=True):
         displacement += body.displacement(places, added, trace=True)
     contact.press(displacement, load, _CONTACT_TOLERANCE)
+    # The next load starts from where the loop ended, whether or not anyone looks at this one.
+    contact.loaded = loaded
     solution = contact.solution
     gap = (
         contact.initial_gap + displacement - contact.approach if solution is None else solution.gap
