@@ -365,16 +365,26 @@ class ElastoplasticResult:
         }
 
     def save(self, path: str | Path) -> None:
-        """Write everything to a NetCDF file; see `roughcontact.load_elastoplastic`.
+        """Write the result in the format that the suffix of the file names.
 
         Parameters
         ----------
         path : str or path
-            File to write; it appears only once it is complete.
-        """
-        from roughcontact.archive import save_elastoplastic
+            File to write; it appears only once it is complete. ``.nc``: everything, see
+            `roughcontact.archive.load_elastoplastic`. ``.vtr``: strain and stress of the volume,
+            ``.vti``: the maps of the surface, both for ParaView. ``.csv``: the pressure.
+            ``.json``: the summary.
 
-        save_elastoplastic(self, path)
+        Raises
+        ------
+        InputError
+            If the suffix is none of these.
+        OSError
+            If the file cannot be written; an old file survives.
+        """
+        from roughcontact import export
+
+        export.save(self, path)
 
 
 def solve_elastoplastic(

@@ -9,11 +9,14 @@ suffix    of a surface of a result  what is kept
 ``.sur``  yes          no           heights to 32 bits, pixel in single precision; Digital Surf
 ``.csv``  yes          one map      every bit, as text
 ``.vti``  yes          all maps     every bit; ParaView
+``.vtr``  no           the volume   strain and stress in the layers, every bit; ParaView
 ``.json`` no           the summary  numbers and words
 ========= ============ ============ ==========================================================
 
-A missing point is a missing point in each of them, and row 0 is the row of smallest y. What is
-written appears under its name only once it is complete. Figures are drawn by `roughcontact.plots`.
+Results are those of `roughcontact.solve` and of `roughcontact.solve_elastoplastic`; only these have
+a volume. A missing point is a missing point in each of them, and row 0 is the row of smallest y.
+What is written appears under its name only once it is complete. Figures are drawn by
+`roughcontact.plots`.
 """
 
 from __future__ import annotations
@@ -27,7 +30,8 @@ import os
 import struct
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import IO, Any, TypeVar
@@ -35,15 +39,18 @@ from typing import IO, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact import halfspace
 from roughcontact._version import __version__
-from roughcontact.archive import replacing, save_result, surface_to_dataset
+from roughcontact.archive import replacing, save_elastoplastic, save_result, surface_to_dataset
+from roughcontact.elastoplastic import ElastoplasticResult, PlasticBody
 from roughcontact.errors import InputError
 from roughcontact.formats import TEXT_MARK
 from roughcontact.result import ContactResult
 from roughcontact.surface import Surface
 
 Array = NDArray[np.float64]
-Source = TypeVar("Source", Surface, ContactResult)
+Result = ContactResult | ElastoplasticResult
+Source = TypeVar("Source", Surface, ContactResult, ElastoplasticResult)
 
 # Every map of a result, with its unit.
 _UNITS = {
@@ -56,7 +63,11 @@ _UNITS = {
     "saturated": "1",
     "residual_indentation": "m",
     "ceiling": "Pa",
+    "residual_displacement": "m",
 }
+# Those that only one of the two models has.
+_CEILING_ONLY = {"saturated", "residual_indentation", "ceiling"}
+_VOLUME_ONLY = {"residual_displacement"}
 
 _SUMMARY_UNITS = {
     "certificate": "1",
@@ -118,16 +129,16 @@ def save_surface(surface: Surface, path: str | os.PathLike[str]) -> None:
     _writer(_SURFACE_WRITERS, path, "a surface")(surface, path)
 
 
-def save(result: ContactResult, path: str | os.PathLike[str]) -> None:
+def save(result: Result, path: str | os.PathLike[str]) -> None:
     """Write a result in the format that the suffix of the file names.
 
     Parameters
     ----------
-    result : ContactResult
+    result : ContactResult or ElastoplasticResult
         The result.
     path : str or path
-        File to write: ``.nc`` (everything), ``.vti`` (all maps), ``.csv`` (the pressure) or
-        ``.json`` (the summary).
+        File to write: ``.nc`` (everything), ``.vti`` (all maps), ``.csv`` (the pressure),
+        ``.json`` (the summary) or, with plasticity of the volume, ``.vtr`` (the volume).
 
     Raises
     ------
@@ -139,8 +150,12 @@ def save(result: ContactResult, path: str | os.PathLike[str]) -> None:
     See Also
     --------
     roughcontact.load_result : Reads ``.nc`` again.
+    roughcontact.archive.load_elastoplastic : Reads that of an `ElastoplasticResult`.
     """
-    _writer(_RESULT_WRITERS, path, "a result")(result, path)
+    if isinstance(result, ElastoplasticResult):
+        _writer(_VOLUME_WRITERS, path, "a result with its volume")(result, path)
+    else:
+        _writer(_RESULT_WRITERS, path, "a result")(result, path)
 
 
 def save_netcdf(surface: Surface, path: str | os.PathLike[str]) -> None:
@@ -190,20 +205,21 @@ def save_npz(surface: Surface, path: str | os.PathLike[str]) -> None:
 
 
 def save_csv(
-    source: Surface | ContactResult, path: str | os.PathLike[str], field: str | None = None
+    source: Surface | Result, path: str | os.PathLike[str], field: str | None = None
 ) -> None:
     """Write one map as a matrix of numbers, one row of the map a line.
 
     Parameters
     ----------
-    source : Surface or ContactResult
+    source : Surface, ContactResult or ElastoplasticResult
         Where the map is taken from.
     path : str or path
         File to write; it must end in ``.csv``.
     field : str, optional
         Which map: ``"height"``, ``"counter_height"``, ``"initial_gap"``, ``"pressure"``,
-        ``"gap"``, ``"contact"``, ``"saturated"``, ``"residual_indentation"``, ``"ceiling"``, as
-        far as the source has them. By default the heights of a surface, the pressure of a result.
+        ``"gap"``, ``"contact"``, ``"saturated"``, ``"residual_indentation"``, ``"ceiling"``,
+        ``"residual_displacement"``, as far as the source has them. By default the heights of a
+        surface, the pressure of a result.
 
     Raises
     ------
@@ -281,12 +297,12 @@ def save_table(result: ContactResult, path: str | os.PathLike[str]) -> None:
             table.writerow((name, _cell(value), "" if isinstance(value, str) else unit))
 
 
-def save_json(result: ContactResult, path: str | os.PathLike[str]) -> None:
+def save_json(result: Result, path: str | os.PathLike[str]) -> None:
     """Write the summary of a result, as `record` gives it, as JSON in SI units.
 
     Parameters
     ----------
-    result : ContactResult
+    result : ContactResult or ElastoplasticResult
         The result.
     path : str or path
         File to write; it must end in ``.json``. Numbers that are not finite are ``null``.
@@ -303,20 +319,26 @@ def save_json(result: ContactResult, path: str | os.PathLike[str]) -> None:
         temporary.write_text(to_json(record(result)) + "\n", encoding="utf-8")
 
 
-def record(result: ContactResult) -> dict[str, Any]:
+def record(result: Result) -> dict[str, Any]:
     """Return the summary of a result with the bodies that went in.
 
     Parameters
     ----------
-    result : ContactResult
+    result : ContactResult or ElastoplasticResult
         The result.
 
     Returns
     -------
     dict
         `ContactResult.summary` and ``converged``, ``precision``, ``material``,
-        ``counter_material``, ``counter_source``, ``counter_preparation``; SI units.
+        ``counter_material``, ``counter_source``, ``counter_preparation``; SI units. With plasticity
+        of the volume also ``volume``, the `ElastoplasticResult.summary`.
     """
+    if isinstance(result, ElastoplasticResult):
+        told = result.summary()
+        # The contact alone knows no plastic strain.
+        own = {name: told[name] for name in ("status", "regime", "warnings")}
+        return {**record(result.contact), **own, "converged": result.converged, "volume": told}
     bodies = {"material": result.material, "counter_material": result.counter_material}
     other = result.counter_surface
     return {
@@ -363,15 +385,16 @@ def to_json(values: Mapping[str, Any]) -> str:
     return json.dumps(_finite(values), indent=2, allow_nan=False)
 
 
-def save_vtk(source: Surface | ContactResult, path: str | os.PathLike[str]) -> None:
+def save_vtk(source: Surface | Result, path: str | os.PathLike[str]) -> None:
     """Write all maps to one VTK image, which ParaView opens.
 
     Parameters
     ----------
-    source : Surface or ContactResult
+    source : Surface, ContactResult or ElastoplasticResult
         The heights of a surface; of a result ``height``, ``initial_gap``, ``pressure``, ``gap``,
-        ``contact``, ``saturated``, ``residual_indentation``, and ``counter_height`` and
-        ``ceiling`` where they are maps. NaN where missing.
+        ``contact``, and ``counter_height`` where it is a map; with a ceiling ``saturated``,
+        ``residual_indentation`` and ``ceiling`` where it is a map; with plasticity of the volume
+        ``residual_displacement``. NaN where missing.
     path : str or path
         File to write; it must end in ``.vti``.
 
@@ -381,6 +404,10 @@ def save_vtk(source: Surface | ContactResult, path: str | os.PathLike[str]) -> N
         If the suffix is another.
     OSError
         If the file cannot be written; an old file survives.
+
+    See Also
+    --------
+    save_vtr : What lies below the surface.
 
     Notes
     -----
@@ -401,46 +428,108 @@ def save_vtk(source: Surface | ContactResult, path: str | os.PathLike[str]) -> N
     surface = _surface_of(source)
     (ny, nx), (dy, dx) = surface.shape, surface.pixel
     names = _names(source)
-    extent = f"0 {nx - 1} 0 {ny - 1} 0 0"
-    units = b"".join(f"{name}: {_UNITS[name]}\0".encode("ascii") for name in names)
+    maps = [_VtkArray.of(name, _values(source, name), _UNITS[name]) for name in names]
+    shown = "pressure" if "pressure" in names else "height"
+    _write_vtk(
+        path, "ImageData", f"0 {nx - 1} 0 {ny - 1} 0 0",
+        f' Origin="{dx / 2!r} {dy / 2!r} 0" Spacing="{dx!r} {dy!r} 1"',
+        {f'PointData Scalars="{shown}"': maps},
+    )  # fmt: skip
 
-    def head(offsets: list[int]) -> bytes:
-        arrays = "".join(
-            f'        <DataArray type="{_vtk_type(name)}" Name="{name}" format="appended" '
-            # Of one length whatever the number is: the head is written again at the end.
-            f'offset="{offset:020d}"/>\n'
-            for name, offset in zip(names, offsets, strict=True)
-        )
-        text = (
-            '<?xml version="1.0"?>\n'
-            '<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" '
-            'header_type="UInt64" compressor="vtkZLibDataCompressor">\n'
-            f'  <ImageData WholeExtent="{extent}" Origin="{dx / 2!r} {dy / 2!r} 0" '
-            f'Spacing="{dx!r} {dy!r} 1">\n'
-            "    <FieldData>\n"
-            f'      <Array type="String" Name="units" NumberOfTuples="{len(names)}" '
-            f'format="ascii">{" ".join(map(str, units))}</Array>\n'
-            "    </FieldData>\n"
-            f'    <Piece Extent="{extent}">\n'
-            f'      <PointData Scalars="{"pressure" if "pressure" in names else "height"}">\n'
-            f"{arrays}"
-            "      </PointData>\n"
-            "    </Piece>\n"
-            "  </ImageData>\n"
-            '  <AppendedData encoding="base64">\n'
-            "_"
-        )
-        return text.encode("ascii")
 
-    with replacing(path) as temporary, temporary.open("wb") as stream:
-        start = stream.write(head([0] * len(names)))
-        offsets = []
-        for name in names:
-            offsets.append(stream.tell() - start)
-            _append(stream, _values(source, name))
-        stream.write(b"\n  </AppendedData>\n</VTKFile>\n")
-        stream.seek(0)
-        stream.write(head(offsets))
+def save_vtr(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
+    """Write plastic strain and stress of the volume to a VTK grid, which ParaView opens.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        The result.
+    path : str or path
+        File to write; it must end in ``.vtr``.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another.
+    OSError
+        If the file cannot be written; an old file survives.
+
+    See Also
+    --------
+    save_vtk : The maps of the surface.
+
+    Notes
+    -----
+    A cell is a pixel of a layer; its values are those of the layer, averages over its thickness.
+    The map begins at x = y = 0 as in the file of `save_vtk`, and the margin of the volume lies
+    around it. The surface is z = 0 and z points up: the rough body lies below, its counter-body
+    above, as far as they yield. The tensors are in these axes, hence the shear components xz and yz
+    of the lower body are those of `PlasticBody`, whose z points into the body, with the other sign.
+
+    ``plastic_strain``, ``stress`` and ``residual_stress`` have the components XX, YY, ZZ, XY, YZ,
+    XZ, in which VTK keeps symmetric tensors; shear strains are those of the tensor, half the
+    engineering ones. Stress includes its mean, tension is positive. ``accumulated_plastic_strain``,
+    ``von_mises`` and ``residual_von_mises`` are scalars. Numbers have the precision of the volume,
+    lengths are in metres, the field data ``units`` says the rest. The layout is VTK's XML
+    RectilinearGrid with appended data as in `save_vtk`: the layers are graded, and an image knows
+    equal steps only.
+
+    References
+    ----------
+    Kitware, VTK File Formats, "XML File Formats", https://docs.vtk.org/en/latest/vtk_file_formats/
+    """
+    _require_suffix(path, ".vtr")
+    (ny, nx), (dy, dx) = result.contact.surface.shape, result.contact.surface.pixel
+    margin = result.bodies[0].margin
+    pair = result.contact.material, result.contact.counter_material
+    sides = [
+        side for side, body in zip((-1, 1), pair, strict=True) if body.yield_strength is not None
+    ]
+    cells: list[tuple[int, PlasticBody, int]] = []
+    faces = [0.0]
+    for side, body in zip(sides, result.bodies, strict=True):
+        layers = [(side, body, layer) for layer in range(body.thickness.size)]
+        depths = np.cumsum(body.thickness).tolist()
+        if side < 0:
+            cells, faces = layers[::-1], [-depth for depth in depths[::-1]] + faces
+        else:
+            cells, faces = cells + layers, faces + depths
+
+    def array(
+        name: str, unit: str, show: Callable[[int, PlasticBody, int], NDArray[Any]], components: int
+    ) -> _VtkArray:
+        # One layer after the other: a tensor of the whole volume would need its memory again.
+        parts = (np.asarray(show(*cell)) for cell in cells)
+        return _VtkArray(name, result.bodies[0].stress.dtype, unit, components, parts)
+
+    def tensor(name: str, mean: str | None) -> Callable[[int, PlasticBody, int], NDArray[Any]]:
+        def show(side: int, body: PlasticBody, layer: int) -> NDArray[Any]:
+            trace = 0 if mean is None else getattr(body, mean)[layer]
+            full = halfspace.tensor(getattr(body, name)[layer], trace)
+            six = full[..., (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)]
+            six[..., 4:] *= side
+            return six
+
+        return show
+
+    data = [
+        array("plastic_strain", "1", tensor("plastic_strain", None), 6),
+        array("accumulated_plastic_strain", "1", lambda _, body, k: body.accumulated[k], 1),
+        array("stress", "Pa", tensor("stress", "mean_stress"), 6),
+        array("von_mises", "Pa", lambda _, body, k: halfspace.equivalent(body.stress[k]), 1),
+        array("residual_stress", "Pa", tensor("residual_stress", "mean_residual_stress"), 6),
+        array(
+            "residual_von_mises", "Pa",
+            lambda _, body, k: halfspace.equivalent(body.residual_stress[k]), 1,
+        ),
+    ]  # fmt: skip
+    x = np.arange(-margin, nx + margin + 1) * dx
+    y = np.arange(-margin, ny + margin + 1) * dy
+    axes = [_VtkArray.of(n, v, "m") for n, v in zip("xyz", (x, y, np.array(faces)), strict=True)]
+    _write_vtk(
+        path, "RectilinearGrid", f"0 {x.size - 1} 0 {y.size - 1} 0 {len(faces) - 1}", "",
+        {'CellData Scalars="von_mises"': data, "Coordinates": axes},
+    )  # fmt: skip
 
 
 def save_x3p(surface: Surface, path: str | os.PathLike[str]) -> None:
@@ -561,11 +650,22 @@ _RESULT_WRITERS: dict[str, Callable[[ContactResult, str | os.PathLike[str]], Non
     ".json": save_json,
 }
 
+_VOLUME_WRITERS: dict[str, Callable[[ElastoplasticResult, str | os.PathLike[str]], None]] = {
+    ".nc": save_elastoplastic,
+    ".vtr": save_vtr,
+    ".vti": save_vtk,
+    ".csv": save_csv,
+    ".json": save_json,
+}
+
 SURFACE_SUFFIXES = tuple(_SURFACE_WRITERS)
 """Suffixes that `save_surface` knows."""
 
 RESULT_SUFFIXES = tuple(_RESULT_WRITERS)
 """Suffixes that `save` knows."""
+
+VOLUME_SUFFIXES = tuple(_VOLUME_WRITERS)
+"""Suffixes that `save` knows with plasticity of the volume."""
 
 
 def _writer(
@@ -590,24 +690,33 @@ def _require_suffix(path: str | os.PathLike[str], suffix: str) -> None:
 # Maps and numbers
 
 
-def _surface_of(source: Surface | ContactResult) -> Surface:
+def _surface_of(source: Surface | Result) -> Surface:
+    if isinstance(source, ElastoplasticResult):
+        return source.contact.surface
     return source if isinstance(source, Surface) else source.surface
 
 
-def _names(source: Surface | ContactResult) -> list[str]:
+def _names(source: Surface | Result) -> list[str]:
     if isinstance(source, Surface):
         return ["height"]
-    absent = set()
-    if source.counter_surface is None:
+    if isinstance(source, ElastoplasticResult):
+        contact, absent = source.contact, set(_CEILING_ONLY)
+    else:
+        contact, absent = source, set(_VOLUME_ONLY)
+    if contact.counter_surface is None:
         absent.add("counter_height")
-    if not isinstance(source.ceiling, np.ndarray):
+    if not isinstance(contact.ceiling, np.ndarray):
         absent.add("ceiling")
     return [name for name in _UNITS if name not in absent]
 
 
-def _values(source: Surface | ContactResult, name: str) -> NDArray[Any]:
+def _values(source: Surface | Result, name: str) -> NDArray[Any]:
     if isinstance(source, Surface):
         return source.heights
+    if isinstance(source, ElastoplasticResult):
+        if name in _VOLUME_ONLY:
+            return source.residual_displacement
+        return _values(source.contact, name)
     if name == "height":
         return source.surface.heights
     if name == "counter_height" and source.counter_surface is not None:
@@ -650,15 +759,100 @@ def _md5(content: bytes | memoryview) -> str:
     return hashlib.md5(content, usedforsecurity=False).hexdigest()
 
 
-def _vtk_type(name: str) -> str:
-    return "UInt8" if name in ("contact", "saturated") else "Float64"
+# VTK
 
 
-def _append(stream: IO[bytes], values: NDArray[Any]) -> None:
+_VTK_TYPES = {"b1": "UInt8", "f4": "Float32", "f8": "Float64"}
+_SYMMETRIC = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
+
+
+@dataclass(frozen=True, eq=False)
+class _VtkArray:
+    """One array of a VTK file; its numbers come in parts, one after the other."""
+
+    name: str
+    dtype: np.dtype[Any]
+    unit: str
+    components: int
+    parts: Iterable[NDArray[Any]]
+
+    @classmethod
+    def of(cls, name: str, values: NDArray[Any], unit: str) -> _VtkArray:
+        return cls(name, values.dtype, unit, 1, (values,))
+
+    def tag(self, offset: int) -> str:
+        shape = ""
+        if self.components > 1:
+            shape = f' NumberOfComponents="{self.components}"' + "".join(
+                f' ComponentName{number}="{name}"' for number, name in enumerate(_SYMMETRIC)
+            )
+        return (
+            f'        <DataArray type="{_VTK_TYPES[self.dtype.str[1:]]}" Name="{self.name}"{shape} '
+            # Of one length whatever the number is: the head is written again at the end.
+            f'format="appended" offset="{offset:020d}"/>\n'
+        )
+
+
+def _write_vtk(
+    path: str | os.PathLike[str],
+    kind: str,
+    extent: str,
+    attributes: str,
+    groups: Mapping[str, list[_VtkArray]],
+) -> None:
+    """Write one piece of a structured grid as VTK's XML with appended data."""
+    arrays = [array for group in groups.values() for array in group]
+    units = [f"{array.name}: {array.unit}\0".encode("ascii") for array in arrays]
+
+    def head(offsets: list[int]) -> bytes:
+        left = iter(offsets)
+        data = "".join(
+            f"      <{tag}>\n"
+            + "".join(array.tag(next(left)) for array in group)
+            + f"      </{tag.split()[0]}>\n"
+            for tag, group in groups.items()
+        )
+        text = (
+            '<?xml version="1.0"?>\n'
+            f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" '
+            'header_type="UInt64" compressor="vtkZLibDataCompressor">\n'
+            f'  <{kind} WholeExtent="{extent}"{attributes}>\n'
+            "    <FieldData>\n"
+            f'      <Array type="String" Name="units" NumberOfTuples="{len(units)}" '
+            f'format="ascii">{" ".join(map(str, b"".join(units)))}</Array>\n'
+            "    </FieldData>\n"
+            f'    <Piece Extent="{extent}">\n'
+            f"{data}"
+            "    </Piece>\n"
+            f"  </{kind}>\n"
+            '  <AppendedData encoding="base64">\n'
+            "_"
+        )
+        return text.encode("ascii")
+
+    with replacing(path) as temporary, temporary.open("wb") as stream:
+        start = stream.write(head([0] * len(arrays)))
+        offsets = []
+        for array in arrays:
+            offsets.append(stream.tell() - start)
+            _append(stream, array.parts)
+        stream.write(b"\n  </AppendedData>\n</VTKFile>\n")
+        stream.seek(0)
+        stream.write(head(offsets))
+
+
+def _append(stream: IO[bytes], parts: Iterable[NDArray[Any]]) -> None:
     """Write one array of appended data: its table of blocks, then the blocks, in base64."""
-    content = _bytes(values)
-    blocks = [zlib.compress(block, 1) for block in _blocks(content)]
-    table = (len(blocks), _BLOCK, len(content) % _BLOCK, *map(len, blocks))
+    blocks, pending = [], b""
+    for part in parts:
+        for piece in _blocks(_bytes(part)):
+            pending += piece
+            if len(pending) >= _BLOCK:
+                blocks.append(zlib.compress(pending[:_BLOCK], 1))
+                pending = pending[_BLOCK:]
+    if pending:
+        blocks.append(zlib.compress(pending, 1))
+    table = (len(blocks), _BLOCK, len(pending), *map(len, blocks))
     stream.write(base64.b64encode(struct.pack(f"<{len(table)}Q", *table)))
     # Encoded as one stream: three bytes become four letters, and only the end is filled up.
     rest = b""
