@@ -287,7 +287,7 @@ def test_saved_results_come_back_and_go_on(loaded, tmp_path) -> None:
     other = solve_elastoplastic(ball(), material=SWIFT, loads=[0.7], start=back)
     np.testing.assert_array_equal(one.contact.pressure, other.contact.pressure)
     np.testing.assert_array_equal(rc.load_result(path).pressure, loaded.contact.pressure)
-    with pytest.raises(InputError, match=r"must end in \.nc"):
+    with pytest.raises(InputError, match=r"must end in one of \.nc"):
         loaded.save(tmp_path / "state.txt")
 
 

@@ -20,6 +20,8 @@ from hypothesis import strategies as st
 
 import roughcontact as rc
 from roughcontact import export
+from roughcontact.archive import load_elastoplastic
+from roughcontact.plasticity import Linear
 
 MEASUREMENTS = Path(__file__).parents[1] / ".." / "shared" / "measurements"
 
@@ -33,6 +35,7 @@ EXACT = (".npz", ".nc", ".x3p", ".csv")
 READABLE = (*EXACT, ".sur")
 SURFACE_SUFFIXES = (*READABLE, ".vti")
 RESULT_SUFFIXES = (".nc", ".vti", ".csv", ".json")
+VOLUME_SUFFIXES = (".nc", ".vtr", ".vti", ".csv", ".json")
 
 
 @pytest.fixture(scope="module")
@@ -204,21 +207,24 @@ def test_measurements(name: str, suffix: str, tmp_path: Path) -> None:
 # --- VTK -------------------------------------------------------------------------------------
 
 
-def vtk_image(path: Path) -> tuple[ElementTree.Element, dict[str, np.ndarray]]:
-    """Return the head of a .vti file and its point data, by the description of the format."""
+def vtk_image(
+    path: Path, kind: str = "ImageData", groups: tuple[str, ...] = ("PointData",)
+) -> tuple[ElementTree.Element, dict[str, np.ndarray]]:
+    """Return the head of a VTK file and its arrays, by the description of the format."""
     root = ElementTree.parse(path).getroot()
     assert root.attrib == {
-        "type": "ImageData", "version": "1.0", "byte_order": "LittleEndian",
+        "type": kind, "version": "1.0", "byte_order": "LittleEndian",
         "header_type": "UInt64", "compressor": "vtkZLibDataCompressor",
     }  # fmt: skip
-    image, appended = root.find("ImageData"), root.find("AppendedData")
+    image, appended = root.find(kind), root.find("AppendedData")
     assert image is not None
     assert appended is not None
     assert appended.attrib == {"encoding": "base64"}
     text = (appended.text or "").strip()
     assert text[0] == "_"
     arrays = {}
-    for entry in image.iterfind("Piece/PointData/DataArray"):
+    assert [group.tag for group in image.iterfind("Piece/*")] == list(groups)
+    for entry in image.iterfind("Piece/*/DataArray"):
         rest = text[1 + int(entry.attrib["offset"]) :]
         # Base64 comes in fours: the count of blocks tells how long the table is.
         (count,) = struct.unpack("<Q", base64.b64decode(rest[:12])[:8])
@@ -234,8 +240,8 @@ def vtk_image(path: Path) -> tuple[ElementTree.Element, dict[str, np.ndarray]]:
             packed = packed[size:]
         assert all(len(block) == table[1] for block in blocks[:-1])
         assert len(blocks[-1]) == (table[2] or table[1])
-        kind = {"Float64": "<f8", "UInt8": "u1"}[entry.attrib["type"]]
-        arrays[entry.attrib["Name"]] = np.frombuffer(b"".join(blocks), kind)
+        number = {"Float64": "<f8", "Float32": "<f4", "UInt8": "u1"}[entry.attrib["type"]]
+        arrays[entry.attrib["Name"]] = np.frombuffer(b"".join(blocks), number)
     return image, arrays
 
 
@@ -260,8 +266,6 @@ def test_vtk_holds_all_maps(
     data = image.find("Piece/PointData")
     assert data is not None
     assert data.attrib == {"Scalars": "pressure"}
-    # Nothing else: a point is the centre of a pixel, and x runs fastest.
-    assert image.find("Piece/CellData") is None
 
 
 def test_vtk_places_the_points_at_the_centres(result: rc.ContactResult, tmp_path: Path) -> None:
@@ -307,6 +311,167 @@ def test_vtk_of_a_surface(tmp_path: Path) -> None:
     data = image.find("Piece/PointData")
     assert data is not None
     assert data.attrib == {"Scalars": "height"}
+
+
+# --- the volume ------------------------------------------------------------------------------
+
+
+VOLUME_SHAPE = (20, 16)
+
+
+@pytest.fixture(scope="module")
+def volume() -> rc.ElastoplasticResult:
+    """Two balls that yield, in a volume that goes on beyond the map."""
+    y, x = (
+        edge * (np.arange(n) - (n - 1) / 2) for edge, n in zip(PIXEL, VOLUME_SHAPE, strict=True)
+    )
+    ball = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 50e-6), PIXEL)
+    hard, soft = (
+        replace(STEEL, yield_strength=None, hardening=Linear(strength, 50e9))
+        for strength in (1e9, 0.7e9)
+    )
+    found = rc.solve_elastoplastic(
+        ball, material=hard, counter_material=soft, loads=[0.25], tolerance=1e-3
+    )
+    assert found.bodies[0].margin > 0
+    return found
+
+
+def volume_grid(
+    path: Path, found: rc.ElastoplasticResult
+) -> tuple[ElementTree.Element, dict[str, np.ndarray]]:
+    """Return the arrays of a .vtr file, those of cells as [z, y, x] or [z, y, x, component]."""
+    grid, arrays = vtk_image(path, "RectilinearGrid", ("CellData", "Coordinates"))
+    piece = grid.find("Piece")
+    assert piece is not None
+    x, y, z = (arrays[name].size - 1 for name in "xyz")
+    assert piece.attrib["Extent"] == grid.attrib["WholeExtent"] == f"0 {x} 0 {y} 0 {z}"
+    for entry in grid.iterfind("Piece/CellData/DataArray"):
+        name, about = entry.attrib["Name"], entry.attrib
+        components = int(about.get("NumberOfComponents", "1"))
+        if components > 1:
+            told = [about[f"ComponentName{number}"] for number in range(components)]
+            assert told == ["XX", "YY", "ZZ", "XY", "YZ", "XZ"]
+        assert arrays[name].dtype == found.bodies[0].stress.dtype
+        arrays[name] = arrays[name].reshape(z, y, x, components).squeeze()
+    return grid, arrays
+
+
+@pytest.mark.parametrize("block", [2**20, 1000])
+def test_the_volume_is_a_grid_of_graded_layers(
+    block: int, volume: rc.ElastoplasticResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(export, "_BLOCK", block)
+    volume.save(tmp_path / "out.vtr")
+    _, arrays = volume_grid(tmp_path / "out.vtr", volume)
+    lower, upper = volume.bodies
+    layers, margin = lower.thickness.size, lower.margin
+    # Faces of the cells: the map from 0 on, the margin around it, both bodies from the surface.
+    for axis, n, edge in zip("yx", VOLUME_SHAPE, PIXEL, strict=True):
+        np.testing.assert_allclose(arrays[axis], edge * np.arange(-margin, n + margin + 1))
+        assert arrays[axis][margin] == 0
+    depths = np.cumsum(upper.thickness)
+    assert arrays["z"].tolist() == [*-depths[::-1], 0.0, *depths]
+    fields = {
+        "accumulated_plastic_strain": "accumulated",
+        "von_mises": "von_mises",
+        "residual_von_mises": "residual_von_mises",
+    }
+    for name, field in fields.items():
+        np.testing.assert_array_equal(arrays[name][:layers][::-1], getattr(lower, field))
+        np.testing.assert_array_equal(arrays[name][layers:], getattr(upper, field))
+    # Tensors, from the components as they are described; z of the lower body turns round.
+    for name, mean in (
+        ("plastic_strain", None),
+        ("stress", "mean_stress"),
+        ("residual_stress", "mean_residual_stress"),
+    ):
+        for body, side, part in ((lower, -1, slice(layers - 1, None, -1)), (upper, 1, None)):
+            found = arrays[name][slice(layers, None) if part is None else part]
+            zz, half, xy, xz, yz = getattr(body, name).swapaxes(0, 1)
+            third = 0 if mean is None else getattr(body, mean)
+            rest = third - zz / 2
+            expected = (rest + half, rest - half, third + zz, xy, side * yz, side * xz)
+            np.testing.assert_array_equal(found, np.stack(expected, axis=-1), err_msg=name)
+
+
+def test_the_stress_in_the_file_is_in_equilibrium(tmp_path: Path) -> None:
+    # By the file alone: what the pressure on one side of a plane x = const brings in leaves through
+    # that plane and through the far end of the body. The rule of the trapezium along x is good to a
+    # few percent; shear with the wrong sign would miss by 40.
+    shape, edge = (24, 24), 1e-6
+    y, x = (edge * (np.arange(n) - (n - 1) / 2) for n in shape)
+    ball = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 105e-6), (edge, edge))
+    found = rc.solve_elastoplastic(
+        ball, material=STEEL, counter_material=STEEL, loads=[0.25], boundary="periodic",
+        tolerance=1e-3, depth=1e-5,
+    )  # fmt: skip
+    found.save(tmp_path / "out.vtr")
+    found.save(tmp_path / "out.vti")
+    _, cells = volume_grid(tmp_path / "out.vtr", found)
+    _, maps = vtk_image(tmp_path / "out.vti")
+    pressure = maps["pressure"].reshape(shape)
+    heights = np.diff(cells["z"])
+    column = 10
+    # At the centre of that column; half of its pressure lies on this side.
+    weight = np.where(np.arange(24) < column, 1.0, np.where(np.arange(24) == column, 0.5, 0.0))
+    brought = (pressure @ weight).sum() * edge**2
+    assert 0.2 * 0.25 < brought < 0.4 * 0.25
+    through = (cells["stress"][:, :, column, 5].sum(axis=1) * heights * edge).cumsum()
+    middle = heights.size // 2
+    far = (cells["stress"][..., 2] @ weight).sum(axis=1) * edge**2
+    # Forces on the lower body: the pressure presses down, its bottom is pulled down by -σ_zz.
+    below, above = through[middle - 1], through[-1] - through[middle - 1]
+    assert below - far[0] == pytest.approx(brought, rel=0.05)
+    assert above + far[-1] == pytest.approx(-brought, rel=0.05)
+    assert min(abs(below), abs(above)) > 0.2 * brought
+
+
+def test_only_the_counter_body_lies_above(tmp_path: Path) -> None:
+    y, x = (1e-6 * (np.arange(n) - 7.5) for n in (16, 16))
+    ball = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 105e-6), (1e-6, 1e-6))
+    found = rc.solve_elastoplastic(
+        ball, material=replace(STEEL, yield_strength=None), counter_material=STEEL, loads=[0.1],
+        tolerance=1e-3, depth=8e-6, precision="double",
+    )  # fmt: skip
+    found.save(tmp_path / "out.vtr")
+    _, arrays = volume_grid(tmp_path / "out.vtr", found)
+    assert arrays["z"][0] == 0
+    assert arrays["z"][-1] == pytest.approx(found.bodies[0].thickness.sum())
+    np.testing.assert_array_equal(arrays["von_mises"], found.bodies[0].von_mises)
+    assert arrays["von_mises"].dtype == np.float64
+
+
+def test_maps_pressure_and_numbers_of_a_volume(
+    volume: rc.ElastoplasticResult, tmp_path: Path
+) -> None:
+    for suffix in VOLUME_SUFFIXES:
+        volume.save(tmp_path / f"out{suffix}")
+    _, arrays = vtk_image(tmp_path / "out.vti")
+    # Those of the ceiling are not among them.
+    assert set(arrays) == {
+        "height", "initial_gap", "pressure", "gap", "contact", "residual_displacement",
+    }  # fmt: skip
+    for name in ("pressure", "gap", "contact"):
+        expected = getattr(volume.contact, name)
+        np.testing.assert_array_equal(arrays[name].reshape(VOLUME_SHAPE), expected)
+    left = volume.residual_displacement
+    assert left.max() > 0
+    np.testing.assert_array_equal(arrays["residual_displacement"].reshape(VOLUME_SHAPE), left)
+    np.testing.assert_array_equal(
+        np.loadtxt(tmp_path / "out.csv", delimiter=","), volume.contact.pressure
+    )
+    export.save_csv(volume, tmp_path / "left.csv", "residual_displacement")
+    np.testing.assert_array_equal(np.loadtxt(tmp_path / "left.csv", delimiter=","), left)
+    assert "# unit: m\n" in (tmp_path / "left.csv").read_text(encoding="utf-8")
+    with pytest.raises(rc.InputError, match="field must be one of"):
+        export.save_csv(volume, tmp_path / "left.csv", "saturated")
+    told = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    assert told["volume"] == volume.summary()
+    # The words on yield are those of the volume, not of a contact without ceiling.
+    assert told["regime"] == volume.regime != volume.contact.regime
+    assert told["max_pressure"] == volume.contact.max_pressure
+    assert load_elastoplastic(tmp_path / "out.nc").summary() == volume.summary()
 
 
 # --- CSV -------------------------------------------------------------------------------------
@@ -605,8 +770,14 @@ def test_table(pair: rc.ContactResult, tmp_path: Path) -> None:
 # --- files -----------------------------------------------------------------------------------
 
 
-def test_the_suffixes_are_told_where_none_fits(result: rc.ContactResult, tmp_path: Path) -> None:
-    for source, suffixes in ((rough(), SURFACE_SUFFIXES), (result, RESULT_SUFFIXES)):
+def test_the_suffixes_are_told_where_none_fits(
+    result: rc.ContactResult, volume: rc.ElastoplasticResult, tmp_path: Path
+) -> None:
+    for source, suffixes in (
+        (rough(), SURFACE_SUFFIXES),
+        (result, RESULT_SUFFIXES),
+        (volume, VOLUME_SUFFIXES),
+    ):
         for name in ("out", "out.vtk", "out.png", "out.x3p.zip"):
             with pytest.raises(rc.InputError, match="path must end in one of") as caught:
                 source.save(tmp_path / name)
@@ -617,7 +788,9 @@ def test_the_suffixes_are_told_where_none_fits(result: rc.ContactResult, tmp_pat
     assert not any(tmp_path.iterdir())
 
 
-def test_each_function_insists_on_its_suffix(result: rc.ContactResult, tmp_path: Path) -> None:
+def test_each_function_insists_on_its_suffix(
+    result: rc.ContactResult, volume: rc.ElastoplasticResult, tmp_path: Path
+) -> None:
     for write, source, suffix in (
         (export.save_netcdf, rough(), ".nc"),
         (export.save_npz, rough(), ".npz"),
@@ -625,6 +798,7 @@ def test_each_function_insists_on_its_suffix(result: rc.ContactResult, tmp_path:
         (export.save_sur, rough(), ".sur"),
         (export.save_csv, rough(), ".csv"),
         (export.save_vtk, rough(), ".vti"),
+        (export.save_vtr, volume, ".vtr"),
         (export.save_json, result, ".json"),
         (export.save_table, result, ".csv"),
     ):
@@ -632,14 +806,22 @@ def test_each_function_insists_on_its_suffix(result: rc.ContactResult, tmp_path:
             write(source, tmp_path / "out.txt")  # type: ignore[operator]
 
 
-@pytest.mark.parametrize("suffix", SURFACE_SUFFIXES + RESULT_SUFFIXES)
+@pytest.mark.parametrize("suffix", sorted({*SURFACE_SUFFIXES, *RESULT_SUFFIXES, *VOLUME_SUFFIXES}))
 def test_an_old_file_survives_a_failure(
-    suffix: str, result: rc.ContactResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    suffix: str,
+    result: rc.ContactResult,
+    volume: rc.ElastoplasticResult,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     path = tmp_path / f"OUT{suffix.upper()}"
     sources = [
         source
-        for source, known in ((rough(), SURFACE_SUFFIXES), (result, RESULT_SUFFIXES))
+        for source, known in (
+            (rough(), SURFACE_SUFFIXES),
+            (result, RESULT_SUFFIXES),
+            (volume, VOLUME_SUFFIXES),
+        )
         if suffix in known
     ]
     for source in sources:
