@@ -18,6 +18,7 @@ from roughcontact import (
     catalogue,
     cli,
     contact,
+    elastoplastic,
     hertz,
     load_result,
     plasticity,
@@ -1117,6 +1118,68 @@ def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
     assert told["volume"]["increments"] == 10
 
 
+BALL = (
+    "--body", "sphere 10 mm", "--points", "24", "--size", "0.4 mm", "--load", "100 N",
+    *YIELDING, "--model", "volume", "--increments", "3", "--hardening", "linear 20 GPa",
+    "--tolerance", "1e-3",
+)  # fmt: skip
+
+
+def test_a_volume_run_is_kept_and_goes_on(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    outputs = [tmp_path / f"whole.{suffix}" for suffix in ("nc", "vtr", "vti", "csv", "json")]
+    words = [word for path in outputs for word in ("--output", str(path))]
+    assert cli.main(["solve", *BALL, *words, "--quiet"]) == cli.SOLVED
+    assert all(path.exists() for path in outputs)
+    folder = tmp_path / "steps"
+    again = ["solve", *BALL, "--folder", str(folder)]
+    written, calls = archive.save_elastoplastic, []
+
+    def save(result: Any, path: Path, carried: Any) -> None:
+        calls.append(path.name)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        written(result, path, carried)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(archive, "save_elastoplastic", save)
+        assert cli.main(again) == cli.INTERRUPTED
+    kept = ["step-0001.nc", "step-0002.nc"]
+    assert files(folder) == {*kept, "volume.json"}
+    told = ", ".join(str(folder / name) for name in kept)
+    assert capsys.readouterr() == ("", f"roughcontact: interrupted; only {told} was written\n")
+    calls.clear()
+    output = tmp_path / "resumed.nc"
+    with monkeypatch.context() as patch:
+        patch.setattr(archive, "save_elastoplastic", save)
+        calls += ["", "", ""]
+        assert cli.main([*again, "--output", str(output), "--json"]) == cli.SOLVED
+    assert calls[3:] == ["step-0003.nc"]
+    shown = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    whole, resumed = (archive.load_elastoplastic(path) for path in (outputs[0], output))
+    assert resumed.contact.pressure.tobytes() == whole.contact.pressure.tobytes()
+    assert resumed.increments == whole.increments
+    assert shown["regime"] == shown["volume"]["regime"] == whole.regime
+    refused(
+        capsys, cli.main([*again, "--yield-strength", "1.1 GPa"]),
+        f"--folder {folder} holds another run: material differ",
+    )  # fmt: skip
+
+
+def test_a_volume_run_that_fails_says_what_is_kept(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(elastoplastic, "_CUTS", 0)
+    original = elastoplastic.solve_elastoplastic
+    monkeypatch.setattr(
+        elastoplastic, "solve_elastoplastic", lambda *a, **k: original(*a, max_iterations=1, **k)
+    )
+    folder = tmp_path / "steps"
+    assert cli.main(["solve", *BALL, "--folder", str(folder)]) == cli.NOT_CONVERGED
+    assert f"the loads before it are kept in {folder}\n" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -1125,7 +1188,14 @@ def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
         (("--model", "volume", "--increments", "0"), ("--increments must be at least 1",)),
         (("--model", "volume", "--ceiling", "3 GPa"), ("--ceiling goes with --model ceiling",)),
         (("--model", "volume", "--report", "out.html"), ("--report goes with --model ceiling",)),
-        (("--model", "volume", "--output", "out.vti"), ("must end in .nc",)),
+        (("--model", "volume", "--output", "out.npz"), ("ends in .nc, .vtr, .vti, .csv or .json",)),
+        (("--output", "out.vtr"), ("ends in .nc, .vti, .csv or .json, got 'out.vtr'",)),
+        (("--folder", "steps"), ("--folder need --model volume",)),
+        (("--model", "volume", "--folder", __file__), (f"--folder {__file__} is a file",)),
+        (
+            ("--model", "volume", "--folder", f"{__file__}/steps"),
+            (f"--folder {__file__}/steps cannot be written to", "give another folder"),
+        ),
         (("--model", "volume", "--hardening", "linear 2"), ("--hardening",)),
         (("--model", "volume", "--hardening", "linear -2 GPa"), ("--hardening", "positive")),
         (("--model", "volume", "--hardening", "swift 1 GPa 20 3"), ("exponent",)),

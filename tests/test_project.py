@@ -11,6 +11,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact import cli, project
+from roughcontact.archive import load_elastoplastic
 
 Capture = pytest.CaptureFixture[str]
 
@@ -60,6 +61,51 @@ def changed(folder: Path, old: str, new: str) -> Path:
 
 def line_of(text: str) -> int:
     return PROJECT[: PROJECT.index(text)].count("\n") + 1
+
+
+VOLUME = """\
+write = ["vtr", "vti"]
+
+[defaults]
+unit = "um"
+size = "0.4 mm"
+body = "sphere 10 mm"
+young = "210 GPa"
+poisson = 0.3
+yield-strength = "1 GPa"
+hardening = "linear 20 GPa"
+model = "volume"
+increments = 2
+tolerance = 1e-3
+folder = "steps"
+
+[[contact]]
+name = "ball"
+file = "flat.npy"
+load = ["60 N", "100 N"]
+"""
+
+
+def test_contacts_of_the_volume_model_are_kept_apart(tmp_path: Path, capsys: Capture) -> None:
+    np.save(tmp_path / "flat.npy", np.zeros((24, 24)))
+    path = tmp_path / "volume.toml"
+    path.write_text(VOLUME, encoding="utf-8")
+    assert cli.main(["run", str(path), "--json"]) == cli.SOLVED
+    for load in (60, 100):
+        steps = tmp_path / "steps" / f"ball-{load}-N"
+        assert {file.name for file in steps.iterdir()} == {
+            "volume.json", "step-0001.nc", "step-0002.nc",
+        }  # fmt: skip
+        last = load_elastoplastic(steps / "step-0002.nc")
+        assert last.contact.load == load
+        told = json.loads((tmp_path / "volume" / f"ball-{load}-N.json").read_text("utf-8"))
+        assert told["volume"]["max_plastic_strain"] == last.max_plastic_strain
+        assert told["regime"] == last.regime
+        assert all((tmp_path / "volume" / f"ball-{load}-N.{s}").exists() for s in ("vtr", "vti"))
+    # Another problem in the same folder is that contact's failure.
+    path.write_text(VOLUME.replace("20 GPa", "30 GPa"), encoding="utf-8")
+    assert cli.main(["run", str(path)]) == cli.NOT_CONVERGED
+    assert "holds another run: material differ" in capsys.readouterr().err
 
 
 def test_a_project_names_contacts_materials_and_files(folder: Path) -> None:

@@ -164,7 +164,7 @@ _Quiet = Annotated[bool, _flag("--quiet", "Print nothing but errors, and JSON if
 
 
 # What only `solve` takes.
-_VOLUME = ("model", "increments", "hardening")
+_VOLUME = ("model", "increments", "hardening", "folder")
 
 
 def _describing(*without: str) -> Callable[[Command], Command]:
@@ -220,9 +220,7 @@ def _solve(asked: Job, as_json: _Json = False, quiet: _Quiet = False) -> None:
         outcome = job.run(asked, say, lambda step: say(console.described(step)))
     result, volume = outcome.result, outcome.volume
     if as_json:
-        told = {**export.record(result), "resolution_notes": list(outcome.notes)}
-        if volume is not None:
-            told["volume"] = volume.summary()
+        told = {**export.record(volume or result), "resolution_notes": list(outcome.notes)}
         if outcome.study is not None:
             told["study"] = outcome.study.summary()
         print(export.to_json({**told, "written": [str(path) for path in outcome.written]}))
@@ -243,6 +241,7 @@ def _solve(asked: Job, as_json: _Json = False, quiet: _Quiet = False) -> None:
         console.complain(
             f"error: not converged: {reached}; {job.in_options(outcome.status)}"
             + ("; no file was written" if wanted else "")
+            + (f"; the loads before it are kept in {asked.folder}" if asked.folder else "")
         )
         raise typer.Exit(NOT_CONVERGED)
 

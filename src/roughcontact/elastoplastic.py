@@ -541,7 +541,7 @@ def solve_elastoplastic(
             folder, len(path), surface, counter_surface, material, counter_material, start,
             {
                 "boundary": boundary, "layers": [margin, layers is None, *thickness],
-                "tolerance": tolerance, "max_iterations": int(max_iterations),
+                "tolerance": float(tolerance), "max_iterations": int(max_iterations),
                 "precision": precision,
             },
         )  # fmt: skip

@@ -374,8 +374,12 @@ OPTIONS: dict[str, Option] = {
     ),
     "output": Option(
         OUTPUT, "FILE",
-        "Write the result: .nc everything, .vti maps for ParaView, .csv pressure, .json numbers; "
-        "may be given again.", _path, many=True,
+        "Write the result: .nc everything, .vti maps for ParaView, .csv pressure, .json numbers, "
+        ".vtr strain and stress of the volume model; may be given again.", _path, many=True,
+    ),
+    "folder": Option(
+        OUTPUT, "FOLDER",
+        "Where the volume model keeps every load that is reached, to go on later.", _path,
     ),
     "report": Option(
         OUTPUT, "FILE.html", "Write a report with figures into one HTML file.", _path
@@ -451,6 +455,7 @@ class Job:
     precision: str = "double"
     study: bool = False
     output: tuple[Path, ...] = ()
+    folder: Path | None = None
     report: Path | None = None
     figures: str | None = None
     sweeps: bool = False
@@ -473,12 +478,15 @@ class Job:
             )
         if self.model == "volume":
             self._check_volume()
-        elif self.increments is not None or self.hardening is not None:
-            raise InputError("--increments and --hardening need --model volume")
+        elif any(given is not None for given in (self.increments, self.hardening, self.folder)):
+            raise InputError("--increments, --hardening and --folder need --model volume")
         if self.load_point is not None and (self.load is None or self.study):
             raise InputError("--load-point needs --load, and goes without --study")
+        volume = self.model == "volume"
         for path in self.output:
-            _check_suffix(path, "--output", export.RESULT_SUFFIXES)
+            _check_suffix(
+                path, "--output", export.VOLUME_SUFFIXES if volume else export.RESULT_SUFFIXES
+            )
         if self.report is not None:
             _check_suffix(self.report, "--report", (".html",))
 
@@ -525,9 +533,6 @@ class Job:
         for option, used in given.items():
             if used:
                 raise InputError(f"{option} goes with --model ceiling, not with volume")
-        for path in self.output:
-            if path.suffix.lower() != ".nc":
-                raise InputError(f"--output of --model volume must end in .nc, got '{path}'")
         if self.increments is not None and self.increments < 1:
             raise InputError(f"--increments must be at least 1, got {self.increments}")
 
@@ -774,20 +779,26 @@ def _run_volume(job: Job, maps: Sequence[Surface], say: Say) -> Outcome:
 
     def look(at: elastoplastic.Progress) -> None:
         share = units.percent(at.load / at.target) if at.target else "unloading"
-        say(f"{share} of the load: iteration {at.iteration}, residual {at.residual:.1e}")
+        state = f"iteration {at.iteration}, residual {at.residual:.1e}"
+        say(f"{share} of the load: {state if at.iteration else f'kept in {job.folder}'}")
 
-    found = elastoplastic.solve_elastoplastic(
-        maps[0],
-        material=first,
-        counter_material=second,
-        counter_surface=maps[1] if len(maps) > 1 else None,
-        boundary=job.boundary,
-        load=job.load,
-        increments=job.increments or 10,
-        on_failure="return",
-        progress=look,
-        tolerance=elastoplastic.TOLERANCE if job.tolerance is None else job.tolerance,
-    )
+    try:
+        found = elastoplastic.solve_elastoplastic(
+            maps[0],
+            material=first,
+            counter_material=second,
+            counter_surface=maps[1] if len(maps) > 1 else None,
+            boundary=job.boundary,
+            load=job.load,
+            increments=job.increments or 10,
+            on_failure="return",
+            folder=job.folder,
+            progress=look,
+            tolerance=elastoplastic.TOLERANCE if job.tolerance is None else job.tolerance,
+        )
+    except KeyboardInterrupt:
+        kept = () if job.folder is None else sorted(job.folder.glob("step-*.nc"))
+        raise UnfinishedError(kept) from None
     notes = job.resolution_notes(maps)
     if not found.converged:
         return Outcome(found.contact, found, notes=notes)
@@ -1076,7 +1087,7 @@ def _sentence(note: str) -> str:
 
 _ARGUMENT = re.compile(
     r"""\b(format|channel|unit|size|precision)=("[^"]*"|'[^']*')?"""
-    r"|^(format|unit|size|load|approach|ceiling|tolerance|boundary|precision)\b(?= |$)"
+    r"|^(format|unit|size|load|approach|ceiling|tolerance|boundary|precision|folder)\b(?= |$)"
     r"|\b(max_iterations|counter_surface|tip_radius)\b"
 )
 

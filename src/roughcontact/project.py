@@ -22,7 +22,7 @@ from roughcontact.archive import replacing
 from roughcontact.errors import FormatError, InputError, RoughcontactError
 from roughcontact.job import Job
 
-WRITABLE = ("nc", "html", "png", "svg", "pdf", "vti", "csv")
+WRITABLE = ("nc", "html", "png", "svg", "pdf", "vti", "vtr", "csv")
 """What a contact may write besides its ``.json``, by suffix."""
 
 SOLVED, KEPT, FAILED = "solved", "solved before", "failed"
@@ -82,7 +82,8 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
         The file. ``folder`` and ``write`` (a list of suffixes) say what is written where;
         ``[materials.NAME]`` holds constants; ``[defaults]`` and each ``[[contact]]`` hold the
         options of ``roughcontact solve`` under their names, and a contact its ``name`` and
-        ``file``. A list of loads makes one contact of each. Paths are relative to the file.
+        ``file``. A list of loads makes one contact of each, and the ``folder`` of the volume model
+        gets a folder for each. Paths are relative to the file.
 
     Returns
     -------
@@ -202,10 +203,8 @@ def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
         raise outcome.failure
     if outcome.status != "converged":
         return FAILED, {}, f"not converged: certificate {result.certificate:.1e}; {outcome.status}"
-    told = export.record(result)
+    told = export.record(outcome.volume or result)
     told["resolution_notes"] = list(outcome.notes)
-    if outcome.volume is not None:
-        told["volume"] = outcome.volume.summary()
     if outcome.study is not None:
         told["study"] = outcome.study.summary()
     told |= {"written": [str(path) for path in outcome.written], "run": digest}
@@ -333,6 +332,9 @@ def _entries(path: Path, read: dict[str, Any], lines: Lines) -> Iterator[Entry]:
             given = values if load is None else {**values, "load": load}
             described = _described(path, given, materials, where, place)
             described |= _outputs(target, stem, wanted)
+            if "folder" in described:
+                # One may be given to all contacts.
+                described["folder"] = str(path.parent / str(described["folder"]) / stem)
             try:
                 made = job.from_text(
                     path.parent / contact["file"], described, _namer(place, where, table)
