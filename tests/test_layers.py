@@ -18,10 +18,10 @@ ROWS = [
     {"material", "catalogue", "surface", "bodies", "result"},
     {
         "contact", "loading", "history", "study", "subsurface", "elastoplastic", "comparison",
-        "formats", "netcdf", "archive", "export", "checkpoint",
+        "formats", "netcdf", "archive", "export", "checkpoint", "sections",
     },
-    {"plots", "assumptions", "script"},
-    {"report"},
+    {"drawing", "plots", "volume_plots", "assumptions", "script"},
+    {"chapters", "report", "volume_report"},
     {"job", "project"},
     {"console", "cli", "__init__", "__main__"},
 ]  # fmt: skip

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 import roughcontact as rc
-from roughcontact import contact, report
-from roughcontact.report import Section
+from roughcontact import chapters, contact, report
+from roughcontact.chapters import Section
 from roughcontact.result import ContactResult
 from roughcontact.units import engineering, percent
 
@@ -109,9 +109,9 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def undrawn(figure: Figure, alt: str, caption: str) -> Any:
         assert figure.axes
-        return report._Picture(caption, alt, "AAAA", 1, 1)
+        return chapters.Picture(caption, alt, "AAAA", 1, 1)
 
-    monkeypatch.setattr(report, "_picture", undrawn)
+    monkeypatch.setattr(chapters, "picture", undrawn)
 
 
 def test_the_page_is_well_formed(whole: tuple[ContactResult, str]) -> None:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roughcontact import roughness
 from roughcontact.errors import InputError
 from roughcontact.material import RIGID, Material, softer
+from roughcontact.plasticity import Linear, Perfect, Swift, Tabulated
 from roughcontact.result import (
     BELOW_FIRST_YIELD,
     BEYOND_CEILING,
@@ -22,11 +25,21 @@ from roughcontact.result import (
 from roughcontact.spots import FEW_PIXELS, Spots
 from roughcontact.units import engineering, percent
 
+if TYPE_CHECKING:
+    from roughcontact.elastoplastic import ElastoplasticResult
+
 SMALL_SLOPE, LARGE_SLOPE = 0.1, 0.3
 """Root-mean-square slopes at which the error of order slope² is 1 % and about 10 %."""
 
 LARGE_STRAIN = 0.1
-"""Pressure over contact modulus, which the strain is of the order of."""
+"""Pressure over contact modulus, which the strain is of the order of; plastic strain."""
+
+LARGE_DEFORMATION = 0.1
+"""Root-mean-square slope under the contact, 0.7 a/R of a sphere.
+
+From a/R = 0.16 on finite elements show large deformations under a sphere (Mesarovic and Fleck 1999,
+doi:10.1098/rspa.1999.0423).
+"""
 
 
 @dataclass(frozen=True)
@@ -48,6 +61,15 @@ class Statement:
     caution: str = ""
 
 
+_FRICTIONLESS = Statement(
+    "No friction, no adhesion",
+    "The bodies press on each other at right angles to the plane of the map. Friction, and with "
+    "it the small sliding of unlike materials against each other, is left out. The bodies do not "
+    "attract each other: the pressure is never negative. Adhesion matters for compliant or very "
+    "smooth bodies under small loads.",
+)
+
+
 def statements(result: ContactResult, spots: Spots) -> tuple[Statement, ...]:
     """Return what a result assumes, for the case at hand.
 
@@ -65,17 +87,11 @@ def statements(result: ContactResult, spots: Spots) -> tuple[Statement, ...]:
         points and single precision where there are any.
     """
     found = [
-        _half_spaces(result),
+        _half_spaces(result, _elastic_half_spaces(result)),
         _bodies(result),
         _slopes(result),
         _strains(result),
-        Statement(
-            "No friction, no adhesion",
-            "The bodies press on each other at right angles to the plane of the map. Friction, "
-            "and with it the small sliding of unlike materials against each other, is left out. "
-            "The bodies do not attract each other: the pressure is never negative. Adhesion "
-            "matters for compliant or very smooth bodies under small loads.",
-        ),
+        _FRICTIONLESS,
         _yielding(result),
         _resolution(result, spots),
         _holes(result),
@@ -238,6 +254,103 @@ def carrying_pixels(result: ContactResult, spots: Spots) -> int:
     return round(float(spots.area[min(index, spots.count - 1)]) / result.pixel_area)
 
 
+def volume_statements(result: ElastoplasticResult, spots: Spots) -> tuple[Statement, ...]:
+    """Return what a result of the volume model assumes, for the case at hand.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        A state of the volume.
+    spots : Spots
+        Its contact spots.
+
+    Returns
+    -------
+    tuple of Statement
+        Geometry, slopes, strains, hardening, friction and adhesion, resolution, loading; missing
+        points and single precision where there are any.
+    """
+    contact = result.contact
+    found = [
+        _half_spaces(contact, _yielding_half_spaces(result)),
+        _bodies(contact),
+        _slopes(contact),
+        _small_deformations(result),
+        _hardening(result),
+        _FRICTIONLESS,
+        _layers(result),
+        _resolution(contact, spots) if contact.load else Statement("", ""),
+        _holes(contact),
+        _path(result),
+    ]
+    if result.precision == "single":
+        found.append(
+            Statement(
+                "Single precision of the volume",
+                "Strain and stress in the volume were computed with seven digits instead of "
+                "sixteen, the contact with sixteen; pressures change by about a part in 100 000.",
+            )
+        )
+    return tuple(statement for statement in found if statement.text)
+
+
+def volume_regime(result: ElastoplasticResult) -> str:
+    """Return the regime of a result of the volume model as a sentence with its numbers.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        A state of the volume.
+
+    Returns
+    -------
+    str
+        What has yielded, and how deep.
+    """
+    if not result.plastic_volume:
+        share = percent(min(1 + result.yield_excess, 1.0))
+        return (
+            f"Nothing has yielded: the von Mises stress is at most {share} of the yield strength."
+        )
+    reached = engineering(result.plastic_depth, "m", 3)
+    strain = percent(min(result.max_plastic_strain, 1.0))
+    text = f"Plastic strain, up to {strain}, reaches down to {reached}"
+    surface = (
+        " and up to the surface."
+        if result.plastic_at_surface
+        else "; the surface above it has stayed elastic."
+    )
+    if result.contact.load:
+        return text + surface
+    deepest = engineering(float(result.residual_displacement.max()), "m", 3)
+    return f"{text}{surface} The load is gone, and has left a dent of up to {deepest}."
+
+
+def hardening(body: Material) -> str:
+    """Return how a material hardens, in a few words.
+
+    Parameters
+    ----------
+    body : Material
+        The material.
+
+    Returns
+    -------
+    str
+        Such as ``"linear hardening, modulus 2 GPa"``.
+    """
+    law = body.hardening
+    if isinstance(law, Linear):
+        return f"linear hardening, modulus {engineering(law.modulus, 'Pa')}"
+    if isinstance(law, Swift):
+        strength = engineering(law.coefficient, "Pa")
+        return f"Swift hardening, {strength} ({law.offset:g} + 1e6 e)^{law.exponent:g}"
+    if isinstance(law, Tabulated):
+        last = engineering(law.stress[-1], "Pa")
+        return f"tabulated hardening, {last} from a strain of {law.strain[-1]:g} on"
+    return "none: elastic" if body.yield_strength is None else "none: perfectly plastic"
+
+
 def _one_ceiling(result: ContactResult) -> bool:
     ceilings = {result.material.ceiling, result.counter_material.ceiling}
     return len(ceilings - {None}) == 1
@@ -251,13 +364,27 @@ def _counted(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
-def _half_spaces(result: ContactResult) -> Statement:
+def _elastic_half_spaces(result: ContactResult) -> str:
     if _rigid(result.material):
-        who = "The counter-body is an elastic half-space, the body with this map is rigid"
-    elif _rigid(result.counter_material):
-        who = "The body is an elastic half-space, the counter-body is rigid"
-    else:
-        who = "Both bodies are elastic half-spaces"
+        return "The counter-body is an elastic half-space, the body with this map is rigid"
+    if _rigid(result.counter_material):
+        return "The body is an elastic half-space, the counter-body is rigid"
+    return "Both bodies are elastic half-spaces"
+
+
+def _yielding_half_spaces(result: ElastoplasticResult) -> str:
+    def kind(body: Material) -> str:
+        if _rigid(body):
+            return "rigid"
+        return "an elastic half-space" + (" that yields" if body.yield_strength else "")
+
+    first, second = kind(result.contact.material), kind(result.contact.counter_material)
+    if first == second:
+        return "Both bodies are elastic half-spaces that yield"
+    return f"The body with this map is {first}, the counter-body is {second}"
+
+
+def _half_spaces(result: ContactResult, who: str) -> Statement:
     text = (
         f"{who}: every spot is pressed into material that goes on without end below and beside "
         "it, isotropic and the same everywhere. The part has to be thick and wide compared with "
@@ -471,3 +598,121 @@ def _loading(result: ContactResult) -> Statement:
         f"{given}It is applied once, slowly, to the surfaces as prepared: earlier passes, "
         "unloading, sliding, creep and wear are not in it.",
     )
+
+
+def _small_deformations(result: ElastoplasticResult) -> Statement:
+    slope, strain = _slope_under(result), result.max_plastic_strain
+    caution = ""
+    if strain > LARGE_STRAIN:
+        caution = (
+            f"the largest plastic strain is {strain:.2g}, beyond the small strains of the model "
+            f"(about {LARGE_STRAIN:g}): read strains and pressures there as estimates"
+        )
+    elif slope > LARGE_DEFORMATION:
+        caution = (
+            f"the slope under the contact is {slope:.2g}, beyond the small deformations of the "
+            f"model (about {LARGE_DEFORMATION:g}): read areas and pressures as estimates"
+        )
+    text = (
+        "Equilibrium is that of bodies that keep their shape, and strains are small: those of "
+        "elasticity and plastic flow add up. The largest plastic strain is "
+        f"{percent(min(strain, 1.0))}. "
+    )
+    if math.isfinite(slope):
+        text += (
+            f"The root-mean-square slope under the contact is {slope:.3g}, which for a sphere of "
+            f"radius R is that of a spot of radius a = {math.sqrt(2) * slope:.2g} R. "
+        )
+    return Statement(
+        "Small strains",
+        f"{text}Both should stay below about {LARGE_STRAIN:g}; from a/R = 0.16 on large "
+        "deformations change what a sphere carries (Mesarovic and Fleck 1999).",
+        caution,
+    )
+
+
+def _slope_under(result: ElastoplasticResult) -> float:
+    """Return the root-mean-square slope of the first gap under contact or plastic strain."""
+    gap = result.contact.initial_gap
+    under = result.contact.contact
+    if not under.any():
+        ny, nx = gap.shape
+        for body in result.bodies:
+            inside = np.s_[:, body.margin : body.margin + ny, body.margin : body.margin + nx]
+            under = under | body.accumulated[inside].any(axis=0)
+    square = np.zeros(gap.shape)
+    for slope in np.gradient(gap, *result.contact.surface.pixel):
+        square += slope * slope
+    known = square[under & np.isfinite(square)]
+    return math.sqrt(float(known.mean())) if known.size else math.nan
+
+
+def _hardening(result: ElastoplasticResult) -> Statement:
+    text = (
+        "Metal flows where the von Mises stress reaches the yield strength, without changing its "
+        "volume. The strength grows with the accumulated plastic strain, the same in all "
+        "directions, and does not depend on speed, time or temperature: it does not sink when the "
+        "load is reversed (Bauschinger effect), and there is no creep, no fracture and no change "
+        "of phase."
+    )
+    yielding = [body.material for body in result.bodies]
+    perfect = any(
+        body.hardening is None
+        or isinstance(body.hardening, Perfect)
+        or (isinstance(body.hardening, Linear) and body.hardening.modulus == 0)
+        for body in yielding
+    )
+    if perfect:
+        text += (
+            " A perfectly plastic field has too few freedoms for the pressure of single pixels: "
+            "it scatters by 5 to 10 %, more at the rim of spots. Means over 3 × 3 pixels or over "
+            "spots are right; a little hardening removes the scatter."
+        )
+    beyond = [
+        body.material.hardening.strain[-1]
+        for body in result.bodies
+        if isinstance(body.material.hardening, Tabulated)
+        and body.max_plastic_strain > body.material.hardening.strain[-1]
+    ]
+    caution = ""
+    if beyond:
+        caution = (
+            f"the plastic strain exceeds {beyond[0]:.3g}, where the table of the yield strength "
+            "ends: beyond it the strength is taken as constant"
+        )
+    elif perfect and result.plastic_volume and result.contact.load:
+        caution = (
+            "without hardening the pressure of single pixels scatters by 5 to 10 %: use means "
+            "over 3 × 3 pixels or more, not the largest value"
+        )
+    return Statement("Isotropic hardening", text, caution)
+
+
+def _layers(result: ElastoplasticResult) -> Statement:
+    body = result.bodies[0]
+    thin, thick = (engineering(h, "m", 3) for h in (body.thickness[0], body.thickness[-1]))
+    text = (
+        f"Strain and stress are averages over layers, {thin} thick at the surface and {thick} at "
+        f"the bottom, {engineering(float(body.thickness.sum()), 'm', 3)} down; in the plane they "
+        "are values at the centres of pixels. Peaks narrower than that are cut."
+    )
+    if body.margin:
+        text += (
+            f" The volume goes on {_counted(body.margin, 'pixel')} beyond each edge of the map, "
+            "and the body without end."
+        )
+    return Statement("Layers", text)
+
+
+def _path(result: ElastoplasticResult) -> Statement:
+    loads = [step.load for step in result.increments]
+    turns = any(later < earlier for earlier, later in itertools.pairwise(loads))
+    text = (
+        f"The load was changed slowly, in {_counted(len(loads), 'increment')}, up to "
+        f"{engineering(max(loads), 'N')}"
+        + (f", and ended at {engineering(loads[-1], 'N')}. " if turns else ". ")
+        + "The result depends on this path, and a little on the size of its increments. The "
+        "bodies are pressed together without tilting or sliding. They were free of stress before: "
+        "residual stress of machining is not in it."
+    )
+    return Statement("Path of loads", text)

@@ -105,11 +105,14 @@ def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
 
 def show_volume(volume: ElastoplasticResult, notes: Sequence[str], written: Sequence[Path]) -> None:
     """Print problem, answer and trust of a contact with plasticity of the volume."""
-    from roughcontact import units
+    from roughcontact import assumptions, units
 
     contact = volume.contact
     problem = _problem_rows(contact, None)
-    problem.append(("plasticity", _law_in_words(contact.material)))
+    law = assumptions.hardening(contact.material)
+    if contact.material.yield_strength is None:
+        law = f"of the counter-body: {assumptions.hardening(contact.counter_material)}"
+    problem.append(("plasticity", law))
     area = units.engineering(contact.contact_area, "m²")
     answer: list[Row] = [
         ("load", f"{units.engineering(contact.load, 'N')} in {len(volume.increments)} increments"),
@@ -134,18 +137,6 @@ def show_volume(volume: ElastoplasticResult, notes: Sequence[str], written: Sequ
     _print_warnings(note for note in volume.warnings if note != volume.status)
     _print_warnings(notes, "note")
     _print_written(written)
-
-
-def _law_in_words(material: Material) -> str:
-    from roughcontact import plasticity
-
-    law = material.hardening
-    if isinstance(law, plasticity.Linear):
-        return f"linear hardening, modulus {_pressure(law.modulus)}"
-    if isinstance(law, plasticity.Swift):
-        strength = _pressure(law.coefficient)
-        return f"Swift hardening, {strength} ({law.offset:g} + 1e6 e)^{law.exponent:g}"
-    return "perfect" if material.yield_strength is not None else "of the counter-body"
 
 
 def show_stress(stress: StressResult, onset: StressResult | None, written: Sequence[Path]) -> None:
@@ -320,11 +311,11 @@ def show_info(surface: Surface, found: dict[str, Any], channels: Sequence[Channe
 
 
 def _roughness_rows(values: dict[str, float]) -> list[Row]:
-    from roughcontact import report
+    from roughcontact import chapters
 
     return [
-        (name, report.parameter(values[name], unit), meaning)
-        for name, (unit, meaning) in report.ROUGHNESS.items()
+        (name, chapters.parameter(values[name], unit), meaning)
+        for name, (unit, meaning) in chapters.ROUGHNESS.items()
     ]
 
 

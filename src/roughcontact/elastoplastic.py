@@ -22,12 +22,12 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from numbers import Integral
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import halfspace, solver
+from roughcontact import halfspace, sections, solver
 from roughcontact._version import __version__
 from roughcontact.contact import LOAD_TOLERANCE, check_choice, check_surfaces, operators
 from roughcontact.convolution import Workspace
@@ -43,7 +43,11 @@ from roughcontact.halfspace import HalfSpace
 from roughcontact.material import CEILING_FACTOR, RIGID, Material, contact_modulus, softer
 from roughcontact.plasticity import Hardening, Perfect, plastic_increment
 from roughcontact.result import ContactResult, initial_gap
+from roughcontact.sections import DepthProfile, DepthSection, LayerProfile
 from roughcontact.surface import Surface
+
+if TYPE_CHECKING:
+    from roughcontact.chapters import Section
 
 Array = NDArray[Any]
 Parts = list[Array]
@@ -306,12 +310,16 @@ class ElastoplasticResult:
         """How far plastic strain has come, in words."""
         if not self.plastic_volume:
             return "elastic"
-        loaded = self.contact.contact
+        return f"plastic {'up to' if self.plastic_at_surface else 'below'} the surface"
+
+    @property
+    def plastic_at_surface(self) -> bool:
+        """Whether plastic strain has come up to the contact, or to the free surface without one."""
+        contact = self.contact.contact
+        place = contact if contact.any() else np.ones(contact.shape, bool)
         first = self.bodies[0].margin
-        inside = tuple(slice(first, first + n) for n in loaded.shape)
-        if any((body.accumulated[0][inside][loaded] > 0).any() for body in self.bodies):
-            return "plastic up to the surface"
-        return "plastic below the surface"
+        inside = tuple(slice(first, first + n) for n in contact.shape)
+        return any(bool(body.accumulated[0][inside][place].any()) for body in self.bodies)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -385,6 +393,34 @@ class ElastoplasticResult:
         from roughcontact import export
 
         export.save(self, path)
+
+    def profile(self, point: tuple[int, int] | None = None, body: int = 0) -> DepthProfile:
+        """Return plastic strain and stress over the depth; see `roughcontact.sections.profile`."""
+        return sections.profile(self, point, body)
+
+    def section(self, along: str = "x", index: int | None = None, body: int = 0) -> DepthSection:
+        """Return them on a vertical plane; see `roughcontact.sections.section`."""
+        return sections.section(self, along, index, body)
+
+    def layers(self, body: int = 0) -> LayerProfile:
+        """Return what each layer holds at most; see `roughcontact.sections.layers`."""
+        return sections.layers(self, body)
+
+    def report(self, path: str | Path, command: str = "", sections: Sequence[Section] = ()) -> None:
+        """Write a report that needs no other file; see `roughcontact.volume_report.save`.
+
+        Parameters
+        ----------
+        path : str or path
+            HTML file to write; it appears only once it is complete.
+        command : str
+            What was typed to get this result.
+        sections : sequence of `roughcontact.chapters.Section`
+            Further chapters.
+        """
+        from roughcontact import volume_report
+
+        volume_report.save(self, path, command=command, sections=sections)
 
 
 def solve_elastoplastic(

@@ -14,11 +14,11 @@ from roughcontact.errors import InputError, RoughcontactError
 
 if TYPE_CHECKING:
     from roughcontact.bodies import Body
+    from roughcontact.chapters import Section
     from roughcontact.elastoplastic import ElastoplasticResult
     from roughcontact.history import LoadHistory
     from roughcontact.loading import LoadCurve
     from roughcontact.material import Material
-    from roughcontact.report import Section
     from roughcontact.result import ContactResult
     from roughcontact.solver import Step
     from roughcontact.study import ResolutionStudy
@@ -946,7 +946,7 @@ def _figure_tasks(job: Job, result: ContactResult) -> list[Task]:
 
 def sections(study: ResolutionStudy | None, notes: tuple[str, ...]) -> list[Section]:
     """Return the chapters of a report that the result itself does not hold."""
-    from roughcontact.report import Section
+    from roughcontact.chapters import Section
 
     chapters = []
     if notes:
@@ -989,7 +989,7 @@ def first_yield(stress: StressResult) -> StressResult:
 def stress_section(stress: StressResult) -> Section:
     """Return the chapter of a report on the stress below the surface."""
     from roughcontact import plots
-    from roughcontact.report import Section
+    from roughcontact.chapters import Section
 
     told = stress.summary()
     depth, y, x = stress.place
@@ -1029,7 +1029,7 @@ def stress_section(stress: StressResult) -> Section:
 def history_section(history: LoadHistory) -> Section:
     """Return the chapter of a report on a load history."""
     from roughcontact import plots
-    from roughcontact.report import Section
+    from roughcontact.chapters import Section
 
     head = ("step", "load", "approach", "contact", "saturated", "newly indented", "dissipated")
     nominal = history.last.pressure.size * history.last.pixel_area

@@ -23,6 +23,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import roughness, tilt
+from roughcontact.drawing import (
+    CELLS_ALONE,
+    CELLS_IN_PANEL,
+    CLOSED,
+    DPI,
+    ELASTIC,
+    LABEL,
+    MISSING,
+    NEUTRAL,
+    OPEN,
+    OVER,
+    SATURATED,
+    SERIES,
+    TICK,
+    TITLE,
+    UPRIGHT,
+    below_label,
+    cell_any,
+    cell_max,
+    cell_mean,
+    cell_note,
+    cell_size,
+    colour_bar,
+    draw_map,
+    few_ticks,
+    layout,
+    listed,
+    patch_legend,
+    plain_axes,
+    prefixed,
+    prefixed_area,
+    reduced,
+    shared_legend,
+    shown_aspect,
+    single_axes,
+)
 from roughcontact.errors import InputError, RoughcontactError, require_positive
 from roughcontact.history import SHAKEN_DOWN, LoadHistory
 from roughcontact.loading import LoadCurve
@@ -33,46 +69,15 @@ from roughcontact.units import engineering, percent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.colors import ListedColormap
     from matplotlib.figure import Figure
     from matplotlib.image import AxesImage
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-    from matplotlib.transforms import Transform
 
     from roughcontact.subsurface import StressResult
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-DPI = 150
-"""Dots per inch of every figure."""
-
-# Cells along the longer side of a map. The axes have more dots than that, so that drawing to the
-# nearest cell leaves none out.
-_CELLS_ALONE = 600
-_CELLS_IN_PANEL = 520
 _SECTION_ROWS = 400
-
-# Height over width of a map up to which the colour bar lies on top of it.
-_UPRIGHT = 0.45
-
-_TITLE = 13.0
-_LABEL = 12.0
-_TICK = 11.0
-_NOTE = 9.5
-
-_MISSING = "#c4c4c4"
-_OPEN = "#f1f1ee"
-# Light, middle and dark grey when printed without colour; blue and dark red for all eyes.
-_ELASTIC = "#4aa3df"
-_SATURATED = "#7f0d1b"
-_OVER = "#000000"
-_CLOSED = "#d55e00"
-_NEUTRAL = "#444444"
-# Okabe and Ito's colours for all kinds of colour vision, darkest first.
-_SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
-
-_PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _SUFFIXES = {".png": "png", ".svg": "svg", ".pdf": "pdf"}
 
 
@@ -90,10 +95,10 @@ def surface(surface: Surface) -> Figure:
         Heights above their mean; the colours span the middle 99 % of them, with arrows where
         there are more.
     """
-    figure, axes = _single(surface.size, legend=surface.missing > 0)
-    drawn = _draw_surface(axes, surface, _CELLS_ALONE)
-    axes.set_title(f"Surface heights, Sq {engineering(surface.Sq, 'm', 3)}", fontsize=_TITLE)
-    _note(figure, drawn.cell, "the mean height")
+    figure, axes = single_axes(surface.size, legend=surface.missing > 0)
+    drawn = _draw_surface(axes, surface, CELLS_ALONE)
+    axes.set_title(f"Surface heights, Sq {engineering(surface.Sq, 'm', 3)}", fontsize=TITLE)
+    cell_note(figure, drawn.cell, "the mean height")
     return figure
 
 
@@ -121,15 +126,15 @@ def pressure(result: ContactResult, limit: float | None = None) -> Figure:
         If the limit is not positive and finite.
     """
     top = _limit([result], limit)
-    figure, axes = _single(result.surface.size, legend=False)
-    drawn = _draw_pressure(axes, result, top, _CELLS_ALONE)
+    figure, axes = single_axes(result.surface.size, legend=False)
+    drawn = _draw_pressure(axes, result, top, CELLS_ALONE)
     _pressure_bar(axes, drawn.image, top, over=result.max_pressure > top)
     axes.set_title(
         f"Contact pressure at {_load(result)}, largest "
         f"{engineering(result.max_pressure, 'Pa', 3)}{_doubt(result)}",
-        fontsize=_TITLE,
+        fontsize=TITLE,
     )
-    _note(figure, drawn.cell, "the largest pressure")
+    cell_note(figure, drawn.cell, "the largest pressure")
     return figure
 
 
@@ -147,10 +152,10 @@ def contact(result: ContactResult) -> Figure:
         Three classes: no contact, elastic contact, saturated; and a fourth for missing points.
         The legend gives their shares of the map, counted on the points.
     """
-    figure, axes = _single(result.surface.size, bar=False)
-    drawn = _draw_contact(axes, result, _CELLS_ALONE)
-    axes.set_title(f"Contact at {_load(result)}{_doubt(result)}", fontsize=_TITLE)
-    _note(figure, drawn.cell, "the most severe class")
+    figure, axes = single_axes(result.surface.size, bar=False)
+    drawn = _draw_contact(axes, result, CELLS_ALONE)
+    axes.set_title(f"Contact at {_load(result)}{_doubt(result)}", fontsize=TITLE)
+    cell_note(figure, drawn.cell, "the most severe class")
     return figure
 
 
@@ -170,32 +175,32 @@ def gap(result: ContactResult) -> Figure:
     """
     from matplotlib import colormaps
 
-    figure, axes = _single(result.surface.size)
+    figure, axes = single_axes(result.surface.size)
     size = result.surface.size
-    blocks = _blocks(result.gap.shape, size, _CELLS_ALONE)
-    values = _cell_mean(np.maximum(result.gap, 0), blocks)
-    closed = _cell_any(result.contact, blocks)
+    blocks = cell_size(result.gap.shape, size, CELLS_ALONE)
+    values = cell_mean(np.maximum(result.gap, 0), blocks)
+    closed = cell_any(result.contact, blocks)
     values[closed] = np.nan
     there = values[np.isfinite(values)]
     top = float(np.percentile(there, 99.5)) if there.size else 0.0
     top = top or float(there.max(initial=0.0)) or 1e-9
-    factor, unit = _scale(top, "m")
-    image = _image(axes, values * factor, size, blocks, result.gap.shape)
-    image.set_cmap(colormaps["Blues"].with_extremes(bad=_MISSING))
+    factor, unit = prefixed(top, "m")
+    image = draw_map(axes, values * factor, size, blocks, result.gap.shape)
+    image.set_cmap(colormaps["Blues"].with_extremes(bad=MISSING))
     image.set_clim(0, top * factor)
-    marks = _image(axes, np.where(closed, 1.0, np.nan), size, blocks, result.gap.shape)
-    marks.set_cmap(_listed([_CLOSED]))
-    _bar(axes, image, f"open gap [{unit}]", "max" if (there > top).any() else "neither")
-    entries = [(_CLOSED, f"closed {percent(result.contact_fraction)}")]
+    marks = draw_map(axes, np.where(closed, 1.0, np.nan), size, blocks, result.gap.shape)
+    marks.set_cmap(listed([CLOSED]))
+    colour_bar(axes, image, f"open gap [{unit}]", "max" if (there > top).any() else "neither")
+    entries = [(CLOSED, f"closed {percent(result.contact_fraction)}")]
     missing = int(np.count_nonzero(np.isnan(result.gap)))
     if missing:
-        entries.append((_MISSING, f"missing {percent(missing / result.gap.size)}"))
-    _legend(axes, entries)
+        entries.append((MISSING, f"missing {percent(missing / result.gap.size)}"))
+    patch_legend(axes, entries)
     axes.set_title(
         f"Open gap at {_load(result)}, mean {engineering(result.mean_gap, 'm', 3)}{_doubt(result)}",
-        fontsize=_TITLE,
+        fontsize=TITLE,
     )
-    _note(figure, blocks, "the mean gap, or closed for any closed point")
+    cell_note(figure, blocks, "the mean gap, or closed for any closed point")
     return figure
 
 
@@ -233,10 +238,10 @@ def pressure_histogram(
     names = _names(results, labels)
     if scale not in ("linear", "log"):
         raise InputError(f"scale must be 'linear' or 'log', got {scale!r}")
-    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=_layout())
+    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
     axes = figure.subplots()
     _draw_histogram(axes, results, names, scale)
-    axes.set_title("Distribution of the contact pressure", fontsize=_TITLE, pad=24)
+    axes.set_title("Distribution of the contact pressure", fontsize=TITLE, pad=24)
     return figure
 
 
@@ -269,24 +274,24 @@ def comparison(
 
     names = _names(results, labels)
     top = _limit(results, limit)
-    aspect = max(_aspect(result.surface.size) for result in results)
+    aspect = max(shown_aspect(result.surface.size) for result in results)
     width, height = 4.9 * len(results) + 1.0, 8.4 * aspect + 2.7
-    height += 1.4 if aspect <= _UPRIGHT else 0.0
-    figure = Figure(figsize=(width, height), dpi=DPI, layout=_layout())
+    height += 1.4 if aspect <= UPRIGHT else 0.0
+    figure = Figure(figsize=(width, height), dpi=DPI, layout=layout())
     grid = figure.subplots(2, len(results), squeeze=False)
     over = max(result.max_pressure for result in results) > top
     cells = []
     for column, (result, name) in enumerate(zip(results, names, strict=True)):
         upper, lower = grid[:, column]
-        drawn = _draw_pressure(upper, result, top, _CELLS_IN_PANEL)
+        drawn = _draw_pressure(upper, result, top, CELLS_IN_PANEL)
         largest = engineering(result.max_pressure, "Pa", 3)
         upper.set_title(
-            f"{name}{_doubt(result)}\n{_load(result)}, largest pressure {largest}", fontsize=_TITLE
+            f"{name}{_doubt(result)}\n{_load(result)}, largest pressure {largest}", fontsize=TITLE
         )
         if column == len(results) - 1:
             _pressure_bar(upper, drawn.image, top, over=over)
-        cells.append(_draw_contact(lower, result, _CELLS_IN_PANEL).cell)
-    _note(figure, max(cells), "the largest pressure or the most severe class")
+        cells.append(_draw_contact(lower, result, CELLS_IN_PANEL).cell)
+    cell_note(figure, max(cells), "the largest pressure or the most severe class")
     return figure
 
 
@@ -308,11 +313,11 @@ def stress_depth(result: StressResult) -> Figure:
     from matplotlib.figure import Figure
 
     profile = result.profile
-    figure = Figure(figsize=(7.2, 6.0), dpi=DPI, layout=_layout())
+    figure = Figure(figsize=(7.2, 6.0), dpi=DPI, layout=layout())
     axes = figure.subplots()
     strength = profile.yield_strength or 0.0
-    factor, unit = _scale(max(profile.max_tresca, strength), "Pa")
-    length_factor, length_unit = _scale(float(profile.depths[-1]), "m")
+    factor, unit = prefixed(max(profile.max_tresca, strength), "Pa")
+    length_factor, length_unit = prefixed(float(profile.depths[-1]), "m")
     depths = profile.depths * length_factor
     for (values, name), colour, line in zip(
         (
@@ -320,7 +325,7 @@ def stress_depth(result: StressResult) -> Figure:
             (profile.tresca, "largest Tresca stress"),
             (profile.orthogonal_shear.max(axis=1), "orthogonal shear amplitude in a pass"),
         ),
-        _SERIES,
+        SERIES,
         ("-", "--", ":"),
         strict=False,
     ):
@@ -328,7 +333,7 @@ def stress_depth(result: StressResult) -> Figure:
             depths, values * factor, line, color=colour, linewidth=1.8, marker=".", label=name
         )
     if strength:
-        axes.axhline(strength * factor, color=_NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
+        axes.axhline(strength * factor, color=NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
         axes.annotate(
             f"yield strength {engineering(strength, 'Pa', 3)}",
             (1, strength * factor),
@@ -336,8 +341,8 @@ def stress_depth(result: StressResult) -> Figure:
             xytext=(-3, 3),
             textcoords="offset points",
             ha="right",
-            fontsize=_TICK,
-            color=_NEUTRAL,
+            fontsize=TICK,
+            color=NEUTRAL,
         )
     if depths.size > 2 and profile.depth_of_max < 0.05 * profile.depths[-1]:
         first = 10.0 ** math.ceil(math.log10(float(depths[depths > 0][0])))
@@ -345,9 +350,9 @@ def stress_depth(result: StressResult) -> Figure:
     axes.set_xlim(0, float(depths[-1]) or None)
     axes.set_ylim(bottom=0)
     axes.margins(y=0.1)
-    axes.set_xlabel(f"depth [{length_unit}]", fontsize=_LABEL)
-    axes.set_ylabel(f"stress [{unit}]", fontsize=_LABEL)
-    axes.tick_params(labelsize=_TICK)
+    axes.set_xlabel(f"depth [{length_unit}]", fontsize=LABEL)
+    axes.set_ylabel(f"stress [{unit}]", fontsize=LABEL)
+    axes.tick_params(labelsize=TICK)
     axes.grid(True, color="#dddddd", linewidth=0.8)
     axes.set_axisbelow(True)
     for side in ("top", "right"):
@@ -355,12 +360,12 @@ def stress_depth(result: StressResult) -> Figure:
     axes.legend(
         loc="upper center",
         bbox_to_anchor=(0.5, 0),
-        bbox_transform=_below(axes),
+        bbox_transform=below_label(axes),
         borderaxespad=0,
-        fontsize=_TICK,
+        fontsize=TICK,
         frameon=False,
     )
-    axes.set_title(_stress_title(result), fontsize=_TITLE)
+    axes.set_title(_stress_title(result), fontsize=TITLE)
     return figure
 
 
@@ -403,16 +408,16 @@ def stress_section(result: StressResult, along: str = "x", depth: float | None =
     if not 0 < depth < math.inf:
         raise InputError(f"depth must be positive and finite [m], got {depth!r}")
     depth = min(depth, float(profile.depths[-1]))
-    block = max(math.ceil(values.shape[1] / _CELLS_ALONE), 1)
-    cells = _reduced(np.maximum, values, (1, block))
+    block = max(math.ceil(values.shape[1] / CELLS_ALONE), 1)
+    cells = reduced(np.maximum, values, (1, block))
     # Depths are graded: straight lines lead from one to the next.
     fine = depth / _SECTION_ROWS * (np.arange(_SECTION_ROWS) + 0.5)
     rows = np.array([np.interp(fine, profile.depths, column) for column in cells.T]).T
-    factor, unit = _scale(side, "m")
+    factor, unit = prefixed(side, "m")
     across = np.append(np.arange(0, values.shape[1], block), values.shape[1]) * edge * factor
     aspect = depth / side
     height = max(5.8 * min(aspect, 1.6), 0.4) + (3.0 if aspect <= 0.45 else 1.8)
-    figure = Figure(figsize=(7.2, height), dpi=DPI, layout=_layout())
+    figure = Figure(figsize=(7.2, height), dpi=DPI, layout=layout())
     axes = figure.subplots()
     top, stress_factor, stress_unit = _stress_scale(result)
     mesh = axes.pcolormesh(
@@ -428,7 +433,7 @@ def stress_section(result: StressResult, along: str = "x", depth: float | None =
         [place[2 if along == "x" else 1] * factor],
         [place[0] * factor],
         "+",
-        color=_SERIES[0],
+        color=SERIES[0],
         markersize=11,
         markeredgewidth=2,
         clip_on=False,
@@ -436,12 +441,12 @@ def stress_section(result: StressResult, along: str = "x", depth: float | None =
     axes.set_aspect("equal")
     axes.set_xlim(0, side * factor)
     axes.set_ylim(depth * factor, 0)
-    axes.set_xlabel(f"{along} [{unit}]", fontsize=_LABEL)
-    axes.set_ylabel(f"depth [{unit}]", fontsize=_LABEL)
-    axes.tick_params(labelsize=_TICK)
-    _few_ticks(axes, aspect)
+    axes.set_xlabel(f"{along} [{unit}]", fontsize=LABEL)
+    axes.set_ylabel(f"depth [{unit}]", fontsize=LABEL)
+    axes.tick_params(labelsize=TICK)
+    few_ticks(axes, aspect)
     _stress_bar(axes, mesh, result, stress_unit)
-    axes.set_title(_stress_title(result), fontsize=_TITLE)
+    axes.set_title(_stress_title(result), fontsize=TITLE)
     return figure
 
 
@@ -462,24 +467,24 @@ def stress_map(result: StressResult) -> Figure:
     peak, size = result.profile.peak, result.contact.surface.size
     strength = result.profile.yield_strength
     over = strength is not None and result.max_von_mises > strength
-    figure, axes = _single(size, legend=over)
-    blocks = _blocks(peak.shape, size, _CELLS_ALONE)
+    figure, axes = single_axes(size, legend=over)
+    blocks = cell_size(peak.shape, size, CELLS_ALONE)
     _, factor, unit = _stress_scale(result)
-    image = _image(axes, _cell_max(peak, blocks) * factor, size, blocks, peak.shape)
+    image = draw_map(axes, cell_max(peak, blocks) * factor, size, blocks, peak.shape)
     image.set_cmap(_stress_colours())
     image.set_clim(0, _stress_scale(result)[0] * factor)
-    length_factor, _ = _scale(max(size), "m")
+    length_factor, _ = prefixed(max(size), "m")
     _, y, x = result.place
     axes.plot(
         [x * length_factor], [y * length_factor], "+",
-        color=_SERIES[0], markersize=11, markeredgewidth=2,
+        color=SERIES[0], markersize=11, markeredgewidth=2,
     )  # fmt: skip
     _stress_bar(axes, image, result, unit)
     if over:
         share = percent(float(np.count_nonzero(peak > strength)) / peak.size)
-        _legend(axes, [(_OVER, f"yield strength exceeded below {share} of the map")])
-    axes.set_title(_stress_title(result), fontsize=_TITLE)
-    _note(figure, blocks, "the largest stress")
+        patch_legend(axes, [(OVER, f"yield strength exceeded below {share} of the map")])
+    axes.set_title(_stress_title(result), fontsize=TITLE)
+    cell_note(figure, blocks, "the largest stress")
     return figure
 
 
@@ -498,20 +503,20 @@ def overview(result: ContactResult) -> Figure:
     """
     from matplotlib.figure import Figure
 
-    height = 9.6 * max(_aspect(result.surface.size), 0.6) + 3.2
-    figure = Figure(figsize=(12.0, height), dpi=DPI, layout=_layout())
+    height = 9.6 * max(shown_aspect(result.surface.size), 0.6) + 3.2
+    figure = Figure(figsize=(12.0, height), dpi=DPI, layout=layout())
     grid = figure.subplots(2, 2)
     top = _limit([result], None)
-    drawn = _draw_surface(grid[0, 0], result.surface, _CELLS_IN_PANEL)
+    drawn = _draw_surface(grid[0, 0], result.surface, CELLS_IN_PANEL)
     name = "Surface" if result.counter_surface is None else "Surface of the first body"
-    grid[0, 0].set_title(f"{name}, Sq {engineering(result.surface.Sq, 'm', 3)}", fontsize=_TITLE)
-    pressures = _draw_pressure(grid[0, 1], result, top, _CELLS_IN_PANEL)
+    grid[0, 0].set_title(f"{name}, Sq {engineering(result.surface.Sq, 'm', 3)}", fontsize=TITLE)
+    pressures = _draw_pressure(grid[0, 1], result, top, CELLS_IN_PANEL)
     _pressure_bar(grid[0, 1], pressures.image, top, over=result.max_pressure > top)
-    grid[0, 1].set_title("Contact pressure", fontsize=_TITLE)
-    _draw_contact(grid[1, 0], result, _CELLS_IN_PANEL)
-    grid[1, 0].set_title("Contact", fontsize=_TITLE)
+    grid[0, 1].set_title("Contact pressure", fontsize=TITLE)
+    _draw_contact(grid[1, 0], result, CELLS_IN_PANEL)
+    grid[1, 0].set_title("Contact", fontsize=TITLE)
     _draw_histogram(grid[1, 1], [result], [""], "linear")
-    grid[1, 1].set_title("Distribution of the contact pressure", fontsize=_TITLE, pad=24)
+    grid[1, 1].set_title("Distribution of the contact pressure", fontsize=TITLE, pad=24)
     certificate = f"certificate {result.certificate:.1e}"
     saturated = f"saturated {percent(result.saturated_fraction)}"
     words = [
@@ -522,10 +527,10 @@ def overview(result: ContactResult) -> Figure:
         certificate if result.converged else f"NOT CONVERGED, {certificate}",
     ]
     figure.suptitle(
-        "  ·  ".join(words) + f"\nregime: {result.regime}", fontsize=_TITLE + 1, linespacing=1.4
+        "  ·  ".join(words) + f"\nregime: {result.regime}", fontsize=TITLE + 1, linespacing=1.4
     )
     shown = "the mean height, the largest pressure or the most severe class"
-    _note(figure, drawn.cell, shown)
+    cell_note(figure, drawn.cell, shown)
     return figure
 
 
@@ -546,32 +551,32 @@ def hysteresis(history: LoadHistory) -> Figure:
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
-    figure = Figure(figsize=(7.2, 8.6), dpi=DPI, layout=_layout())
+    figure = Figure(figsize=(7.2, 8.6), dpi=DPI, layout=layout())
     upper, lower = figure.subplots(2, 1, height_ratios=(1.7, 1.0))
     _draw_loop(upper, history)
 
     number = np.arange(1, len(history.steps) + 1)
     energy = history.column("dissipated_energy")
     volume = np.cumsum(history.column("indentation_volume"))
-    factor, unit = _scale(float(energy.max()), "J")
-    lower.bar(number, energy * factor, width=0.7, color=_SATURATED)
-    lower.set_xlabel("step", fontsize=_LABEL)
-    lower.set_ylabel(f"dissipated energy [{unit}]", fontsize=_LABEL, color=_SATURATED)
+    factor, unit = prefixed(float(energy.max()), "J")
+    lower.bar(number, energy * factor, width=0.7, color=SATURATED)
+    lower.set_xlabel("step", fontsize=LABEL)
+    lower.set_ylabel(f"dissipated energy [{unit}]", fontsize=LABEL, color=SATURATED)
     lower.xaxis.set_major_locator(MaxNLocator(integer=True))
     lower.set_xlim(0.3, number[-1] + 0.7)
     lower.set_ylim(0, 1.15 * float(energy.max()) * factor or 1)
     # Cubic micrometres: prefixes of m³ mislead.
     total = lower.twinx()
-    total.plot(number, volume * 1e18, color=_SERIES[0], marker="o", markersize=4, linewidth=1.8)
-    total.set_ylabel("indented volume so far [µm³]", fontsize=_LABEL, color=_SERIES[0])
+    total.plot(number, volume * 1e18, color=SERIES[0], marker="o", markersize=4, linewidth=1.8)
+    total.set_ylabel("indented volume so far [µm³]", fontsize=LABEL, color=SERIES[0])
     total.set_ylim(0, 1.15 * float(volume[-1]) * 1e18 or 1)
     for axes in (lower, total):
-        axes.tick_params(labelsize=_TICK)
+        axes.tick_params(labelsize=TICK)
         axes.spines["top"].set_visible(False)
     lower.set_title(
         f"{engineering(history.dissipated_energy, 'J', 3)} dissipated, "
         + ("shaken down" if history.shaken_down else "shakedown not shown"),
-        fontsize=_TITLE,
+        fontsize=TITLE,
     )
     return figure
 
@@ -612,25 +617,25 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     part = result.pressure[rows, columns]
     corner = rows.start * pixel[0], columns.start * pixel[1]
     size = part.shape[0] * pixel[0], part.shape[1] * pixel[1]
-    blocks = _blocks(part.shape, size, _CELLS_IN_PANEL)
-    figure = Figure(figsize=(10.8, 4.0 * _aspect(size) + 2.2), dpi=DPI, layout=_layout())
+    blocks = cell_size(part.shape, size, CELLS_IN_PANEL)
+    figure = Figure(figsize=(10.8, 4.0 * shown_aspect(size) + 2.2), dpi=DPI, layout=layout())
     left, right = figure.subplots(1, 2)
     top = _limit([result], None)
-    values = _cell_max(part, blocks)
-    factor, _ = _scale(top, "Pa")
+    values = cell_max(part, blocks)
+    factor, _ = prefixed(top, "Pa")
     values = np.where(values > 0, values * factor, np.nan)
-    image = _image(left, values, size, blocks, part.shape, corner)
+    image = draw_map(left, values, size, blocks, part.shape, corner)
     _colour_pressure(image, top * factor)
     _pressure_bar(left, image, top, over=bool(part.max() > top))
-    left.set_title("Contact pressure", fontsize=_TITLE)
+    left.set_title("Contact pressure", fontsize=TITLE)
     gap = result.gap[rows, columns]
     classes = _classes(part > 0, result.saturated[rows, columns], gap, blocks)
-    _colour_classes(_image(right, classes, size, blocks, part.shape, corner))
-    entries = [(_OPEN, "no contact"), (_ELASTIC, "elastic"), (_SATURATED, "saturated")]
-    _legend(right, entries + [(_MISSING, "missing")] * bool(np.isnan(gap).any()))
-    right.set_title("Contact", fontsize=_TITLE)
-    figure.suptitle(f"Part of the contact at {_load(result)}{_doubt(result)}", fontsize=_TITLE)
-    _note(figure, blocks, "the largest pressure or the most severe class")
+    _colour_classes(draw_map(right, classes, size, blocks, part.shape, corner))
+    entries = [(OPEN, "no contact"), (ELASTIC, "elastic"), (SATURATED, "saturated")]
+    patch_legend(right, entries + [(MISSING, "missing")] * bool(np.isnan(gap).any()))
+    right.set_title("Contact", fontsize=TITLE)
+    figure.suptitle(f"Part of the contact at {_load(result)}{_doubt(result)}", fontsize=TITLE)
+    cell_note(figure, blocks, "the largest pressure or the most severe class")
     return figure
 
 
@@ -665,37 +670,37 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
     before = result.initial_gap
     peak = _highest(before)
     length = min(width or math.inf, max(result.surface.size))
-    factor, unit = _scale(length, "m")
+    factor, unit = prefixed(length, "m")
     lines = [_line(result, before, peak, axis, width or math.inf) for axis in (1, 0)]
-    figure = Figure(figsize=(10.6, 7.2), dpi=DPI, layout=_layout())
+    figure = Figure(figsize=(10.6, 7.2), dpi=DPI, layout=layout())
     grid = figure.subplots(2, 2, sharex="col", sharey="row", height_ratios=(1.25, 1))
     tall = max(_largest(line.before, line.under) for line in lines)
-    height_factor, height_unit = _scale(tall, "m")
+    height_factor, height_unit = prefixed(tall, "m")
     top = max(_largest(line.pressure) for line in lines)
     # Ceilings far above all pressures do not stretch the axis.
     ceilings = [line.ceiling for line in lines if line.ceiling is not None]
     top = max([top, *(_largest(values[values <= 2 * top]) for values in ceilings)])
-    pressure_factor, pressure_unit = _scale(top, "Pa")
+    pressure_factor, pressure_unit = prefixed(top, "Pa")
     for column, (line, name, other) in enumerate(zip(lines, "xy", "yx", strict=True)):
         upper, lower = grid[:, column]
         _draw_profile(upper, line, factor, height_factor)
         _draw_line_pressure(lower, line, top, factor, pressure_factor)
         upper.set_title(
-            f"along {name}, at {other} = {engineering(line.across, 'm', 4)}", fontsize=_TITLE
+            f"along {name}, at {other} = {engineering(line.across, 'm', 4)}", fontsize=TITLE
         )
-        lower.set_xlabel(f"{name} [{unit}]", fontsize=_LABEL)
+        lower.set_xlabel(f"{name} [{unit}]", fontsize=LABEL)
         lower.set_xlim(line.limits[0] * factor, line.limits[1] * factor)
         for axes in (upper, lower):
-            axes.axvline(line.peak * factor, color=_NEUTRAL, linewidth=0.9, linestyle=":")
+            axes.axvline(line.peak * factor, color=NEUTRAL, linewidth=0.9, linestyle=":")
             axes.xaxis.set_major_locator(MaxNLocator(6))
-            _plain(axes)
+            plain_axes(axes)
     what = "height" if result.counter_surface is None else "sum of heights"
-    grid[0, 0].set_ylabel(f"{what} [{height_unit}]", fontsize=_LABEL)
-    grid[1, 0].set_ylabel(f"pressure [{pressure_unit}]", fontsize=_LABEL)
+    grid[0, 0].set_ylabel(f"{what} [{height_unit}]", fontsize=LABEL)
+    grid[1, 0].set_ylabel(f"pressure [{pressure_unit}]", fontsize=LABEL)
     grid[1, 0].set_ylim(0, 1.08 * (top or 1.0) * pressure_factor)
-    _shared_legend(figure, grid)
+    shared_legend(figure, grid)
     figure.suptitle(
-        f"Sections through the highest peak at {_load(result)}{_doubt(result)}", fontsize=_TITLE
+        f"Sections through the highest peak at {_load(result)}{_doubt(result)}", fontsize=TITLE
     )
     return figure
 
@@ -727,21 +732,21 @@ def bearing_curve(surface: Surface) -> Figure:
     else:
         upper = core["Sk"] / 2
     lower = upper - core["Sk"]
-    factor, unit = _scale(float(np.abs(height).max()), "m")
-    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=_layout())
+    factor, unit = prefixed(float(np.abs(height).max()), "m")
+    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
     axes = figure.subplots()
     first, second = 100 * core["Smr1"], 100 * core["Smr2"]
-    axes.plot(100 * ratio, height * factor, color=_SERIES[0], linewidth=2.2, zorder=3)
+    axes.plot(100 * ratio, height * factor, color=SERIES[0], linewidth=2.2, zorder=3)
     axes.fill(
         [0, 0, first],
         [upper * factor, (upper + core["Spk"]) * factor, upper * factor],
-        color=_SERIES[4],
+        color=SERIES[4],
         label=f"reduced peaks: Spk {engineering(core['Spk'], 'm', 3)}, Smr1 {first:.1f} %",
     )
     axes.plot(
         [0, 100],
         [upper * factor, lower * factor],
-        color=_NEUTRAL,
+        color=NEUTRAL,
         linestyle=(0, (5, 3)),
         linewidth=1.5,
         label=f"core: Sk {engineering(core['Sk'], 'm', 3)}",
@@ -749,22 +754,22 @@ def bearing_curve(surface: Surface) -> Figure:
     axes.fill(
         [100, 100, second],
         [lower * factor, (lower - core["Svk"]) * factor, lower * factor],
-        color=_SERIES[5],
+        color=SERIES[5],
         label=f"reduced dales: Svk {engineering(core['Svk'], 'm', 3)}, Smr2 {second:.1f} %",
     )
     for value in (upper, lower):
-        axes.axhline(value * factor, color=_NEUTRAL, linewidth=0.8, linestyle=":")
+        axes.axhline(value * factor, color=NEUTRAL, linewidth=0.8, linestyle=":")
     axes.set_xlim(0, 100)
-    axes.set_xlabel("material ratio [%]", fontsize=_LABEL)
-    axes.set_ylabel(f"height above mean [{unit}]", fontsize=_LABEL)
-    axes.set_title("Material ratio curve", fontsize=_TITLE)
-    _plain(axes)
+    axes.set_xlabel("material ratio [%]", fontsize=LABEL)
+    axes.set_ylabel(f"height above mean [{unit}]", fontsize=LABEL)
+    axes.set_title("Material ratio curve", fontsize=TITLE)
+    plain_axes(axes)
     axes.legend(
         loc="upper center",
         bbox_to_anchor=(0.5, 0),
-        bbox_transform=_below(axes),
+        bbox_transform=below_label(axes),
         borderaxespad=0,
-        fontsize=_TICK,
+        fontsize=TICK,
         frameon=False,
     )
     return figure
@@ -787,11 +792,11 @@ def spots(result: ContactResult) -> Figure:
     from matplotlib.figure import Figure
 
     areas = result.spots().area
-    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=_layout())
+    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
     axes = figure.subplots()
     pixel = result.pixel_area
     largest = float(areas.max(initial=pixel))
-    factor, unit = _area_scale(largest)
+    factor, unit = prefixed_area(largest)
     # Equal areas make one point: how many spots are at least that large.
     sizes, counts = np.unique(areas, return_counts=True)
     at_least = np.cumsum(counts[::-1])[::-1]
@@ -801,12 +806,12 @@ def spots(result: ContactResult) -> Figure:
         color="#ececec",
         label=f"fewer than {FEW_PIXELS} pixels: size set by the grid",
     )
-    axes.plot(sizes * factor, at_least, "o-", color=_SERIES[0], markersize=4, linewidth=1.2)
+    axes.plot(sizes * factor, at_least, "o-", color=SERIES[0], markersize=4, linewidth=1.2)
     if areas.size:
         mean = float(areas.mean())
         axes.axvline(
             mean * factor,
-            color=_SERIES[1],
+            color=SERIES[1],
             linestyle=(0, (5, 3)),
             linewidth=1.6,
             label=f"mean area {engineering(mean, 'm²', 3)}",
@@ -815,20 +820,20 @@ def spots(result: ContactResult) -> Figure:
     axes.set_yscale("log")
     axes.set_xlim(0.7 * pixel * factor, max(2 * largest, 2 * FEW_PIXELS * pixel) * factor)
     axes.set_ylim(0.7, 2.0 * max(areas.size, 5))
-    axes.set_xlabel(f"area A of a spot [{unit}]", fontsize=_LABEL)
-    axes.set_ylabel("spots of at least that area", fontsize=_LABEL)
+    axes.set_xlabel(f"area A of a spot [{unit}]", fontsize=LABEL)
+    axes.set_ylabel("spots of at least that area", fontsize=LABEL)
     noun = "spot" if areas.size == 1 else "spots"
     axes.set_title(
-        f"{areas.size} contact {noun} at {_load(result)}{_doubt(result)}", fontsize=_TITLE
+        f"{areas.size} contact {noun} at {_load(result)}{_doubt(result)}", fontsize=TITLE
     )
-    _plain(axes)
+    plain_axes(axes)
     axes.legend(
         loc="upper center",
         bbox_to_anchor=(0.5, 0),
-        bbox_transform=_below(axes),
+        bbox_transform=below_label(axes),
         borderaxespad=0,
         ncols=2,
-        fontsize=_TICK,
+        fontsize=TICK,
         frameon=False,
     )
     return figure
@@ -851,41 +856,41 @@ def load_curve(curve: LoadCurve) -> Figure:
     """
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11.0, 9.4), dpi=DPI, layout=_layout())
+    figure = Figure(figsize=(11.0, 9.4), dpi=DPI, layout=layout())
     grid = figure.subplots(2, 2)
     load = curve.column("load")
-    factor, unit = _scale(float(load.max()), "N")
+    factor, unit = prefixed(float(load.max()), "N")
     _draw_areas(grid[0, 0], curve, factor)
     lengths = {
-        "approach": (curve.column("approach"), _SERIES[0], "o-"),
-        "mean gap": (curve.column("mean_gap"), _SERIES[1], "s-"),
+        "approach": (curve.column("approach"), SERIES[0], "o-"),
+        "mean gap": (curve.column("mean_gap"), SERIES[1], "s-"),
     }
     longest = max(float(values.max()) for values, *_ in lengths.values())
-    scale, length_unit = _scale(longest, "m")
+    scale, length_unit = prefixed(longest, "m")
     for name, (values, colour, marker) in lengths.items():
         grid[0, 1].plot(load * factor, values * scale, marker, color=colour, label=name)
     grid[0, 1].set_ylim(0, 1.08 * (longest or 1.0) * scale)
-    grid[0, 1].set_ylabel(f"approach, mean gap [{length_unit}]", fontsize=_LABEL)
-    grid[0, 1].set_title("Approach and mean open gap", fontsize=_TITLE)
+    grid[0, 1].set_ylabel(f"approach, mean gap [{length_unit}]", fontsize=LABEL)
+    grid[0, 1].set_title("Approach and mean open gap", fontsize=TITLE)
     stiffness = curve.column("stiffness")
     # Nothing but saturated pixels has none, full periodic contact has no bound.
     stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
-    grid[1, 0].plot(load * factor, stiffness, "o-", color=_SERIES[0])
+    grid[1, 0].plot(load * factor, stiffness, "o-", color=SERIES[0])
     if np.isfinite(stiffness).any():
         grid[1, 0].set_yscale("log")
-    grid[1, 0].set_ylabel("stiffness dW/dω [N/m]", fontsize=_LABEL)
-    grid[1, 0].set_title("Contact stiffness", fontsize=_TITLE)
+    grid[1, 0].set_ylabel("stiffness dW/dω [N/m]", fontsize=LABEL)
+    grid[1, 0].set_title("Contact stiffness", fontsize=TITLE)
     number = curve.column("spots")
-    grid[1, 1].plot(load * factor, number, "o-", color=_SERIES[0])
+    grid[1, 1].plot(load * factor, number, "o-", color=SERIES[0])
     grid[1, 1].set_ylim(0, 1.1 * max(float(number.max()), 1.0))
-    grid[1, 1].set_ylabel("number of contact spots", fontsize=_LABEL)
-    grid[1, 1].set_title("Contact spots", fontsize=_TITLE)
+    grid[1, 1].set_ylabel("number of contact spots", fontsize=LABEL)
+    grid[1, 1].set_title("Contact spots", fontsize=TITLE)
     for axes in grid.ravel():
         axes.set_xscale("log")
-        axes.set_xlabel(f"load [{unit}]", fontsize=_LABEL)
-        _plain(axes)
+        axes.set_xlabel(f"load [{unit}]", fontsize=LABEL)
+        plain_axes(axes)
     for axes in grid[0]:
-        axes.legend(fontsize=_TICK, frameon=False)
+        axes.legend(fontsize=TICK, frameon=False)
     return figure
 
 
@@ -1010,11 +1015,11 @@ def _draw_profile(axes: Axes, line: _Line, factor: float, height_factor: float) 
     axes.fill_between(place, under, 0, where=under < 0, color="#dcebf5", label="gap left")
     axes.plot(place, before, color="#8a8a8a", linewidth=1.1, label="before loading, moved together")
     axes.axhline(0, color="#000000", linewidth=1.2, label="counter-body")
-    axes.plot(place, under, color=_SERIES[0], linewidth=1.6, label="under load")
+    axes.plot(place, under, color=SERIES[0], linewidth=1.6, label="under load")
     if line.saturated.any():
         sunk = np.where(line.saturated, np.maximum(under, 0), 0.0)
         axes.fill_between(
-            place, sunk, 0, step="mid", color=_SATURATED, label="has to flow away (saturated)"
+            place, sunk, 0, step="mid", color=SATURATED, label="has to flow away (saturated)"
         )
 
 
@@ -1022,33 +1027,18 @@ def _draw_line_pressure(
     axes: Axes, line: _Line, top: float, factor: float, pressure_factor: float
 ) -> None:
     edges = np.append(line.place - line.pixel / 2, line.place[-1] + line.pixel / 2) * factor
-    for mask, colour in ((~line.saturated, _ELASTIC), (line.saturated, _SATURATED)):
+    for mask, colour in ((~line.saturated, ELASTIC), (line.saturated, SATURATED)):
         values = np.where(mask, line.pressure, 0.0) * pressure_factor
         axes.stairs(values, edges, fill=True, color=colour)
     if line.ceiling is not None and (line.ceiling <= top).any():
         axes.plot(
             line.place * factor,
             np.where(line.ceiling <= top, line.ceiling, np.nan) * pressure_factor,
-            color=_NEUTRAL,
+            color=NEUTRAL,
             linestyle=(0, (5, 3)),
             linewidth=1.3,
             label="ceiling",
         )
-
-
-def _shared_legend(figure: Figure, grid: NDArray[Any]) -> None:
-    entries: dict[str, Any] = {}
-    for axes in grid.ravel():
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            entries.setdefault(label, handle)
-    figure.legend(
-        entries.values(),
-        entries.keys(),
-        loc="outside lower center",
-        ncols=3,
-        fontsize=_TICK,
-        frameon=False,
-    )
 
 
 def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
@@ -1057,14 +1047,14 @@ def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
     contact_theory, saturated_theory = curve.persson
     # The law is one of elastic contact; the area of a saturated one is load over ceiling.
     law = slope * load / (curve.contact_modulus * curve.rms_gradient)
-    lines = [(law, "--", _NEUTRAL, f"κ W/(E* h′), κ = {slope:.2f}")]
+    lines = [(law, "--", NEUTRAL, f"κ W/(E* h′), κ = {slope:.2f}")]
     if isinstance(curve.ceiling, float) and saturated.any():
-        lines.append((load / curve.ceiling, ":", _NEUTRAL, "load / ceiling"))
+        lines.append((load / curve.ceiling, ":", NEUTRAL, "load / ceiling"))
     lines += [
-        (contact_theory, "--", _SERIES[5], "contact, Persson"),
-        (saturated_theory, "--", _SERIES[3], "saturated, Persson"),
-        (contact, "o-", _SERIES[0], "contact"),
-        (saturated, "s-", _SATURATED, "saturated"),
+        (contact_theory, "--", SERIES[5], "contact, Persson"),
+        (saturated_theory, "--", SERIES[3], "saturated, Persson"),
+        (contact, "o-", SERIES[0], "contact"),
+        (saturated, "s-", SATURATED, "saturated"),
     ]
     for values, marker, colour, name in lines:
         share = 100 * values / nominal
@@ -1072,8 +1062,8 @@ def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
         if np.isfinite(share).any():
             axes.plot(load * factor, share, marker, color=colour, label=name)
     axes.set_yscale("log")
-    axes.set_ylabel("share of the map [%]", fontsize=_LABEL)
-    axes.set_title("Contact and saturated area", fontsize=_TITLE)
+    axes.set_ylabel("share of the map [%]", fontsize=LABEL)
+    axes.set_title("Contact and saturated area", fontsize=TITLE)
 
 
 def _draw_loop(axes: Axes, history: LoadHistory) -> None:
@@ -1084,10 +1074,10 @@ def _draw_loop(axes: Axes, history: LoadHistory) -> None:
         approach, load = np.append(0.0, approach), np.append(0.0, load)
     else:
         indents = indents[1:]
-    across, unit_across = _scale(float(np.abs(approach).max()), "m")
-    up, unit_up = _scale(float(load.max()), "N")
+    across, unit_across = prefixed(float(np.abs(approach).max()), "m")
+    up, unit_up = prefixed(float(load.max()), "N")
     x, y = approach * across, load * up
-    for kind, colour, name in ((False, _ELASTIC, "elastic"), (True, _SATURATED, "new indentation")):
+    for kind, colour, name in ((False, ELASTIC, "elastic"), (True, SATURATED, "new indentation")):
         if not (indents == kind).any():
             continue
         # One line with gaps, so that the legend names each kind once.
@@ -1095,41 +1085,33 @@ def _draw_loop(axes: Axes, history: LoadHistory) -> None:
         parts = np.where(indents == kind, [x[:-1], x[1:], gaps], np.nan)
         axes.plot(parts.T.ravel(), np.array([y[:-1], y[1:], gaps]).T.ravel(),
                   color=colour, linewidth=2.2 if kind else 1.8, label=name)  # fmt: skip
-    axes.plot(x, y, "o", color=_NEUTRAL, markersize=4)
+    axes.plot(x, y, "o", color=NEUTRAL, markersize=4)
     for place, text, side in ((0, "start ", "right"), (-1, " end", "left")):
         axes.annotate(
             text, (x[place], y[place]), xytext=(0, 3), textcoords="offset points", ha=side,
-            fontsize=_TICK, color=_NEUTRAL,
+            fontsize=TICK, color=NEUTRAL,
         )  # fmt: skip
     axes.margins(x=0.1)
-    axes.set_xlabel(f"approach from first touch [{unit_across}]", fontsize=_LABEL)
-    axes.set_ylabel(f"load [{unit_up}]", fontsize=_LABEL)
+    axes.set_xlabel(f"approach from first touch [{unit_across}]", fontsize=LABEL)
+    axes.set_ylabel(f"load [{unit_up}]", fontsize=LABEL)
     axes.set_ylim(bottom=0)
-    axes.tick_params(labelsize=_TICK)
+    axes.tick_params(labelsize=TICK)
     axes.grid(True, color="#dddddd", linewidth=0.8)
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     if indents.size:
-        axes.legend(fontsize=_TICK, frameon=False, loc="upper left")
+        axes.legend(fontsize=TICK, frameon=False, loc="upper left")
     positions = len({stage.shift for stage in history.path})
     where = f", {positions} lateral positions" if positions > 1 else ""
-    axes.set_title(f"Load history, {len(history.steps)} steps{where}", fontsize=_TITLE)
-
-
-def _plain(axes: Axes) -> None:
-    axes.tick_params(labelsize=_TICK)
-    axes.grid(True, color="#dddddd", linewidth=0.8)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    axes.set_title(f"Load history, {len(history.steps)} steps{where}", fontsize=TITLE)
 
 
 def _draw_surface(axes: Axes, surface: Surface, cells: int) -> _Drawn:
     from matplotlib import colormaps
 
-    blocks = _blocks(surface.shape, surface.size, cells)
-    values = _cell_mean(surface.heights, blocks)
+    blocks = cell_size(surface.shape, surface.size, cells)
+    values = cell_mean(surface.heights, blocks)
     values -= np.nanmean(surface.heights)
     there = values[np.isfinite(values)]
     low, high = np.percentile(there, (0.5, 99.5)) if there.size else (0.0, 0.0)
@@ -1140,25 +1122,25 @@ def _draw_surface(axes: Axes, surface: Surface, cells: int) -> _Drawn:
         span = high - low
     if span == 0:
         low, high = -0.5e-9, 0.5e-9
-    factor, unit = _scale(max(abs(low), abs(high)), "m")
-    image = _image(axes, values * factor, surface.size, blocks, surface.shape)
-    image.set_cmap(colormaps["viridis"].with_extremes(bad=_MISSING))
+    factor, unit = prefixed(max(abs(low), abs(high)), "m")
+    image = draw_map(axes, values * factor, surface.size, blocks, surface.shape)
+    image.set_cmap(colormaps["viridis"].with_extremes(bad=MISSING))
     image.set_clim(low * factor, high * factor)
     below, above = bool((there < low).any()), bool((there > high).any())
     extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, above]
-    _bar(axes, image, f"height above mean [{unit}]", extend)
+    colour_bar(axes, image, f"height above mean [{unit}]", extend)
     if surface.missing:
         share = percent(surface.missing / surface.heights.size)
-        _legend(axes, [(_MISSING, f"missing {share}")])
+        patch_legend(axes, [(MISSING, f"missing {share}")])
     return _Drawn(image, blocks)
 
 
 def _draw_pressure(axes: Axes, result: ContactResult, top: float, cells: int) -> _Drawn:
     size, shape = result.surface.size, result.pressure.shape
-    blocks = _blocks(shape, size, cells)
-    values = _cell_max(result.pressure, blocks)
-    factor, _ = _scale(top, "Pa")
-    image = _image(axes, np.where(values > 0, values * factor, np.nan), size, blocks, shape)
+    blocks = cell_size(shape, size, cells)
+    values = cell_max(result.pressure, blocks)
+    factor, _ = prefixed(top, "Pa")
+    image = draw_map(axes, np.where(values > 0, values * factor, np.nan), size, blocks, shape)
     _colour_pressure(image, top * factor)
     return _Drawn(image, blocks)
 
@@ -1169,46 +1151,46 @@ def _colour_pressure(image: AxesImage, top: float) -> None:
     # Without the lightest colours, which drown in the ground, and the darkest, which would pass
     # for what is beyond the scale.
     colours = colormaps["inferno_r"](np.linspace(0.17, 0.63, 256))
-    image.set_cmap(_listed(colours).with_extremes(bad=_OPEN, over=_OVER))
+    image.set_cmap(listed(colours).with_extremes(bad=OPEN, over=OVER))
     image.set_clim(0, top)
 
 
 def _pressure_bar(axes: Axes, image: AxesImage, top: float, over: bool) -> None:
-    _bar(axes, image, f"pressure [{_scale(top, 'Pa')[1]}]", "max" if over else "neither")
+    colour_bar(axes, image, f"pressure [{prefixed(top, 'Pa')[1]}]", "max" if over else "neither")
 
 
 def _draw_contact(axes: Axes, result: ContactResult, cells: int) -> _Drawn:
     size, shape = result.surface.size, result.pressure.shape
-    blocks = _blocks(shape, size, cells)
+    blocks = cell_size(shape, size, cells)
     missing = int(np.count_nonzero(np.isnan(result.gap)))
     classes = _classes(result.contact, result.saturated, result.gap, blocks)
-    image = _image(axes, classes, size, blocks, shape)
+    image = draw_map(axes, classes, size, blocks, shape)
     _colour_classes(image)
     lost = missing / result.pressure.size
     touching, saturated = result.contact_fraction, result.saturated_fraction
     entries = [
-        (_OPEN, f"no contact\n{percent(1 - touching - lost)}"),
-        (_ELASTIC, f"elastic\n{percent(touching - saturated)}"),
-        (_SATURATED, f"saturated\n{percent(saturated)}"),
+        (OPEN, f"no contact\n{percent(1 - touching - lost)}"),
+        (ELASTIC, f"elastic\n{percent(touching - saturated)}"),
+        (SATURATED, f"saturated\n{percent(saturated)}"),
     ]
     if missing:
-        entries.append((_MISSING, f"missing\n{percent(lost)}"))
-    _legend(axes, entries)
+        entries.append((MISSING, f"missing\n{percent(lost)}"))
+    patch_legend(axes, entries)
     return _Drawn(image, blocks)
 
 
 def _classes(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
-    touching = _cell_any(contact, blocks)
+    touching = cell_any(contact, blocks)
     classes = np.zeros(touching.shape)
     if np.isnan(gap).any():
-        classes[np.isnan(_cell_mean(gap, blocks))] = 3
+        classes[np.isnan(cell_mean(gap, blocks))] = 3
     classes[touching] = 1
-    classes[_cell_any(saturated, blocks)] = 2
+    classes[cell_any(saturated, blocks)] = 2
     return classes
 
 
 def _colour_classes(image: AxesImage) -> None:
-    image.set_cmap(_listed([_OPEN, _ELASTIC, _SATURATED, _MISSING]))
+    image.set_cmap(listed([OPEN, ELASTIC, SATURATED, MISSING]))
     image.set_clim(-0.5, 3.5)
 
 
@@ -1221,7 +1203,7 @@ def _draw_histogram(
     ceilings = sorted({_uniform_ceiling(r) for r in results} - {math.inf})
     shown = [ceiling for ceiling in ceilings if ceiling <= 2 * largest]
     top = max([largest, *shown])
-    factor, unit = _scale(top, "Pa")
+    factor, unit = prefixed(top, "Pa")
     edges = _edges(below, shown, top, scale)
     widths, per = np.diff(edges) * factor, unit
     if scale == "log":
@@ -1232,9 +1214,9 @@ def _draw_histogram(
         axes.stairs(
             100 * counts / points / widths,
             edges * factor,
-            color=_SERIES[index % len(_SERIES)],
+            color=SERIES[index % len(SERIES)],
             linewidth=1.8,
-            linestyle=("-", "--", ":")[index // len(_SERIES) % 3],
+            linestyle=("-", "--", ":")[index // len(SERIES) % 3],
             fill=len(results) == 1,
             label=_histogram_label(result, name),
         )
@@ -1242,7 +1224,7 @@ def _draw_histogram(
         text = f"ceiling {engineering(ceiling, 'Pa', 3)}"
         if len(results) == 1 and results[0].saturated_fraction > 0:
             text = f"{_share_at_ceiling(results[0])} at the {text}"
-        axes.axvline(ceiling * factor, color=_NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
+        axes.axvline(ceiling * factor, color=NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
         axes.annotate(
             text,
             (ceiling * factor, 1),
@@ -1250,8 +1232,8 @@ def _draw_histogram(
             xytext=(0, 3 + 14 * (row % 2)),
             textcoords="offset points",
             ha="right" if ceiling > 0.85 * top else "center",
-            fontsize=_TICK,
-            color=_NEUTRAL,
+            fontsize=TICK,
+            color=NEUTRAL,
         )
     if scale == "log":
         axes.set_xscale("log")
@@ -1259,15 +1241,15 @@ def _draw_histogram(
         axes.set_xlim(0, 1.03 * float(edges[-1]) * factor)
     axes.set_ylim(bottom=0)
     axes.margins(y=0.1)
-    axes.set_xlabel(f"pressure [{unit}]", fontsize=_LABEL)
-    axes.set_ylabel(f"density of contact area [% per {per}]", fontsize=_LABEL)
-    _plain(axes)
+    axes.set_xlabel(f"pressure [{unit}]", fontsize=LABEL)
+    axes.set_ylabel(f"density of contact area [% per {per}]", fontsize=LABEL)
+    plain_axes(axes)
     axes.legend(
         loc="upper center",
         bbox_to_anchor=(0.5, 0),
-        bbox_transform=_below(axes),
+        bbox_transform=below_label(axes),
         borderaxespad=0,
-        fontsize=_TICK,
+        fontsize=TICK,
         frameon=False,
     )
 
@@ -1349,194 +1331,6 @@ def _doubt(result: ContactResult) -> str:
     return "" if result.converged else " (NOT CONVERGED)"
 
 
-def _scale(largest: float, unit: str) -> tuple[float, str]:
-    # The rounding keeps 999.9999999 µm, which is a sum of pixels, from missing its prefix.
-    exponent = 3 * math.floor(math.log10(largest * (1 + 1e-9)) / 3) if largest > 0 else 0
-    exponent = min(max(exponent, min(_PREFIXES)), max(_PREFIXES))
-    return float(10.0**-exponent), _PREFIXES[exponent] + unit
-
-
-def _area_scale(largest: float) -> tuple[float, str]:
-    exponent = min(max(3 * math.floor(math.log10(largest * (1 + 1e-9)) / 6), -12), 0)
-    return float(10.0 ** (-2 * exponent)), _PREFIXES[exponent] + "m²"
-
-
-def _layout() -> ConstrainedLayoutEngine:
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-
-    return ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1)
-
-
-def _aspect(size: tuple[float, float]) -> float:
-    return min(max(size[0] / size[1], 0.2), 1.6)
-
-
-def _single(
-    size: tuple[float, float], legend: bool = True, bar: bool = True
-) -> tuple[Figure, Axes]:
-    from matplotlib.figure import Figure
-
-    # Large enough that the longer side of the map has more dots than the map has cells, and wide
-    # enough for the note whatever the map.
-    aspect = size[0] / size[1]
-    height = max(5.2 * min(aspect, 1.0), 1.0) + (2.6 if legend else 1.8)
-    figure = Figure(
-        figsize=(7.2, height + (1.0 if bar and aspect <= _UPRIGHT else 0.0)),
-        dpi=DPI,
-        layout=_layout(),
-    )
-    return figure, figure.subplots()
-
-
-def _blocks(shape: tuple[int, ...], size: tuple[float, float], cells: int) -> tuple[int, int]:
-    # Points (y, x) to a cell, given the most cells on the longer side.
-    longer = max(size)
-    by, bx = (
-        max(math.ceil(points / max(cells * side / longer, 1)), 1)
-        for points, side in zip(shape, size, strict=True)
-    )
-    return by, bx
-
-
-def _reduced(
-    ufunc: np.ufunc,
-    values: NDArray[Any],
-    blocks: tuple[int, int],
-    dtype: type[np.generic] | None = None,
-) -> NDArray[Any]:
-    for axis, block in enumerate(blocks):
-        if block > 1:
-            values = ufunc.reduceat(values, np.arange(0, values.shape[axis], block), axis, dtype)
-    return values
-
-
-def _cell_max(values: Array, blocks: tuple[int, int]) -> Array:
-    return _reduced(np.maximum, values, blocks)
-
-
-def _cell_any(mask: Mask, blocks: tuple[int, int]) -> Mask:
-    return _reduced(np.logical_or, mask, blocks)
-
-
-def _cell_mean(values: Array, blocks: tuple[int, int]) -> Array:
-    # Mean of the points that are there; NaN where half of a cell or more is missing.
-    if blocks == (1, 1):
-        return values.copy()
-    there = np.isfinite(values)
-    count = _reduced(np.add, there, blocks, np.float64)
-    total = _reduced(np.add, values if there.all() else np.where(there, values, 0.0), blocks)
-    rows, columns = (
-        np.diff([*range(0, points, block), points])
-        for points, block in zip(values.shape, blocks, strict=True)
-    )
-    most = np.outer(rows, columns)
-    mean: Array = np.where(2 * count > most, total / np.maximum(count, 1), np.nan)
-    return mean
-
-
-def _image(
-    axes: Axes,
-    values: Array,
-    size: tuple[float, float],
-    blocks: tuple[int, int],
-    shape: tuple[int, ...],
-    corner: tuple[float, float] = (0.0, 0.0),
-) -> AxesImage:
-    # Size and shape are those of the part that is drawn, which begins at the corner.
-    factor, unit = _scale(max(size), "m")
-    height, width = size[0] * factor, size[1] * factor
-    top, left = corner[0] * factor, corner[1] * factor
-    # Cells at the far edges may reach beyond the map; the limits cut them off.
-    bottom = top + values.shape[0] * blocks[0] * height / shape[0]
-    right = left + values.shape[1] * blocks[1] * width / shape[1]
-    image = axes.imshow(
-        np.ma.masked_invalid(values),
-        extent=(left, right, bottom, top),
-        interpolation="nearest",
-        aspect="equal",
-    )
-    axes.set_xlim(left, left + width)
-    axes.set_ylim(top + height, top)
-    axes.set_xlabel(f"x [{unit}]", fontsize=_LABEL)
-    axes.set_ylabel(f"y [{unit}]", fontsize=_LABEL)
-    axes.tick_params(labelsize=_TICK)
-    _few_ticks(axes, height / width)
-    return image
-
-
-def _few_ticks(axes: Axes, aspect: float) -> None:
-    from matplotlib.ticker import MaxNLocator
-
-    axes.xaxis.set_major_locator(MaxNLocator(max(round(5 / max(aspect, 1)), 2)))
-    axes.yaxis.set_major_locator(MaxNLocator(max(round(5 * min(aspect, 1)), 1 + (aspect > 0.2))))
-
-
-def _bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
-    # An inset follows the map's own box, whatever its aspect; wide strips get the bar on top.
-    left, right = axes.get_xlim()
-    bottom, top = axes.get_ylim()
-    aspect = abs(bottom - top) / abs(right - left)
-    upright = aspect > _UPRIGHT
-    thickness = 0.045 * max(aspect, 1) if upright else 0.045 / aspect
-    place = (1 + 0.6 * thickness, 0, thickness, 1) if upright else (0, 1 + thickness, 1, thickness)
-    inset = axes.inset_axes(place)
-    bar = axes.figure.colorbar(
-        image,
-        cax=inset,
-        extend=extend,
-        orientation="vertical" if upright else "horizontal",
-        ticklocation="right" if upright else "top",
-    )
-    bar.set_label(label, fontsize=_LABEL)
-    bar.ax.tick_params(labelsize=_TICK)
-
-
-def _listed(colours: Any) -> ListedColormap:
-    from matplotlib.colors import ListedColormap
-
-    return ListedColormap(colours)
-
-
-def _legend(axes: Axes, entries: Sequence[tuple[str, str]]) -> None:
-    from matplotlib.patches import Patch
-
-    axes.legend(
-        handles=[
-            Patch(facecolor=colour, edgecolor="#777777", linewidth=0.8, label=text)
-            for colour, text in entries
-        ],
-        loc="upper center",
-        bbox_to_anchor=(0.5, 0),
-        bbox_transform=_below(axes),
-        borderaxespad=0,
-        ncols=len(entries),
-        fontsize=_TICK,
-        frameon=False,
-        handlelength=1.2,
-        handleheight=1.2,
-        columnspacing=1.4,
-    )
-
-
-def _below(axes: Axes) -> Transform:
-    from matplotlib.transforms import ScaledTranslation
-
-    figure = axes.get_figure(root=True)
-    assert figure is not None
-    # Under the axis label, at a distance in inches that no aspect changes.
-    return axes.transAxes + ScaledTranslation(0, -0.52, figure.dpi_scale_trans)
-
-
-def _note(figure: Figure, cell: tuple[int, int], shown: str) -> None:
-    if cell == (1, 1):
-        return
-    figure.supxlabel(
-        f"Drawn in cells of {cell[0]} × {cell[1]} points (y × x): a cell shows {shown} in it.",
-        fontsize=_NOTE,
-        color=_NEUTRAL,
-    )
-
-
 def _stress_title(result: StressResult) -> str:
     stress = engineering(result.max_von_mises, "Pa", 3)
     depth = result.place[0]
@@ -1552,17 +1346,17 @@ def _stress_scale(result: StressResult) -> tuple[float, float, str]:
     # Top of the colours, which end at the yield strength, and the unit.
     strength = result.profile.yield_strength
     top = result.max_von_mises if strength is None else min(result.max_von_mises, strength)
-    return top or 1.0, *_scale(top, "Pa")
+    return top or 1.0, *prefixed(top, "Pa")
 
 
 def _stress_colours() -> Any:
     from matplotlib import colormaps
 
     # As for pressures, but from the lightest on: a field has no ground to drown in.
-    return _listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(over=_OVER)
+    return listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(over=OVER)
 
 
 def _stress_bar(axes: Axes, image: Any, result: StressResult, unit: str) -> None:
     over = result.max_von_mises > _stress_scale(result)[0]
     label = f"von Mises stress [{unit}]" + (", black: above yield" if over else "")
-    _bar(axes, image, label, "max" if over else "neither")
+    colour_bar(axes, image, label, "max" if over else "neither")

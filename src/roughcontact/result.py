@@ -18,7 +18,7 @@ from roughcontact.material import Material, softer
 from roughcontact.surface import Surface
 
 if TYPE_CHECKING:
-    from roughcontact.report import Section
+    from roughcontact.chapters import Section
 
 BELOW_FIRST_YIELD = "below first yield"
 YIELDING_BELOW = "yielding below the surface"
@@ -359,16 +359,16 @@ class ContactResult:
             HTML file to write; it appears only once it is complete.
         command : str
             What was typed to get this result.
-        sections : sequence of `roughcontact.report.Section`
+        sections : sequence of `roughcontact.chapters.Section`
             Further chapters.
 
         Notes
         -----
         Where the ceiling is reached, the same problem is solved without one for comparison.
         """
-        from roughcontact import report
+        from roughcontact import chapters, report
 
-        report.check_path(path)
+        chapters.check_path(path)
         elastic = None
         if self.saturated_fraction > 0:
             try:

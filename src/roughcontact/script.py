@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roughcontact.material import RIGID, Material
 from roughcontact.result import ContactResult
 from roughcontact.surface import Surface
+
+if TYPE_CHECKING:
+    from roughcontact.elastoplastic import ElastoplasticResult
 
 _NUMBER = r"([\d.eE+-]+)"
 
@@ -99,27 +105,23 @@ def repeating(result: ContactResult) -> str:
     if isinstance(result.ceiling, np.ndarray):
         return ""
     lines = ["import roughcontact as rc", ""]
-    bodies = {"surface": result.surface, "counter_surface": result.counter_surface}
-    for name, surface in bodies.items():
-        if surface is None:
-            continue
-        read = _reading(surface)
-        if not read:
-            return ""
-        lines.append(f"{name} = {read}")
+    maps = _maps(result)
+    if not maps:
+        return ""
+    lines += maps
     value = result.load if result.control == "load" else result.approach
     single = result.precision == "single"
     lines += [
         "result = rc.solve(",
         "    surface,",
         f"    {result.control}={_number(value)},",
-        f"    material={_material(result.material)},",
+        f"    material={_material(_without_law(result.material))},",
     ]
     if result.moments is not None:
         about_y, about_x = result.moments
         lines.append(f"    moments=({_number(about_y)}, {_number(about_x)}),")
     if result.counter_material != RIGID:
-        lines.append(f"    counter_material={_material(result.counter_material)},")
+        lines.append(f"    counter_material={_material(_without_law(result.counter_material))},")
     if result.counter_surface is not None:
         lines.append("    counter_surface=counter_surface,")
     lines.append(f"    ceiling={None if result.ceiling is None else _number(result.ceiling)},")
@@ -130,6 +132,68 @@ def repeating(result: ContactResult) -> str:
     if result.tolerance != (1e-4 if single else 1e-6):
         lines.append(f"    tolerance={_number(result.tolerance)},")
     return "\n".join([*lines, ")"])
+
+
+def repeating_volume(result: ElastoplasticResult) -> str:
+    """Return a script that follows the same path of loads again.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        A state of the volume.
+
+    Returns
+    -------
+    str
+        Lines of Python; empty where `repeating` would give none. Loads are those of all
+        increments, layers those that the volume had in the end.
+    """
+    contact = result.contact
+    maps = _maps(contact)
+    if not maps:
+        return ""
+    materials = _materials(contact)
+    laws = sorted({type(m.hardening).__name__ for m in materials.values() if m.hardening})
+    lines = ["import roughcontact as rc"]
+    if laws:
+        lines.append(f"from roughcontact.plasticity import {', '.join(laws)}")
+    thickness = (_number(float(f"{value:.6g}")) for value in result.bodies[0].thickness)
+    lines += ["", *maps, "layers = [  # from the surface down [m]"]
+    lines += textwrap.wrap(", ".join(thickness) + ",", 90, initial_indent="    ",
+                           subsequent_indent="    ")  # fmt: skip
+    loads = ", ".join(_number(step.load) for step in result.increments)
+    lines += ["]", "result = rc.solve_elastoplastic(", "    surface,"]
+    lines += textwrap.wrap(f"loads=[{loads}],", 90, initial_indent="    ",
+                           subsequent_indent="        ")  # fmt: skip
+    lines += [f"    {name}={_material(body)}," for name, body in materials.items()]
+    if contact.counter_surface is not None:
+        lines.append("    counter_surface=counter_surface,")
+    if contact.boundary != "free":
+        lines.append(f'    boundary="{contact.boundary}",')
+    lines += ["    layers=layers,", f"    tolerance={_number(result.tolerance)},"]
+    if result.precision != "single":
+        lines.append(f'    precision="{result.precision}",')
+    return "\n".join([*lines, ")"])
+
+
+def _maps(result: ContactResult) -> list[str]:
+    """Return the lines that read the maps; none if one of them cannot be read again."""
+    lines = []
+    for name, surface in (
+        ("surface", result.surface), ("counter_surface", result.counter_surface)
+    ):  # fmt: skip
+        if surface is None:
+            continue
+        read = _reading(surface)
+        if not read:
+            return []
+        lines.append(f"{name} = {read}")
+    return lines
+
+
+def _materials(result: ContactResult) -> dict[str, Material]:
+    materials = {"material": result.material, "counter_material": result.counter_material}
+    return {name: body for name, body in materials.items() if body != RIGID}
 
 
 def _reading(surface: Surface) -> str:
@@ -159,13 +223,20 @@ def _call(step: str) -> str:
 def _material(body: Material) -> str:
     young = 'float("inf")' if body.young == RIGID.young else _number(body.young)
     words = [f"young={young}", f"poisson={_number(body.poisson)}"]
-    if body.yield_strength is not None:
+    if body.hardening is not None:
+        words.append(f"hardening={body.hardening!r}")
+    elif body.yield_strength is not None:
         words.append(f"yield_strength={_number(body.yield_strength)}")
     if body.hardness is not None:
         words.append(f"hardness={_number(body.hardness)}")
     if body.name:
         words.append(f"name={_quoted(body.name)}")
     return f"rc.Material({', '.join(words)})"
+
+
+def _without_law(body: Material) -> Material:
+    # The ceiling has no use for it, and its name would have to be imported.
+    return replace(body, hardening=None)
 
 
 def _number(value: float) -> str:
