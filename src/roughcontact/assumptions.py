@@ -26,7 +26,7 @@ from roughcontact.spots import FEW_PIXELS, Spots
 from roughcontact.units import engineering, percent
 
 if TYPE_CHECKING:
-    from roughcontact.elastoplastic import ElastoplasticResult
+    from roughcontact.elastoplastic import ElastoplasticResult, PlasticBody
 
 SMALL_SLOPE, LARGE_SLOPE = 0.1, 0.3
 """Root-mean-square slopes at which the error of order slope² is 1 % and about 10 %."""
@@ -348,7 +348,7 @@ def hardening(body: Material) -> str:
     if isinstance(law, Tabulated):
         last = engineering(law.stress[-1], "Pa")
         return f"tabulated hardening, {last} from a strain of {law.strain[-1]:g} on"
-    return "none: elastic" if body.yield_strength is None else "none: perfectly plastic"
+    return "elastic" if body.yield_strength is None else "perfectly plastic"
 
 
 def _one_ceiling(result: ContactResult) -> bool:
@@ -651,9 +651,9 @@ def _hardening(result: ElastoplasticResult) -> Statement:
     text = (
         "Metal flows where the von Mises stress reaches the yield strength, without changing its "
         "volume. The strength grows with the accumulated plastic strain, the same in all "
-        "directions, and does not depend on speed, time or temperature: it does not sink when the "
-        "load is reversed (Bauschinger effect), and there is no creep, no fracture and no change "
-        "of phase."
+        "directions: that metals yield earlier after a reversal of the load (Bauschinger effect) "
+        "is left out. It does not depend on speed, time or temperature; there is no creep, no "
+        "fracture and no change of phase."
     )
     yielding = [body.material for body in result.bodies]
     perfect = any(
@@ -715,4 +715,20 @@ def _path(result: ElastoplasticResult) -> Statement:
         "bodies are pressed together without tilting or sliding. They were free of stress before: "
         "residual stress of machining is not in it."
     )
-    return Statement("Path of loads", text)
+    caution = ""
+    if result.contact.load and any(_flows_back(body) for body in result.bodies):
+        caution = (
+            "the residual stress exceeds the yield strength, so that the bodies would flow again "
+            "on unloading: end the path at zero load to see what stays"
+        )
+    return Statement("Path of loads", text, caution)
+
+
+def _flows_back(body: PlasticBody) -> bool:
+    law = body.material.hardening or Perfect(body.material.yield_strength or math.inf)
+    over = body.residual_von_mises > (1 + _ROUNDING) * law.strength(body.accumulated)
+    return bool(over.any())
+
+
+# Share of the yield strength by which the iteration may miss it.
+_ROUNDING = 1e-3

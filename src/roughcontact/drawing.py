@@ -188,6 +188,17 @@ def draw_map(
     return image
 
 
+def outline(axes: Axes, mask: Mask, rows: Array, columns: Array, colour: str) -> None:
+    """Draw a line around the cells of a mask, given the edges of its rows and columns."""
+    from matplotlib.collections import LineCollection
+
+    across, down = np.diff(mask, axis=1), np.diff(mask, axis=0)
+    lines = [
+        ((columns[j + 1], rows[i]), (columns[j + 1], rows[i + 1])) for i, j in np.argwhere(across)
+    ] + [((columns[j], rows[i + 1]), (columns[j + 1], rows[i + 1])) for i, j in np.argwhere(down)]
+    axes.add_collection(LineCollection(lines, colors=colour, linewidths=0.9), autolim=False)
+
+
 def few_ticks(axes: Axes, aspect: float) -> None:
     """Give a map of some height over width as many ticks as its sides have room for."""
     from matplotlib.ticker import MaxNLocator

@@ -34,7 +34,12 @@ MAP, BODIES, SOLVER, OUTPUT = "Map", "Bodies and load", "Solver", "Output"
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
 HOLES = ("error", "fill", "mask", "crop")
 _HARDNESS = re.compile(r"\bH(V|B|BW|RB|RC)\d*\b", re.IGNORECASE)
-FIGURES = ("surface", "pressure", "contact", "gap", "histogram")
+FIGURES = {
+    "ceiling": ("surface", "pressure", "contact", "gap", "histogram"),
+    "volume": ("surface", "pressure", "gap", "histogram", "displacement", "section-x", "section-y",
+               "profile", "layers", "path"),
+}  # fmt: skip
+"""Names of the figures of each model."""
 
 
 class UnfinishedError(Exception):
@@ -386,8 +391,9 @@ OPTIONS: dict[str, Option] = {
     ),
     "figures": Option(
         OUTPUT, "FOLDER|PREFIX",
-        "Write surface, pressure, contact, gap and histogram as PNG into an existing folder, "
-        "or with this start of their names; with .svg or .pdf at its end in that format.", _text,
+        "Write surface, pressure, contact, gap and histogram (of the volume model sections and "
+        "profiles instead of the contact) as PNG into an existing folder, or with this start of "
+        "their names; with .svg or .pdf at its end in that format.", _text,
     ),
 }  # fmt: skip
 """Every option that describes one run, in the order of the help."""
@@ -492,10 +498,11 @@ class Job:
 
     def check_places(self) -> None:
         """Refuse outputs that cannot be written, or would replace an input."""
+        figures = figure_files(self.figures, FIGURES[self.model]).values()
         for option, path in (
             *(("--output", path) for path in self.output),
             *(("--report", path) for path in (self.report,) if path is not None),
-            *(("--figures", path) for path in figure_files(self.figures, FIGURES).values()),
+            *(("--figures", path) for path in figures),
         ):
             check_place(path, option)
             for other in self.inputs:
@@ -528,7 +535,6 @@ class Job:
             "--ceiling": self.ceiling != "auto",
             "--study": self.study,
             "--precision": self.precision != "double",
-            "--report": self.report is not None,
         }
         for option, used in given.items():
             if used:
@@ -803,7 +809,10 @@ def _run_volume(job: Job, maps: Sequence[Surface], say: Say) -> Outcome:
     if not found.converged:
         return Outcome(found.contact, found, notes=notes)
     tasks: list[Task] = [(path, found.save) for path in job.output]
-    tasks += _figure_tasks(job, found.contact)
+    if job.report is not None:
+        chapters, command = sections(None, notes), job.command("solve")
+        tasks.append((job.report, lambda path: found.report(path, command, chapters)))
+    tasks += _figure_tasks(job, found.contact, found)
     try:
         written = tuple(write(tasks, say))
     except RoughcontactError as error:
@@ -931,8 +940,10 @@ def _tasks(
     return tasks + _figure_tasks(job, result)
 
 
-def _figure_tasks(job: Job, result: ContactResult) -> list[Task]:
-    from roughcontact import plots
+def _figure_tasks(
+    job: Job, result: ContactResult, volume: ElastoplasticResult | None = None
+) -> list[Task]:
+    from roughcontact import plots, volume_plots
 
     draw: dict[str, Callable[[], Any]] = {
         "surface": lambda: plots.surface(result.surface),
@@ -941,7 +952,17 @@ def _figure_tasks(job: Job, result: ContactResult) -> list[Task]:
         "gap": lambda: plots.gap(result),
         "histogram": lambda: plots.pressure_histogram([result]),
     }
-    return [(path, saver(draw[name])) for name, path in figure_files(job.figures, FIGURES).items()]
+    if volume is not None:
+        draw |= {
+            "displacement": lambda: volume_plots.residual_displacement(volume),
+            "section-x": lambda: volume_plots.section(volume, "x"),
+            "section-y": lambda: volume_plots.section(volume, "y"),
+            "profile": lambda: volume_plots.profile(volume),
+            "layers": lambda: volume_plots.layers(volume),
+            "path": lambda: volume_plots.path(volume),
+        }
+    files = figure_files(job.figures, FIGURES[job.model])
+    return [(path, saver(draw[name])) for name, path in files.items()]
 
 
 def sections(study: ResolutionStudy | None, notes: tuple[str, ...]) -> list[Section]:

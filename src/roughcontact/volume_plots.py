@@ -20,7 +20,6 @@ from roughcontact.drawing import (
     LABEL,
     NEUTRAL,
     OPEN,
-    SATURATED,
     SERIES,
     TICK,
     TITLE,
@@ -32,6 +31,7 @@ from roughcontact.drawing import (
     draw_map,
     layout,
     listed,
+    outline,
     plain_axes,
     prefixed,
     prefixed_area,
@@ -53,11 +53,11 @@ Array = NDArray[Any]
 # Depth of sections and profiles over that of the plastic zone; over the width that is drawn, at
 # least and at most.
 _BELOW_ZONE = 1.4
-_FLATTEST, _STEEPEST = 0.12, 0.6
-# Widths on a section [inch]: of the page, left of the panels, and of the panels.
-_PAGE, _LEFT, _PANEL = 7.2, 0.85, 5.2
-# Above and below each panel of a section, and its panel of the pressure [inch].
-_ABOVE, _BETWEEN, _BELOW, _PRESSURE = 0.55, 0.38, 0.62, 1.1
+_FLATTEST, _STEEPEST = 0.25, 0.8
+# On a section [inch]: width of the page and of its panels, where their two columns begin.
+_PAGE, _PANEL, _LEFT = 10.8, 3.6, (0.8, 6.1)
+# Above, between and below them, and the height of the lines on the surface.
+_ABOVE, _BETWEEN, _BELOW, _LINES = 0.6, 0.42, 0.6, 1.2
 
 
 def residual_displacement(result: ElastoplasticResult) -> Figure:
@@ -79,7 +79,7 @@ def residual_displacement(result: ElastoplasticResult) -> Figure:
 
     contact, values = result.contact, result.residual_displacement
     size, shape = contact.surface.size, values.shape
-    figure, axes = single_axes(size)
+    figure, axes = single_axes(size, legend=False)
     blocks = cell_size(shape, size, CELLS_ALONE)
     factor, unit = prefixed(float(np.abs(values).max()), "m")
     cells = cell_mean(values, blocks) * factor
@@ -95,13 +95,12 @@ def residual_displacement(result: ElastoplasticResult) -> Figure:
         image.set_clim(0, top)
     colour_bar(axes, image, f"residual displacement [{unit}]", "neither")
     touching = cell_any(contact.contact, blocks)
-    if touching.any():
-        length, _ = prefixed(max(size), "m")
-        x, y = (
-            (np.arange(cells.shape[axis]) + 0.5) * blocks[axis] * edge * length
-            for axis, edge in ((1, contact.surface.pixel[1]), (0, contact.surface.pixel[0]))
-        )
-        axes.contour(x, y, touching, [0.5], colors=NEUTRAL, linewidths=0.9)
+    length, _ = prefixed(max(size), "m")
+    y, x = (
+        np.append(np.arange(0, points, block), points) * edge * length
+        for points, block, edge in zip(shape, blocks, contact.surface.pixel, strict=True)
+    )
+    outline(axes, touching, y, x, NEUTRAL)
     largest = engineering(float(values.max()), "m", 3)
     axes.set_title(f"Residual displacement, up to {largest}{_doubt(result)}", fontsize=TITLE)
     cell_note(figure, blocks, "the mean displacement")
@@ -135,9 +134,11 @@ def section(
     Returns
     -------
     Figure
-        Pressure; accumulated plastic strain; von Mises stress under load over the yield strength
-        at that strain; residual von Mises stress. True to scale, the plastic zone inside a line,
-        a cross on its largest strain.
+        Pressure and residual displacement along the surface; accumulated plastic strain; von
+        Mises stress under load over the yield strength at that strain; residual von Mises stress,
+        and normal stress along the plane. True to scale, the plastic zone inside a line, a cross
+        on its largest strain. Without load there is neither pressure nor stress under it, and the
+        normal stress across the layers instead.
 
     Raises
     ------
@@ -150,62 +151,66 @@ def section(
     if width is not None:
         require_positive(width=width)
     cut = _window(sections.section(result, along, index, body), width)
-    columns, rows = cut.columns, cut.rows
-    plane = cut.plane
+    plane, columns, rows = cut.plane, cut.columns, cut.rows
     length = float(plane.edges[columns.stop] - plane.edges[columns.start])
-    depth = cut.depth
-    panel = _PANEL * depth / length
-    loaded = result.contact.load > 0
-    panels = _panels(result, plane, rows, columns)
-    tall = _ABOVE + _BELOW + len(panels) * (panel + _BETWEEN) + (_PRESSURE if loaded else -_BETWEEN)
+    height = _PANEL * cut.depth / length
+    fields, lines = _fields(result, cut), _lines(result, plane)
+    lines_tall = (_LINES + _BETWEEN) * bool(lines)
+    tall = _ABOVE + lines_tall + 2 * height + _BETWEEN + _BELOW
     figure = Figure(figsize=(_PAGE, tall), dpi=DPI)
     factor, unit = prefixed(length, "m")
+
     limits = [float(plane.edges[end] * factor) for end in (columns.start, columns.stop)]
-    bottom = tall - _ABOVE
-    if loaded:
-        bottom -= _PRESSURE
-        axes = figure.add_axes(_box(bottom, _PRESSURE, tall))
-        _draw_pressure(axes, plane, factor)
+
+    def panel(
+        column: int, top: float, high: float, left: float = 0.0, wide: float = _PANEL
+    ) -> Axes:
+        at = (_LEFT[column] + left) / _PAGE, 1 - (top + high) / tall
+        return figure.add_axes((*at, wide / _PAGE, high / tall))
+
+    for column, (values, name, lowest) in enumerate(lines):
+        axes = panel(column, _ABOVE, _LINES)
+        axes.stairs(values, plane.edges * factor, fill=True, color=ELASTIC)
         axes.set_xlim(*limits)
-        axes.tick_params(labelbottom=False)
-        bottom -= _BETWEEN
-    for number, (values, name, top) in enumerate(panels):
-        bottom -= panel
-        axes = figure.add_axes(_box(bottom, panel, tall))
-        mesh = axes.pcolormesh(
-            plane.edges[columns.start : columns.stop + 1] * factor,
-            plane.faces[rows.start : rows.stop + 1] * factor,
-            np.ma.masked_invalid(values),
-            rasterized=True,
-        )
-        mesh.set_cmap(_field_colours())
-        mesh.set_clim(0, top)
-        _outline(axes, plane, factor)
-        if plane.accumulated.any():
-            layer, column = cut.largest
-            axes.plot(
-                [plane.place[column] * factor], [plane.depth[layer] * factor], "+",
-                color=SERIES[0], markersize=9, markeredgewidth=1.8,
-            )  # fmt: skip
-        axes.set_xlim(*limits)
-        axes.set_ylim(depth * factor, 0)
-        axes.set_ylabel(f"depth [{unit}]", fontsize=LABEL)
-        axes.tick_params(labelsize=TICK, labelbottom=number == len(panels) - 1)
-        _few_depths(axes, panel)
+        axes.set_ylim(1.08 * lowest, 1.08 * float(values.max()) or 1.0)
         axes.set_title(name, fontsize=TICK, loc="left", pad=4)
-        box = _box(bottom, panel, tall)
-        bar = figure.add_axes((box[0] + box[2] + 0.02, box[1], 0.018, box[3]))
+        axes.tick_params(labelbottom=False)
+        plain_axes(axes)
+        _few_levels(axes, _LINES)
+    for number, (values, name, colours, low, high) in enumerate(fields):
+        row, column = divmod(number, 2)
+        top = _ABOVE + lines_tall + row * (height + _BETWEEN)
+        axes = panel(column, top, height)
+        across = plane.edges[columns.start : columns.stop + 1] * factor
+        down = plane.faces[rows.start : rows.stop + 1] * factor
+        mesh = axes.pcolormesh(across, down, np.ma.masked_invalid(values), rasterized=True)
+        mesh.set_cmap(colours)
+        mesh.set_clim(low, high)
+        outline(axes, plane.accumulated > 0, plane.faces * factor, plane.edges * factor, NEUTRAL)
+        if plane.accumulated.any():
+            layer, pixel = cut.largest
+            at = [plane.place[pixel] * factor], [plane.depth[layer] * factor]
+            for colour, line in (("#ffffff", 4.0), (SERIES[0], 1.8)):
+                axes.plot(*at, "+", color=colour, markersize=9, markeredgewidth=line)
+        axes.set_xlim(*limits)
+        axes.set_ylim(cut.depth * factor, 0)
+        axes.set_title(name, fontsize=TICK, loc="left", pad=4)
+        axes.tick_params(labelsize=TICK, labelbottom=row == 1)
+        _few_levels(axes, height)
+        if row == 1:
+            axes.set_xlabel(f"{along} [{unit}]", fontsize=LABEL)
+        if column == 0:
+            axes.set_ylabel(f"{'depth' if height > 0.8 else 'z'} [{unit}]", fontsize=LABEL)
+        bar = panel(column, top, height, _PANEL + 0.1, 0.14)
         figure.colorbar(mesh, cax=bar)
         bar.tick_params(labelsize=TICK)
-        _few_depths(bar, panel)
-        bottom -= _BETWEEN
-    axes.set_xlabel(f"{along} [{unit}]", fontsize=LABEL)
+        _few_levels(bar, height)
     other = "y" if along == "x" else "x"
     figure.suptitle(
         f"Section{_which(result, body)} along {along} at {other} = "
-        f"{engineering(plane.across, 'm', 4)}, {_state(result)}",
+        f"{engineering(plane.across, 'm', 4)}, {_state(result, body)}",
         fontsize=TITLE,
-        y=1 - 0.12 / tall,
+        y=1 - 0.1 / tall,
         va="top",
     )
     return figure
@@ -237,6 +242,7 @@ def profile(
         If there is no such body, or the point does not lie on the map.
     """
     from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
 
     found = sections.profile(result, point, body)
     figure = Figure(figsize=(10.8, 5.6), dpi=DPI, layout=layout())
@@ -249,12 +255,11 @@ def profile(
     grid[0].set_ylabel(f"depth [{length_unit}]", fontsize=LABEL)
     top = max(float(found.von_mises.max()), float(found.strength[0]))
     factor, unit = prefixed(top, "Pa")
-    lines = [
-        (found.strength, NEUTRAL, (0, (5, 3)), "yield strength"),
-        (found.residual_von_mises, SERIES[1], "--", "residual"),
-    ]
+    lines = [(found.residual_von_mises, SERIES[1], "--", "residual")]
     if result.contact.load:
         lines.append((found.von_mises, SERIES[0], "-", "under load"))
+    # On top: where the material flows, the stress under load is the yield strength.
+    lines.append((found.strength, NEUTRAL, ":", "yield strength"))
     for values, colour, line, name in lines:
         _steps(grid[1], values * factor, depths, colour, line, name)
     grid[1].set_xlim(left=0)
@@ -263,11 +268,12 @@ def profile(
     factor, unit = prefixed(float(np.abs(residual).max()), "Pa")
     for axis, colour, line in zip("xyz", SERIES, ("-", "--", ":"), strict=False):
         values = residual[:, "xyz".index(axis)] * factor
-        _steps(grid[2], values, depths, colour, line, f"σ_{axis * 2}")
+        _steps(grid[2], values, depths, colour, line, rf"$\sigma_{{{axis * 2}}}$")
     grid[2].axvline(0, color="#000000", linewidth=0.9)
     grid[2].set_xlabel(f"residual stress [{unit}], tension > 0", fontsize=LABEL)
     for axes in grid:
         plain_axes(axes)
+        axes.xaxis.set_major_locator(MaxNLocator(4))
     grid[0].set_ylim(_shown_depth(found.faces, found.accumulated) * length, 0)
     for axes in grid[1:]:
         axes.legend(
@@ -276,7 +282,7 @@ def profile(
         )  # fmt: skip
     y, x = (engineering(place, "m", 4) for place in found.place)
     figure.suptitle(
-        f"Below y = {y}, x = {x}{_which(result, body)}, {_state(result)}", fontsize=TITLE
+        f"Below y = {y}, x = {x}{_which(result, body)}, {_state(result, body)}", fontsize=TITLE
     )
     return figure
 
@@ -303,6 +309,7 @@ def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
         If there is no such body.
     """
     from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
 
     found = sections.layers(result, body)
     figure = Figure(figsize=(10.8, 5.6), dpi=DPI, layout=layout())
@@ -323,12 +330,13 @@ def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
     for axes in grid:
         axes.set_xlim(left=0)
         plain_axes(axes)
+        axes.xaxis.set_major_locator(MaxNLocator(4))
     grid[0].set_ylabel(f"depth [{length_unit}]", fontsize=LABEL)
     grid[0].set_ylim(_shown_depth(found.faces, found.max_accumulated) * length, 0)
     grid[2].legend(
         loc="lower center", bbox_to_anchor=(0.5, 1), ncols=2, fontsize=TICK, frameon=False
     )
-    figure.suptitle(f"Layer by layer{_which(result, body)}, {_state(result)}", fontsize=TITLE)
+    figure.suptitle(f"Layer by layer{_which(result, body)}, {_state(result, body)}", fontsize=TITLE)
     return figure
 
 
@@ -421,49 +429,53 @@ def _shown_depth(faces: Array, accumulated: Array) -> float:
     return min(_BELOW_ZONE * float(faces[plastic[-1] + 1]), float(faces[-1]))
 
 
-def _panels(
-    result: ElastoplasticResult, plane: DepthSection, rows: slice, columns: slice
-) -> list[tuple[Array, str, float]]:
-    """Return values, names and tops of the scales of the fields on a section."""
-    part = rows, columns
+def _lines(result: ElastoplasticResult, plane: DepthSection) -> list[tuple[Array, str, float]]:
+    """Return values, names and lowest values of what is drawn along the surface."""
+    if not result.contact.load:
+        return []
+    lines = []
+    for values, name, unit in (
+        (plane.pressure, "pressure", "Pa"),
+        (plane.residual_displacement, "residual displacement", "m"),
+    ):
+        factor, shown = prefixed(float(np.abs(values).max()), unit)
+        lines.append((values * factor, f"{name} [{shown}]", min(0.0, float(values.min()) * factor)))
+    return lines
+
+
+def _fields(result: ElastoplasticResult, cut: _Cut) -> list[tuple[Array, str, Any, float, float]]:
+    """Return values, names, colours and limits of the fields on a section."""
+    from matplotlib import colormaps
+
+    part, plane = (cut.rows, cut.columns), cut.plane
+    # From the lightest on: a field has no ground to drown in.
+    colours = listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(bad=OPEN)
     strain = 100 * plane.accumulated[part]
     residual = plane.residual_von_mises[part]
     factor, unit = prefixed(float(residual.max()), "Pa")
-    panels = [
+    fields = [
         (
-            np.where(strain > 0, strain, np.nan),
-            "accumulated plastic strain [%]",
-            float(strain.max()) or 1.0,
+            np.where(strain > 0, strain, np.nan), "accumulated plastic strain [%]", colours,
+            0.0, float(strain.max()) or 1.0,
         ),
         (
-            residual * factor,
-            f"residual von Mises stress [{unit}]",
-            float(residual.max()) * factor or 1.0,
+            residual * factor, f"residual von Mises stress [{unit}]", colours,
+            0.0, float(residual.max()) * factor or 1.0,
         ),
-    ]
+    ]  # fmt: skip
     if result.contact.load:
         # The residual of the iteration lets it pass one by about 1e-4.
         ratio = np.minimum(plane.von_mises[part] / plane.strength[part], 1.0)
-        panels.insert(1, (ratio, "von Mises stress under load / yield strength", 1.0))
-    return panels
-
-
-def _draw_pressure(axes: Axes, plane: DepthSection, factor: float) -> None:
-    top = float(plane.pressure.max())
-    scale, unit = prefixed(top, "Pa")
-    axes.stairs(plane.pressure * scale, plane.edges * factor, fill=True, color=ELASTIC)
-    axes.set_ylim(0, 1.08 * top * scale or 1.0)
-    axes.set_title(f"pressure [{unit}]", fontsize=TICK, loc="left", pad=4)
-    plain_axes(axes)
-    _few_depths(axes, _PRESSURE)
-
-
-def _outline(axes: Axes, plane: DepthSection, factor: float) -> None:
-    if (plane.accumulated > 0).any() and min(plane.accumulated.shape) > 1:
-        axes.contour(
-            plane.place * factor, plane.depth * factor, plane.accumulated > 0, [0.5],
-            colors=SATURATED, linewidths=0.9,
-        )  # fmt: skip
+        fields.insert(1, (ratio, "von Mises stress under load / yield strength", colours, 0.0, 1.0))
+    for axis in [plane.along] if result.contact.load else [plane.along, "z"]:
+        number = "xyz".index(axis)
+        normal = plane.residual_stress[part][..., number, number]
+        top = float(np.abs(normal).max())
+        factor, unit = prefixed(top, "Pa")
+        name = rf"residual stress $\sigma_{{{axis * 2}}}$ [{unit}], red: tension"
+        top = top * factor or 1.0
+        fields.append((normal * factor, name, colormaps["RdBu_r"], -top, top))
+    return fields
 
 
 def _steps(axes: Axes, values: Array, depths: Array, colour: str, line: Any, name: str) -> None:
@@ -473,20 +485,10 @@ def _steps(axes: Axes, values: Array, depths: Array, colour: str, line: Any, nam
     )  # fmt: skip
 
 
-def _box(bottom: float, height: float, tall: float) -> tuple[float, float, float, float]:
-    return _LEFT / _PAGE, bottom / tall, _PANEL / _PAGE, height / tall
-
-
-def _few_depths(axes: Axes, height: float) -> None:
+def _few_levels(axes: Axes, height: float) -> None:
     from matplotlib.ticker import MaxNLocator
 
-    axes.yaxis.set_major_locator(MaxNLocator(max(round(2.2 * height), 2)))
-
-
-def _field_colours() -> Any:
-    from matplotlib import colormaps
-
-    return listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(bad=OPEN)
+    axes.yaxis.set_major_locator(MaxNLocator(max(round(2.4 * height), 2)))
 
 
 def _which(result: ElastoplasticResult, body: int) -> str:
@@ -495,10 +497,11 @@ def _which(result: ElastoplasticResult, body: int) -> str:
     return " in the counter-body" if body else " in the first body"
 
 
-def _state(result: ElastoplasticResult) -> str:
+def _state(result: ElastoplasticResult, body: int) -> str:
     load = result.contact.load
     state = f"at {engineering(load, 'N', 3)}" if load else "unloaded"
-    return f"{state}, largest strain {percent(min(result.max_plastic_strain, 1.0))}{_doubt(result)}"
+    strain = percent(min(result.bodies[body].max_plastic_strain, 1.0))
+    return f"{state}, largest strain {strain}{_doubt(result)}"
 
 
 def _doubt(result: ElastoplasticResult) -> str:

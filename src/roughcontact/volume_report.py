@@ -29,6 +29,8 @@ _SMALL_PART = 0.1
 _AROUND_ZONE = 6.0
 _CLOSE_PIXELS = 24
 
+_STAYS = " It stays when the load is gone, unless the bodies flow again on unloading."
+
 
 def render(
     result: ElastoplasticResult,
@@ -138,7 +140,7 @@ def _key_numbers(result: ElastoplasticResult) -> list[Row]:
         dent = engineering(float(result.residual_displacement.max()), "m", 3)
         stress = max(float(body.residual_von_mises.max()) for body in result.bodies)
         return [
-            ("Residual displacement", dent, "of the surface, at most"),
+            ("Dent", dent, "residual displacement, at most"),
             ("Residual stress", engineering(stress, "Pa", 3), "von Mises, at most"),
             *plastic,
             ("Largest load", _largest_load(result), "on the way; it is gone"),
@@ -230,18 +232,15 @@ def _results(result: ElastoplasticResult) -> Chapter:
         (
             lambda: volume_plots.residual_displacement(result),
             f"Map of the residual displacement, up to {dent}.",
-            "What plastic strain adds to the gap: red is pressed in, blue is raised. It stays when "
-            "the load is gone." + (" The line is the edge of the contact." if contact.load else ""),
+            "What plastic strain adds to the gap: red is pressed in, blue is raised."
+            + (_STAYS + " The line is the edge of the contact." if contact.load else ""),
         ),
         (
             lambda: plots.gap(contact),
             f"Map of the open gap, mean {engineering(contact.mean_gap, 'm', 3)}.",
-            "Gap that is left between the bodies"
-            + (
-                "" if contact.load else ", which just touch,"
-            )
-            + ". Orange is closed; the darker the blue, the wider the gap: this is the room left "
-            f"for a fluid or for wear debris.{missing}",
+            f"Gap that is left between the bodies{'' if contact.load else ', which just touch'}. "
+            "Orange is closed; the darker the blue, the wider the gap: this is the room left for "
+            f"a fluid or for wear debris.{missing}",
         ),
     ]  # fmt: skip
     if contact.load:
@@ -314,7 +313,7 @@ def _volume(result: ElastoplasticResult, body: int) -> Chapter:
     chapter.add("table", Table(rows, ("quantity", "value", "note")))
     kept = "each cell is one layer of one pixel" if result.contact.load else "each cell a layer"
     caption = (
-        f"True to scale, {kept}; the plastic zone lies inside the red line, the cross marks the "
+        f"True to scale, {kept}; the plastic zone lies inside the grey line, the cross marks the "
         "largest plastic strain of the section."
     )
     if result.contact.load:
@@ -335,9 +334,9 @@ def _volume(result: ElastoplasticResult, body: int) -> Chapter:
         (
             lambda: volume_plots.profile(result, body=body),
             "Profiles with depth below the largest plastic strain.",
-            "Below the point of the largest plastic strain: the strain; the von Mises stress "
-            "beside the yield strength, which hardening has raised; the normal stresses that stay "
-            "when the load is gone. Steps are layers.",
+            "Below the point of the largest plastic strain: the strain; the von Mises stress and "
+            "the yield strength at this strain; the normal stresses by the plastic strain alone. "
+            "Steps are layers.",
         ),
         (
             lambda: volume_plots.layers(result, body),
@@ -385,7 +384,7 @@ def _path(result: ElastoplasticResult) -> Chapter:
             engineering(step.contact_area, "m²"),
             engineering(step.max_pressure, "Pa"),
             percent(min(step.max_plastic_strain, 1.0)),
-            f"{1e18 * step.plastic_volume:.3g}",
+            f"{1e18 * step.plastic_volume:.4g}",
             f"{step.residual:.1e}",
             str(step.iterations),
         )
