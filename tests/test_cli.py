@@ -1,4 +1,5 @@
 import errno
+import html
 import importlib.util
 import json
 import os
@@ -20,6 +21,7 @@ from roughcontact import (
     contact,
     elastoplastic,
     hertz,
+    job,
     load_result,
     plasticity,
     plots,
@@ -1180,6 +1182,23 @@ def test_a_volume_run_that_fails_says_what_is_kept(
     assert f"the loads before it are kept in {folder}\n" in capsys.readouterr().err
 
 
+def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture) -> None:
+    ball = ("--body", "sphere 10 mm", "--points", "24", "--size", "0.4 mm", "--load", "100 N")
+    report, figures = tmp_path / "v.html", tmp_path / "figures"
+    figures.mkdir()
+    given = ("--model", "volume", "--increments", "2", "--report", str(report))
+    command = ["solve", *ball, *YIELDING, *given, "--figures", str(figures)]
+    assert cli.main(command) == cli.SOLVED
+    text = html.unescape(report.read_text(encoding="utf-8"))
+    assert "Plastic strain and stress" in text
+    assert "--model volume --increments 2" in text
+    assert files(figures) == {f"{name}.png" for name in job.FIGURES["volume"]}
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "section-x.png" in out
+    assert "v.html" in out
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -1187,7 +1206,6 @@ def test_a_volume_run_that_fails_says_what_is_kept(
         (("--model", "both"), ("--model must be one of",)),
         (("--model", "volume", "--increments", "0"), ("--increments must be at least 1",)),
         (("--model", "volume", "--ceiling", "3 GPa"), ("--ceiling goes with --model ceiling",)),
-        (("--model", "volume", "--report", "out.html"), ("--report goes with --model ceiling",)),
         (("--model", "volume", "--output", "out.npz"), ("ends in .nc, .vtr, .vti, .csv or .json",)),
         (("--output", "out.vtr"), ("ends in .nc, .vti, .csv or .json, got 'out.vtr'",)),
         (("--folder", "steps"), ("--folder need --model volume",)),
@@ -1196,6 +1214,11 @@ def test_a_volume_run_that_fails_says_what_is_kept(
             ("--model", "volume", "--folder", f"{__file__}/steps"),
             (f"--folder {__file__}/steps cannot be written to", "give another folder"),
         ),
+        (
+            ("--model", "volume", "--report", "out.txt"),
+            ("--report needs a name that ends in .html",),
+        ),
+        (("--model", "volume", "--study"), ("--study goes with --model ceiling",)),
         (("--model", "volume", "--hardening", "linear 2"), ("--hardening",)),
         (("--model", "volume", "--hardening", "linear -2 GPa"), ("--hardening", "positive")),
         (("--model", "volume", "--hardening", "swift 1 GPa 20 3"), ("exponent",)),

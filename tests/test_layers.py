@@ -32,6 +32,8 @@ FACADE = {
     ("result", "contact"),
     ("surface", "export"),
     ("result", "report"),
+    ("result", "chapters"),
+    ("elastoplastic", "volume_report"),
 }
 
 

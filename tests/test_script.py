@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import script
+from roughcontact import plasticity, script
 from roughcontact.result import ContactResult
 
 STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
@@ -153,3 +153,32 @@ def test_names_are_quoted(name: str) -> None:
     line = next(line for line in text.splitlines() if line.startswith("surface"))
     exec(line, {"rc": Fake})
     assert read == [name, name + "\n"]
+
+
+def test_the_script_follows_the_path_of_the_volume_again(folder: Path) -> None:
+    surface = rc.read_surface("ground.nc").leveled().filled().cropped((0, 24), (0, 26))
+    body = rc.Material(210e9, 0.3, hardening=plasticity.Linear(1e9, 2e9), name="steel")
+    result = rc.solve_elastoplastic(
+        surface, material=body, counter_material=rc.Material(70e9, 0.33),
+        loads=[0.02, 0.03, 0.0], boundary="periodic", tolerance=2e-4,
+    )  # fmt: skip
+    names: dict[str, Any] = {}
+    exec(script.repeating_volume(result), names)
+    again = names["result"]
+    assert again.contact.material == body
+    assert [s.load for s in again.increments] == [s.load for s in result.increments]
+    # Layers are written with six digits.
+    assert again.max_plastic_strain == pytest.approx(result.max_plastic_strain, rel=1e-3)
+    np.testing.assert_allclose(
+        again.residual_displacement, result.residual_displacement,
+        atol=2e-3 * result.residual_displacement.max(),
+    )  # fmt: skip
+    assert (again.tolerance, again.contact.boundary) == (2e-4, "periodic")
+
+
+def test_no_script_for_a_volume_of_an_unknown_map() -> None:
+    heights, pixel = rc.reference_map(32)
+    result = rc.solve_elastoplastic(
+        rc.Surface(heights, pixel), material=STEEL, loads=[0.01], boundary="periodic"
+    )
+    assert script.repeating_volume(result) == ""

@@ -1,0 +1,168 @@
+"""Figures of the volume show what is stored, at its place, in its unit."""
+
+import dataclasses
+import io
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+import roughcontact as rc
+from roughcontact import volume_plots
+from roughcontact.errors import InputError
+
+
+def every_figure(result: rc.ElastoplasticResult) -> list[Figure]:
+    return [
+        volume_plots.residual_displacement(result),
+        volume_plots.section(result),
+        volume_plots.section(result, "y", width=6e-6),
+        volume_plots.profile(result),
+        volume_plots.layers(result),
+        volume_plots.path(result),
+    ]
+
+
+def titled(figure: Figure, words: str):
+    """Return the axes whose title has these words."""
+    (found,) = [axes for axes in figure.axes if words in axes.get_title(loc="left")]
+    return found
+
+
+@pytest.fixture(scope="module")
+def untouched() -> rc.ElastoplasticResult:
+    """A state in which nothing has yielded."""
+    y, x = np.mgrid[:16, :16] - 8
+    surface = rc.Surface(-(y**2 + x**2) * (0.5e-6) ** 2 / 2e-4, (0.5e-6, 0.5e-6))
+    steel = rc.Material(210e9, 0.3, 20e9)
+    return rc.solve_elastoplastic(surface, material=steel, loads=[0.05])
+
+
+def test_every_figure_is_rendered_without_warnings(pressed, released, untouched) -> None:
+    for result in (pressed, released, untouched):
+        for figure in every_figure(result):
+            # Warnings are errors here; too small a layout would warn.
+            figure.savefig(io.BytesIO(), format="png", dpi=40)
+
+
+def test_section_is_true_to_scale_and_shows_every_layer(pressed) -> None:
+    figure = volume_plots.section(pressed, "x")
+    stored = pressed.section("x")
+    axes = titled(figure, "accumulated plastic strain [%]")
+    (mesh,) = [c for c in axes.collections if hasattr(c, "_coordinates")]
+    drawn = mesh.get_array()
+    rows, columns = drawn.shape
+    assert columns == 32
+    shown = np.where(stored.accumulated[:rows] > 0, 100 * stored.accumulated[:rows], np.nan)
+    np.testing.assert_allclose(np.ma.filled(drawn, np.nan), shown)
+    faces = mesh._coordinates[:, 0, 1]
+    np.testing.assert_allclose(faces, 1e6 * stored.faces[: rows + 1])
+    # As many inches to a micrometre down as across.
+    box = axes.get_position()
+    width, height = figure.get_size_inches()
+    left, right = axes.get_xlim()
+    bottom, top = axes.get_ylim()
+    assert top == 0
+    down = box.height * height / bottom
+    assert box.width * width / (right - left) == pytest.approx(down)
+    # It reaches below the plastic zone.
+    assert bottom > 1e6 * pressed.plastic_depth
+    # No axes lie on others.
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    panels = [a.get_tightbbox(renderer) for a in figure.axes]
+    for number, one in enumerate(panels):
+        for other in panels[number + 1 :]:
+            assert not one.padded(-1).overlaps(other.padded(-1))
+
+
+def test_section_compares_the_stress_with_the_strength_at_its_place(pressed) -> None:
+    axes = titled(volume_plots.section(pressed), "yield strength")
+    (mesh,) = [c for c in axes.collections if hasattr(c, "_coordinates")]
+    stored = pressed.section()
+    rows = mesh.get_array().shape[0]
+    ratio = (stored.von_mises / stored.strength)[:rows]
+    np.testing.assert_allclose(mesh.get_array(), np.minimum(ratio, 1))
+    # Under load only.
+    assert mesh.get_clim() == (0, 1)
+
+
+def test_a_narrow_section_lies_around_the_largest_strain(pressed) -> None:
+    figure = volume_plots.section(pressed, "x", width=5e-6)
+    axes = titled(figure, "pressure")
+    left, right = axes.get_xlim()
+    assert right - left == pytest.approx(5)
+    assert left < 17.5 * 0.5 < right
+    assert (left + right) / 2 == pytest.approx(17.5 * 0.5, abs=0.5)
+
+
+def test_without_load_there_is_no_stress_under_it(pressed, released) -> None:
+    titles = [a.get_title(loc="left") for a in volume_plots.section(released).figure.axes]
+    assert not any("load" in title or "pressure" in title for title in titles)
+    assert sum("residual stress" in title for title in titles) == 2
+    labels = [
+        text.get_text()
+        for result in (pressed, released)
+        for axes in volume_plots.profile(result).axes
+        if (legend := axes.get_legend())
+        for text in legend.get_texts()
+    ]
+    assert labels.count("under load") == 1
+    assert labels.count("yield strength") == 2
+
+
+def test_profile_draws_the_components(pressed) -> None:
+    figure = volume_plots.profile(pressed)
+    stored = pressed.profile()
+    steps = {p.get_label(): p.get_data() for axes in figure.axes for p in axes.patches}
+    np.testing.assert_allclose(steps["yield strength"].values, stored.strength / 1e9, rtol=1e-6)
+    for axis, name in enumerate("xyz"):
+        values = stored.residual_stress[:, axis, axis] / 1e6
+        np.testing.assert_allclose(steps[rf"$\sigma_{{{name * 2}}}$"].values, values, rtol=1e-6)
+    np.testing.assert_allclose(steps["under load"].edges, 1e6 * stored.faces)
+
+
+def test_path_tells_loading_from_unloading(released) -> None:
+    figure = volume_plots.path(released)
+    axes = figure.axes[0]
+    lines = {line.get_label(): line.get_xydata() for line in axes.get_lines()}
+    loading, unloading = (
+        line[np.isfinite(line).all(axis=1)] for line in (lines["loading"], lines["unloading"])
+    )
+    assert loading[:, 0].tolist() == pytest.approx([0, 100, 100, 200, 200, 350])
+    assert unloading[:, 0].tolist() == pytest.approx([350, 0])
+    approach = 1e9 * released.increments[-1].approach
+    assert unloading[-1, 1] == pytest.approx(approach)
+    assert lines["end"][0].tolist() == pytest.approx([0, approach])
+    assert [axes.get_ylabel() for axes in figure.axes] == [
+        "approach [nm]", "contact area [µm²]", "largest pressure [GPa]",
+        "largest plastic strain [%]",
+    ]  # fmt: skip
+
+
+def test_displacement_is_centred_on_zero_and_shows_the_contact(pressed, released) -> None:
+    axes = volume_plots.residual_displacement(pressed).axes[0]
+    (image,) = axes.images
+    np.testing.assert_allclose(image.get_array(), 1e9 * pressed.residual_displacement)
+    low, high = image.get_clim()
+    assert low == -high or low == 0
+    (line,) = axes.collections
+    pixels = np.array([np.mean(s, axis=0) for s in line.get_segments()])
+    touching = pressed.contact.contact
+    ends = np.flatnonzero(touching.any(axis=0))[[0, -1]] + [0, 1]
+    assert [pixels[:, 0].min(), pixels[:, 0].max()] == pytest.approx((0.5 * ends).tolist())
+    (line,) = volume_plots.residual_displacement(released).axes[0].collections
+    assert len(line.get_segments()) == 0
+
+
+def test_a_result_that_did_not_converge_says_so(pressed) -> None:
+    stopped = dataclasses.replace(pressed, status="stopped on the way")
+    for figure in every_figure(stopped):
+        words = figure.get_suptitle() + "".join(axes.get_title() for axes in figure.axes)
+        assert "NOT CONVERGED" in words
+
+
+@pytest.mark.parametrize("width", [0.0, -1e-6, np.inf, np.nan])
+def test_bad_widths(pressed, width: float) -> None:
+    with pytest.raises(InputError, match="width"):
+        volume_plots.section(pressed, width=width)

@@ -1,0 +1,206 @@
+"""The report on the volume model says what the result says."""
+
+import dataclasses
+import datetime
+import html
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import roughcontact as rc
+from roughcontact import assumptions, chapters, volume_report
+from roughcontact.chapters import Section
+from roughcontact.errors import InputError
+from roughcontact.plasticity import Linear, Tabulated
+from roughcontact.units import engineering, percent
+
+DAY = datetime.date(2024, 2, 29)
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the figures undrawn: they take most of the time of a report."""
+
+    def undrawn(figure: Figure, alt: str, caption: str) -> Any:
+        assert figure.axes
+        return chapters.Picture(caption, alt, "AAAA", 1, 1)
+
+    monkeypatch.setattr(chapters, "picture", undrawn)
+
+
+def words(text: str) -> str:
+    """Return the text of a page without its tags."""
+    body = text[text.index("<body>") :]
+    return " ".join(html.unescape(re.sub(r"<[^>]*>", " ", body)).split())
+
+
+def with_material(result: Any, **changes: Any) -> Any:
+    """Return a result whose body is said to be of another material."""
+    body = result.bodies[0]
+    material = dataclasses.replace(body.material, hardening=None, **changes)
+    contact = dataclasses.replace(result.contact, material=material)
+    bodies = (dataclasses.replace(body, material=material),)
+    return dataclasses.replace(result, contact=contact, bodies=bodies)
+
+
+@pytest.mark.usefixtures("quick")
+def test_answer_first_then_chapters_in_the_order_of_the_other_report(pressed) -> None:
+    text = volume_report.render(pressed, date=DAY)
+    page = words(text)
+    assert page.startswith("Contact of ball.nc under 350 mN, with plastic flow")
+    contact = pressed.contact
+    for value in (
+        engineering(contact.max_pressure, "Pa", 3),
+        percent(contact.contact_fraction),
+        percent(pressed.max_plastic_strain),
+        engineering(pressed.plastic_depth, "m", 3),
+        engineering(contact.approach, "m", 3),
+    ):
+        assert f'class="value">{value}<' in text
+    assert f"Regime: {pressed.regime}." in page
+    assert assumptions.volume_regime(pressed) in page
+    titles = re.findall(r'<h2 id="chapter-\d+">\d+ ([^<]+)</h2>', text)
+    assert titles == [
+        "Input and preparation", "Roughness of the prepared surface", "Materials and load",
+        "What is assumed", "Results", "Plastic strain and stress", "Path of loads",
+        "Contact spots", "How exactly it is solved", "How to repeat it",
+    ]  # fmt: skip
+    assert "Swift hardening, 1.24 GPa (30 + 1e6 e)^0.085" in page
+    assert "0 N → 350 mN" in page
+    assert "ceiling" not in page
+    for step in pressed.increments:
+        assert engineering(step.approach, "m") in page
+        assert f"{step.residual:.1e}" in page
+    assert f"{pressed.contact.certificate:.1e}" in page
+    assert f"{pressed.yield_excess:+.1e}" in page
+    for statement in assumptions.volume_statements(pressed, contact.spots()):
+        assert statement.text in page
+    assert "No warnings" in page
+
+
+@pytest.mark.usefixtures("quick")
+def test_unloaded_it_tells_what_is_left(released) -> None:
+    page = words(volume_report.render(released, date=DAY))
+    assert page.startswith("What a load of 350 mN left on ball.nc")
+    dent = engineering(float(released.residual_displacement.max()), "m", 3)
+    assert f"has left a dent of up to {dent}" in page
+    assert "0 N → 350 mN → 0 N" in page
+    stress = float(released.bodies[0].residual_von_mises.max())
+    assert f"Residual stress {engineering(stress, 'Pa', 3)}" in page
+    assert "Largest von Mises stress under load" not in page
+    assert "Contact spots" not in page
+
+
+def test_the_file_stands_alone(pressed, tmp_path: Path) -> None:
+    path = tmp_path / "out.html"
+    figure = Figure()
+    figure.subplots()
+    pressed.report(
+        path, "roughcontact solve <b>", [Section("More", ("& more.",), (), (("A", figure),))]
+    )
+    text = path.read_text(encoding="utf-8")
+    assert "roughcontact solve &lt;b&gt;" in text
+    assert "&amp; more." in text
+    sources = re.findall(r'src="([^"]{0,30})', text)
+    assert len(sources) > 9
+    assert all(source.startswith("data:image/png;base64,") for source in sources)
+    assert "<script" not in text
+    for name in ("out.txt", "nowhere/out.html"):
+        with pytest.raises(InputError):
+            pressed.report(tmp_path / name)
+
+
+@pytest.mark.usefixtures("quick")
+def test_failure_stands_on_top(pressed) -> None:
+    stopped = dataclasses.replace(pressed, status="stopped on the way to 9 N: <why>")
+    text = volume_report.render(stopped, date=DAY)
+    page = words(text)
+    assert "Not converged: these numbers are not a solution." in page
+    assert page.count("stopped on the way to 9 N: <why>") == 2
+    assert "the last load that was reached, 350 mN" in page
+
+
+def cautions(result: Any) -> str:
+    found = assumptions.volume_statements(result, result.contact.spots())
+    return " ".join(item.caution for item in found if item.caution)
+
+
+def test_small_deformations_are_checked(pressed) -> None:
+    assert cautions(pressed) == ""
+    # By hand: r/R at the rim is √2 times the root mean square over a disc.
+    (small,) = [
+        s for s in assumptions.volume_statements(pressed, pressed.contact.spots())
+        if s.topic == "Small strains"
+    ]  # fmt: skip
+    told = re.search(r"spot of radius a = ([\d.]+) R", small.text)
+    assert told is not None
+    radius = np.sqrt(pressed.contact.contact_area / np.pi)
+    assert float(told[1]) == pytest.approx(radius / 105e-6, rel=0.05)
+    surface = pressed.contact.surface
+    steep = dataclasses.replace(surface, heights=3 * surface.heights)
+    contact = dataclasses.replace(pressed.contact, surface=steep)
+    assert "the slope under the contact is 0.1" in cautions(
+        dataclasses.replace(pressed, contact=contact)
+    )
+    body = pressed.bodies[0]
+    strained = dataclasses.replace(body, accumulated=body.accumulated * 10)
+    assert "the largest plastic strain is 0.1" in cautions(
+        dataclasses.replace(pressed, bodies=(strained,))
+    )
+
+
+def test_perfect_plasticity_and_short_tables_are_told(pressed, released) -> None:
+    scatter = "the pressure of single pixels scatters by 5 to 10 %"
+    assert scatter in cautions(with_material(pressed, yield_strength=1656e6))
+    assert scatter not in cautions(with_material(released, yield_strength=1656e6))
+    body = pressed.bodies[0]
+    for last, short in ((0.005, True), (0.5, False)):
+        law = Tabulated((0.0, last), (1.6e9, 3e9))
+        material = dataclasses.replace(body.material, hardening=law, yield_strength=None)
+        changed = dataclasses.replace(body, material=material)
+        told = cautions(dataclasses.replace(pressed, bodies=(changed,)))
+        assert ("where the table of the yield strength ends" in told) is short
+
+
+def test_flow_on_unloading_is_told(pressed, released) -> None:
+    weak = dict(yield_strength=400e6)
+    assert "would flow again on unloading" in cautions(with_material(pressed, **weak))
+    assert "would flow again" not in cautions(with_material(released, **weak))
+
+
+@pytest.mark.usefixtures("quick")
+def test_two_bodies_have_a_chapter_each() -> None:
+    y, x = np.mgrid[:16, :18] - np.array([8, 9])[:, None, None]
+    surface = rc.Surface(-(y**2 + x**2) * (0.6e-6) ** 2 / 2e-4, (0.6e-6, 0.6e-6))
+    brass = rc.Material(110e9, 0.34, hardening=Linear(1.2e9, 2e9))
+    result = rc.solve_elastoplastic(
+        surface, material=rc.Material(210e9, 0.3, 1.6e9), counter_material=brass, loads=[0.2]
+    )
+    page = words(volume_report.render(result, date=DAY))
+    assert "Plastic strain and stress of the first body" in page
+    assert "Plastic strain and stress of the counter-body" in page
+    assert "Both bodies are elastic half-spaces that yield" in page
+    assert "linear hardening, modulus 2 GPa" in page
+    # A warning of the result stands in the box of warnings.
+    for note in result.warnings:
+        assert note[1:] in page
+
+
+@pytest.mark.parametrize(
+    ("material", "words"),
+    [
+        (rc.Material(1e9, 0.3), "elastic"),
+        (rc.Material(1e9, 0.3, 1e6), "perfectly plastic"),
+        (rc.Material(1e9, 0.3, hardening=Linear(1e6, 2e6)), "linear hardening, modulus 2 MPa"),
+        (
+            rc.Material(1e9, 0.3, hardening=Tabulated((0.0, 0.1), (1e6, 2e6))),
+            "tabulated hardening, 2 MPa from a strain of 0.1 on",
+        ),
+    ],
+)
+def test_laws_in_words(material: rc.Material, words: str) -> None:
+    assert assumptions.hardening(material) == words
