@@ -160,7 +160,7 @@ def test_the_script_follows_the_path_of_the_volume_again(folder: Path) -> None:
     body = rc.Material(210e9, 0.3, hardening=plasticity.Linear(1e9, 2e9), name="steel")
     result = rc.solve_elastoplastic(
         surface, material=body, counter_material=rc.Material(70e9, 0.33),
-        loads=[0.02, 0.03, 0.0], boundary="periodic", tolerance=2e-4,
+        loads=[0.02, 0.03, 0.0], boundary="periodic", tolerance=2e-4, depth=40e-6,
     )  # fmt: skip
     names: dict[str, Any] = {}
     exec(script.repeating_volume(result), names)
@@ -168,6 +168,8 @@ def test_the_script_follows_the_path_of_the_volume_again(folder: Path) -> None:
     assert again.contact.material == body
     assert [s.load for s in again.increments] == [s.load for s in result.increments]
     # Layers are written with six digits.
+    thickness = result.bodies[0].thickness
+    np.testing.assert_allclose(again.bodies[0].thickness, thickness, rtol=1e-5)
     assert again.max_plastic_strain == pytest.approx(result.max_plastic_strain, rel=1e-3)
     np.testing.assert_allclose(
         again.residual_displacement, result.residual_displacement,

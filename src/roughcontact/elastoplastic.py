@@ -527,7 +527,7 @@ def solve_elastoplastic(
     >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1.6e9)
     >>> result = solve_elastoplastic(ball, material=steel, loads=[0.3, 0.0])
     >>> result.status, result.regime
-    ('converged', 'plastic below the surface')
+    ('converged', 'plastic up to the surface')
     """
     began = time.perf_counter()
     _check_arguments(
