@@ -86,23 +86,34 @@ def over_cuboid(low, high, nu):
     return total
 
 
-def test_stress_under_a_rectangle_is_the_integral_of_point_forces() -> None:
+# Under the rectangle, beside it along each axis and across a corner; ν at its ends.
+@pytest.mark.parametrize("nu", [0.0, NU, 0.5])
+@pytest.mark.parametrize("at", [(0.1, 0.15, 0.8), (0.53, -0.21, 0.8), (-0.3, 1.4, 0.5), (-2, 1, 3)])
+def test_stress_under_a_rectangle_is_the_integral_of_point_forces(at, nu) -> None:
     points, weights = gauss_box((-0.4, -0.7), (0.4, 0.7), 60)  # (y, x)
-    at = 0.53, -0.21, 0.8
     quadrature = np.einsum(
         "n,nij->ij",
         weights,
-        boussinesq(at[0] - points[:, 1], at[1] - points[:, 0], np.full(len(points), at[2]), NU),
+        boussinesq(at[0] - points[:, 1], at[1] - points[:, 0], np.full(len(points), at[2]), nu),
     )
     # 60-point Gauss rule on a smooth integrand: exact to rounding.
-    np.testing.assert_allclose(under_rectangle(*at, 0.4, 0.7, NU), quadrature, atol=1e-12)
+    found = under_rectangle(*map(np.float64, at), 0.4, 0.7, nu)
+    np.testing.assert_allclose(found, quadrature, rtol=0, atol=1e-12)
 
 
-def test_displacement_by_a_cuboid_is_the_integral_of_betti() -> None:
-    low, high = (0.3, -0.9, 0.5), (1.1, 0.2, 1.4)
-    points, weights = gauss_box(low, high, 24)
-    quadrature = np.einsum("n,nij->ij", weights, boussinesq(*points.T, NU))
-    np.testing.assert_allclose(over_cuboid(low, high, NU), quadrature, atol=1e-10)
+@pytest.mark.parametrize("nu", [0.0, NU, 0.5])
+@pytest.mark.parametrize(
+    ("low", "high"),
+    [
+        ((0.3, -0.9, 0.5), (1.1, 0.2, 1.4)),
+        ((-0.4, -0.9, 0.8), (0.5, 0.2, 1.4)),
+        ((-2.0, -1.3, 0.6), (-1.2, -0.7, 0.9)),
+    ],
+)
+def test_displacement_by_a_cuboid_is_the_integral_of_betti(low, high, nu) -> None:
+    points, weights = gauss_box(low, high, 32)
+    quadrature = np.einsum("n,nij->ij", weights, boussinesq(*points.T, nu))
+    np.testing.assert_allclose(over_cuboid(low, high, nu), quadrature, rtol=0, atol=1e-10)
 
 
 def layers_of(operator, strain, pressure=None, trace=False):

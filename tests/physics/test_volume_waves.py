@@ -1,0 +1,167 @@
+"""The volume operator wave by wave, against numerical integration of elasticity over the depth.
+
+Displacement and traction of one wave exp(i k·x) obey six ordinary differential equations in z
+(Stroh, Phil. Mag. 3 (1958) 625, doi:10.1080/14786435808565804), here straight from Hooke's law:
+no wave, reflection or layer integral of the operator is used. Layer by layer they are integrated
+by the matrix exponential; below the last the solution must decay, by Schur's ordered form.
+"""
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag, expm, schur
+
+from roughcontact import halfspace
+from roughcontact.convolution import Workspace
+
+MU, NU = 1.7, 0.3
+LAME = 2 * MU * NU / (1 - 2 * NU)
+SHAPE, PIXEL = (9, 8), (0.3, 0.5)
+THICKNESS = np.array([0.04, 0.3, 0.2, 1.1])
+ONE = np.eye(3)
+# C_ijkl of Hooke's law.
+STIFFNESS = LAME * np.einsum("ij,kl->ijkl", ONE, ONE) + MU * (
+    np.einsum("ik,jl->ijkl", ONE, ONE) + np.einsum("il,jk->ijkl", ONE, ONE)
+)
+
+
+def reference(wave, strains, pressure):
+    """Return u_z at the surface and the mean stress of each layer, amplitudes of one wave.
+
+    ``wave`` is (kx, ky), ``strains`` the plastic strain in each layer, shape (nz, 3, 3).
+    """
+    k = np.array([*wave, 0.0])
+    normal = STIFFNESS[:, 2, :, 2]
+    across = 1j * np.einsum("ikl,l->ik", STIFFNESS[:, 2], k)
+    # σ = C (∇u - e): traction t = normal u' + across u - τ, and -i kα σ_iα = t'.
+    inverse = np.linalg.inv(normal)
+    slope = np.hstack([-inverse @ across, inverse])
+    back = 1j * np.einsum("j,ijk->ik", k, STIFFNESS[..., 2])
+    plane = -np.einsum("j,ijkl,l->ik", k, STIFFNESS, k)
+    system = np.vstack([slope, -back @ slope - np.hstack([plane, np.zeros((3, 3))])])
+
+    def parts(strain):
+        stress = np.einsum("ijkl,kl->ij", STIFFNESS, strain)
+        steep = inverse @ stress[:, 2]
+        return stress, steep, np.append(steep, -back @ steep + 1j * stress @ k)
+
+    def along(z, strain):
+        """Return the matrix and the vector that carry a state over z."""
+        grown = np.zeros((7, 7), complex)
+        grown[:6, :6], grown[:6, 6] = system, parts(strain)[2]
+        grown = expm(grown * z)
+        return grown[:6, :6], grown[:6, 6]
+
+    # Unknown are the states at all faces of layers; rows: surface, layers, decay below.
+    _, vectors, _ = schur(system, output="complex", sort="lhp")
+    steps = [along(h, e) for h, e in zip(THICKNESS, strains, strict=True)]
+    matrix = np.hstack([block_diag(*[-m for m, _ in steps]), np.zeros((6 * len(steps), 6))])
+    matrix[:, 6:] += np.eye(6 * len(steps))
+    top = np.hstack([np.zeros((3, 3)), ONE, np.zeros((3, 6 * len(steps)))])
+    below = np.hstack([np.zeros((3, 6 * len(steps))), vectors[:, 3:].conj().T])
+    right = np.concatenate([[0, 0, -pressure], *[v for _, v in steps], np.zeros(3)])
+    states = np.linalg.solve(np.vstack([top, matrix, below]), right).reshape(-1, 6)
+
+    node, weight = np.polynomial.legendre.leggauss(10)
+    means = []
+    for state, h, strain in zip(states, THICKNESS, strains, strict=False):
+        stress, steep, _ = parts(strain)
+        total = np.zeros((3, 3), complex)
+        for z, w in zip(h * (1 + node) / 2, weight / 2, strict=True):
+            matrix, vector = along(z, strain)
+            here = matrix @ state + vector
+            gradient = 1j * np.outer(here[:3], k)
+            gradient[:, 2] += slope @ here + steep
+            total += w * (np.einsum("ijkl,kl->ij", STIFFNESS, gradient) - stress)
+        means.append(total)
+    return states[0, 2], np.array(means)
+
+
+def found(strain, pressure):
+    """Return displacement, and stress tensors, shape (nz, ny, nx, 3, 3), by the operator."""
+    operator = halfspace.HalfSpace(
+        SHAPE, PIXEL, THICKNESS, shear_modulus=MU, poisson=NU, boundary="periodic",
+        workspace=Workspace(2),
+    )  # fmt: skip
+
+    def fill(layer, out):
+        out[...] = strain[layer]
+        return slice(0, SHAPE[0])
+
+    displacement = operator.displacement(fill, trace=True)
+    deviator, mean = np.empty(strain.shape), np.empty((len(strain), *SHAPE))
+    operator.stress(pressure, lambda layer, s: deviator.__setitem__(layer, s))
+    operator.mean_stress(pressure, lambda layer, s: mean.__setitem__(layer, s))
+    return displacement, halfspace.tensor(deviator.swapaxes(0, 1), mean)
+
+
+# Turns of the wave over the map (y, x): along each axis, oblique to both sides, and one so short
+# that it dies within a layer.
+@pytest.mark.parametrize("turns", [(0, 1), (1, 0), (1, 2), (-2, 1), (4, 3)], ids=str)
+def test_a_wave_against_integration(turns) -> None:
+    rng = np.random.default_rng(7)
+    tensors = rng.normal(size=(2, len(THICKNESS), 3, 3))
+    tensors += tensors.swapaxes(-1, -2)
+    tensors -= np.trace(tensors, axis1=-2, axis2=-1)[..., None, None] / 3 * ONE
+    strains, amplitude = tensors[0] + 1j * tensors[1], 1.3 - 0.4j
+    # A layer without strain lets waves through.
+    strains[2] = 0
+    ky, kx = (2 * np.pi * t / (n * d) for t, n, d in zip(turns, SHAPE, PIXEL, strict=True))
+    y, x = (np.arange(n) * d for n, d in zip(SHAPE, PIXEL, strict=True))
+    wave = np.exp(1j * (ky * y[:, None] + kx * x))
+    five = halfspace.components(strains)
+    strain = np.einsum("cz,yx->zcyx", five, wave).real
+    displacement, stress = found(strain, (amplitude * wave).real)
+    u, means = reference((kx, ky), strains, amplitude)
+    # The displacement by strain alone: less 2 (1 - ν²) p/(E q) = (1 - ν) p/(μ q), the elastic one.
+    u -= (1 - NU) / (MU * np.hypot(kx, ky)) * amplitude
+    np.testing.assert_allclose(displacement, (u * wave).real, rtol=0, atol=1e-10 * abs(u))
+    exact = np.einsum("zij,yx->zyxij", means, wave).real
+    np.testing.assert_allclose(stress, exact, rtol=0, atol=1e-10 * np.abs(means).max())
+
+
+def test_no_mean_strain_in_the_plane_of_a_period() -> None:
+    # Strain and pressure everywhere the same: Hooke's law with ε_zz alone.
+    tensors = np.random.default_rng(8).normal(size=(len(THICKNESS), 3, 3))
+    tensors += tensors.swapaxes(-1, -2)
+    tensors -= np.trace(tensors, axis1=-2, axis2=-1)[..., None, None] / 3 * ONE
+    strain = np.repeat(halfspace.components(tensors).T[..., None], SHAPE[0] * SHAPE[1], axis=-1)
+    strain = strain.reshape(-1, 5, *SHAPE)
+    displacement, stress = found(strain, np.full(SHAPE, 1.3))
+    expected = 0.0
+    for layer, e in enumerate(tensors):
+        # Unknown ∂u/∂z make σ_iz = (0, 0, -p).
+        slope = np.linalg.solve(
+            STIFFNESS[:, 2, :, 2],
+            np.einsum("ikl,kl->i", STIFFNESS[:, 2], e) - np.array([0, 0, 1.3]),
+        )
+        gradient = np.zeros((3, 3))
+        gradient[:, 2] = slope
+        exact = np.einsum("ijkl,kl->ij", STIFFNESS, gradient - e)
+        np.testing.assert_allclose(
+            stress[layer], np.broadcast_to(exact, (*SHAPE, 3, 3)), rtol=0, atol=1e-12
+        )
+        # What the layer grows by strain lifts the surface.
+        elastic = -1.3 / (LAME + 2 * MU)
+        expected -= THICKNESS[layer] * (slope[2] - elastic)
+    np.testing.assert_allclose(displacement, expected, rtol=1e-12)
+
+
+def test_the_longest_wave_of_an_isolated_map_is_the_mean_of_all_directions() -> None:
+    angle = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    limits = [
+        reference(1e-6 * np.array([np.cos(a), np.sin(a)]), np.zeros((4, 3, 3)), 1.0)[1]
+        for a in angle
+    ]
+    operator = halfspace.Layers(
+        SHAPE, PIXEL, THICKNESS, MU, NU, SHAPE, isolated=True, workspace=Workspace(1)
+    )
+    operator.displacement(lambda layer, out: None, trace=True)
+    deviator, mean = np.empty((4, 5, *SHAPE)), np.empty((4, *SHAPE))
+    ones = np.ones(SHAPE)
+    operator.stress(ones, lambda layer, s: deviator.__setitem__(layer, s))
+    operator.mean_stress(ones, lambda layer, s: mean.__setitem__(layer, s))
+    stress = halfspace.tensor(deviator.swapaxes(0, 1), mean)
+    exact = np.mean(limits, axis=0).real[:, None, None]
+    # Of first order in the wave number times the depth, 2e-6.
+    np.testing.assert_allclose(stress, np.broadcast_to(exact, stress.shape), rtol=0, atol=1e-5)
+    np.testing.assert_allclose(stress[..., 0, 0], -(1 + 2 * NU) / 2, rtol=1e-12)
