@@ -22,10 +22,12 @@ for folder in ("tests", "tests/data/peers"):
     if str(ROOT / folder) not in sys.path:
         sys.path.append(str(ROOT / folder))
 
+import indentation  # noqa: E402
 import problems  # noqa: E402
 
 import judge  # noqa: E402 - found beside the tests
 import roughcontact as rc  # noqa: E402
+from roughcontact.plasticity import Linear  # noqa: E402
 
 Array = NDArray[np.float64]
 
@@ -33,6 +35,8 @@ PAGE = ROOT / "docs" / "cross_code.md"
 START, END = "<!-- result -->", "<!-- end -->"
 PEERS = ("contactmechanics", "tamaas", "aspher")
 TOLERANCE = 1e-10
+# Of the plastic strain, in double precision.
+STRAIN_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True)
@@ -130,6 +134,121 @@ def row_of(peer: str, settings: str, name: str, pressure: Array, result: rc.Cont
     )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class Indent:
+    """One load of a stored indentation beside that of this program.
+
+    Parameters
+    ----------
+    peer, grid : str
+        Whose answer, on which grid.
+    load : float
+        In units of Young's modulus and the side.
+    error, residual : float
+        Of the peer's loop, and of the plastic strain of this program.
+    pressure : float
+        Σ|p - p_peer| / Σ p_peer.
+    peak : float
+        Relative difference of the largest pressures.
+    touching, contact : int
+        Points in contact, and those in contact in one answer alone.
+    strain : float
+        Relative difference of the largest accumulated plastic strains.
+    field, profile : float
+        ∫|e - e_peer| / ∫ e_peer over the volume, and the largest difference under the apex over
+        the largest strain there.
+    """
+
+    peer: str
+    grid: str
+    load: float
+    error: float
+    residual: float
+    pressure: float
+    peak: float
+    touching: int
+    contact: int
+    strain: float
+    field: float
+    profile: float
+
+
+def around_nodes(grid: str) -> Array:
+    """Return thicknesses of layers that reach half-way from each node to the next."""
+    nodes = indentation.GRIDS[grid][0]
+    thickness = np.full(nodes, indentation.DEPTH / (nodes - 1))
+    thickness[[0, -1]] /= 2
+    return thickness
+
+
+def indent(grid: str) -> list[rc.ElastoplasticResult]:
+    """Return this program's answer to the named indentation, load by load."""
+    pixel = indentation.SIDE / indentation.GRIDS[grid][1]
+    law = Linear(indentation.YIELD, indentation.HARDENING)
+    results: list[rc.ElastoplasticResult] = []
+    for load in indentation.LOADS:
+        start = results[-1] if results else None
+        results.append(
+            rc.solve_elastoplastic(
+                rc.Surface(indentation.heights(grid), (pixel, pixel)),
+                material=rc.Material(indentation.YOUNG, indentation.POISSON, hardening=law),
+                loads=[load],
+                boundary="periodic",
+                layers=None if start else around_nodes(grid),
+                tolerance=STRAIN_TOLERANCE,
+                precision="double",
+                start=start,
+            )
+        )
+    return results
+
+
+def compare_indentations(grids: tuple[str, ...] = tuple(indentation.GRIDS)) -> list[Indent]:
+    """Return a row for every load of the stored indentations."""
+    rows = []
+    about, answers = indentation.load("tamaas")
+    for grid in grids:
+        answer, weight = answers[grid], around_nodes(grid)[:, None, None]
+        middle = indentation.GRIDS[grid][1] // 2
+        for number, result in enumerate(indent(grid)):
+            theirs, pressure = answer.pressure[number], result.contact.pressure
+            # A value at a node beside the average over the layer around it.
+            nodes, strain = answer.strain[number], result.bodies[0].accumulated
+            under, below = nodes[:, middle, middle], strain[:, middle, middle]
+            rows.append(
+                Indent(
+                    about["program"], grid, indentation.LOADS[number],
+                    error=float(answer.error[number]),
+                    residual=result.increments[-1].residual,
+                    pressure=float(np.abs(pressure - theirs).sum() / theirs.sum()),
+                    peak=float(abs(pressure.max() / theirs.max() - 1)),
+                    touching=int(np.count_nonzero(result.contact.contact)),
+                    contact=int(np.count_nonzero((theirs > 0) != result.contact.contact)),
+                    strain=float(abs(strain.max() / nodes.max() - 1)),
+                    field=float((weight * np.abs(strain - nodes)).sum() / (weight * nodes).sum()),
+                    profile=float(np.abs(below - under).max() / under.max()),
+                )
+            )  # fmt: skip
+    return rows
+
+
+def indentation_table(rows: list[Indent]) -> str:
+    """Return the rows as Markdown."""
+    lines = [
+        "| program | grid | load | its error | residual of this program | difference of the "
+        "pressures | of the peaks | points that touch | of them not in both | difference of the "
+        "largest plastic strain | of its field | of its profile |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {row.peer} | {row.grid} | {row.load:g} | {row.error:.0e} | {row.residual:.0e} "
+        f"| {row.pressure:.2%} | {row.peak:.2%} | {row.touching} | {row.contact} "
+        f"| {row.strain:.2%} | {row.field:.1%} | {row.profile:.1%} |"
+        for row in rows
+    ]
+    return "\n".join(lines)
+
+
 def table(rows: list[Row]) -> str:
     """Return the rows as Markdown."""
     lines = [
@@ -154,6 +273,13 @@ def page(rows: list[Row]) -> str:
     return f"Stored answers: {made}. This program: roughcontact {rc.__version__}.\n\n{table(rows)}"
 
 
+def indentation_page(rows: list[Indent]) -> str:
+    """Return the part on plasticity of the volume that a run renews."""
+    about = indentation.load("tamaas")[0]
+    made = f"{about['program']} {about['version']} (NumPy {about['numpy']}): {about['settings']}"
+    return f"Stored answers: {made}.\n\n{indentation_table(rows)}"
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(
@@ -161,12 +287,15 @@ def main() -> None:
     )
     parser.add_argument("--write", action="store_true", help=f"renew {PAGE.name}")
     options = parser.parse_args()
-    text = page(compare())
-    print(text)
+    parts = page(compare()), indentation_page(compare_indentations())
+    print(*parts, sep="\n\n")
     if options.write:
-        before = PAGE.read_text(encoding="utf-8")
-        head, tail = before.split(START)[0], before.split(END)[1]
-        PAGE.write_text(f"{head}{START}\n{text}\n{END}{tail}", encoding="utf-8")
+        # Between the marks, one part after the other.
+        head, *rest = PAGE.read_text(encoding="utf-8").split(START)
+        text = head
+        for part, old in zip(parts, rest, strict=True):
+            text += f"{START}\n{part}\n{END}{old.split(END)[1]}"
+        PAGE.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

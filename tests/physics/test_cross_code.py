@@ -1,5 +1,7 @@
 """The stored answers of other programs, to the last digit that their own residual allows."""
 
+import indentation
+import numpy as np
 import problems
 import pytest
 
@@ -77,3 +79,41 @@ def test_the_documentation_holds_every_row(rows):
     text = cross_code.PAGE.read_text(encoding="utf-8")
     for row in rows:
         assert f"| {row.peer} | {row.settings} | {row.problem} |" in text
+    for grid in indentation.GRIDS:
+        for load in indentation.LOADS:
+            assert f"| tamaas | {grid} | {load:g} |" in text
+
+
+def test_indentation_of_a_hardening_half_space() -> None:
+    rows = cross_code.compare_indentations(("sphere-64",))
+    assert [row.load for row in rows] == list(indentation.LOADS)
+    for row in rows:
+        # What is asked of two discretisations at 5 to 9 points in a contact radius; measured 0.5
+        # to 0.9 % and, in order, 0.94, 0.09, 0.03, 0.02, 0.03 %.
+        assert row.pressure < 0.015
+        assert row.strain < 0.01
+        assert row.peak < 0.015
+        assert row.contact == 0
+        assert row.residual <= cross_code.STRAIN_TOLERANCE
+    # Fields are compared at a node and over a layer: most where the zone is two layers thick.
+    assert rows[0].field < 0.05
+    assert max(row.field for row in rows[1:]) < 0.02
+    assert max(row.profile for row in rows) < 0.025
+
+
+def test_indentation_on_half_the_grid() -> None:
+    # The difference is that of the discretisations: the field differs three times as much.
+    rows = cross_code.compare_indentations(("sphere-32",))
+    assert max(row.pressure for row in rows) < 0.02
+    assert max(row.strain for row in rows) < 0.04
+    assert max(row.contact for row in rows) == 0
+
+
+def test_stored_indentations_carry_their_loads() -> None:
+    about, answers = indentation.load("tamaas")
+    assert about["version"] == "2.9.0"
+    for answer in answers.values():
+        mean = answer.pressure.mean(axis=(1, 2)) * indentation.SIDE**2
+        np.testing.assert_allclose(mean, indentation.LOADS, rtol=1e-9)
+        assert answer.error.max() < 1e-4
+        assert (np.diff(answer.strain, axis=0) >= 0).all()
