@@ -28,8 +28,9 @@ def main() -> None:
             ):
                 getattr(instance, method)(*values)
                 print(f"{name}.{method}{values}: ran")
-    peers = Path(__file__).with_name("peers.py")
-    subprocess.run([sys.executable, str(peers), "--cases", "smoke"], check=True)
+    for script, *options in (("peers.py", "--cases", "smoke"), ("volume.py", "--quick")):
+        path = Path(__file__).with_name(script)
+        subprocess.run([sys.executable, str(path), *options], check=True)
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ SETTINGS = (
 )
 
 
-def solve(name: str, *, told: bool = False) -> Answer:
+def solve(name: str, loads: tuple[float, ...] = LOADS, *, told: bool = False) -> Answer:
     """Return the answer to one grid."""
     import tamaas
     from tamaas.nonlinear_solvers import DFSANESolver
@@ -49,7 +49,7 @@ def solve(name: str, *, told: bool = False) -> Answer:
     contact = tamaas.PolonskyKeerRey(model, surface, CONTACT, kind, kind)
     loop = tamaas.AndersonMixing(contact, inner, TOLERANCE, memory=MEMORY)
     pressure, strain, seconds, error = [], [], [], []
-    for load in LOADS:
+    for load in loads:
         began = time.perf_counter()
         error.append(loop.solve(load / SIDE**2))
         seconds.append(time.perf_counter() - began)
