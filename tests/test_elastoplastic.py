@@ -1,5 +1,6 @@
 """The loop on small spheres: laws that must hold whatever the resolution, and bad input."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -449,6 +450,34 @@ def test_memory_estimate_is_in_proportion() -> None:
     # Measured: 1.1 GB at 256 × 256 × 64 with a plastic zone of a tenth of the volume.
     assert 0.7e9 < one < 2e9
     assert elastoplastic.memory_estimate((256, 256), 64, precision="double") > 1.9 * one
+
+
+@pytest.mark.parametrize(
+    ("boundary", "precision", "counter_material"),
+    [("free", "single", rc.material.RIGID), ("periodic", "double", SWIFT)],
+    ids=["free", "periodic"],
+)
+def test_memory_estimate_is_what_arrays_take(boundary, precision, counter_material) -> None:
+    arguments = dict(
+        material=SWIFT, counter_material=counter_material, boundary=boundary, precision=precision,
+        loads=[0.65], layers=[1.5e-6] * 12,
+    )  # fmt: skip
+    surface = ball((48, 44), (5.5e-7, 5.5e-7))
+    solve_elastoplastic(ball(), material=SWIFT, loads=[0.1])  # imports
+    tracemalloc.start()
+    try:
+        result = solve_elastoplastic(surface, **arguments)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    accumulated = result.bodies[0].accumulated
+    estimate = elastoplastic.memory_estimate(
+        accumulated.shape[1:], 12, bodies=len(result.bodies), boundary=boundary,
+        precision=precision,
+    )  # fmt: skip
+    # A quarter of the volume is reckoned with, 0.15 of it yields.
+    assert 0.1 < np.mean(accumulated > 0) < 0.25
+    assert 1 < estimate / peak < 1.6
 
 
 def test_hardening_and_yield_strength_agree() -> None:

@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact import halfspace, sections, solver
 from roughcontact._version import __version__
 from roughcontact.contact import LOAD_TOLERANCE, check_choice, check_surfaces, operators
-from roughcontact.convolution import Workspace
+from roughcontact.convolution import Workspace, default_workers
 from roughcontact.errors import (
     CapacityError,
     ConvergenceError,
@@ -869,10 +869,12 @@ def memory_estimate(
     """
     real = 8 if precision == "double" else 4
     points = shape[0] * shape[1]
-    padded = points * (2.4 if boundary == "free" else 1.0)
+    padded = halfspace.points_transformed(shape, boundary)
     # Spectra of strain and mean stress and the tables; strain, stresses, and what Anderson's
-    # acceleration remembers of a quarter of the points.
-    return int(bodies * layers * real * (7.5 * padded + 35 * points)) + 200 * points
+    # acceleration remembers of a quarter of the points. The bodies share what threads sweep with.
+    swept = min(default_workers() * halfspace.SWEEP_POINTS, padded / 4)
+    volume = bodies * layers * (7.5 * padded + 35 * points) + (6 * layers + 28) * swept
+    return int(real * volume) + 200 * points
 
 
 def _check_memory(

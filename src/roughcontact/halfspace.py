@@ -40,9 +40,10 @@ Visit = Callable[[int, Array], None]
 WEIGHTS = (1.5, 2.0, 2.0, 2.0, 2.0)
 """Weights of the five components in the product a:b of two traceless tensors."""
 
-# Wave vectors that one thread sweeps at a time: enough to hide the cost of a call, few enough
-# that what one layer needs stays in a second-level cache.
-_SWEEP_POINTS = 16384
+SWEEP_POINTS = 16384
+"""Wave vectors that one thread sweeps at a time, at most."""
+# Enough to hide the cost of a call, few enough that what one layer needs stays in a second-level
+# cache.
 # Periods of the three transforms of a free boundary, over the edge of the map.
 _NEAR = 1.5
 _FAR = 6.0
@@ -358,7 +359,7 @@ class Layers:
             weights /= 0.5 * (1 - self._poisson)
         mean = float(weights @ self._spectra[:, 0, 0, 0, 0])
         surface: Array = np.empty((my, self._width), self._complex)
-        step = min(_SWEEP_POINTS // self._width, my // (2 * self._workspace.workers))
+        step = min(SWEEP_POINTS // self._width, my // (2 * self._workspace.workers))
         step = max(1, step)
         # A band of rows lies on one side of the tables' fold.
         bands = [slice(i, min(i + step, self._half)) for i in range(0, self._half, step)]
@@ -700,11 +701,7 @@ class HalfSpace:
         self._images: _Images | None = None
         if free:
             coarse, cells = _coarse_grid(shape)
-            # The near period is a whole number of coarse cells, and the same on both grids.
-            near = [
-                fast_length(max(cell, math.ceil(_NEAR * n / coarse)))
-                for n, cell in zip(shape, cells, strict=True)
-            ]
+            near, far = _periods(shape, coarse, cells)
             padded = near[0] * coarse, near[1] * coarse
         self._fine = Layers(
             shape, pixel, layers, float(shear_modulus), float(poisson), padded,
@@ -712,7 +709,7 @@ class HalfSpace:
         )  # fmt: skip
         self.real = self._fine.real
         if free:
-            self._images = _Images(self._fine, pixel, coarse, cells, (near[0], near[1]), precision)
+            self._images = _Images(self._fine, pixel, coarse, cells, near, far, precision)
 
     def displacement(self, fill: Fill, *, trace: bool = False) -> NDArray[np.float64]:
         """Take in a plastic strain and return the surface displacement that it causes.
@@ -765,6 +762,43 @@ def _coarse_grid(shape: tuple[int, int]) -> tuple[int, tuple[int, int]]:
     coarse = -(-min(shape) // _COARSE)
     cells = [-(-n // coarse) + 2 * _GUARD for n in shape]
     return coarse, (cells[0], cells[1])
+
+
+def _periods(
+    shape: tuple[int, int], coarse: int, cells: tuple[int, int]
+) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return the coarse cells of the near and of the far period.
+
+    The near one is a whole number of coarse cells, and the same on both grids.
+    """
+    near = [
+        fast_length(max(cell, math.ceil(_NEAR * n / coarse)))
+        for n, cell in zip(shape, cells, strict=True)
+    ]
+    far = [fast_length(math.ceil(_FAR * cell)) for cell in cells]
+    return (near[0], near[1]), (far[0], far[1])
+
+
+def points_transformed(shape: tuple[int, int], boundary: str) -> int:
+    """Return the points of all periods in which a `HalfSpace` transforms a layer.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)`` of the surface.
+    boundary : {"free", "periodic"}
+        As for `HalfSpace`.
+
+    Returns
+    -------
+    int
+        Points; those of the coarse grids of a free boundary too, as if it had all the layers.
+    """
+    if boundary == "periodic":
+        return shape[0] * shape[1]
+    coarse, cells = _coarse_grid(shape)
+    near, far = _periods(shape, coarse, cells)
+    return near[0] * near[1] * (coarse**2 + 1) + far[0] * far[1]
 
 
 def _cubic(points: int, coarse: int, cells: int) -> NDArray[np.float64]:
@@ -824,6 +858,7 @@ class _Images:
         coarse: int,
         cells: tuple[int, int],
         near: tuple[int, int],
+        far: tuple[int, int],
         precision: str,
     ) -> None:
         import scipy.sparse
@@ -832,13 +867,12 @@ class _Images:
         self._workspace, self._fine = workspace, fine
         edges = pixel[0] * coarse, pixel[1] * coarse
         thickness = _merged(fine.thickness, _COARSE_DEPTH * min(edges))
-        far = tuple(fast_length(math.ceil(_FAR * n)) for n in cells)
         arguments = (cells, edges, thickness, fine._modulus, fine._poisson)
         more: dict[str, Any] = dict(
             isolated=True, workspace=workspace, precision=precision, smooth=True
         )
         self._near = Layers(*arguments, near, **more)
-        self._far = Layers(*arguments, (far[0], far[1]), **more)
+        self._far = Layers(*arguments, far, **more)
         matrix = scipy.sparse.csr_array
         self._up_y = matrix(_cubic(fine.shape[0], coarse, cells[0]).astype(fine.real))
         self._up_x = matrix(_cubic(fine.shape[1], coarse, cells[1]).astype(fine.real))
