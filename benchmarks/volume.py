@@ -242,11 +242,12 @@ def run_case(name: str, options: argparse.Namespace) -> list[dict[str, Any]]:
         print(line(row), flush=True)
     if len(fields) == 2:
         (own, own_strain), (other, other_strain) = fields
-        rows[1]["ratio"] = rows[1]["seconds"] / rows[0]["seconds"]
+        # On one core each: what else runs on the machine is in the wall time alone.
+        rows[1]["ratio"] = rows[1]["cpu"] / rows[0]["cpu"]
         rows[1]["difference"] = float(np.abs(own - other).sum() / other.sum())
         rows[1]["strain_difference"] = float(abs(own_strain.max() / other_strain.max() - 1))
         print(
-            f"  tamaas takes {rows[1]['ratio']:.0f} × as long; pressures differ by "
+            f"  tamaas takes {rows[1]['ratio']:.0f} × the CPU time; pressures differ by "
             f"{rows[1]['difference']:.2%}, the largest strain by {rows[1]['strain_difference']:.2%}"
         )
     return rows
@@ -278,15 +279,15 @@ def table(rows: list[dict[str, Any]]) -> str:
         if "seconds" not in row:
             lines.append(f"{head} | {row['boundary']} | {row['status']} | | | | | | | | |")
             continue
-        took = f"{row['seconds']:.3g} s"
+        cpu = f"{row['cpu']:.3g} s"
         if "ratio" in row:
-            took += f", {row['ratio']:.0f} ×"
+            cpu += f", {row['ratio']:.0f} ×"
         ended = "" if row["status"] == "converged" else f" ({row['status']})"
         lines.append(
             f"{head} × {row['layers']} | {row['boundary']} | {row['increments']}{ended} "
-            f"| {row.get('iterations', '–')} | {row['tolerance']:.0e} | {took} "
-            f"| {row['cpu']:.3g} s | {row['cores']} | {row['peak']:.0f} MB | {row['residual']:.0e} "
-            f"| {row['max_plastic_strain']:.4f} |"
+            f"| {row.get('iterations', '–')} | {row['tolerance']:.0e} "
+            f"| {row['seconds']:.3g} s | {cpu} | {row['cores']} | {row['peak']:.0f} MB "
+            f"| {row['residual']:.0e} | {row['max_plastic_strain']:.4f} |"
         )
     return "\n".join(lines)
 

@@ -104,6 +104,7 @@ def test_unloading_is_elastic_and_leaves_stress_in_balance(loaded, unloaded) -> 
     assert unloaded.contact.load == 0
     assert unloaded.contact.max_pressure == 0
     assert unloaded.contact.approach > 0  # the dent that is left
+    assert unloaded.regime == loaded.regime
     assert unloaded.contact.gap.min() == pytest.approx(0, abs=1e-15)
     assert [step.iterations for step in unloaded.increments[-2:]] == [1, 1]
     np.testing.assert_array_equal(after.stress, after.residual_stress)
@@ -128,6 +129,19 @@ def test_periodic_contact_and_its_balance() -> None:
     np.testing.assert_allclose(
         residual[..., 2].mean(axis=(1, 2)), 0, atol=1e-5 * body.residual_von_mises.max()
     )
+
+
+def test_what_unloading_leaves_carries_no_force() -> None:
+    result = solve_elastoplastic(
+        ball(), material=PERFECT, loads=[0.4, 0.0], boundary="periodic", precision="double",
+        layers=[1.5e-6] * 12,
+    )  # fmt: skip
+    body = result.bodies[0]
+    stress = halfspace.tensor(body.stress.swapaxes(0, 1), body.mean_stress)
+    assert np.abs(stress[..., 2]).max() > 1e8
+    # Normal and shear force on every plane over the load that was there.
+    force = stress[..., 2].sum(axis=(1, 2)) * PIXEL**2
+    assert np.abs(force).max() < 1e-8 * 0.4
 
 
 def test_reloading_closes_the_loop(loaded, unloaded) -> None:
