@@ -201,8 +201,9 @@ class Layers:
     stress is local, s = -2μ/(1-ν) [e₁₁ + ν e₂₂, e₂₂ + ν e₁₁] and -2μ e₁₂. Pressure p gives
     σ_zz = -p and, isolated, σ_xx = σ_yy = -p (1 + 2ν)/2, the mean of the limit over all
     directions; periodic, -p ν/(1 - ν), no mean strain in the plane. The mean displacement by
-    strain is the adjoint of that. Waves at the Nyquist frequency, whose direction is undefined,
-    get s = -2μ e and do not reach the surface.
+    strain is the adjoint of that. Waves at the Nyquist frequency run in two mirrored directions
+    that the grid cannot tell apart; they get the mean of the operators of both. At the corner
+    of the spectrum, Nyquist along both axes, s = -2μ e and nothing reaches the surface.
     """
 
     def __init__(
@@ -238,10 +239,14 @@ class Layers:
             [cosine, sine, cosine**2 - sine**2, 2 * cosine * sine], dtype=self.real
         )
         q[0, 0] = 0
-        if my % 2 == 0:
-            q[my // 2] = 0
+        # The mirrors of a wave at Nyquist: what they turn in opposite ways has no mean.
+        self._turns = self._angles.copy()
         if mx % 2 == 0:
-            q[:, -1] = 0
+            self._turns[[0, 3], :, -1] = 0
+        if my % 2 == 0:
+            self._turns[[1, 3], my // 2] = 0
+            if mx % 2 == 0:
+                q[my // 2, -1] = 0
         self._q = q[: self._half].astype(self.real)
         self._fade: Array | None = None
         if smooth:
@@ -279,7 +284,7 @@ class Layers:
             table[1] = (bent - flat) / 2 + nu * flat
             table[2] = -bent
             table[3] = -2 * (1 + nu) / 3 * flat
-            # Only the longest wave of those at q = 0 has a pressure; the rest is at Nyquist.
+            # Of those at q = 0 the longest wave has a pressure, the corner of the spectrum none.
             first = table[:, 0, 0].copy()
             table[:, ~waves] = 0
             first[1] = first[2] = 0
@@ -317,9 +322,10 @@ class Layers:
             self._spectra = np.empty((nz, 5, 2, my, self._width), self.real)
         if trace and self._trace is None:
             self._trace = np.empty((nz, 2, my, self._width), self.real)
-        # The waves at Nyquist, kept from the sweeps.
-        self._last_column: Array = np.empty((nz, 5, 2, my), self.real)
-        self._last_row: Array = np.empty((nz, 5, 2, self._width), self.real)
+        # Of the waves at Nyquist, the components that their mirrors have with the other sign: along
+        # x then along y, kept from the sweep of the others. And all at the corner.
+        self._odd: Array = np.zeros((nz, 5, 2, 1, my + self._width), self.real)
+        self._corner: Array = np.zeros((nz, 5, 2), self.real)
         loud = np.zeros(nz, bool)
 
         def forward(layer: int) -> None:
@@ -327,7 +333,6 @@ class Layers:
             rows = fill(layer, strain)
             if rows is None:
                 self._spectra[layer] = 0
-                self._last_column[layer] = self._last_row[layer] = 0
                 return
             loud[layer] = True
             if see is not None:
@@ -345,8 +350,7 @@ class Layers:
                 else:
                     np.multiply(spectrum.imag, -scale, out=plane[0])
                     np.multiply(spectrum.real, scale, out=plane[1])
-                self._last_column[layer, component] = plane[..., -1]
-                self._last_row[layer, component] = plane[:, my // 2]
+                self._take_nyquist(plane, layer, component)
 
         self._workspace.each(forward, range(nz))
         self._quiet = not loud.any()
@@ -364,28 +368,65 @@ class Layers:
         # A band of rows lies on one side of the tables' fold.
         bands = [slice(i, min(i + step, self._half)) for i in range(0, self._half, step)]
         bands += [slice(i, min(i + step, my)) for i in range(self._half, my, step)]
-        self._workspace.each(lambda rows: self._sweep(rows, surface, trace), bands)
+
+        def sweep(rows: slice) -> None:
+            fold = rows if rows.start < self._half else slice(my - rows.start, my - rows.stop, -1)
+            self._sweep(
+                self._spectra[..., rows, :], self._angles[:, rows], self._q[fold],
+                self._decay[:, fold], self._mean[:, fold], surface[rows],
+                self._trace[..., rows, :] if trace and self._trace is not None else None,
+            )  # fmt: skip
+
+        self._workspace.each(sweep, bands)
+        self._sweep(self._odd, *self._at_nyquist, None, None)
         surface[0, 0] = mean
         return from_half_spectrum(surface, self.shape, self.padded).astype(np.float64)
 
-    def _sweep(self, rows: slice, surface: Array, trace: bool) -> None:
+    def _take_nyquist(self, plane: Array, layer: int, component: int) -> None:
+        """Move what mirrored waves at Nyquist have with opposite signs out of the sweep's way."""
+        my, mx = self.padded
+        if my % 2 == 0 and mx % 2 == 0:
+            self._corner[layer, component] = plane[:, my // 2, -1]
+        for along_x, even, odd in ((True, mx % 2 == 0, (2, 3)), (False, my % 2 == 0, (2, 4))):
+            if even and component in odd:
+                waves = plane[..., -1] if along_x else plane[:, my // 2]
+                place = slice(0, my) if along_x else slice(my, None)
+                self._odd[layer, component, :, 0, place] = waves
+                waves[...] = 0
+
+    @property
+    def _at_nyquist(self) -> tuple[Array, Array, Array, Array]:
+        """Angles, q, decay and mean of the waves at Nyquist, along x then along y."""
+        my = self.padded[0]
+        angles = np.concatenate([self._angles[:, :, -1], self._angles[:, my // 2]], axis=1)
+        fold = np.minimum(np.arange(my), my - np.arange(my))
+        tables = [
+            np.concatenate([table[..., fold, -1], table[..., my // 2, :]], axis=-1)[..., None, :]
+            for table in (self._q, self._decay, self._mean)
+        ]
+        return angles[:, None], tables[0], tables[1], tables[2]
+
+    def _sweep(
+        self,
+        spectra: Array,
+        angles: Array,
+        q: Array,
+        decays: Array,
+        means: Array,
+        surface: Array | None,
+        trace: Array | None,
+    ) -> None:
         """Sweep a band of wave vectors up and down; leave the stress in place of the strain.
 
         States hold 4(1-ν) q (α - (3-4ν) β), 4(1-ν) q β and i q γ of the amplitudes α, β, γ of
         the waves; e^(-x) and its mean over a layer are all that the layers' integrals need.
         """
         nu, nz = self._poisson, self.thickness.size
-        cosine, sine, cosine2, sine2 = (angle[rows] for angle in self._angles)
-        if rows.start < self._half:
-            fold = rows
-        else:
-            my = self.padded[0]
-            fold = slice(my - rows.start, my - rows.stop, -1)
-        shape = (2, rows.stop - rows.start, self._width)
+        cosine, sine, cosine2, sine2 = angles
+        shape = (2, *q.shape)
         arrays = self._array("sweep", (12, *shape))
         first, second, third, temp, total, one, two, three, four, a, b, g = arrays
         up = self._array("up", (nz, 3, *shape))
-        q = self._q[fold]
         size = (4, *shape[1:])
         x, weight, pull, tail = self._array("weights", size)
 
@@ -405,8 +446,8 @@ class Layers:
 
         def propagate(layer: int, direction: int) -> None:
             """Carry the state through a layer and add what the layer sends on."""
-            zz, p, t, shear, cross = self._spectra[layer][:, :, rows]
-            decay = self._decay[layer][fold]
+            zz, p, t, shear, cross = spectra[layer]
+            decay = decays[layer]
             # pull and tail: (1 - e^-x) and 1 - (1 + x) e^-x
             np.multiply(x, b, out=temp)
             np.subtract(a, temp, out=a)
@@ -431,13 +472,13 @@ class Layers:
 
         def weigh(layer: int) -> None:
             np.multiply(q, self.real(self.thickness[layer]), out=x)
-            np.subtract(self._mean[layer][fold], self._decay[layer][fold], out=weight)
-            np.multiply(x, self._mean[layer][fold], out=pull)
+            np.subtract(means[layer], decays[layer], out=weight)
+            np.multiply(x, means[layer], out=pull)
             np.multiply(x, weight, out=tail)
 
         a[...] = b[...] = g[...] = 0
         for layer in range(nz - 1, -1, -1):
-            zz, half, xy, xz, yz = self._spectra[layer][:, :, rows]
+            zz, half, xy, xz, yz = spectra[layer]
             rotate((half, xy), (half, xy), cosine2, sine2, False)
             rotate((xz, yz), (xz, yz), cosine, sine, False)
             up[layer, 0], up[layer, 1], up[layer, 2] = a, b, g
@@ -451,7 +492,8 @@ class Layers:
             np.divide(1, q, out=x)
         x[q == 0] = 0
         np.multiply(temp, x, out=temp)
-        surface[rows].real, surface[rows].imag = temp[0], temp[1]
+        if surface is not None:
+            surface.real, surface.imag = temp[0], temp[1]
         np.multiply(a, 2, out=temp)
         np.multiply(a, -(3 - 4 * nu), out=a)
         np.multiply(b, -4 * (1 - nu) * (1 - 2 * nu), out=first)
@@ -462,9 +504,9 @@ class Layers:
         mu = self._modulus
         unit = mu / (2 * (1 - nu))
         for layer in range(nz):
-            zz, p, t, shear, cross = self._spectra[layer][:, :, rows]
+            zz, p, t, shear, cross = spectra[layer]
             from_a, from_b, from_g = up[layer]
-            mean = self._mean[layer][fold]
+            mean = means[layer]
             weigh(layer)
             # two = mean (b↓ + b↑ - own), total = weight (same) - mean (a↓ + a↑ - own ...)
             np.add(b, from_b, out=one)
@@ -507,12 +549,12 @@ class Layers:
             np.multiply(one, mean, out=one)
             np.multiply(one, mu, out=one)
             propagate(layer, +1)
-            if trace and self._trace is not None:
+            if trace is not None:
                 # -2 (1 + ν) (two + 3 zz - 2 p) and the local part, a third of them.
                 np.subtract(two, p, out=temp)
                 np.subtract(temp, p, out=temp)
                 np.add(temp, zz, out=temp)
-                np.multiply(temp, -2 * (1 + nu) / 3 * unit, out=self._trace[layer][:, rows])
+                np.multiply(temp, -2 * (1 + nu) / 3 * unit, out=trace[layer])
             # Own parts of zz and (11 - 22)/2, then the waves.
             np.multiply(zz, -(10 - 8 * nu) / 3, out=first)
             np.multiply(p, -4 / 3 * (1 - 2 * nu), out=second)
@@ -544,7 +586,7 @@ class Layers:
             of several threads; the array is only valid during the call.
         """
         load, loaded = self._pressure_spectrum(pressure)
-        cosine, sine, cosine2, sine2 = self._angles
+        cosine, sine, cosine2, sine2 = self._turns
         # Unit pressure gives zz, 11 - 22 and 13 (times i) in the frame of its wave vector.
         turned = [(0, load)]
         if loaded:
@@ -582,10 +624,8 @@ class Layers:
             parts[...] = 0
             if not self._quiet and self._trace is not None:
                 np.copyto(parts, self._trace[layer])
-                if self.padded[1] % 2 == 0:
-                    parts[..., -1] = 0
-                if self.padded[0] % 2 == 0:
-                    parts[:, self.padded[0] // 2] = 0
+                if not any(n % 2 for n in self.padded):
+                    parts[:, self.padded[0] // 2, -1] = 0
             if loaded:
                 self._add(parts, self._elastic[layer, 3], load)
             visit(layer, self._to_map(parts, times_i=False))
@@ -616,12 +656,15 @@ class Layers:
         np.add(parts, product, out=parts)
 
     def _put_nyquist(self, parts: Array, layer: int, component: int) -> None:
-        """Set the waves at Nyquist, which the sweeps cannot turn."""
+        """Put back what was moved by `_take_nyquist`."""
         my, mx = self.padded
-        if mx % 2 == 0:
-            parts[..., -1] = self._last_column[layer, component] * self.real(-2 * self._modulus)
-        if my % 2 == 0:
-            parts[:, my // 2] = self._last_row[layer, component] * self.real(-2 * self._modulus)
+        odd = self._odd[layer, component, :, 0]
+        if mx % 2 == 0 and component in (2, 3):
+            parts[..., -1] = odd[:, :my]
+        if my % 2 == 0 and component in (2, 4):
+            parts[:, my // 2] = odd[:, my:]
+        if my % 2 == 0 and mx % 2 == 0:
+            parts[:, my // 2, -1] = self._corner[layer, component] * self.real(-2 * self._modulus)
 
     def _to_map(self, parts: Array, times_i: bool) -> Array:
         spectrum = self._array("spectrum", parts.shape[1:], self._complex)

@@ -88,11 +88,11 @@ def test_indentation_of_a_hardening_half_space() -> None:
     rows = cross_code.compare_indentations(("sphere-64",))
     assert [row.load for row in rows] == list(indentation.LOADS)
     for row in rows:
-        # What is asked of two discretisations at 5 to 9 points in a contact radius; measured 0.5
-        # to 0.9 % and, in order, 0.94, 0.09, 0.03, 0.02, 0.03 %.
+        # What is asked of two discretisations at 5 to 9 points in a contact radius; measured 0.4
+        # to 0.8 % and, in order, 0.62, 0.20, 0.01, 0.07, 0.12 %.
         assert row.pressure < 0.015
         assert row.strain < 0.01
-        assert row.peak < 0.015
+        assert row.peak < 0.01
         assert row.contact == 0
         assert row.residual <= cross_code.STRAIN_TOLERANCE
     # Fields are compared at a node and over a layer: most where the zone is two layers thick.
@@ -102,10 +102,10 @@ def test_indentation_of_a_hardening_half_space() -> None:
 
 
 def test_indentation_on_half_the_grid() -> None:
-    # The difference is that of the discretisations: the field differs three times as much.
+    # Measured 1.1 % and 1.4 %: the difference is that of the discretisations.
     rows = cross_code.compare_indentations(("sphere-32",))
-    assert max(row.pressure for row in rows) < 0.02
-    assert max(row.strain for row in rows) < 0.04
+    assert max(row.pressure for row in rows) < 0.015
+    assert max(row.strain for row in rows) < 0.02
     assert max(row.contact for row in rows) == 0
 
 

@@ -16,7 +16,7 @@ from roughcontact.convolution import Workspace
 MU, NU = 1.7, 0.3
 LAME = 2 * MU * NU / (1 - 2 * NU)
 SHAPE, PIXEL = (9, 8), (0.3, 0.5)
-THICKNESS = np.array([0.04, 0.3, 0.2, 1.1])
+THICKNESS = np.array([0.04, 0.3, 0.2, 0.8])
 ONE = np.eye(3)
 # C_ijkl of Hooke's law.
 STIFFNESS = LAME * np.einsum("ij,kl->ijkl", ONE, ONE) + MU * (
@@ -78,17 +78,18 @@ def reference(wave, strains, pressure):
 
 def found(strain, pressure):
     """Return displacement, and stress tensors, shape (nz, ny, nx, 3, 3), by the operator."""
+    shape = pressure.shape
     operator = halfspace.HalfSpace(
-        SHAPE, PIXEL, THICKNESS, shear_modulus=MU, poisson=NU, boundary="periodic",
+        shape, PIXEL, THICKNESS, shear_modulus=MU, poisson=NU, boundary="periodic",
         workspace=Workspace(2),
     )  # fmt: skip
 
     def fill(layer, out):
         out[...] = strain[layer]
-        return slice(0, SHAPE[0])
+        return slice(0, shape[0])
 
     displacement = operator.displacement(fill, trace=True)
-    deviator, mean = np.empty(strain.shape), np.empty((len(strain), *SHAPE))
+    deviator, mean = np.empty(strain.shape), np.empty((len(strain), *shape))
     operator.stress(pressure, lambda layer, s: deviator.__setitem__(layer, s))
     operator.mean_stress(pressure, lambda layer, s: mean.__setitem__(layer, s))
     return displacement, halfspace.tensor(deviator.swapaxes(0, 1), mean)
@@ -114,6 +115,31 @@ def test_a_wave_against_integration(turns) -> None:
     u, means = reference((kx, ky), strains, amplitude)
     # The displacement by strain alone: less 2 (1 - ν²) p/(E q) = (1 - ν) p/(μ q), the elastic one.
     u -= (1 - NU) / (MU * np.hypot(kx, ky)) * amplitude
+    np.testing.assert_allclose(displacement, (u * wave).real, rtol=0, atol=1e-10 * abs(u))
+    exact = np.einsum("zij,yx->zyxij", means, wave).real
+    np.testing.assert_allclose(stress, exact, rtol=0, atol=1e-10 * np.abs(means).max())
+
+
+@pytest.mark.parametrize(
+    ("shape", "turns"), [((9, 8), (2, 4)), ((9, 8), (0, 4)), ((8, 9), (4, 1)), ((8, 6), (-1, 3))],
+    ids=str,
+)  # fmt: skip
+def test_waves_at_nyquist_are_the_mean_of_two(shape, turns) -> None:
+    # The grid cannot tell a wave from its mirror: the mean of both operators, strain for strain.
+    rng = np.random.default_rng(9)
+    strains = rng.normal(size=(len(THICKNESS), 3, 3)) + 1j * rng.normal(size=(4, 3, 3))
+    strains += strains.swapaxes(-1, -2)
+    strains -= np.trace(strains, axis1=-2, axis2=-1)[..., None, None] / 3 * ONE
+    ky, kx = (2 * np.pi * t / (n * d) for t, n, d in zip(turns, shape, PIXEL, strict=True))
+    y, x = (np.arange(n) * d for n, d in zip(shape, PIXEL, strict=True))
+    wave = np.exp(1j * (ky * y[:, None] + kx * x))
+    strain = np.einsum("cz,yx->zcyx", halfspace.components(strains), wave).real
+    displacement, stress = found(strain, (1.3 * wave).real)
+    along_x = 2 * turns[1] == shape[1]
+    mirrored = (-kx, ky) if along_x else (kx, -ky)
+    one, other = (reference(k, strains, 1.3) for k in ((kx, ky), mirrored))
+    u = (one[0] + other[0]) / 2 - (1 - NU) / (MU * np.hypot(kx, ky)) * 1.3
+    means = (one[1] + other[1]) / 2
     np.testing.assert_allclose(displacement, (u * wave).real, rtol=0, atol=1e-10 * abs(u))
     exact = np.einsum("zij,yx->zyxij", means, wave).real
     np.testing.assert_allclose(stress, exact, rtol=0, atol=1e-10 * np.abs(means).max())
