@@ -144,6 +144,25 @@ def test_what_unloading_leaves_carries_no_force() -> None:
     assert np.abs(force).max() < 1e-8 * 0.4
 
 
+def test_work_is_dissipated_or_locked_in() -> None:
+    up = [0.1, 0.2, 0.3, 0.4, 0.5]
+    loaded = solve_elastoplastic(ball(), material=PERFECT, loads=up, precision="double", **MORE)
+    down = [*up[-2::-1], 0.0]
+    result = solve_elastoplastic(
+        ball(), material=PERFECT, loads=down, start=loaded, precision="double"
+    )
+    load, approach = np.array([(0, 0), *((s.load, s.approach) for s in result.increments)]).T
+    work = np.sum((load[1:] + load[:-1]) / 2 * np.diff(approach))
+    body = result.bodies[0]
+    volume = body.pixel_area * body.thickness[:, None, None]
+    dissipated = np.sum(PERFECT.yield_strength * body.accumulated * volume)
+    product = np.einsum("c,zcyx->zyx", halfspace.WEIGHTS, body.stress * body.plastic_strain)
+    locked = -np.sum(product * volume) / 2
+    assert dissipated > 5 * locked > 0
+    # The path in straight lines: 16e-3 with three loads, 3.6e-3 with five, 1.0e-3 with twenty.
+    assert work == pytest.approx(dissipated + locked, rel=6e-3)
+
+
 def test_reloading_closes_the_loop(loaded, unloaded) -> None:
     again = solve_elastoplastic(ball(), material=SWIFT, loads=[0.3, 0.65], start=unloaded)
     np.testing.assert_allclose(
