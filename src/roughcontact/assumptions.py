@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roughcontact import roughness
+from roughcontact.comparison import recommended_ceiling
 from roughcontact.errors import InputError
 from roughcontact.material import RIGID, Material, softer
 from roughcontact.plasticity import Linear, Perfect, Swift, Tabulated
@@ -30,6 +31,12 @@ if TYPE_CHECKING:
 
 SMALL_SLOPE, LARGE_SLOPE = 0.1, 0.3
 """Root-mean-square slopes at which the error of order slope² is 1 % and about 10 %."""
+
+TRANSITION = 2.0
+"""Load over that of first yield from which plastic flow shows in the contact area."""
+
+CEILING_ERROR = 0.05
+"""Distance of a ceiling from the recommended one that is worth a word."""
 
 LARGE_STRAIN = 0.1
 """Pressure over contact modulus, which the strain is of the order of; plastic strain."""
@@ -92,7 +99,7 @@ def statements(result: ContactResult, spots: Spots) -> tuple[Statement, ...]:
         _slopes(result),
         _strains(result),
         _FRICTIONLESS,
-        _yielding(result),
+        _yielding(result, spots),
         _resolution(result, spots),
         _holes(result),
         _loading(result),
@@ -211,6 +218,46 @@ def ceiling_origin(result: ContactResult) -> str:
         return f"{text}, three times the yield strength{whose}"
     factor = float(ceiling) / body.yield_strength
     return f"{text}, as given: {factor:.3g} times the yield strength{whose}"
+
+
+def ceiling_caution(result: ContactResult, spots: Spots) -> str:
+    """Return which ceiling would be nearer to plasticity of the volume, if another one would.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+    spots : Spots
+        Its contact spots.
+
+    Returns
+    -------
+    str
+        One sentence without a full stop; empty if the ceiling is right to `CEILING_ERROR`, is
+        not felt, or cannot be judged: a map of ceilings, a hardness of more than three yield
+        strengths with no law of hardening, spots of a few pixels.
+    """
+    ceiling, body = result.ceiling, softer(result.material, result.counter_material)
+    if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
+        return ""
+    advice = recommended_ceiling(result)
+    if advice is None or advice.load_ratio < TRANSITION:
+        return ""
+    hardness = body.hardening is None and body.ceiling and ceiling > (1 + 1e-9) * body.ceiling
+    if hardness or carrying_pixels(result, spots) < FEW_PIXELS:
+        return ""
+    too_high = min(ceiling, result.max_pressure) > (1 + CEILING_ERROR) * advice.ceiling
+    too_low = result.saturated_fraction > 0 and ceiling < (1 - CEILING_ERROR) * advice.ceiling
+    if not (too_high or too_low):
+        return ""
+    times = float(f"{advice.load_ratio:.2g}")
+    error = 100 * (ceiling / advice.ceiling - 1)
+    return (
+        f"the spots are like a sphere at {times:.7g} times the load of its first yield: a ceiling "
+        f"of {advice.factor:.2f} yield strengths ({engineering(advice.ceiling, 'Pa', 3)}) gives "
+        "them the contact area of plasticity in the volume, and this one is "
+        f"{abs(error):.0f} % {'higher' if error > 0 else 'lower'}"
+    )
 
 
 def rms_slope(result: ContactResult) -> float:
@@ -484,7 +531,7 @@ def _strains(result: ContactResult) -> Statement:
     )
 
 
-def _yielding(result: ContactResult) -> Statement:
+def _yielding(result: ContactResult, spots: Spots) -> Statement:
     body = softer(result.material, result.counter_material)
     if result.ceiling is None:
         text = (
@@ -498,7 +545,7 @@ def _yielding(result: ContactResult) -> Statement:
     if result.saturated_fraction == 0:
         text += "It is reached nowhere: the solution is the elastic one."
         text += f" {_first_yield(body)}" if body else ""
-        return Statement("Yielding", text.strip())
+        return Statement("Yielding", text.strip(), ceiling_caution(result, spots))
     deepest = engineering(float(result.residual_indentation.max()), "m", 3)
     text += (
         "Points at the ceiling are called saturated: the material there flows, and the part by "
@@ -522,7 +569,9 @@ def _yielding(result: ContactResult) -> Statement:
             "30 (a: radius of a spot, R: radius of its summit). "
             + _first_yield(body)
         )  # fmt: skip
-    return Statement("The ceiling stands in for plasticity", text.strip())
+    return Statement(
+        "The ceiling stands in for plasticity", text.strip(), ceiling_caution(result, spots)
+    )
 
 
 def _first_yield(body: Material) -> str:

@@ -64,10 +64,14 @@ def described(step: Step) -> str:
 
 def show_solution(outcome: Outcome, ceiling: str) -> None:
     """Print problem, answer and trust of a result, then its warnings and files."""
+    from roughcontact import assumptions
+
     result = outcome.result
     _print_table(_problem_rows(result, ceiling), _answer_rows(result), _trust_rows(result))
     # The status above has said already where the result is not converged.
-    _print_warnings(note for note in result.warnings if not note.startswith("not converged"))
+    notes = [note for note in result.warnings if not note.startswith("not converged")]
+    caution = assumptions.ceiling_caution(result, result.spots())
+    _print_warnings([*notes, *([caution] if caution else [])])
     _print_warnings(outcome.notes, "note")
     if outcome.study is not None:
         _print_study(outcome.study)

@@ -42,7 +42,7 @@ from roughcontact.errors import (
 from roughcontact.halfspace import HalfSpace
 from roughcontact.material import CEILING_FACTOR, RIGID, Material, contact_modulus, softer
 from roughcontact.plasticity import Hardening, Perfect, plastic_increment
-from roughcontact.result import ContactResult, initial_gap
+from roughcontact.result import ContactResult, initial_gap, rim_excess
 from roughcontact.sections import DepthProfile, DepthSection, LayerProfile
 from roughcontact.surface import Surface
 
@@ -306,6 +306,29 @@ class ElastoplasticResult:
         return max(body.plastic_depth for body in self.bodies)
 
     @property
+    def flowed(self) -> NDArray[np.bool_]:
+        """Pixels under which the uppermost layer of a body has flowed, shape (ny, nx)."""
+        first = self.bodies[0].margin
+        ny, nx = self.contact.pressure.shape
+        inside = slice(first, first + ny), slice(first, first + nx)
+        mask: NDArray[np.bool_] = np.any(
+            [b.accumulated[0][inside] > 0 for b in self.bodies], axis=0
+        )
+        return mask
+
+    @property
+    def corrected_contact_area(self) -> float:
+        """Contact area without the excess that an elastic rim gains from the pixels [m²].
+
+        See `ContactResult.corrected_contact_area`; the rim of pixels that have flowed, where the
+        pressure falls from the plateau to zero at once, is left alone.
+        """
+        contact = self.contact
+        elastic = contact.contact & ~self.flowed
+        excess = rim_excess(contact.contact, elastic, contact.boundary) * contact.pixel_area
+        return max(contact.contact_area - excess, 0.0)
+
+    @property
     def regime(self) -> str:
         """How far plastic strain has come, in words."""
         if not self.plastic_volume:
@@ -316,10 +339,8 @@ class ElastoplasticResult:
     def plastic_at_surface(self) -> bool:
         """Whether plastic strain has come up to the contact, or to the free surface without one."""
         contact = self.contact.contact
-        place = contact if contact.any() else np.ones(contact.shape, bool)
-        first = self.bodies[0].margin
-        inside = tuple(slice(first, first + n) for n in contact.shape)
-        return any(bool(body.accumulated[0][inside][place].any()) for body in self.bodies)
+        flowed = self.flowed
+        return bool((flowed & contact if contact.any() else flowed).any())
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -167,22 +167,8 @@ class ContactResult:
         ----------
         Yastrebov, Anciaux and Molinari 2017, doi:10.1016/j.triboint.2017.04.023
         """
-        touching = self.contact
-        elastic = touching & ~self.saturated
-        rims = 0
-        for axis in (0, 1):
-            if self.boundary == "periodic":
-                open_next = ~np.roll(touching, -1, axis)
-                next_open, here_open = elastic & open_next, ~touching & np.roll(elastic, -1, axis)
-                rims += int(np.count_nonzero(next_open) + np.count_nonzero(here_open))
-            else:
-                first = [slice(None)] * 2
-                second = [slice(None)] * 2
-                first[axis], second[axis] = slice(None, -1), slice(1, None)
-                one, two = tuple(first), tuple(second)
-                rims += int(np.count_nonzero(elastic[one] & ~touching[two]))
-                rims += int(np.count_nonzero(~touching[one] & elastic[two]))
-        excess = (math.pi - 1 + math.log(2)) / 24 * rims * self.pixel_area
+        elastic = self.contact & ~self.saturated
+        excess = rim_excess(self.contact, elastic, self.boundary) * self.pixel_area
         return max(self.contact_area - excess, 0.0)
 
     @cached_property
@@ -404,6 +390,35 @@ def initial_gap(surface: Surface, counter_surface: Surface | None = None) -> NDA
     highest = np.fmax.reduce(heights, axis=None)
     gap: NDArray[np.float64] = highest - heights
     return gap
+
+
+def rim_excess(touching: NDArray[np.bool_], elastic: NDArray[np.bool_], boundary: str) -> float:
+    """Return by how many pixels an elastic rim makes a contact area too large.
+
+    Parameters
+    ----------
+    touching : ndarray of bool, shape (ny, nx)
+        Pixels with pressure.
+    elastic : ndarray of bool, shape (ny, nx)
+        Those of them at whose rim the pressure falls to zero.
+    boundary : {"free", "periodic"}
+        Whether the map goes on beyond its edges.
+
+    Returns
+    -------
+    float
+        (π - 1 + ln 2)/24 times the edges between an elastic pixel and one that does not touch.
+
+    References
+    ----------
+    Yastrebov, Anciaux and Molinari 2017, doi:10.1016/j.triboint.2017.04.023
+    """
+    rims = 0
+    for axis in (0, 1):
+        beyond, elastic_beyond = np.roll(touching, -1, axis), np.roll(elastic, -1, axis)
+        rim = (elastic & ~beyond) | (~touching & elastic_beyond)
+        rims += int(np.count_nonzero(rim if boundary == "periodic" else np.delete(rim, -1, axis)))
+    return (math.pi - 1 + math.log(2)) / 24 * rims
 
 
 def centre_of_pressure(

@@ -1,0 +1,223 @@
+"""Error of the ceiling model against plasticity of the volume, over load and ceiling.
+
+    python benchmarks/ceiling_error.py             # table; about 6 minutes on one core
+    python benchmarks/ceiling_error.py --write     # and benchmarks/ceiling_error.json
+    python benchmarks/ceiling_error.py --quick     # a few cases, half a minute
+
+Spheres from first yield to full plasticity and periodic rough maps, perfectly plastic and
+hardening. Each is solved once with plasticity of the volume, with a row of ceilings, and with
+the ceiling that `comparison.recommended_ceiling` reads from the solution at three yield
+strengths. The line of `comparison.ceiling_factor` is fitted anew. The stored numbers are those of
+the page of assumptions and of its chart.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import roughcontact as rc
+from roughcontact import comparison, generate, hertz, roughness
+from roughcontact.plasticity import Hardening, Linear, Perfect, Swift
+
+STORED = Path(__file__).with_suffix(".json")
+
+YOUNG, POISSON, RADIUS = 210e9, 0.3, 1e-3
+LAWS: dict[str, Hardening] = {
+    "perfect": Perfect(1e9),
+    # A fiftieth of Young's modulus.
+    "linear": Linear(1e9, YOUNG / 50),
+    # The bearing steel of Jacq et al. 2002.
+    "Swift": Swift(1240e6, 30, 0.085),
+}
+FACTORS = [round(0.1 * number, 1) for number in range(14, 52, 2)]
+RATIOS = [1.5, 3, 6, 12, 25, 40, 80, 120, 200, 300, 500, 700]
+# Three grids: whole pixels make the area of one uncertain by two per cent.
+GRIDS = [40, 47, 56]
+# Plasticity indices E* h'/σ_Y of the rough maps, and their nominal pressures over σ_Y.
+INDICES = {"perfect": [4, 8, 12, 20, 30, 40, 80], "linear": [8, 40], "Swift": [8, 40]}
+NOMINAL = [0.03, 0.08, 0.16, 0.3, 0.42]
+QUANTITIES = ["contact_area", "mean_pressure", "plateau_pressure", "approach"]
+
+
+def steel(law: Hardening, young: float = YOUNG) -> rc.Material:
+    """Return an elastic-plastic material."""
+    return rc.Material(young=young, poisson=POISSON, hardening=law)
+
+
+def expected_area(ratio: float) -> float:
+    """Return the contact area over that at first yield (Kogut and Etsion 2002), for the map."""
+    if ratio < 1.03:
+        return ratio ** (2 / 3)
+    light = 0.93 * (ratio / 1.03) ** (1.136 / 1.425)
+    return light if ratio < 1.03 * 6**1.425 else 0.94 * (ratio / 1.4) ** (1.146 / 1.263)
+
+
+def sphere(
+    law: Hardening, ratio: float, points: int, young: float = YOUNG
+) -> tuple[rc.Surface, rc.Material, float]:
+    """Return a map about 4.6 contact radii wide, its material, and the load."""
+    body = steel(law, young)
+    modulus = rc.contact_modulus(body, rc.RIGID)
+    assert body.first_yield_pressure is not None
+    first = hertz.first_yield_load(RADIUS, modulus, body.first_yield_pressure)
+    radius = hertz.contact_radius(first, RADIUS, modulus) * math.sqrt(expected_area(ratio))
+    pixel = (4.6 * radius / points,) * 2
+    surface = rc.Surface(generate.paraboloid((points, points), pixel, RADIUS), pixel)
+    return surface, body, ratio * first
+
+
+def rough(
+    law: Hardening, index: float, seed: int, points: int = 64
+) -> tuple[rc.Surface, rc.Material]:
+    """Return a self-affine period with this plasticity index, its shortest wave eight pixels."""
+    body, pixel = steel(law), (1e-6, 1e-6)
+    heights = generate.self_affine(
+        (points, points),
+        pixel,
+        rms_height=1e-7,
+        rolloff_wavelength=points / 4 * pixel[0],
+        cutoff_wavelength=8 * pixel[0],
+        rng=np.random.default_rng(seed),
+    )
+    slope = index * law.initial / rc.contact_modulus(body, rc.RIGID)
+    return rc.Surface(heights * slope / roughness.rms_gradient(heights, pixel), pixel), body
+
+
+def recommended(both: rc.ModelComparison, place: int, boundary: str) -> dict[str, Any]:
+    """Return what the rule reads from three yield strengths, and the errors of its ceiling."""
+    usual = both.ceiling[both.factors.index(3.0)][place]
+    advice = comparison.recommended_ceiling(usual)
+    assert advice is not None
+    again = rc.solve(
+        usual.surface, material=usual.material, load=usual.load, boundary=boundary,
+        ceiling=advice.ceiling,
+    )  # fmt: skip
+    alone = comparison.ModelComparison(
+        (advice.factor,), ((again,),), (both.volume[place],), both.yield_strength
+    )
+    return {
+        "load_ratio": advice.load_ratio,
+        "slope": advice.slope,
+        "factor": advice.factor,
+        **{name: float(alone.excess(name)[0, 0]) for name in QUANTITIES},
+        "pressure_map": float(alone.map_error()[0, 0]),
+    }
+
+
+def measured(both: rc.ModelComparison, place: int, boundary: str) -> dict[str, Any]:
+    """Return the errors of all ceilings at one load."""
+    state = both.volume[place]
+    modulus = state.contact.contact_modulus
+    return {
+        "mean_pressure_ratio": float(both.mean_pressure_ratio[place]),
+        "contact_fraction": state.contact.contact_fraction,
+        "elastic_over_yield": modulus / both.yield_strength,
+        "max_plastic_strain": state.max_plastic_strain,
+        "errors": {
+            **{name: both.excess(name)[:, place].tolist() for name in QUANTITIES},
+            "pressure_map": both.map_error()[:, place].tolist(),
+        },
+        "best_factor": {name: float(both.best_factor(name)[place]) for name in QUANTITIES},
+        "recommended": recommended(both, place, boundary),
+    }
+
+
+def spheres(quick: bool) -> list[dict[str, Any]]:
+    """Return the errors on spheres, one row for each law, load and grid."""
+    rows = []
+    for name, law in LAWS.items():
+        ratios = [3, 12, 40] if quick else RATIOS if name == "perfect" else [3, 12, 40, 120, 300, 700]
+        for ratio in ratios:
+            for points in [32] if quick else GRIDS if name == "perfect" else [47]:
+                surface, body, load = sphere(law, ratio, points)
+                path = [load * step / 5 for step in range(1, 6)]
+                both = rc.compare_models(surface, material=body, loads=path, factors=FACTORS)
+                found = measured(both, 4, "free")
+                rows.append({"law": name, "load_ratio": ratio, "points": points, **found})
+                show(f"{name} sphere, P/P_c = {ratio:g}, {points}²", found)
+    return rows
+
+
+def maps(quick: bool) -> list[dict[str, Any]]:
+    """Return the errors on rough maps, one row for each law, index, seed and load."""
+    rows = []
+    for name, law in LAWS.items():
+        for index in [20] if quick else INDICES[name]:
+            for seed in (0,) if quick else (0, 1):
+                surface, body = rough(law, index, seed, 32 if quick else 64)
+                area = surface.size[0] * surface.size[1]
+                path = [nominal * law.initial * area for nominal in NOMINAL]
+                both = rc.compare_models(
+                    surface, material=body, loads=path, factors=FACTORS, boundary="periodic"
+                )
+                for place, nominal in enumerate(NOMINAL):
+                    found = measured(both, place, "periodic")
+                    rows.append(
+                        {"law": name, "index": index, "seed": seed, "nominal": nominal, **found}
+                    )
+                    show(f"{name} map, E*h'/σ_Y = {index}, p̄/σ_Y = {nominal}", found)
+    return rows
+
+
+def fitted(rows: list[dict[str, Any]]) -> tuple[float, float]:
+    """Return the line in log₁₀ P/P_c through the factors that give the area of spheres."""
+    used = [row for row in rows if row["law"] == "perfect" and row["load_ratio"] >= 6]
+    x = [math.log10(row["load_ratio"]) for row in used]
+    slope, start = np.polyfit(x, [row["best_factor"]["contact_area"] for row in used], 1)
+    return float(start), float(slope)
+
+
+def show(words: str, found: dict[str, Any]) -> None:
+    """Print one case in a line."""
+    three, advice = FACTORS.index(3.0), found["recommended"]
+    print(
+        f"{words:46} p̄/σ_Y {found['mean_pressure_ratio']:.2f}   "
+        f"at 3: area {100 * found['errors']['contact_area'][three]:+5.1f} %, "
+        f"approach {100 * found['errors']['approach'][three]:+5.1f} %   "
+        f"at {advice['factor']:.2f}: {100 * advice['contact_area']:+5.1f} %, "
+        f"{100 * advice['approach']:+5.1f} %",
+        flush=True,
+    )
+
+
+def main() -> None:
+    """Compute, print, and write if asked to."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--write", action="store_true", help=f"write {STORED.name}")
+    parser.add_argument("--quick", action="store_true", help="a few cases on coarse grids")
+    given = parser.parse_args()
+    began = time.perf_counter()
+    balls, surfaces = spheres(given.quick), maps(given.quick)
+    start, slope = fitted(balls)
+    print(f"plateau of spheres: {start:.3f} + {slope:.3f} log₁₀(P/P_c)")
+    seconds = time.perf_counter() - began
+    print(f"{seconds:.0f} s")
+    if given.write:
+        found = {
+            "version": rc.__version__, "seconds": round(seconds), "factors": FACTORS,
+            "fit": [start, slope], "spheres": balls, "maps": surfaces,
+        }  # fmt: skip
+        text = json.dumps(_rounded(found), ensure_ascii=False)
+        # One row a line.
+        STORED.write_text(text.replace('{"law"', '\n{"law"') + "\n", encoding="utf-8")
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, float):
+        return float(f"{value:.4g}")
+    if isinstance(value, dict):
+        return {name: _rounded(item) for name, item in value.items()}
+    if isinstance(value, list):
+        return [_rounded(item) for item in value]
+    return value
+
+
+if __name__ == "__main__":
+    main()
