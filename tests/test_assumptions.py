@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import assumptions
+from roughcontact import assumptions, generate, hertz
+from roughcontact.comparison import recommended_ceiling
+from roughcontact.plasticity import Swift
 from roughcontact.result import ContactResult
 
 STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
@@ -239,3 +241,80 @@ def test_a_map_without_slopes_is_no_failure() -> None:
     result = solved(rc.Surface(heights, PIXEL).masked(), load=1e-6)
     assert math.isnan(assumptions.rms_slope(result))
     assert "none to judge" in stated(result)["Small slopes"].text
+
+
+def loaded_ball(ratio: float, **more: Any) -> ContactResult:
+    """Return a well-resolved ball at so many loads of first yield."""
+    modulus, radius = rc.contact_modulus(STEEL, rc.RIGID), 1e-3
+    load = ratio * hertz.first_yield_load(radius, modulus, 1.295 * math.exp(0.736 * 0.3) * 1e9)
+    side = 3 * max(hertz.contact_radius(load, radius, modulus), math.sqrt(load / math.pi / 3e9))
+    pixel = (side / 64, side / 64)
+    surface = rc.Surface(generate.paraboloid((64, 64), pixel, radius), pixel)
+    return solved(surface, load=load, **more)
+
+
+def caution(result: ContactResult) -> str:
+    return assumptions.ceiling_caution(result, result.spots())
+
+
+@pytest.mark.parametrize(
+    ("ratio", "more", "words"),
+    [
+        (3, {}, ("at 3 times", "1.61 yield strengths (1.61 GPa)", "86 % higher")),
+        (40, {}, ("2.18 yield strengths (2.18 GPa)", "38 % higher")),
+        (300, {}, ("2.62 yield strengths (2.62 GPa)", "14 % higher")),
+        (300, {"ceiling": 2.2e9}, ("2.62 yield strengths (2.62 GPa)", "16 % lower")),
+    ],
+)
+def test_a_ceiling_that_does_not_fit_is_told(
+    ratio: float, more: dict[str, Any], words: tuple[str, ...]
+) -> None:
+    result = loaded_ball(ratio, **more)
+    note = caution(result)
+    assert all(text in note for text in words)
+    times = float(re.search(r"at ([\d.]+) times the load of its first yield", note)[1])
+    assert times == pytest.approx(ratio, rel=0.05)
+    assert [item for item in cautions(result) if "yield strengths" in item] == [note]
+
+
+@pytest.mark.parametrize(
+    ("ratio", "more"),
+    [
+        (0.5, {}),
+        (1.5, {}),
+        # The ceiling that was recommended, and three where they are right.
+        (40, {"ceiling": 2.18e9}),
+        (1500, {}),
+        # A hardness of a metal that hardens by an unknown law.
+        (40, {"ceiling": 5e9}),
+        (40, {"ceiling": None}),
+        (40, {"ceiling": np.full((64, 64), 3e9)}),
+        (40, {"material": rc.Material(210e9, 0.3), "ceiling": 3e9}),
+        (40, {"material": rc.Material(210e9, 0.3, hardness=3e9)}),
+    ],
+)
+def test_a_ceiling_that_fits_or_cannot_be_judged_is_not_doubted(
+    ratio: float, more: dict[str, Any]
+) -> None:
+    assert caution(loaded_ball(ratio, **more)) == ""
+
+
+def test_the_advice_is_followed_once() -> None:
+    first = solved(rough(points=128), load=1.0)
+    ceiling = recommended_ceiling(first).ceiling
+    assert f"{ceiling / 1e9:.2f} yield strengths" in caution(first)
+    assert caution(solved(rough(points=128), load=1.0, ceiling=ceiling)) == ""
+
+
+def test_hardening_asks_for_more_than_three() -> None:
+    swift = rc.Material(210e9, 0.3, hardening=Swift(500e6, 30, 0.2))
+    note = caution(loaded_ball(1000, material=swift))
+    assert re.search(r"a ceiling of [4-9]\.\d\d yield strengths .* \d+ % lower$", note)
+
+
+def test_spots_of_a_few_pixels_say_nothing_about_the_ceiling() -> None:
+    result = solved(rough(), load=0.02)
+    spots = result.spots()
+    assert 0 < assumptions.carrying_pixels(result, spots) < 10
+    assert recommended_ceiling(result).load_ratio > 2
+    assert caution(result) == ""
