@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,10 @@ import pytest
 import scipy.integrate
 import scipy.optimize
 
+import ceiling_error
 import roughcontact as rc
-from roughcontact import generate, hertz
+from roughcontact import comparison, generate, hertz
+from roughcontact.plasticity import Perfect
 
 NU = 0.3
 STEEL = rc.Material(young=210e9, poisson=NU, yield_strength=1e9)
@@ -184,3 +187,78 @@ def test_friction_brings_first_yield_to_the_surface() -> None:
     assert below.place[0] > 0.3 * a_hertz
     assert above.place[0] == depths[0]
     assert peak / above.max_von_mises < 1.5 < peak / below.max_von_mises
+
+
+def test_the_tables_of_ceilings_are_those_of_the_stored_comparison() -> None:
+    page = PAGE.read_text(encoding="utf-8")
+    for name, table in ceiling_error.tables(ceiling_error.stored()).items():
+        start, end = ceiling_error.MARKS[name]
+        assert page[page.index(start) + len(start) : page.index(end)].strip() == table
+
+
+def test_the_regimes_have_the_ceilings_of_the_rule() -> None:
+    formula = re.search(r"f = ([\d.]+) \+ ([\d.]+) log₁₀\(P/P_c\)", TEXT)
+    start, slope = float(formula[1]), float(formula[2])
+    assert comparison.ceiling_factor(10) == pytest.approx(start + slope, rel=1e-12)
+    assert ceiling_error.stored()["fit"] == pytest.approx([start, slope], abs=0.02)
+    # E*a/(σ_Y R) of a sphere whose mean pressure is the ceiling.
+    first = 1.295 * math.exp(0.736 * NU)
+    for words in re.findall(
+        r"\| (\d+) to (\d+) \| (\d+) to (\d+) \| ([\d.]+) to ([\d.]+) σ_Y", TEXT
+    ):
+        loads, indices, factors = (tuple(map(float, words[i : i + 2])) for i in (0, 2, 4))
+        expected = [comparison.ceiling_factor(load) for load in loads]
+        assert factors == pytest.approx(expected, abs=0.06)
+        assert indices == pytest.approx(
+            [
+                math.sqrt(load * math.pi**2 * first**3 / (6 * factor))
+                for load, factor in zip(loads, expected, strict=True)
+            ],
+            rel=0.1,
+        )
+    # Three yield strengths are right to 5 % from here on.
+    edge = 10 ** ((3 / 1.05 - start) / slope)
+    assert edge == pytest.approx(900, rel=0.02)
+    assert math.sqrt(edge * math.pi**2 * first**3 / (6 * 3 / 1.05)) == pytest.approx(47, abs=0.5)
+
+
+def test_what_the_recommended_ceiling_leaves() -> None:
+    found = ceiling_error.stored()
+    left = [row["recommended"] for row in found["spheres"]]
+    assert max(abs(row["contact_area"]) for row in left) < 0.055
+    rough = [row for row in found["maps"] if row["nominal"] > 0.05]
+    errors = np.array([row["recommended"]["contact_area"] for row in rough])
+    assert np.abs(errors).max() < 0.085
+    assert np.mean(np.abs(errors) < 0.055) > 0.9
+    assert max(abs(row["approach"]) for row in left) < 0.065
+    usual = {law: [r["errors"]["contact_area"][0] for r in rough if r["law"] == law]
+             for law in ("perfect", "Swift")}  # fmt: skip
+    assert min(usual["perfect"]) == pytest.approx(-0.25, abs=0.03)
+    assert max(usual["Swift"]) == pytest.approx(0.55, abs=0.1)
+
+
+def test_the_stored_comparison_can_be_computed_again() -> None:
+    row = next(
+        row for row in ceiling_error.stored()["spheres"]
+        if row["law"] == "perfect" and row["load_ratio"] == 12
+    )  # fmt: skip
+    surface, steel, load = ceiling_error.sphere(ceiling_error.LAWS["perfect"], 12, 40)
+    both = rc.compare_models(
+        surface, material=steel, loads=[load / 2, load], factors=ceiling_error.FACTORS
+    )
+    found = ceiling_error.measured(both, 1, "free")
+    # A contact of nine pixels in radius: the area is known to three per cent.
+    assert found["mean_pressure_ratio"] == pytest.approx(row["mean_pressure_ratio"], rel=0.03)
+    assert found["errors"]["approach"] == pytest.approx(row["errors"]["approach"], abs=0.01)
+    assert found["best_factor"]["approach"] == pytest.approx(
+        row["best_factor"]["approach"], abs=0.03
+    )
+
+
+def test_only_the_scales_depend_on_modulus_strength_and_radius() -> None:
+    ratios = []
+    for law, young in ((Perfect(1e9), 210e9), (Perfect(1e8), 3e9)):
+        surface, body, load = ceiling_error.sphere(law, 12, 24, young)
+        both = rc.compare_models(surface, material=body, loads=[load / 2, load])
+        ratios.append([both.mean_pressure_ratio[1], *both.excess("approach")[0]])
+    assert ratios[0] == pytest.approx(ratios[1], rel=1e-3)

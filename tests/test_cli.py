@@ -229,6 +229,18 @@ def test_ceiling_is_automatic_given_or_none(rough: Path, capsys: Capture) -> Non
     assert "none: purely elastic, no yield strength is given\n" in capsys.readouterr().out
 
 
+def test_a_ceiling_that_does_not_fit_is_a_warning(capsys: Capture) -> None:
+    ball = ("--body", "sphere 1 mm", "--points", "64", "--size", "150 um", "--load", "10 N")
+    assert cli.main(["solve", *ball, *YIELDING]) == cli.SOLVED
+    told = " ".join(capsys.readouterr().out.split())
+    assert told.count("warning:") == 1
+    ceiling = re.search(r"a ceiling of ([\d.]+) yield strengths", told)
+    assert 2 < float(ceiling[1]) < 2.2
+    better = ("--ceiling", f"{float(ceiling[1])} GPa")
+    assert cli.main(["solve", *ball, *YIELDING, *better]) == cli.SOLVED
+    assert "warning" not in capsys.readouterr().out
+
+
 def test_quiet_prints_nothing(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     assert solve(rough, *STEEL, "--quiet", "--output", str(tmp_path / "out.nc")) == cli.SOLVED
     assert capsys.readouterr() == ("", "")

@@ -163,10 +163,10 @@ def sphere(
     return rc.solve(surface, material=material, load=load, **more)
 
 
-# Factors that give the area of plasticity in the volume, from mean pressures of 1.88, 2.18, 2.41,
-# 2.62 and 2.79 σ_Y (Kogut and Etsion 2002: 1.96, 2.19, 2.42, 2.64, 2.85) at these loads.
+# Factors that give the area of plasticity in the volume, by benchmarks/ceiling_error.py; the mean
+# pressures of Kogut and Etsion 2002 are 1.96, 2.19, 2.42, 2.64 and 2.85 σ_Y at these loads.
 @pytest.mark.parametrize(
-    ("ratio", "factor"), [(12, 1.91), (40, 2.18), (120, 2.41), (300, 2.63), (700, 2.79)]
+    ("ratio", "factor"), [(12, 1.96), (40, 2.19), (120, 2.46), (300, 2.65), (700, 2.80)]
 )
 def test_the_factor_of_a_sphere(ratio: float, factor: float) -> None:
     assert comparison.ceiling_factor(ratio) == pytest.approx(factor, abs=0.03)
@@ -222,7 +222,7 @@ def test_a_tilted_map_and_a_second_ball_change_nothing() -> None:
 def test_a_material_that_hardens_is_taken_at_the_strain_of_the_contact() -> None:
     linear = rc.Material(210e9, 0.3, hardening=Linear(1e9, 210e9 / 20))
     advice = comparison.recommended_ceiling(sphere(300, linear))
-    assert advice.flow_stress == pytest.approx(1e9 + 210e9 / 20 * 0.2 * advice.slope)
+    assert advice.flow_stress == pytest.approx(1e9 + 210e9 / 20 * 0.15 * advice.slope)
     # P_c grows as the cube of the strength.
     again = 300 / (advice.flow_stress / 1e9) ** 3
     assert advice.load_ratio == pytest.approx(again, rel=0.03)
@@ -234,18 +234,17 @@ def test_a_material_that_hardens_is_taken_at_the_strain_of_the_contact() -> None
 @pytest.mark.parametrize(
     ("law", "ratio", "true"),
     [
-        # Mean pressures over σ_Y by plasticity of the volume, benchmarks/ceiling_error.py.
-        (Linear(1e9, 210e9 / 50), 300, 2.85),
-        (Linear(1e9, 210e9 / 50), 700, 3.09),
-        (Swift(1240e6, 30, 0.085), 120, 3.34),
-        (Swift(1240e6, 30, 0.085), 700, 4.36),
+        # Factors that give the area of plasticity in the volume, benchmarks/ceiling_error.py.
+        (Linear(1e9, 210e9 / 50), 300, 2.90),
+        (Linear(1e9, 210e9 / 50), 700, 3.18),
+        (Swift(1240e6, 30, 0.085), 120, 3.45),
+        (Swift(1240e6, 30, 0.085), 700, 4.35),
     ],
 )
 def test_hardening_raises_the_ceiling(law: Linear | Swift, ratio: float, true: float) -> None:
-    # The ceiling carries all of the contact but its rim here, so that it is the mean pressure. The
-    # worst is 7 % high: Swift's law rises steeply at strains below that of Tabor.
+    # With the strain that suits both laws the one comes out 4 % low, the other as much high.
     advice = comparison.recommended_ceiling(sphere(ratio, rc.Material(210e9, 0.3, hardening=law)))
-    assert advice.factor == pytest.approx(true, rel=0.085)
+    assert advice.factor == pytest.approx(true, rel=0.055)
 
 
 def test_the_rule_holds_on_a_rough_map() -> None:

@@ -565,8 +565,8 @@ def _yielding(result: ContactResult, spots: Spots) -> Statement:
             "full indentation. The mean pressure on a perfectly plastic sphere is 2.17, 2.41, 2.62 "
             "and 2.78 yield strengths at 40, 120, 300 and 700 times the load of first yield. In "
             "this transition a ceiling of three yield strengths is 15 to 35 % too high, and the "
-            "contact area too small accordingly; three are right where E*a/(σ_Y R) exceeds about "
-            "30 (a: radius of a spot, R: radius of its summit). "
+            "contact area too small accordingly; three are right to 5 % where E*a/(σ_Y R) exceeds "
+            "about 45 (a: radius of a spot, R: radius of its summit). "
             + _first_yield(body)
         )  # fmt: skip
     return Statement(
