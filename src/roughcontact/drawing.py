@@ -105,7 +105,6 @@ def plain_axes(axes: Axes) -> None:
 
 def cell_size(shape: tuple[int, ...], size: tuple[float, float], cells: int) -> tuple[int, int]:
     """Return the points (y, x) to a cell, given the most cells on the longer side."""
-    # Points (y, x) to a cell, given the most cells on the longer side.
     longer = max(size)
     by, bx = (
         max(math.ceil(points / max(cells * side / longer, 1)), 1)
@@ -139,7 +138,6 @@ def cell_any(mask: Mask, blocks: tuple[int, int]) -> Mask:
 
 def cell_mean(values: Array, blocks: tuple[int, int]) -> Array:
     """Return the mean of the points that are there; NaN where half or more are missing."""
-    # Mean of the points that are there; NaN where half of a cell or more is missing.
     if blocks == (1, 1):
         return values.copy()
     there = np.isfinite(values)
@@ -166,7 +164,6 @@ def draw_map(
 
     Size and shape are those of the part that is drawn, which begins at the corner.
     """
-    # Size and shape are those of the part that is drawn, which begins at the corner.
     factor, unit = prefixed(max(size), "m")
     height, width = size[0] * factor, size[1] * factor
     top, left = corner[0] * factor, corner[1] * factor
@@ -209,7 +206,6 @@ def few_ticks(axes: Axes, aspect: float) -> None:
 
 def colour_bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
     """Add a colour bar that follows the map's own box; wide strips get it on top."""
-    # An inset follows the map's own box, whatever its aspect; wide strips get the bar on top.
     left, right = axes.get_xlim()
     bottom, top = axes.get_ylim()
     aspect = abs(bottom - top) / abs(right - left)
@@ -279,7 +275,6 @@ def below_label(axes: Axes) -> Transform:
 
     figure = axes.get_figure(root=True)
     assert figure is not None
-    # Under the axis label, at a distance in inches that no aspect changes.
     return axes.transAxes + ScaledTranslation(0, -0.52, figure.dpi_scale_trans)
 
 

@@ -370,10 +370,11 @@ def path(result: ElastoplasticResult) -> Figure:
     ]
     for axes, (found, name, dimension) in zip(grid.ravel(), quantities, strict=True):
         values = np.array([0.0, *found])
-        scale, shown = 1.0, dimension
-        if dimension != "%":
-            scaled = prefixed_area if dimension == "m²" else prefixed
-            scale, shown = scaled(float(values.max()) or 1.0, *[dimension] * (dimension != "m²"))
+        top = float(values.max())
+        if dimension == "m²":
+            scale, shown = prefixed_area(top or 1.0)
+        else:
+            scale, shown = prefixed(top, dimension) if dimension != "%" else (1.0, "%")
         x, y = load * factor, values * scale
         for kind, colour, line, label in (
             (False, SERIES[0], "-", "loading"), (True, SERIES[1], "--", "unloading"),
