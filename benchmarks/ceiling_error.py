@@ -1,6 +1,6 @@
 """Error of the ceiling model against plasticity of the volume, over load and ceiling.
 
-    python benchmarks/ceiling_error.py             # table; about 6 minutes on one core
+    python benchmarks/ceiling_error.py             # table; about ten minutes on one core
     python benchmarks/ceiling_error.py --write     # and the stored numbers and the tables
     python benchmarks/ceiling_error.py --quick     # a few cases, half a minute
 
@@ -228,7 +228,7 @@ def tables(found: dict[str, Any]) -> dict[str, str]:
     first = 1.295 * math.exp(0.736 * POISSON)
 
     def percents(errors: list[float]) -> str:
-        return " | ".join(f"{100 * error:+.0f} %".replace("-", "−") for error in errors)
+        return " | ".join(f"{round(100 * error):+d} %".replace("-", "−") for error in errors)
 
     spheres = [
         "| P/P_c | E\\*a/(σ_Y R) | p̄/σ_Y | Kogut and Etsion | Jackson and Green "

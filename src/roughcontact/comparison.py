@@ -365,8 +365,8 @@ def ceiling_factor(load_ratio: float, first_yield: float = 1.615) -> float:
 
     Notes
     -----
-    Fitted to solutions with plasticity of the volume, ν = 0.3 and P/P_c from 3 to 700, such that
-    the contact area agrees: it does to 3 %, the approach to 6 %. The form is that of cavity models
+    Fitted to solutions with plasticity of the volume, ν = 0.3 and P/P_c from 6 to 700, such that
+    the contact area agrees: it does to 1 %, the approach to 6 %. The form is that of cavity models
     (Johnson 1985, section 6.3): in the transition the plateau grows with the logarithm of the
     size of the plastic zone. On a half-space with small strains nothing else enters: E*, R and σ_Y
     only set the scale of the load.
@@ -407,7 +407,7 @@ def recommended_ceiling(result: ContactResult) -> RecommendedCeiling | None:
     p_y the Hertz peak pressure at first yield: whatever the ceiling of the solution, a lower one
     gives more area and so more slope. A material that hardens is taken at the strain 0.15 a/R.
     Tabor (1951) has 0.2 for full indentation; 0.15 does better before, where much of the plastic
-    zone has strained less. On spheres and rough maps of two laws the area then agrees to 8 %.
+    zone has strained less. On spheres and rough maps with two laws the area then agrees to 8 %.
 
     Examples
     --------
