@@ -42,6 +42,9 @@ def test_the_state_is_admissible(loaded) -> None:
     assert loaded.converged
     assert loaded.contact.converged
     assert loaded.residual <= loaded.tolerance
+    for step in loaded.increments:
+        assert step.residual == min(step.residuals)
+        assert all(residual > loaded.tolerance for residual in step.residuals[:-1])
     # The stress may pass the yield strength by what the residual leaves: 1e-4 · 2μ ε/Y.
     assert abs(loaded.yield_excess) < 1e-3
     body = loaded.bodies[0]
@@ -476,6 +479,31 @@ def test_too_large_is_said_before_it_starts(monkeypatch) -> None:
     monkeypatch.setattr("psutil.virtual_memory", Little)
     with pytest.raises(InsufficientMemoryError, match="GiB"):
         solve_elastoplastic(ball(), material=SWIFT, loads=[0.1])
+
+
+def test_a_volume_that_would_not_fit_does_not_grow(monkeypatch) -> None:
+    class Free:
+        available = 10**9
+
+    monkeypatch.setattr("psutil.virtual_memory", Free)
+
+    def fill(_) -> None:
+        Free.available = 0
+
+    result = solve_elastoplastic(
+        ball(), material=SWIFT, loads=[0.65], depth=3e-6, tolerance=1e-2, progress=fill
+    )
+    assert result.bodies[0].thickness.sum() < 4e-6
+    assert any("lowest layer" in note for note in result.warnings)
+
+
+def test_a_contact_without_certificate_settles_nothing(monkeypatch) -> None:
+    monkeypatch.setattr(elastoplastic, "_CONTACT_CONVOLUTIONS", 2)
+    monkeypatch.setattr(elastoplastic, "_CUTS", 0)
+    with pytest.raises(ConvergenceError, match="the contact did not settle"):
+        solve_elastoplastic(
+            ball(), material=SWIFT, loads=[0.65], tolerance=0.5, max_iterations=3, **MORE
+        )
 
 
 def test_memory_estimate_is_in_proportion() -> None:

@@ -21,6 +21,7 @@ def every_figure(result: rc.ElastoplasticResult) -> list[Figure]:
         volume_plots.profile(result),
         volume_plots.layers(result),
         volume_plots.path(result),
+        volume_plots.convergence(result),
     ]
 
 
@@ -138,6 +139,17 @@ def test_path_tells_loading_from_unloading(released) -> None:
         "approach [nm]", "contact area [µm²]", "largest pressure [GPa]",
         "largest plastic strain [%]",
     ]  # fmt: skip
+
+
+def test_convergence_draws_every_iteration(released) -> None:
+    axes = volume_plots.convergence(released).axes[0]
+    *lines, tolerance = axes.get_lines()
+    assert len(lines) == len(released.increments)
+    drawn = np.concatenate([line.get_xydata() for line in lines])
+    np.testing.assert_array_equal(drawn[:, 0], np.arange(1, released.iterations + 1))
+    residuals = [r for step in released.increments for r in step.residuals]
+    np.testing.assert_array_equal(drawn[:, 1], residuals)
+    assert set(tolerance.get_ydata()) == {released.tolerance}
 
 
 def test_displacement_is_centred_on_zero_and_shows_the_contact(pressed, released) -> None:

@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -358,8 +359,6 @@ _STEPS = {
     "max_pressure": "Pa",
     "max_plastic_strain": "1",
     "plastic_volume": "m3",
-    "residual": "1",
-    "iterations": "1",
     "convolutions": "1",
 }
 
@@ -412,6 +411,12 @@ def save_elastoplastic(
     for field, unit_name in _STEPS.items():
         values = np.array([getattr(step, field) for step in result.increments])
         dataset[f"increment_{field}"] = ("increment", values, {"units": unit_name})
+    counts = [step.iterations for step in result.increments]
+    residuals = [residual for step in result.increments for residual in step.residuals]
+    about = {"units": "1", "long_name": "iterations of the loop"}
+    dataset["increment_iterations"] = ("increment", np.array(counts), about)
+    about = {"units": "1", "long_name": "residual after each iteration, increment by increment"}
+    dataset["iteration_residual"] = ("iteration", np.array(residuals), about)
     dataset.attrs |= {
         "elastoplastic_status": result.status,
         "elastoplastic_precision": result.precision,
@@ -493,12 +498,18 @@ def load_step(
                 **arrays,
             )
             bodies.append(body)
-        columns = [dataset[f"increment_{field}"].values.tolist() for field in _STEPS]
+        columns = {field: dataset[f"increment_{field}"].values.tolist() for field in _STEPS}
+        residuals = iter(dataset["iteration_residual"].values.tolist())
+        columns["residuals"] = [
+            tuple(islice(residuals, count))
+            for count in dataset["increment_iterations"].values.tolist()
+        ]
+        rows = zip(*columns.values(), strict=True)
         result = ElastoplasticResult(
             contact=contact,
             residual_displacement=np.array(dataset["residual_displacement"].values),
             bodies=tuple(bodies),
-            increments=tuple(Increment(*row) for row in zip(*columns, strict=True)),
+            increments=tuple(Increment(**dict(zip(columns, row, strict=True))) for row in rows),
             yield_excess=float(attributes["yield_excess"]),
             precision=str(attributes["elastoplastic_precision"]),
             tolerance=float(attributes["elastoplastic_tolerance"]),

@@ -103,11 +103,9 @@ class Increment:
         Largest accumulated plastic strain so far.
     plastic_volume : float
         Volume with plastic strain so far, of both bodies [m³].
-    residual : float
-        Largest change of the plastic strain in the last iteration over the largest of this
-        increment, or over the yield strain σ_Y/(2μ) if that is more.
-    iterations : int
-        Iterations of the loop.
+    residuals : tuple of float
+        Largest change of the plastic strain in each iteration over the largest of this increment,
+        or over the yield strain σ_Y/(2μ) if that is more.
     convolutions : int
         Convolutions of the contact solver.
     """
@@ -118,9 +116,18 @@ class Increment:
     max_pressure: float
     max_plastic_strain: float
     plastic_volume: float
-    residual: float
-    iterations: int
+    residuals: tuple[float, ...]
     convolutions: int
+
+    @property
+    def residual(self) -> float:
+        """Residual after the last iteration."""
+        return self.residuals[-1]
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the loop."""
+        return len(self.residuals)
 
 
 @dataclass(frozen=True)
@@ -952,6 +959,11 @@ class _Contact:
         pressed.ravel()[rough.index] = True
         return pressed
 
+    @property
+    def solved(self) -> bool:
+        """Whether the last contact, if there is any, is within its tolerance."""
+        return self.solution is None or self.solution.status is solver.Status.CONVERGED
+
     def press(self, displacement: NDArray[np.float64], load: float, tolerance: float) -> None:
         """Find the pressure that carries a load on the surface as plastic strain left it."""
         gap = self.initial_gap + displacement
@@ -985,7 +997,7 @@ class _Body:
         workspace: Workspace,
     ) -> None:
         self.material, self.pixel = material, pixel
-        self._arguments = (boundary, precision, workspace)
+        self.boundary, self.precision, self._workspace = boundary, precision, workspace
         self.law: Hardening = material.hardening or Perfect(material.yield_strength or math.inf)
         self.shear_modulus = material.young / (2 * (1 + material.poisson))
         self.real: type = np.float32 if precision == "single" else np.float64
@@ -994,11 +1006,10 @@ class _Body:
 
     def resize(self, thickness: NDArray[np.float64], shape: tuple[int, int]) -> None:
         """Take on more layers below and more points around those there are."""
-        boundary, precision, workspace = self._arguments
         self.operator = HalfSpace(
             shape, self.pixel, thickness,
             shear_modulus=self.shear_modulus, poisson=self.material.poisson,
-            boundary=boundary, precision=precision, workspace=workspace,
+            boundary=self.boundary, precision=self.precision, workspace=self._workspace,
         )  # fmt: skip
         old, accumulated = self.strain, self.accumulated
         ny, nx = old.shape[-2:]
@@ -1321,8 +1332,9 @@ class _Loop:
                 self._places, self._added = self.nothing()
                 self._stride = 0.0
                 if cuts == _CUTS or (not done and load == 0):
+                    what = "plastic strain" if self.contact.solved else "contact"
                     return (
-                        f"stopped on the way to {load:.6g} N: the plastic strain did not settle in "
+                        f"stopped on the way to {load:.6g} N: the {what} did not settle in "
                         f"{self._max_iterations} iterations, though the step was halved {cuts} "
                         "times; allow more iterations, or ask for a larger tolerance"
                     )
@@ -1335,7 +1347,7 @@ class _Loop:
             cuts = max(0, cuts - 1)
             for body, places, added in zip(self.bodies, self._places, self._added, strict=True):
                 body.accept(places, added)
-            residual, iterations, convolutions = found
+            residuals, convolutions = found
             self._stride, before = load - before, load
             contact = self.contact
             dy, dx = self.bodies[0].pixel
@@ -1347,8 +1359,7 @@ class _Loop:
                     max_pressure=float(contact.pressure.max()),
                     max_plastic_strain=max(float(b.accumulated.max()) for b in self.bodies),
                     plastic_volume=sum(body.plastic_volume for body in self.bodies),
-                    residual=residual,
-                    iterations=iterations,
+                    residuals=residuals,
                     convolutions=convolutions,
                 )
             )
@@ -1368,8 +1379,23 @@ class _Loop:
             margin += max(_GUARD, math.ceil(_WIDER * min(ny, nx)))
         if len(thickness) == body.thickness.size and margin == self.margin:
             return False
+        wider = ny + 2 * (margin - self.margin), nx + 2 * (margin - self.margin)
+        if not self._fits(wider, len(thickness)):
+            # The result says that plastic strain has come to the bottom or to the edge.
+            return False
         self.resize(np.array(thickness), margin)
         return True
+
+    def _fits(self, shape: tuple[int, int], layers: int) -> bool:
+        import psutil
+
+        body = self.bodies[0]
+        more: dict[str, Any] = dict(
+            bodies=len(self.bodies), boundary=body.boundary, precision=body.precision
+        )
+        needed = memory_estimate(shape, layers, **more)
+        held = memory_estimate(body.shape, body.thickness.size, **more)
+        return needed - held < psutil.virtual_memory().available
 
     def _at_edge(self) -> bool:
         ny, nx = self.bodies[0].shape
@@ -1382,8 +1408,11 @@ class _Loop:
             for place, strain in zip(places, added, strict=True)
         )
 
-    def _relax(self, load: float, before: float) -> tuple[float, int, int] | None:
-        """Find the plastic strain of one increment; keep it beside that accepted."""
+    def _relax(self, load: float, before: float) -> tuple[tuple[float, ...], int] | None:
+        """Find the plastic strain of one increment; keep it beside that accepted.
+
+        Returns the residuals of the iterations and the convolutions of the contact.
+        """
         bodies, contact = self.bodies, self.contact
         stride = load - before
         if self._stride * stride > 0:
@@ -1399,6 +1428,7 @@ class _Loop:
         ]
         mixer = _Mixer(weights, self._workspace)
         convolutions = contact.convolutions
+        residuals: list[float] = []
         for iteration in range(1, self._max_iterations + 1):
             displacement = sum(
                 body.displacement(places, added)
@@ -1420,9 +1450,10 @@ class _Loop:
                 y += old
             defect = [one - other for one, other in zip(x, y, strict=True)]
             residual = self._residual(x, defect)
+            residuals.append(residual)
             if self._progress is not None:
                 self._progress(Progress(load, self._target, iteration, residual, self._tolerance))
-            settled = residual <= self._tolerance
+            settled = residual <= self._tolerance and contact.solved
             if not settled:
                 x = mixer.mix(x, defect)
             cut = 0
@@ -1430,7 +1461,7 @@ class _Loop:
                 self._added[number] = x[cut : cut + len(body.strain)]
                 cut += len(body.strain)
             if settled:
-                return residual, iteration, contact.convolutions - convolutions
+                return tuple(residuals), contact.convolutions - convolutions
         return None
 
     def _residual(self, x: Parts, defect: Parts) -> float:

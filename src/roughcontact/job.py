@@ -37,7 +37,7 @@ _HARDNESS = re.compile(r"\bH(V|B|BW|RB|RC)\d*\b", re.IGNORECASE)
 FIGURES = {
     "ceiling": ("surface", "pressure", "contact", "gap", "histogram"),
     "volume": ("surface", "pressure", "gap", "histogram", "displacement", "section-x", "section-y",
-               "profile", "layers", "path"),
+               "profile", "layers", "path", "convergence"),
 }  # fmt: skip
 """Names of the figures of each model."""
 
@@ -960,6 +960,7 @@ def _figure_tasks(
             "profile": lambda: volume_plots.profile(volume),
             "layers": lambda: volume_plots.layers(volume),
             "path": lambda: volume_plots.path(volume),
+            "convergence": lambda: volume_plots.convergence(volume),
         }
     files = figure_files(job.figures, FIGURES[job.model])
     return [(path, saver(draw[name])) for name, path in files.items()]

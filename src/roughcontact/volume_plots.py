@@ -399,6 +399,47 @@ def path(result: ElastoplasticResult) -> Figure:
     return figure
 
 
+def convergence(result: ElastoplasticResult) -> Figure:
+    """Draw the residual of the plastic strain over the iterations.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        A state of the volume.
+
+    Returns
+    -------
+    Figure
+        One line an increment, one after the other, and the tolerance.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.6, 4.4), dpi=DPI, layout=layout())
+    axes = figure.subplots()
+    largest = max((step.residuals[0] for step in result.increments), default=1.0)
+    # Where nothing yields the residual is 0, which no logarithm shows.
+    axes.set_yscale("log")
+    axes.set_ylim(result.tolerance / 10, 3 * max(largest, result.tolerance))
+    first = 1
+    for number, step in enumerate(result.increments):
+        iterations = np.arange(first, first + step.iterations)
+        axes.plot(
+            iterations, step.residuals, ".-", color=SERIES[number % 2], linewidth=1.4, markersize=4
+        )
+        first += step.iterations
+    axes.axhline(result.tolerance, color=NEUTRAL, linewidth=1.2, linestyle=":", label="tolerance")
+    axes.set_xlabel("iteration, all increments together", fontsize=LABEL)
+    axes.set_ylabel("residual of the plastic strain", fontsize=LABEL)
+    axes.set_xlim(0, first)
+    plain_axes(axes)
+    shared_legend(figure, np.array([axes]))
+    figure.suptitle(
+        f"Convergence, {len(result.increments)} increment"
+        f"{'s' * (len(result.increments) != 1)}{_doubt(result)}", fontsize=TITLE,
+    )  # fmt: skip
+    return figure
+
+
 class _Cut(NamedTuple):
     """What is drawn of a section: its layers and pixels, how deep [m], where strain is largest."""
 

@@ -439,7 +439,13 @@ def _certificate(result: ElastoplasticResult) -> Chapter:
         ("Arithmetic of the volume", f"{result.precision} precision"),
     ]
     chapter.add("table", Table(rows))
-    return chapter
+    drawn = (
+        lambda: volume_plots.convergence(result),
+        "Residual of the plastic strain over the iterations",
+        "How the plastic strain settled, increment by increment. Attempts that were given up for a "
+        "smaller step or a larger volume are not shown.",
+    )
+    return _with(chapter, [drawn])
 
 
 def _with(chapter: Chapter, drawn: Sequence[Drawn]) -> Chapter:
