@@ -42,13 +42,17 @@ LAWS: dict[str, Hardening] = {
     "Swift": Swift(1240e6, 30, 0.085),
 }
 FACTORS = [round(0.1 * number, 1) for number in range(14, 52, 2)]
-RATIOS = [1.5, 3, 6, 12, 25, 40, 80, 120, 200, 300, 500, 700]
+RATIOS = [1.5, 3, 6, 12, 25, 40, 80, 120, 200, 300, 500, 700, 1500, 3000]
 # Three grids: whole pixels make the area of one uncertain by two per cent.
 GRIDS = [40, 47, 56]
 # Plasticity indices E* h'/σ_Y of the rough maps, and their nominal pressures over σ_Y.
 INDICES = {"perfect": [4, 8, 12, 20, 30, 40, 80], "linear": [8, 40], "Swift": [8, 40]}
 NOMINAL = [0.03, 0.08, 0.16, 0.3, 0.42]
 QUANTITIES = ["contact_area", "mean_pressure", "plateau_pressure", "approach"]
+
+
+# Hertz's largest pressure at first yield over the yield strength, as in both fits.
+FIRST_YIELD = 1.295 * math.exp(0.736 * POISSON)
 
 
 def steel(law: Hardening, young: float = YOUNG) -> rc.Material:
@@ -60,8 +64,12 @@ def expected_area(ratio: float) -> float:
     """Return the contact area over that at first yield (Kogut and Etsion 2002), for the map."""
     if ratio < 1.03:
         return ratio ** (2 / 3)
-    light = 0.93 * (ratio / 1.03) ** (1.136 / 1.425)
-    return light if ratio < 1.03 * 6**1.425 else 0.94 * (ratio / 1.4) ** (1.146 / 1.263)
+    if ratio < 1.03 * 6**1.425:
+        return 0.93 * (ratio / 1.03) ** (1.136 / 1.425)
+    if ratio < 1.4 * 110**1.263:
+        return 0.94 * (ratio / 1.4) ** (1.146 / 1.263)
+    # Full plasticity: 2.8 yield strengths everywhere.
+    return 2 / 3 * FIRST_YIELD * ratio / 2.8
 
 
 def jackson_green_area(ratio: float) -> float:
@@ -168,7 +176,7 @@ def spheres(quick: bool) -> list[dict[str, Any]]:
     """Return the errors on spheres, means over the grids, one row for each law and load."""
     rows = []
     for name, law in LAWS.items():
-        ratios = [3, 12, 40] if quick else RATIOS if name == "perfect" else RATIOS[1::2]
+        ratios = [3, 12, 40] if quick else RATIOS if name == "perfect" else RATIOS[1:12:2]
         for ratio in ratios:
             grids = []
             for points in [32] if quick else GRIDS if name == "perfect" else [47]:
@@ -203,7 +211,7 @@ def maps(quick: bool) -> list[dict[str, Any]]:
 
 def fitted(rows: list[dict[str, Any]]) -> tuple[float, float]:
     """Return the line in log₁₀ P/P_c through the factors that give the area of spheres."""
-    used = [row for row in rows if row["law"] == "perfect" and row["load_ratio"] >= 6]
+    used = [row for row in rows if row["law"] == "perfect" and 6 <= row["load_ratio"] <= 700]
     x = [math.log10(row["load_ratio"]) for row in used]
     slope, start = np.polyfit(x, [row["best_factor"]["contact_area"] for row in used], 1)
     return float(start), float(slope)
@@ -225,7 +233,6 @@ def show(words: str, found: dict[str, Any]) -> None:
 def tables(found: dict[str, Any]) -> dict[str, str]:
     """Return the tables of the page of assumptions."""
     three = found["factors"].index(3.0)
-    first = 1.295 * math.exp(0.736 * POISSON)
 
     def percents(errors: list[float]) -> str:
         return " | ".join(f"{round(100 * error):+d} %".replace("-", "−") for error in errors)
@@ -241,9 +248,9 @@ def tables(found: dict[str, Any]) -> dict[str, str]:
         ratio, mean_pressure, advice = (
             row["load_ratio"], row["mean_pressure_ratio"], row["recommended"],
         )  # fmt: skip
-        index = math.sqrt(ratio * math.pi**2 * first**3 / (6 * mean_pressure))
+        index = math.sqrt(ratio * math.pi**2 * FIRST_YIELD**3 / (6 * mean_pressure))
         others = [
-            2 / 3 * first * ratio / area
+            2 / 3 * FIRST_YIELD * ratio / area
             for area in (expected_area(ratio), jackson_green_area(ratio))
         ]
         errors = [row["errors"][name][three] for name in ("contact_area", "approach")]
