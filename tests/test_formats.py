@@ -358,12 +358,16 @@ def test_missing_library_says_how_to_install_it(
 
 def test_files_that_are_none(tmp_path: Path) -> None:
     refused(tmp_path / "absent.opd", "absent.opd does not exist")
+    with pytest.raises(
+        FormatError, match=r"absent\.opd does not exist; check the name of the file$"
+    ):
+        read_surface(tmp_path / "absent.opd")
     refused(tmp_path, "is a directory")
     refused(write(tmp_path, "empty.opd", ""), "empty.opd is empty")
     refused(write(tmp_path, "map.xyz", "1"), "unknown suffix '.xyz'", ".x3p", "format=")
     refused(write(tmp_path, "map", "1"), "unknown suffix ''")
     refused(write(tmp_path, "map.opd", "1"), "'hgt'", format="hgt", kind=InputError)
-    refused(Path("a\0b.opd"), "cannot be opened")
+    refused(Path("a\0b.opd"), "does not exist")
 
 
 # Matrices of numbers

@@ -259,6 +259,8 @@ def _existing(path: str | os.PathLike[str]) -> Path:
             raise FormatError(f"{path} does not exist; check the name of the file")
         with path.open("rb") as stream:
             empty = not stream.read(1)
+    except FormatError:
+        raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise FormatError(f"{path} cannot be opened ({reason}); check the file") from None
