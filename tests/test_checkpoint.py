@@ -210,7 +210,7 @@ def test_a_folder_of_another_run_is_refused(tmp_path: Path) -> None:
         (dict(precision="double"), "precision differ"),
         (dict(loads=[0.01, 0.04]), "loads differ"),
     ):
-        with pytest.raises(rc.InputError, match=rf"holds another run: {words}; give another"):
+        with pytest.raises(rc.InputError, match=rf"holds another run: {words}s?; give another"):
             solve_elastoplastic(folder=folder, **(arguments | change))
     assert before == sorted((path.name, path.read_bytes()) for path in folder.iterdir())
 

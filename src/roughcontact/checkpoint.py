@@ -72,8 +72,9 @@ def claim(
         except (OSError, ValueError, AttributeError):
             raise FormatError(f"{path} is damaged; give another folder") from None
         if other:
+            verb = "differs" if len(other) == 1 else "differ"
             raise InputError(
-                f"folder {folder} holds another {kind}: {', '.join(other)} differ; give another "
+                f"folder {folder} holds another {kind}: {', '.join(other)} {verb}; give another "
                 "folder, or remove this one to start again"
             )
         if not os.access(folder, os.W_OK | os.X_OK):
