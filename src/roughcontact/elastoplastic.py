@@ -365,7 +365,9 @@ class ElastoplasticResult:
                     "as periodic"
                 )
         if any(body.accumulated[-1].any() for body in self.bodies):
-            notes.append("plastic strain reaches the lowest layer: give a larger depth")
+            notes.append(
+                "plastic strain reaches the lowest layer: enlarge the map, or give a larger depth"
+            )
         return tuple(notes)
 
     def summary(self) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -346,7 +347,7 @@ OPTIONS: dict[str, Option] = {
     "model": Option(
         BODIES, "ceiling|volume",
         "ceiling (default): pressures up to the ceiling; volume: plastic strain in the volume, "
-        "which takes minutes.", _choice("ceiling", "volume"),
+        "which takes seconds to minutes.", _choice("ceiling", "volume"),
     ),
     "increments": Option(
         BODIES, "NUMBER", "Steps to the load of the volume model; 10 by default.", _int
@@ -362,14 +363,18 @@ OPTIONS: dict[str, Option] = {
         _choice("free", "periodic"),
     ),
     "tolerance": Option(
-        SOLVER, "NUMBER", "Certificate to reach; 1e-6 by default, 1e-4 in single precision.",
-        _float,
+        SOLVER, "NUMBER",
+        "Certificate to reach; 1e-6 by default, 1e-4 in single precision. Of the volume model the "
+        "residual of the plastic strain; 1e-4 by default.", _float,
     ),
     "max-iterations": Option(
-        SOLVER, "NUMBER", "Most convolutions on any one grid; 500 by default.", _int
+        SOLVER, "NUMBER",
+        "Most convolutions on any one grid; 500 by default. Of the volume model most iterations at "
+        "one load; 150 by default.", _int,
     ),
     "precision": Option(
-        SOLVER, "double|single", "single needs two thirds of the memory; double by default.",
+        SOLVER, "double|single",
+        "single needs two thirds of the memory; double by default, single for the volume model.",
         _choice("double", "single"),
     ),
     "study": Option(
@@ -520,7 +525,7 @@ class Job:
 
         first = _material("", self.material, self.young, self.poisson, self.yield_strength)
         if self.hardening is not None:
-            first = _hardened(first, *self.hardening)
+            first = _hardened(first, self.yield_strength, *self.hardening)
         given = (self.counter_young, self.counter_poisson, self.counter_yield_strength)
         if self.counter_material is None and given[:2] == (None, None):
             strength = self.counter_yield_strength
@@ -534,13 +539,17 @@ class Job:
             "--load-point": self.load_point is not None,
             "--ceiling": self.ceiling != "auto",
             "--study": self.study,
-            "--precision": self.precision != "double",
         }
         for option, used in given.items():
             if used:
                 raise InputError(f"{option} goes with --model ceiling, not with volume")
         if self.increments is not None and self.increments < 1:
             raise InputError(f"--increments must be at least 1, got {self.increments}")
+        if all(body.yield_strength is None for body in self.bodies()):
+            raise InputError(
+                "--model volume needs a --yield-strength such as '1 GPa', or a --material that has "
+                "one: otherwise nothing can yield"
+            )
 
     @property
     def moments(self) -> tuple[float, float] | None:
@@ -782,6 +791,12 @@ def _run_volume(job: Job, maps: Sequence[Surface], say: Say) -> Outcome:
     from roughcontact import elastoplastic
 
     first, second = job.bodies()
+    # Both models have defaults of their own.
+    solver = {
+        key.replace("-", "_"): getattr(job, key.replace("-", "_"))
+        for key in ("tolerance", "max-iterations", "precision")
+        if key in job.given
+    }
 
     def look(at: elastoplastic.Progress) -> None:
         share = units.percent(at.load / at.target) if at.target else "unloading"
@@ -800,7 +815,7 @@ def _run_volume(job: Job, maps: Sequence[Surface], say: Say) -> Outcome:
             on_failure="return",
             folder=job.folder,
             progress=look,
-            tolerance=elastoplastic.TOLERANCE if job.tolerance is None else job.tolerance,
+            **solver,
         )
     except KeyboardInterrupt:
         kept = () if job.folder is None else sorted(job.folder.glob("step-*.nc"))
@@ -908,11 +923,23 @@ def _material(
         raise InputError(text if text.startswith("--") else f"--{prefix}{text}") from None
 
 
-def _hardened(material: Material, law: str, constants: tuple[float, ...]) -> Material:
+def _hardened(
+    material: Material, given: float | None, law: str, constants: tuple[float, ...]
+) -> Material:
+    """Return a material that hardens; ``given`` is the yield strength that was asked for."""
     from roughcontact import plasticity
 
     if law == "swift":
-        swift = plasticity.Swift(*constants)
+        try:
+            swift = plasticity.Swift(*constants)
+        except InputError as error:
+            raise InputError(f"--hardening: {error}") from None
+        if given is not None and not math.isclose(given, swift.initial, rel_tol=1e-3):
+            first, other = (units.engineering(value, "Pa") for value in (swift.initial, given))
+            raise InputError(
+                f"--hardening starts at a yield strength of {first}, but --yield-strength is "
+                f"{other}; leave --yield-strength out"
+            )
         return replace(material, yield_strength=None, hardening=swift)
     if material.yield_strength is None:
         raise InputError("--hardening linear needs a --yield-strength to start from")
@@ -927,7 +954,9 @@ def _formed(surface: Surface, body: Body) -> Surface:
 def _check_suffix(path: Path, option: str, suffixes: tuple[str, ...]) -> None:
     if path.suffix.lower() not in suffixes:
         known = " or ".join([", ".join(suffixes[:-1]), suffixes[-1]] if suffixes[1:] else suffixes)
-        raise InputError(f"{option} needs a name that ends in {known}, got '{path}'")
+        volume = path.suffix.lower() in export.VOLUME_SUFFIXES and option == "--output"
+        more = f"; {path.suffix} needs --model volume" if volume else ""
+        raise InputError(f"{option} needs a name that ends in {known}, got '{path}'{more}")
 
 
 def _tasks(
