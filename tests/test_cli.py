@@ -1130,6 +1130,8 @@ def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     assert told["volume"]["max_plastic_strain"] > stored.max_plastic_strain
     assert told["volume"]["increments"] == 10
+    assert cli.main(["solve", *ball, *YIELDING, "--model", "volume"]) == cli.SOLVED
+    assert "warning: without hardening the pressure of single pixels" in capsys.readouterr().out
 
 
 BALL = (
@@ -1219,7 +1221,10 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
         (("--model", "volume", "--increments", "0"), ("--increments must be at least 1",)),
         (("--model", "volume", "--ceiling", "3 GPa"), ("--ceiling goes with --model ceiling",)),
         (("--model", "volume", "--output", "out.npz"), ("ends in .nc, .vtr, .vti, .csv or .json",)),
-        (("--output", "out.vtr"), ("ends in .nc, .vti, .csv or .json, got 'out.vtr'",)),
+        (
+            ("--output", "out.vtr"),
+            ("ends in .nc, .vti, .csv or .json, got 'out.vtr'", ".vtr needs --model volume"),
+        ),
         (("--folder", "steps"), ("--folder need --model volume",)),
         (("--model", "volume", "--folder", __file__), (f"--folder {__file__} is a file",)),
         (
@@ -1233,7 +1238,13 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
         (("--model", "volume", "--study"), ("--study goes with --model ceiling",)),
         (("--model", "volume", "--hardening", "linear 2"), ("--hardening",)),
         (("--model", "volume", "--hardening", "linear -2 GPa"), ("--hardening", "positive")),
-        (("--model", "volume", "--hardening", "swift 1 GPa 20 3"), ("exponent",)),
+        (("--model", "volume", "--hardening", "swift 1 GPa 20 3"), ("--hardening: exponent",)),
+        (
+            ("--model", "volume", "--hardening", "swift 945 MPa 20 0.121"),
+            ("--hardening starts at a yield strength of 1.358 GPa", "leave --yield-strength out"),
+        ),
+        (("--model", "volume", "--max-iterations", "0"), ("--max-iterations must be",)),
+        (("--model", "volume", "--tolerance", "1e-9"), ('--precision "double"',)),
         (("--model", "volume", "--hardening", "steel"), ("--hardening must read like",)),
     ],
 )
@@ -1241,3 +1252,19 @@ def test_bad_volume_models_end_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
 ) -> None:
     refused(capsys, solve(rough, *YIELDING, *options), *words)
+
+
+def test_the_volume_model_needs_a_body_that_yields(rough: Path, capsys: Capture) -> None:
+    elastic = ("--young", "210 GPa", "--poisson", "0.3")
+    code = solve(rough, *elastic, "--model", "volume")
+    refused(capsys, code, "--model volume needs a --yield-strength", "--material")
+
+
+def test_the_volume_model_takes_the_options_of_the_solver(rough: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.json"
+    given = ("--model", "volume", "--increments", "1", "--precision", "double")
+    assert solve(rough, *YIELDING, *given, "--tolerance", "1e-3", "--output", str(out)) == 0
+    told = json.loads(out.read_text("utf-8"))["volume"]
+    assert (told["precision"], told["tolerance"]) == ("double", 1e-3)
+    # One iteration never settles: the change from nothing is all of the strain.
+    assert solve(rough, *YIELDING, *given, "--max-iterations", "1") == cli.NOT_CONVERGED

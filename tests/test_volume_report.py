@@ -80,6 +80,17 @@ def test_answer_first_then_chapters_in_the_order_of_the_other_report(pressed) ->
     for statement in assumptions.volume_statements(pressed, contact.spots()):
         assert statement.text in page
     assert "No warnings" in page
+    assert "Hardening Swift hardening, 1.24 GPa (30 + 1e6 e)^0.085 rigid" in page
+
+
+@pytest.mark.usefixtures("quick")
+def test_the_area_keeps_the_rim_that_has_flowed(pressed) -> None:
+    page = words(volume_report.render(pressed, date=DAY))
+    corrected, all_elastic = pressed.corrected_contact_area, pressed.contact.corrected_contact_area
+    assert corrected > 1.001 * all_elastic
+    assert f"Contact area without rim excess {engineering(corrected, 'm²')}" in page
+    assert f"the contact area is {engineering(corrected, 'm²', 3)} instead" in page
+    assert "Where a spot flows, its strength bounds the pressure on any map" in page
 
 
 @pytest.mark.usefixtures("quick")
@@ -157,6 +168,8 @@ def test_perfect_plasticity_and_short_tables_are_told(pressed, released) -> None
     scatter = "the pressure of single pixels scatters by 5 to 10 %"
     assert scatter in cautions(with_material(pressed, yield_strength=1656e6))
     assert scatter not in cautions(with_material(released, yield_strength=1656e6))
+    assert scatter in assumptions.volume_cautions(with_material(pressed, yield_strength=1656e6))[0]
+    assert assumptions.volume_cautions(pressed) == ()
     body = pressed.bodies[0]
     for last, short in ((0.005, True), (0.5, False)):
         law = Tabulated((0.0, last), (1.6e9, 3e9))

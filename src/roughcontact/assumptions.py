@@ -326,7 +326,7 @@ def volume_statements(result: ElastoplasticResult, spots: Spots) -> tuple[Statem
         _hardening(result),
         _FRICTIONLESS,
         _layers(result),
-        _resolution(contact, spots) if contact.load else Statement("", ""),
+        _resolution(contact, spots, result) if contact.load else Statement("", ""),
         _holes(contact),
         _path(result),
     ]
@@ -339,6 +339,23 @@ def volume_statements(result: ElastoplasticResult, spots: Spots) -> tuple[Statem
             )
         )
     return tuple(statement for statement in found if statement.text)
+
+
+def volume_cautions(result: ElastoplasticResult) -> tuple[str, ...]:
+    """Return why a result of the volume model has to be read with care.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        A state of the volume.
+
+    Returns
+    -------
+    tuple of str
+        One sentence each, without a full stop: on strains, hardening and the path of loads.
+    """
+    stated = (_small_deformations(result), _hardening(result), _path(result))
+    return tuple(statement.caution for statement in stated if statement.caution)
 
 
 def volume_regime(result: ElastoplasticResult) -> str:
@@ -395,6 +412,8 @@ def hardening(body: Material) -> str:
     if isinstance(law, Tabulated):
         last = engineering(law.stress[-1], "Pa")
         return f"tabulated hardening, {last} from a strain of {law.strain[-1]:g} on"
+    if _rigid(body):
+        return "rigid"
     return "elastic" if body.yield_strength is None else "perfectly plastic"
 
 
@@ -584,7 +603,9 @@ def _first_yield(body: Material) -> str:
     )
 
 
-def _resolution(result: ContactResult, spots: Spots) -> Statement:
+def _resolution(
+    result: ContactResult, spots: Spots, volume: ElastoplasticResult | None = None
+) -> Statement:
     dy, dx = (engineering(edge, "m", 3) for edge in result.surface.pixel)
     pixels = carrying_pixels(result, spots)
     text = (
@@ -592,15 +613,19 @@ def _resolution(result: ContactResult, spots: Spots) -> Statement:
         "that is not in the map. On a rough surface a finer map has less contact area and higher "
         "elastic pressures: both are values at this pixel. "
     )
-    if result.saturated_fraction > 0:
+    if volume is not None and volume.plastic_volume:
+        text += "Where a spot flows, its strength bounds the pressure on any map. "
+    elif result.saturated_fraction > 0:
         text += "The ceiling bounds the largest pressure on any map. "
     else:
         text += "The largest pressure is the most sensitive to the pixel. "
+    corrected = (result if volume is None else volume).corrected_contact_area
+    rim = "at the rim of a spot" if volume is None else "at the elastic rim of a spot"
     text += (
-        f"Half of the load is carried by spots of {_counted(pixels, 'pixel')} or more. Pixels at "
-        "the rim of a spot count in full; without this excess (Yastrebov, Anciaux and Molinari "
-        f"2017) the contact area is {engineering(result.corrected_contact_area, 'm²', 3)} instead "
-        f"of {engineering(result.contact_area, 'm²', 3)}."
+        f"Half of the load is carried by spots of {_counted(pixels, 'pixel')} or more. Pixels "
+        f"{rim} count in full; without this excess (Yastrebov, Anciaux and Molinari 2017) the "
+        f"contact area is {engineering(corrected, 'm²', 3)} instead of "
+        f"{engineering(result.contact_area, 'm²', 3)}."
     )
     caution = ""
     if 0 < pixels < FEW_PIXELS:
@@ -674,7 +699,7 @@ def _small_deformations(result: ElastoplasticResult) -> Statement:
         )
     return Statement(
         "Small strains",
-        f"{text}Both should stay below about {LARGE_STRAIN:g}; from a/R = 0.16 on large "
+        f"{text}Strain and slope should stay below about {LARGE_STRAIN:g}; from a/R = 0.16 on large "
         "deformations change what a sphere carries (Mesarovic and Fleck 1999).",
         caution,
     )

@@ -138,7 +138,8 @@ def show_volume(volume: ElastoplasticResult, notes: Sequence[str], written: Sequ
         ("work", f"{volume.iterations} iterations, {volume.seconds:.2f} s"),
     ]
     _print_table(problem, answer, trust)
-    _print_warnings(note for note in volume.warnings if note != volume.status)
+    told = [note for note in volume.warnings if note != volume.status]
+    _print_warnings([*told, *assumptions.volume_cautions(volume)])
     _print_warnings(notes, "note")
     _print_written(written)
 

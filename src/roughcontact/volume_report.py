@@ -161,8 +161,8 @@ def _certificate_in_short(result: ElastoplasticResult) -> str:
             f"{engineering(result.contact.load, 'N')}."
         )
     text = (
-        f"In its last iterations the plastic strain changed by {result.residual:.1e} of itself or "
-        f"less, asked for {result.tolerance:.0e}"
+        f"In the last iteration of each increment the plastic strain changed by {result.residual:.1e} "
+        f"of itself or less, asked for {result.tolerance:.0e}"
     )
     if result.contact.load:
         text += (
@@ -210,8 +210,8 @@ def _results(result: ElastoplasticResult) -> Chapter:
             ),
             (
                 "Contact area without rim excess",
-                engineering(contact.corrected_contact_area, "m²"),
-                "less what whole pixels at the rim of spots add",
+                engineering(result.corrected_contact_area, "m²"),
+                "less what whole pixels at the elastic rim of spots add",
             ),
             ("Largest pressure", engineering(contact.max_pressure, "Pa"), "on any pixel"),
             ("Mean pressure", engineering(mean, "Pa"), "load over contact area"),
@@ -407,7 +407,7 @@ def _certificate(result: ElastoplasticResult) -> Chapter:
         "over the largest strain of that increment, or over the yield strain σ_Y/(2μ) if that is "
         "more. Yield excess: the largest von Mises stress over the yield strength at that place, "
         "less one, from stresses that were computed afresh from strain and pressure; it should be "
-        "about 0 where something has yielded under load, and negative else.",
+        "about 0 where something has yielded under load, and negative otherwise.",
     )
     chapter.add(
         "text",
