@@ -146,7 +146,7 @@ def test_large_strains_are_doubted() -> None:
         (lambda: solved(ball(), ceiling=None), "purely elastic", "ceiling"),
         (lambda: solved(ball(), material=rc.Material(210e9, 0.3)), "No yield strength", "Tabor"),
         (lambda: solved(ball()), "It is reached nowhere: the solution is the elastic one", "Tabor"),
-        (lambda: solved(rough(), load=1.0), "15 to 35 % too high", "reached nowhere"),
+        (lambda: solved(rough(), load=1.0), "up to 35 % too high", "reached nowhere"),
         (lambda: solved(rough(), ceiling=2e9, load=1.0),
          "(2 GPa, as given: 2 times the yield strength)", "three times the yield"),
         (lambda: solved(rough(), counter_material=SOFT, load=1.0),
@@ -272,7 +272,7 @@ def test_a_ceiling_that_does_not_fit_is_told(
     result = loaded_ball(ratio, **more)
     note = caution(result)
     assert all(text in note for text in words)
-    times = float(re.search(r"at ([\d.]+) times the load of its first yield", note)[1])
+    times = float(re.search(r"at ([\d.]+) times the load of first yield", note)[1])
     assert times == pytest.approx(ratio, rel=0.05)
     assert [item for item in cautions(result) if "yield strengths" in item] == [note]
 
@@ -309,7 +309,7 @@ def test_the_advice_is_followed_once() -> None:
 def test_hardening_asks_for_more_than_three() -> None:
     swift = rc.Material(210e9, 0.3, hardening=Swift(500e6, 30, 0.2))
     note = caution(loaded_ball(1000, material=swift))
-    assert re.search(r"a ceiling of [4-9]\.\d\d yield strengths .* \d+ % lower$", note)
+    assert re.search(r"ceiling is \d+ % lower than the [4-9]\.\d\d yield strengths", note)
 
 
 def test_spots_of_a_few_pixels_say_nothing_about_the_ceiling() -> None:

@@ -45,10 +45,10 @@ def mean_pressure(load_ratio: float) -> float:
 
 
 # Mean pressures of a perfectly plastic sphere from the volume solution that the page names.
-@pytest.mark.parametrize(("load", "true"), [(40, 2.17), (120, 2.41), (300, 2.62), (700, 2.78)])
+@pytest.mark.parametrize(("load", "true"), [(40, 2.17), (120, 2.41), (300, 2.61), (700, 2.75)])
 def test_the_ceiling_is_high_in_the_transition(load: float, true: float) -> None:
     assert f"{true:.2f}" in TEXT
-    quoted = {40: 35, 120: 23, 300: 15, 700: 8}[load]
+    quoted = {40: 35, 120: 24, 300: 15, 700: 9}[load]
     assert f"{quoted} %" in TEXT
     # The area of a contact of 20 pixels in radius is known to one or two per cent.
     assert 100 * (mean_pressure(load) / true - 1) == pytest.approx(quoted, abs=2)
@@ -61,6 +61,18 @@ def test_three_and_twelve_times_the_load_of_first_yield() -> None:
         excess = sorted(100 * (mean_pressure(load) / other - 1) for other in others)
         assert excess == pytest.approx([low, high], abs=2)
         assert quoted in TEXT
+    assert "15 % at six" in TEXT
+    assert 100 * (mean_pressure(6) / 1.71 - 1) == pytest.approx(15, abs=2)
+
+
+def test_the_most_that_three_yield_strengths_are_wrong_by() -> None:
+    found = ceiling_error.stored()
+    three = found["factors"].index(3.0)
+    errors = [row["errors"] for row in found["spheres"] if row["law"] == "perfect"]
+    high = max(100 * row["mean_pressure"][three] for row in errors)
+    low = min(100 * row["contact_area"][three] for row in errors)
+    words = f"mean pressure up to {high:.0f} % high in the transition, area up to {-low:.0f} % too"
+    assert words in TEXT
 
 
 def test_cavity_model() -> None:

@@ -1225,7 +1225,7 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
             ("--output", "out.vtr"),
             ("ends in .nc, .vti, .csv or .json, got 'out.vtr'", ".vtr needs --model volume"),
         ),
-        (("--folder", "steps"), ("--folder need --model volume",)),
+        (("--folder", "steps"), ("--folder needs --model volume",)),
         (("--model", "volume", "--folder", __file__), (f"--folder {__file__} is a file",)),
         (
             ("--model", "volume", "--folder", f"{__file__}/steps"),
@@ -1260,11 +1260,15 @@ def test_the_volume_model_needs_a_body_that_yields(rough: Path, capsys: Capture)
     refused(capsys, code, "--model volume needs a --yield-strength", "--material")
 
 
-def test_the_volume_model_takes_the_options_of_the_solver(rough: Path, tmp_path: Path) -> None:
+def test_the_volume_model_takes_the_options_of_the_solver(
+    rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
     out = tmp_path / "out.json"
     given = ("--model", "volume", "--increments", "1", "--precision", "double")
     assert solve(rough, *YIELDING, *given, "--tolerance", "1e-3", "--output", str(out)) == 0
     told = json.loads(out.read_text("utf-8"))["volume"]
     assert (told["precision"], told["tolerance"]) == ("double", 1e-3)
     # One iteration never settles: the change from nothing is all of the strain.
+    capsys.readouterr()
     assert solve(rough, *YIELDING, *given, "--max-iterations", "1") == cli.NOT_CONVERGED
+    assert "raise --max-iterations" in capsys.readouterr().err

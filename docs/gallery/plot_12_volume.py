@@ -4,7 +4,7 @@ r"""
 
 The ceiling stands for plastic flow without computing it. ``solve_elastoplastic`` computes it: plastic
 strain in the volume below the contact, the displacement and the stress that it leaves behind. It takes
-a thousand times longer. ``compare_models`` solves the same contact by both and says how far the
+about a thousand times longer. ``compare_models`` solves the same contact by both and says how far the
 shortcut may be trusted, and with which ceiling.
 """
 
@@ -178,9 +178,10 @@ panels[0].legend(frameon=False, fontsize=8)
 # Metals that harden
 # ------------------
 # Hardening raises the plateau, beyond three times the yield strength at first yield in the end. What
-# counts is the flow stress at the strain that a ball brings, about 0.15 a/R; on it the same rule is built. Solid: plasticity of the volume. Dashed: the recommended ceiling. Dotted: three times the first
-# yield strength, which is too high for the one metal and, beyond some forty loads of first yield, too low
-# for the other.
+# counts is the flow stress at the strain that a ball brings, about 0.15 a/R; on it the same rule is
+# built. Solid: plasticity of the volume. Dashed: the recommended ceiling. Dotted: three times the first
+# yield strength, which is too high for the first two metals and, beyond some forty loads of first yield,
+# too low for the bearing steel.
 
 laws = {
     "perfect": steel,

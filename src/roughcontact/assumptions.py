@@ -253,10 +253,10 @@ def ceiling_caution(result: ContactResult, spots: Spots) -> str:
     times = float(f"{advice.load_ratio:.2g}")
     error = 100 * (ceiling / advice.ceiling - 1)
     return (
-        f"the spots are like a sphere at {times:.7g} times the load of its first yield: a ceiling "
-        f"of {advice.factor:.2f} yield strengths ({engineering(advice.ceiling, 'Pa', 3)}) gives "
-        "them the contact area of plasticity in the volume, and this one is "
-        f"{abs(error):.0f} % {'higher' if error > 0 else 'lower'}"
+        f"the ceiling is {abs(error):.0f} % {'higher' if error > 0 else 'lower'} than the "
+        f"{advice.factor:.2f} yield strengths ({engineering(advice.ceiling, 'Pa', 3)}) that give "
+        f"spots like these, at {times:.7g} times the load of first yield, the contact area of "
+        "plasticity in the volume: solve again with that ceiling"
     )
 
 
@@ -342,7 +342,7 @@ def volume_statements(result: ElastoplasticResult, spots: Spots) -> tuple[Statem
 
 
 def volume_cautions(result: ElastoplasticResult) -> tuple[str, ...]:
-    """Return why a result of the volume model has to be read with care.
+    """Return why the pressures of the volume model have to be read with care, if so.
 
     Parameters
     ----------
@@ -352,9 +352,9 @@ def volume_cautions(result: ElastoplasticResult) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        One sentence each, without a full stop: on strains, hardening and the path of loads.
+        One sentence each, without a full stop: on strains and hardening.
     """
-    stated = (_small_deformations(result), _hardening(result), _path(result))
+    stated = _small_deformations(result), _hardening(result)
     return tuple(statement.caution for statement in stated if statement.caution)
 
 
@@ -581,11 +581,11 @@ def _yielding(result: ContactResult, spots: Spots) -> Statement:
     elif body is not None:
         text += (
             "That the pressure levels off near three yield strengths is Tabor's finding (1951) for "
-            "full indentation. The mean pressure on a perfectly plastic sphere is 2.17, 2.41, 2.62 "
-            "and 2.78 yield strengths at 40, 120, 300 and 700 times the load of first yield. In "
-            "this transition a ceiling of three yield strengths is 15 to 35 % too high, and the "
-            "contact area too small accordingly; three are right to 5 % where E*a/(σ_Y R) exceeds "
-            "about 45 (a: radius of a spot, R: radius of its summit). "
+            "full indentation. The mean pressure on a perfectly plastic sphere is 2.17, 2.41, 2.61 "
+            "and 2.75 yield strengths at 40, 120, 300 and 700 times the load of first yield. In "
+            "this transition a ceiling of three yield strengths is up to 35 % too high, and the "
+            "contact area up to 26 % too small; three are right to 5 % where E*a/(σ_Y R) exceeds "
+            "about 47 (a: radius of a spot, R: radius of its summit). "
             + _first_yield(body)
         )  # fmt: skip
     return Statement(
@@ -699,8 +699,8 @@ def _small_deformations(result: ElastoplasticResult) -> Statement:
         )
     return Statement(
         "Small strains",
-        f"{text}Strain and slope should stay below about {LARGE_STRAIN:g}; from a/R = 0.16 on large "
-        "deformations change what a sphere carries (Mesarovic and Fleck 1999).",
+        f"{text}Strain and slope should stay below about {LARGE_STRAIN:g}; from a/R = 0.16 on "
+        "large deformations change what a sphere carries (Mesarovic and Fleck 1999).",
         caution,
     )
 

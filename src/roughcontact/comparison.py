@@ -268,8 +268,9 @@ def compare_models(
     -----
     The volume model is followed by `solve_elastoplastic`, which takes minutes on large maps.
     Where the contact yields below its surface but is far from full plasticity, the ceiling of
-    three yield strengths is too high: by about a third in the mean pressure of a sphere at 10 to
-    100 times the load of its first yield. `recommended_ceiling` tells the better one beforehand.
+    three yield strengths is too high: by a quarter to a third in the mean pressure of a sphere at
+    10 to 100 times the load of its first yield. `recommended_ceiling` tells the better one
+    beforehand.
     """
     body = softer(material, counter_material)
     if body is None or body.yield_strength is None:

@@ -118,8 +118,10 @@ def show_volume(volume: ElastoplasticResult, notes: Sequence[str], written: Sequ
         law = f"of the counter-body: {assumptions.hardening(contact.counter_material)}"
     problem.append(("plasticity", law))
     area = units.engineering(contact.contact_area, "m²")
+    count = len(volume.increments)
+    steps = "1 increment" if count == 1 else f"{count} increments"
     answer: list[Row] = [
-        ("load", f"{units.engineering(contact.load, 'N')} in {len(volume.increments)} increments"),
+        ("load", f"{units.engineering(contact.load, 'N')} in {steps}"),
         ("approach", _length(contact.approach)),
         ("max pressure", _pressure(contact.max_pressure)),
         ("contact area", f"{area} ({_percent(contact.contact_fraction)})"),
@@ -131,8 +133,9 @@ def show_volume(volume: ElastoplasticResult, notes: Sequence[str], written: Sequ
         ("residual displacement", f"{_length(float(volume.residual_displacement.max()))} at most"),
         ("regime", volume.regime),
     ]
+    status = f"NOT CONVERGED: {job.in_options(volume.status)}"
     trust: list[Row] = [
-        ("status", "converged" if volume.converged else f"NOT CONVERGED: {volume.status}"),
+        ("status", "converged" if volume.converged else status),
         ("residual", f"{volume.residual:.1e} (tolerance {volume.tolerance:.0e})"),
         ("certificate", f"{contact.certificate:.1e} of the contact"),
         ("work", f"{volume.iterations} iterations, {volume.seconds:.2f} s"),

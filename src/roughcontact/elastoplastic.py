@@ -1338,7 +1338,7 @@ class _Loop:
                     return (
                         f"stopped on the way to {load:.6g} N: the {what} did not settle in "
                         f"{self._max_iterations} iterations, though the step was halved {cuts} "
-                        "times; allow more iterations, or ask for a larger tolerance"
+                        "times; raise max_iterations, or ask for a larger tolerance"
                     )
                 cuts += 1
                 todo.append((before + load) / 2)

@@ -489,8 +489,10 @@ class Job:
             )
         if self.model == "volume":
             self._check_volume()
-        elif any(given is not None for given in (self.increments, self.hardening, self.folder)):
-            raise InputError("--increments, --hardening and --folder need --model volume")
+        else:
+            for name in ("increments", "hardening", "folder"):
+                if getattr(self, name) is not None:
+                    raise InputError(f"--{name} needs --model volume")
         if self.load_point is not None and (self.load is None or self.study):
             raise InputError("--load-point needs --load, and goes without --study")
         volume = self.model == "volume"

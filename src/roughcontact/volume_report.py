@@ -161,8 +161,8 @@ def _certificate_in_short(result: ElastoplasticResult) -> str:
             f"{engineering(result.contact.load, 'N')}."
         )
     text = (
-        f"In the last iteration of each increment the plastic strain changed by {result.residual:.1e} "
-        f"of itself or less, asked for {result.tolerance:.0e}"
+        "In the last iteration of each increment the plastic strain changed by "
+        f"{result.residual:.1e} of itself or less, asked for {result.tolerance:.0e}"
     )
     if result.contact.load:
         text += (
