@@ -179,7 +179,8 @@ class PlasticBody:
     stress, mean_stress : ndarray, shapes (nz, 5, ny, nx) and (nz, ny, nx)
         Deviator and a third of the trace of the stress under load, averages over the layers [Pa].
     residual_stress, mean_residual_stress : ndarray
-        Those by the plastic strain alone: what the load leaves when it is gone [Pa].
+        Those by the plastic strain alone [Pa]: what the load leaves when it is gone, unless the
+        body flows again on unloading.
     """
 
     material: Material
