@@ -411,6 +411,34 @@ def test_load_goes_in_equal_steps() -> None:
     np.testing.assert_allclose(loads, [0.05, 0.1, 0.15, 0.2])
 
 
+def test_the_last_load_is_the_one_asked_for() -> None:
+    # 0.1 · 3/3 is not 0.1 in floating point.
+    assert 0.1 * 3 / 3 != 0.1
+    result = solve_elastoplastic(ball((8, 8)), material=SWIFT, load=0.1, increments=3, **MORE)
+    assert result.contact.load == result.increments[-1].load == 0.1
+
+
+def test_a_strength_beyond_single_precision_leaves_the_body_elastic() -> None:
+    # Squared it is more than single precision can hold; warnings are errors here.
+    hard = rc.Material(young=YOUNG, poisson=POISSON, yield_strength=1e20)
+    result = solve_elastoplastic(ball((8, 8)), material=hard, loads=[0.1], **MORE)
+    assert result.regime == "elastic"
+    assert result.yield_excess == -1
+
+
+def test_stress_far_above_the_yield_strength_is_told() -> None:
+    # Strains of 30000 yield strains: of them the tolerance is more than the yield strength.
+    soft = rc.Material(young=YOUNG, poisson=POISSON, yield_strength=1e6)
+    result = solve_elastoplastic(
+        ball((8, 8)), material=soft, loads=[0.1], boundary="periodic", tolerance=1e-3, **MORE
+    )
+    assert result.converged
+    assert result.yield_excess > 1
+    (note,) = [note for note in result.warnings if "yield strength" in note]
+    assert f"by up to {100 * result.yield_excess:.3g} %" in note
+    assert "smaller tolerance" in note
+
+
 HOLES = ball().heights.copy()
 HOLES[3, 4] = np.nan
 

@@ -81,6 +81,8 @@ _CONTACT_TOLERANCE = 1e-6
 _CONTACT_CONVOLUTIONS = 500
 # Rows and columns at the edge of the volume that plastic strain may not reach.
 _GUARD = 2
+# Stress beyond the yield strength, over it, that is worth a word.
+_EXCESS = 0.05
 # Distance of the edge of the volume from the contact, over the radius of the largest spot.
 _SPAN = 0.8
 
@@ -354,6 +356,12 @@ class ElastoplasticResult:
     def warnings(self) -> tuple[str, ...]:
         """What a reader of the numbers has to know, one sentence each."""
         notes = [] if self.converged else [self.status]
+        if self.yield_excess > _EXCESS:
+            notes.append(
+                "the von Mises stress passes the yield strength by up to "
+                f"{100 * self.yield_excess:.3g} %: plastic strain is so large beside the yield "
+                "strain that it takes a smaller tolerance"
+            )
         if self.contact.boundary == "free":
             if _rim(self.contact.contact, 1):
                 notes.append(
@@ -831,7 +839,8 @@ def _path(
         raise InputError("give either load or loads, and only one of them")
     if load is not None:
         require_positive(load=load)
-        return [first + (load - first) * (i + 1) / increments for i in range(increments)]
+        # The last is given, and not what rounding makes of it.
+        return [first + (load - first) * i / increments for i in range(1, increments)] + [load]
     try:
         path = np.array(loads, float)
     except (TypeError, ValueError):
@@ -1032,7 +1041,9 @@ class _Body:
             self._rows: list[slice | None] = [None] * len(layers)
         for layer in layers:
             strength = self.law.strength(self.accumulated[layer])
-            np.square(strength, out=self._square_strength[layer])
+            # A square beyond the range of the numbers is one that no stress reaches.
+            with np.errstate(over="ignore"):
+                np.square(strength, out=self._square_strength[layer])
             rows = np.flatnonzero(self.strain[layer].any(axis=(0, 2)))
             self._rows[layer] = slice(int(rows[0]), int(rows[-1]) + 1) if rows.size else None
 
