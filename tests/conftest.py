@@ -29,6 +29,17 @@ def pressed():
 
 
 @pytest.fixture(scope="session")
+def unmoved(pressed):
+    """The same ball where not even the first load was reached."""
+    import roughcontact as rc
+
+    soft = rc.Material(210e9, 0.3, 1e6)
+    return rc.solve_elastoplastic(
+        pressed.contact.surface, material=soft, loads=[1.0], max_iterations=1, on_failure="return"
+    )
+
+
+@pytest.fixture(scope="session")
 def released(pressed):
     """The same ball when the load is gone."""
     import roughcontact as rc

@@ -40,8 +40,8 @@ def untouched() -> rc.ElastoplasticResult:
     return rc.solve_elastoplastic(surface, material=steel, loads=[0.05])
 
 
-def test_every_figure_is_rendered_without_warnings(pressed, released, untouched) -> None:
-    for result in (pressed, released, untouched):
+def test_every_figure_is_rendered_without_warnings(pressed, released, untouched, unmoved) -> None:
+    for result in (pressed, released, untouched, unmoved):
         for figure in every_figure(result):
             # Warnings are errors here; too small a layout would warn.
             figure.savefig(io.BytesIO(), format="png", dpi=40)
@@ -150,6 +150,13 @@ def test_convergence_draws_every_iteration(released) -> None:
     residuals = [r for step in released.increments for r in step.residuals]
     np.testing.assert_array_equal(drawn[:, 1], residuals)
     assert set(tolerance.get_ydata()) == {released.tolerance}
+
+
+def test_convergence_shows_residuals_that_grow_at_first(pressed) -> None:
+    # Acceleration may raise the residual far above that of the first iteration.
+    step = dataclasses.replace(pressed.increments[0], residuals=(0.01, 0.5, 1e-5))
+    axes = volume_plots.convergence(dataclasses.replace(pressed, increments=(step,))).axes[0]
+    assert axes.get_ylim()[1] > 0.5
 
 
 def test_displacement_is_centred_on_zero_and_shows_the_contact(pressed, released) -> None:

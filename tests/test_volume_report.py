@@ -135,6 +135,17 @@ def test_failure_stands_on_top(pressed) -> None:
     assert "the last load that was reached, 350 mN" in page
 
 
+@pytest.mark.usefixtures("quick")
+def test_a_first_load_that_was_not_reached_is_told(unmoved) -> None:
+    assert unmoved.increments == ()
+    page = words(volume_report.render(unmoved, date=DAY))
+    assert page.startswith("Contact of ball.nc, whose first load was not reached")
+    assert "Not converged: these numbers are not a solution." in page
+    # There is no path of loads, and none to repeat.
+    assert "Path of loads" not in page
+    assert "solve_elastoplastic(" not in page
+
+
 def cautions(result: Any) -> str:
     found = assumptions.volume_statements(result, result.contact.spots())
     return " ".join(item.caution for item in found if item.caution)

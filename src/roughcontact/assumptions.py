@@ -780,6 +780,8 @@ def _layers(result: ElastoplasticResult) -> Statement:
 
 def _path(result: ElastoplasticResult) -> Statement:
     loads = [step.load for step in result.increments]
+    if not loads:
+        return Statement("", "")
     turns = any(later < earlier for earlier, later in itertools.pairwise(loads))
     text = (
         f"The load was changed slowly, in {_counted(len(loads), 'increment')}, up to "

@@ -145,12 +145,12 @@ def repeating_volume(result: ElastoplasticResult) -> str:
     Returns
     -------
     str
-        Lines of Python; empty where `repeating` would give none. Loads are those of all
-        increments, layers those that the volume had in the end.
+        Lines of Python; empty where `repeating` would give none, and where no load was reached.
+        Loads are those of all increments, layers those that the volume had in the end.
     """
     contact = result.contact
     maps = _maps(contact)
-    if not maps:
+    if not maps or not result.increments:
         return ""
     materials = _materials(contact)
     laws = sorted({type(m.hardening).__name__ for m in materials.values() if m.hardening})

@@ -388,7 +388,7 @@ def path(result: ElastoplasticResult) -> Figure:
         axes.plot(x[-1:], y[-1:], "o", color=NEUTRAL, markersize=9, markerfacecolor="none",
                   label="end")  # fmt: skip
         axes.set_ylabel(f"{name} [{shown}]", fontsize=LABEL)
-        axes.set_xlim(0, 1.05 * float(x.max()))
+        axes.set_xlim(0, 1.05 * float(x.max()) or 1.0)
         axes.set_ylim(min(0.0, 1.05 * float(y.min())), 1.08 * float(y.max()) or 1.0)
         plain_axes(axes)
     for axes in grid[1]:
@@ -416,7 +416,7 @@ def convergence(result: ElastoplasticResult) -> Figure:
 
     figure = Figure(figsize=(7.6, 4.4), dpi=DPI, layout=layout())
     axes = figure.subplots()
-    largest = max((step.residuals[0] for step in result.increments), default=1.0)
+    largest = max((max(step.residuals) for step in result.increments), default=1.0)
     # Where nothing yields the residual is 0, which no logarithm shows.
     axes.set_yscale("log")
     axes.set_ylim(result.tolerance / 10, 3 * max(largest, result.tolerance))

@@ -67,8 +67,9 @@ def render(
         chapters.assumed(stated),
         _results(result),
         *(_volume(result, body) for body in range(len(result.bodies))),
-        _path(result),
     ]
+    if result.increments:
+        found.append(_path(result))
     if spots.count:
         found.append(chapters.contact_spots(contact, spots))
     found += [chapters.added(section) for section in sections]
@@ -122,11 +123,13 @@ def _title(result: ElastoplasticResult) -> str:
     name = result.contact.surface.provenance.source or "an unnamed surface"
     if result.contact.load:
         return f"Contact of {name} under {engineering(result.contact.load, 'N')}, with plastic flow"
+    if not result.increments:
+        return f"Contact of {name}, whose first load was not reached"
     return f"What a load of {_largest_load(result)} left on {name}"
 
 
 def _largest_load(result: ElastoplasticResult) -> str:
-    return engineering(max(step.load for step in result.increments), "N")
+    return engineering(max((step.load for step in result.increments), default=0.0), "N")
 
 
 def _key_numbers(result: ElastoplasticResult) -> list[Row]:
