@@ -131,9 +131,17 @@ def test_it_is_written(compared: rc.ModelComparison, tmp_path: Path) -> None:
         ({"loads": []}, "loads must be positive and ascend"),
         ({"loads": [1.0, 0.5]}, "loads must be positive and ascend"),
         ({"loads": [0.0, 1.0]}, "loads must be positive and ascend"),
+        ({"loads": 1.0}, "loads must be positive and ascend"),
+        ({"loads": [[1.0]]}, "loads must be positive and ascend"),
+        ({"loads": ["1 N"]}, "loads must be a row of numbers"),
+        ({"loads": None}, "loads must be positive and ascend"),
         ({"loads": [1.0, 1e9]}, "more than the surface can carry"),
         ({"factors": []}, "factors must be positive and ascend"),
         ({"factors": [3.0, 2.0]}, "factors must be positive and ascend"),
+        ({"factors": [3.0, math.nan]}, "factors must be positive and ascend"),
+        ({"factors": [3.0, math.inf]}, "factors must be positive and ascend"),
+        ({"material": None}, "material must be a Material"),
+        ({"counter_material": "steel"}, "counter_material must be a Material"),
         ({"factors": [1e-9, 3.0]}, "more than the surface can carry"),
     ],
 )
@@ -274,6 +282,15 @@ def test_without_strength_or_slope_nothing_is_recommended() -> None:
     assert comparison.recommended_ceiling(result) is None
     flat = rc.Surface(np.zeros((8, 8)), (1e-6, 1e-6))
     assert comparison.recommended_ceiling(rc.solve(flat, material=STEEL, load=1e-3)) is None
+
+
+def test_the_rounding_of_heights_is_no_slope() -> None:
+    y, x = np.mgrid[:24, :24] * 1e-6
+    punch = np.where((abs(y - 12e-6) < 5e-6) & (abs(x - 12e-6) < 5e-6), 1e-5 * x + 3e-6 * y, np.nan)
+    surface = rc.Surface(punch, (1e-6, 1e-6)).masked()
+    result = rc.solve(surface, material=STEEL, load=0.3)
+    assert result.spots().count == 1
+    assert comparison.recommended_ceiling(result) is None
 
 
 def test_holes_at_a_spot_do_no_harm() -> None:

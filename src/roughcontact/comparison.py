@@ -45,6 +45,8 @@ _NOTHING = 1e-5
 # Strain whose flow stress counts, over the slope a/R: between 0.1 for Swift's law, which is steep
 # at small strains, and 0.2 for a linear one, which is Tabor's for full indentation.
 _STRAIN = 0.15
+# Error of a height difference over the largest height, at most.
+_ROUNDING = 16 * float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,6 +274,7 @@ def compare_models(
     10 to 100 times the load of its first yield. `recommended_ceiling` tells the better one
     beforehand.
     """
+    contact.check_bodies(surface, material, counter_material, counter_surface)
     body = softer(material, counter_material)
     if body is None or body.yield_strength is None:
         raise InputError("no body has a yield strength: there is no plasticity to compare")
@@ -311,10 +314,14 @@ def compare_models(
 
 
 def _ascending(name: str, values: Sequence[float]) -> list[float]:
-    given = [float(value) for value in values]
-    if not given or sorted(set(given)) != given or not given[0] > 0:
-        raise InputError(f"{name} must be positive and ascend, got {list(values)}")
-    return given
+    try:
+        given = np.array(values, float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be a row of numbers, got {values!r}") from None
+    steps = np.diff(given, prepend=0.0) if given.ndim == 1 else given
+    if given.ndim != 1 or not given.size or not ((steps > 0) & np.isfinite(given)).all():
+        raise InputError(f"{name} must be positive and ascend, got {values!r}")
+    return [float(value) for value in given]
 
 
 @dataclass(frozen=True)
@@ -393,8 +400,8 @@ def recommended_ceiling(result: ContactResult) -> RecommendedCeiling | None:
     Returns
     -------
     RecommendedCeiling or None
-        ``None`` if no yield strength is known, or if the spots have no slope: pixels on their
-        own and flat punches.
+        ``None`` if no yield strength is known, or if the spots have no slope but their tilt:
+        pixels on their own, and flats without a step at their rim.
 
     Notes
     -----
@@ -441,12 +448,16 @@ def _contact_slope(result: ContactResult) -> float:
     """Return the root-mean-square slope within the contact spots, each less its mean."""
     label = result.spots().label
     places = np.nonzero(label)
+    bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
+    pixel = result.surface.pixel
+    # What a flat has that is tilted, by the rounding of its heights.
+    rounding = _ROUNDING * sum(float(np.nanmax(np.abs(b.heights))) for b in bodies) / min(pixel)
     gap, spot = result.initial_gap, label[places]
     if not spot.size:
         return 0.0
     count = np.bincount(spot)
     square = np.zeros(spot.size)
-    for axis, edge in enumerate(result.surface.pixel):
+    for axis, edge in enumerate(pixel):
         before, after = list(places), list(places)
         before[axis] = np.maximum(places[axis] - 1, 0)
         after[axis] = np.minimum(places[axis] + 1, gap.shape[axis] - 1)
@@ -457,4 +468,5 @@ def _contact_slope(result: ContactResult) -> float:
         total = np.bincount(spot[known], slope[known], count.size)
         mean = total / np.maximum(np.bincount(spot[known], minlength=count.size), 1)
         square += np.where(known, slope - mean[spot], 0.0) ** 2
-    return math.sqrt(float(square.mean()))
+    slope = math.sqrt(float(square.mean()))
+    return slope if slope > rounding else 0.0

@@ -358,14 +358,7 @@ def _stated(
     start: ContactResult | ArrayLike | None = None,
     on_failure: str = "raise",
 ) -> _Stated:
-    for name, value, kind in (
-        ("surface", surface, Surface),
-        ("counter_surface", counter_surface, Surface),
-        ("material", material, Material),
-        ("counter_material", counter_material, Material),
-    ):
-        if not (isinstance(value, kind) or (name == "counter_surface" and value is None)):
-            raise InputError(f"{name} must be a {kind.__name__}, got {type(value).__name__}")
+    check_bodies(surface, material, counter_material, counter_surface)
     check_choice("boundary", boundary, tuple(_BOUNDARIES))
     check_choice("precision", precision, ("double", "single"))
     check_choice("on_failure", on_failure, ("raise", "return"))
@@ -511,6 +504,23 @@ def check_choice(name: str, value: str, known: tuple[str, ...]) -> None:
     if value not in known:
         choices = " or ".join(repr(choice) for choice in known)
         raise InputError(f"{name} must be {choices}, got {value!r}")
+
+
+def check_bodies(
+    surface: Surface,
+    material: Material,
+    counter_material: Material,
+    counter_surface: Surface | None,
+) -> None:
+    """Raise `InputError` for bodies of another type."""
+    for name, value, kind in (
+        ("surface", surface, Surface),
+        ("counter_surface", counter_surface, Surface),
+        ("material", material, Material),
+        ("counter_material", counter_material, Material),
+    ):
+        if not (isinstance(value, kind) or (name == "counter_surface" and value is None)):
+            raise InputError(f"{name} must be a {kind.__name__}, got {type(value).__name__}")
 
 
 def check_surfaces(surface: Surface, counter_surface: Surface | None) -> None:

@@ -29,7 +29,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import halfspace, sections, solver
 from roughcontact._version import __version__
-from roughcontact.contact import LOAD_TOLERANCE, check_choice, check_surfaces, operators
+from roughcontact.contact import (
+    LOAD_TOLERANCE,
+    check_bodies,
+    check_choice,
+    check_surfaces,
+    operators,
+)
 from roughcontact.convolution import Workspace, default_workers
 from roughcontact.errors import (
     CapacityError,
@@ -696,16 +702,9 @@ def _check_arguments(
     start: ElastoplasticResult | None,
     on_failure: str,
 ) -> None:
-    for name, value, kind in (
-        ("surface", surface, Surface),
-        ("counter_surface", counter_surface, Surface),
-        ("material", material, Material),
-        ("counter_material", counter_material, Material),
-        ("start", start, ElastoplasticResult),
-    ):
-        optional = name in ("counter_surface", "start")
-        if not (isinstance(value, kind) or (optional and value is None)):
-            raise InputError(f"{name} must be a {kind.__name__}, got {type(value).__name__}")
+    check_bodies(surface, material, counter_material, counter_surface)
+    if not (start is None or isinstance(start, ElastoplasticResult)):
+        raise InputError(f"start must be an ElastoplasticResult, got {type(start).__name__}")
     check_choice("boundary", boundary, ("free", "periodic"))
     check_choice("precision", precision, ("double", "single"))
     check_choice("on_failure", on_failure, ("raise", "return"))
