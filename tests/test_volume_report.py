@@ -12,7 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import roughcontact as rc
-from roughcontact import assumptions, chapters, volume_report
+from roughcontact import assumptions, chapters, volume_plots, volume_report
 from roughcontact.chapters import Section
 from roughcontact.errors import InputError
 from roughcontact.plasticity import Linear, Tabulated
@@ -144,6 +144,16 @@ def test_a_first_load_that_was_not_reached_is_told(unmoved) -> None:
     # There is no path of loads, and none to repeat.
     assert "Path of loads" not in page
     assert "solve_elastoplastic(" not in page
+
+
+@pytest.mark.usefixtures("quick")
+def test_strains_of_more_than_one_are_told(pressed) -> None:
+    body = dataclasses.replace(pressed.bodies[0], accumulated=100 * pressed.bodies[0].accumulated)
+    stretched = dataclasses.replace(pressed, bodies=(body,))
+    told = f"{100 * stretched.max_plastic_strain:.0f} %"
+    assert stretched.max_plastic_strain > 1.005
+    assert words(volume_report.render(stretched, date=DAY)).count(told) >= 4
+    assert told in volume_plots.section(stretched).get_suptitle()
 
 
 def cautions(result: Any) -> str:

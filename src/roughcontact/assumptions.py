@@ -24,7 +24,7 @@ from roughcontact.result import (
     ContactResult,
 )
 from roughcontact.spots import FEW_PIXELS, Spots
-from roughcontact.units import engineering, percent
+from roughcontact.units import counted, engineering, percent
 
 if TYPE_CHECKING:
     from roughcontact.elastoplastic import ElastoplasticResult, PlasticBody
@@ -377,7 +377,7 @@ def volume_regime(result: ElastoplasticResult) -> str:
             f"Nothing has yielded: the von Mises stress is at most {share} of the yield strength."
         )
     reached = engineering(result.plastic_depth, "m", 3)
-    strain = percent(min(result.max_plastic_strain, 1.0))
+    strain = percent(result.max_plastic_strain)
     text = f"Plastic strain, up to {strain}, reaches down to {reached}"
     surface = (
         " and up to the surface."
@@ -424,10 +424,6 @@ def _one_ceiling(result: ContactResult) -> bool:
 
 def _rigid(body: Material) -> bool:
     return body.young == RIGID.young
-
-
-def _counted(number: int, noun: str) -> str:
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def _elastic_half_spaces(result: ContactResult) -> str:
@@ -622,7 +618,7 @@ def _resolution(
     corrected = (result if volume is None else volume).corrected_contact_area
     rim = "at the rim of a spot" if volume is None else "at the elastic rim of a spot"
     text += (
-        f"Half of the load is carried by spots of {_counted(pixels, 'pixel')} or more. Pixels "
+        f"Half of the load is carried by spots of {counted(pixels, 'pixel')} or more. Pixels "
         f"{rim} count in full; without this excess (Yastrebov, Anciaux and Molinari 2017) the "
         f"contact area is {engineering(corrected, 'm²', 3)} instead of "
         f"{engineering(result.contact_area, 'm²', 3)}."
@@ -630,7 +626,7 @@ def _resolution(
     caution = ""
     if 0 < pixels < FEW_PIXELS:
         caution = (
-            f"half of the load is carried by spots of {_counted(pixels, 'pixel')} or fewer: the "
+            f"half of the load is carried by spots of {counted(pixels, 'pixel')} or fewer: the "
             "map does not resolve the contact, and areas and pressures depend on its pixel"
         )
     return Statement("Resolution", text, caution)
@@ -645,7 +641,7 @@ def _holes(result: ContactResult) -> Statement:
     parts = []
     if missing:
         parts.append(
-            f"{_counted(missing, 'point')} ({percent(missing / result.gap.size)} of the map) "
+            f"{counted(missing, 'point')} ({percent(missing / result.gap.size)} of the map) "
             f"{'was' if missing == 1 else 'were'} not measured. Such points are taken as never "
             "touching; the load that they might carry lies on the others."
         )
@@ -690,7 +686,7 @@ def _small_deformations(result: ElastoplasticResult) -> Statement:
     text = (
         "Equilibrium is that of bodies that keep their shape, and strains are small: those of "
         "elasticity and plastic flow add up. The largest plastic strain is "
-        f"{percent(min(strain, 1.0))}. "
+        f"{percent(strain)}. "
     )
     if math.isfinite(slope):
         text += (
@@ -772,7 +768,7 @@ def _layers(result: ElastoplasticResult) -> Statement:
     )
     if body.margin:
         text += (
-            f" The volume goes on {_counted(body.margin, 'pixel')} beyond each edge of the map, "
+            f" The volume goes on {counted(body.margin, 'pixel')} beyond each edge of the map, "
             "and the body without end."
         )
     return Statement("Layers", text)
@@ -784,7 +780,7 @@ def _path(result: ElastoplasticResult) -> Statement:
         return Statement("", "")
     turns = any(later < earlier for earlier, later in itertools.pairwise(loads))
     text = (
-        f"The load was changed slowly, in {_counted(len(loads), 'increment')}, up to "
+        f"The load was changed slowly, in {counted(len(loads), 'increment')}, up to "
         f"{engineering(max(loads), 'N')}"
         + (f", and ended at {engineering(loads[-1], 'N')}. " if turns else ". ")
         + "The result depends on this path, and a little on the size of its increments. The "

@@ -232,14 +232,15 @@ def _solve(asked: Job, as_json: _Json = False, quiet: _Quiet = False) -> None:
         raise outcome.failure
     if outcome.status != "converged":
         wanted = asked.output or asked.report or asked.figures
+        # The increments of the volume that are told of have settled; the status says which did not.
         reached = (
-            f"residual {volume.residual:.1e}, tolerance {volume.tolerance:.0e}"
-            if volume is not None
-            else f"certificate {result.certificate:.1e}, tolerance {result.tolerance:.0e}, "
-            f"load error {result.load_error:.1e}"
+            f"certificate {result.certificate:.1e}, tolerance {result.tolerance:.0e}, "
+            f"load error {result.load_error:.1e}; "
+            if volume is None
+            else ""
         )
         console.complain(
-            f"error: not converged: {reached}; {job.in_options(outcome.status)}"
+            f"error: not converged: {reached}{job.in_options(outcome.status)}"
             + ("; no file was written" if wanted else "")
             + (f"; the loads before it are kept in {asked.folder}" if asked.folder else "")
         )

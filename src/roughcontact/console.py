@@ -118,8 +118,7 @@ def show_volume(volume: ElastoplasticResult, notes: Sequence[str], written: Sequ
         law = f"of the counter-body: {assumptions.hardening(contact.counter_material)}"
     problem.append(("plasticity", law))
     area = units.engineering(contact.contact_area, "m²")
-    count = len(volume.increments)
-    steps = "1 increment" if count == 1 else f"{count} increments"
+    steps = units.counted(len(volume.increments), "increment")
     answer: list[Row] = [
         ("load", f"{units.engineering(contact.load, 'N')} in {steps}"),
         ("approach", _length(contact.approach)),
@@ -138,7 +137,7 @@ def show_volume(volume: ElastoplasticResult, notes: Sequence[str], written: Sequ
         ("status", "converged" if volume.converged else status),
         ("residual", f"{volume.residual:.1e} (tolerance {volume.tolerance:.0e})"),
         ("certificate", f"{contact.certificate:.1e} of the contact"),
-        ("work", f"{volume.iterations} iterations, {volume.seconds:.2f} s"),
+        ("work", f"{units.counted(volume.iterations, 'iteration')}, {volume.seconds:.2f} s"),
     ]
     _print_table(problem, answer, trust)
     told = [note for note in volume.warnings if note != volume.status]

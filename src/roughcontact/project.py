@@ -202,7 +202,8 @@ def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
     if outcome.failure is not None:
         raise outcome.failure
     if outcome.status != "converged":
-        return FAILED, {}, f"not converged: certificate {result.certificate:.1e}; {outcome.status}"
+        reached = "" if outcome.volume else f"certificate {result.certificate:.1e}; "
+        return FAILED, {}, f"not converged: {reached}{outcome.status}"
     told = export.record(outcome.volume or result)
     told["resolution_notes"] = list(outcome.notes)
     if outcome.study is not None:

@@ -163,7 +163,7 @@ def percent(share: float) -> str:
     Parameters
     ----------
     share : float
-        From 0 to 1.
+        From 0 to 1; more than the whole is given in whole per cent.
 
     Returns
     -------
@@ -173,8 +173,8 @@ def percent(share: float) -> str:
 
     Examples
     --------
-    >>> percent(0.0338058), percent(0.99967), percent(1e-8), percent(1.0)
-    ('3.38 %', '99.9670 %', '< 0.0001 %', '100 %')
+    >>> percent(0.0338058), percent(0.99967), percent(1e-8), percent(1.0), percent(1.16)
+    ('3.38 %', '99.9670 %', '< 0.0001 %', '100 %', '116 %')
     """
     rest = min(share, 1 - share)
     if rest <= 1e-12:
@@ -185,6 +185,29 @@ def percent(share: float) -> str:
         return "> 99.9999 %"
     decimals = min(max(2 - math.floor(math.log10(100 * rest)), 0), 4)
     return f"{100 * share:.{decimals}f} %"
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun.
+
+    Parameters
+    ----------
+    number : int
+        How many.
+    noun : str
+        Of what; its plural ends in s.
+
+    Returns
+    -------
+    str
+        Both, the noun in the plural where it is not just one.
+
+    Examples
+    --------
+    >>> counted(1, "pixel"), counted(0, "pixel")
+    ('1 pixel', '0 pixels')
+    """
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def _plain(text: str) -> str:

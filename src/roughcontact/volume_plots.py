@@ -40,7 +40,7 @@ from roughcontact.drawing import (
 )
 from roughcontact.elastoplastic import ElastoplasticResult
 from roughcontact.errors import require_positive
-from roughcontact.units import engineering, percent
+from roughcontact.units import counted, engineering, percent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -394,7 +394,7 @@ def path(result: ElastoplasticResult) -> Figure:
     for axes in grid[1]:
         axes.set_xlabel(f"load [{unit}]", fontsize=LABEL)
     shared_legend(figure, grid)
-    count = f"{len(steps)} increment" + "s" * (len(steps) != 1)
+    count = counted(len(steps), "increment")
     figure.suptitle(f"Path of loads, {count}{_doubt(result)}", fontsize=TITLE)
     return figure
 
@@ -433,10 +433,8 @@ def convergence(result: ElastoplasticResult) -> Figure:
     axes.set_xlim(0, first)
     plain_axes(axes)
     shared_legend(figure, np.array([axes]))
-    figure.suptitle(
-        f"Convergence, {len(result.increments)} increment"
-        f"{'s' * (len(result.increments) != 1)}{_doubt(result)}", fontsize=TITLE,
-    )  # fmt: skip
+    count = counted(len(result.increments), "increment")
+    figure.suptitle(f"Convergence, {count}{_doubt(result)}", fontsize=TITLE)
     return figure
 
 
@@ -542,7 +540,7 @@ def _which(result: ElastoplasticResult, body: int) -> str:
 def _state(result: ElastoplasticResult, body: int) -> str:
     load = result.contact.load
     state = f"at {engineering(load, 'N', 3)}" if load else "unloaded"
-    strain = percent(min(result.bodies[body].max_plastic_strain, 1.0))
+    strain = percent(result.bodies[body].max_plastic_strain)
     return f"{state}, largest strain {strain}{_doubt(result)}"
 
 

@@ -16,7 +16,7 @@ from roughcontact import assumptions, chapters, plots, script, sections, volume_
 from roughcontact.chapters import Chapter, Row, Section, Table
 from roughcontact.contact import LOAD_TOLERANCE
 from roughcontact.elastoplastic import ElastoplasticResult
-from roughcontact.units import engineering, percent
+from roughcontact.units import counted, engineering, percent
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -134,7 +134,7 @@ def _largest_load(result: ElastoplasticResult) -> str:
 
 def _key_numbers(result: ElastoplasticResult) -> list[Row]:
     contact = result.contact
-    strain = percent(min(result.max_plastic_strain, 1.0))
+    strain = percent(result.max_plastic_strain)
     plastic: list[Row] = [
         ("Plastic strain", strain, "accumulated, at most"),
         ("Plastic depth", engineering(result.plastic_depth, "m", 3), "that it reaches"),
@@ -280,7 +280,7 @@ def _volume(result: ElastoplasticResult, body: int) -> Chapter:
     rows: list[Row] = [
         (
             "Largest accumulated plastic strain" if held.plastic_volume else "Largest stress",
-            percent(min(held.max_plastic_strain, 1.0))
+            percent(held.max_plastic_strain)
             if held.plastic_volume
             else engineering(float(held.von_mises.max()), "Pa"),
             f"{engineering(depth, 'm', 3)} deep, at y, x = {place}",
@@ -386,7 +386,7 @@ def _path(result: ElastoplasticResult) -> Chapter:
             engineering(step.approach, "m"),
             engineering(step.contact_area, "m²"),
             engineering(step.max_pressure, "Pa"),
-            percent(min(step.max_plastic_strain, 1.0)),
+            percent(step.max_plastic_strain),
             f"{1e18 * step.plastic_volume:.4g}",
             f"{step.residual:.1e}",
             str(step.iterations),
@@ -433,7 +433,10 @@ def _certificate(result: ElastoplasticResult) -> Chapter:
             ("Load error", f"{load_error} (at most {LOAD_TOLERANCE:.0e})"),
         ]
     rows += [
-        ("Iterations", f"{result.iterations} in {len(result.increments)} increments"),
+        (
+            "Iterations",
+            f"{result.iterations} in {counted(len(result.increments), 'increment')}",
+        ),
         (
             "Convolutions of the contact",
             str(sum(step.convolutions for step in result.increments)),
