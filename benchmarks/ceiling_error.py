@@ -304,6 +304,8 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help=f"write {STORED.name}")
     parser.add_argument("--quick", action="store_true", help="a few cases on coarse grids")
     given = parser.parse_args()
+    if given.quick and given.write:
+        parser.error("--quick measures nothing that should be kept: leave out --write")
     began = time.perf_counter()
     balls, surfaces = spheres(given.quick), maps(given.quick)
     start, slope = fitted(balls)
