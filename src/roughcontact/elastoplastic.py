@@ -468,6 +468,44 @@ class ElastoplasticResult:
         volume_report.save(self, path, command=command, sections=sections)
 
 
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """What all loads of a path have in common; see `solve_elastoplastic`."""
+
+    surface: Surface
+    counter_surface: Surface | None
+    material: Material
+    counter_material: Material
+    boundary: str
+    tolerance: float
+    max_iterations: int
+    precision: str
+
+    @property
+    def yielding(self) -> list[Material]:
+        """Materials with a yield strength, that of the rough body first."""
+        both = self.material, self.counter_material
+        return [body for body in both if body.yield_strength is not None]
+
+    def check_same(self, what: str, before: ElastoplasticResult) -> None:
+        """Raise `InputError` if a result is one of other bodies or another boundary."""
+        old = before.contact
+        gap = initial_gap(self.surface, self.counter_surface)
+        same = {
+            "surface": old.pressure.shape == self.surface.shape
+            and np.array_equal(old.initial_gap, gap, equal_nan=True),
+            "pixel": old.surface.pixel == self.surface.pixel,
+            "material": old.material == self.material,
+            "counter_material": old.counter_material == self.counter_material,
+            "boundary": old.boundary == self.boundary,
+        }
+        for name, agrees in same.items():
+            if not agrees:
+                raise InputError(
+                    f"{what} was solved with another {name}: plastic strain stays with it"
+                )
+
+
 def solve_elastoplastic(
     surface: Surface,
     *,
@@ -575,104 +613,55 @@ def solve_elastoplastic(
     ('converged', 'plastic up to the surface')
     """
     began = time.perf_counter()
-    _check_arguments(
-        surface, material, counter_material, counter_surface, boundary, increments, depth, layers,
-        tolerance, max_iterations, precision, start, on_failure,
+    problem = _Problem(
+        surface, counter_surface, material, counter_material, boundary, tolerance, max_iterations,
+        precision,
     )  # fmt: skip
+    _check_arguments(problem, increments, depth, layers, start, on_failure)
     path = _path(load, loads, int(increments), 0.0 if start is None else start.contact.load)
-    modulus = contact_modulus(material, counter_material)
-    yielding = [body for body in (material, counter_material) if body.yield_strength is not None]
-    if not yielding:
-        raise InputError(
-            "neither material has a yield strength: nothing can yield; give one, or use solve"
-        )
-    gap = initial_gap(surface, counter_surface)
-    gap[np.isnan(gap)] = np.inf
-    if not np.isfinite(gap).any():
-        raise CapacityError(
-            "no contact is possible: together the holes of both bodies leave no point to touch"
-        )
     workspace = Workspace()
-    # The contact is solved again and again on the same few grids.
-    make = lru_cache(maxsize=12)(operators(boundary, surface.pixel, modulus, "double", workspace))
-    contact = _Contact(gap, make, surface.pixel[0] * surface.pixel[1])
-    if start is not None:
-        margin, thickness = start.bodies[0].margin, start.bodies[0].thickness
+    contact = _untouched(problem, workspace)
+    if start is None:
+        thickness, margin = _first_volume(problem, contact, max(path), depth, layers)
     else:
-        weaker = softer(material, counter_material)
-        radius, margin = _spots(contact, max(path), weaker, surface.pixel)
-        margin = margin if boundary == "free" else 0
-        if depth is None:
-            depth = max(_DEPTH * radius, _LEAST_DEPTH * max(surface.pixel))
-        first = _FIRST_LAYER * min(surface.pixel)
-        thickness = halfspace.graded_layers(first, depth, _LAYER_RATIO)
-        if layers is not None:
-            thickness = np.array(layers, float)
-            if thickness.sum() < radius:
-                raise InputError(
-                    f"layers reach {thickness.sum():.4g} m deep, less than the radius {radius:.4g} "
-                    "m of the largest contact spot: plastic strain would pass through them; reach "
-                    f"{_DEPTH * radius:.4g} m, or leave them out"
-                )
+        thickness, margin = start.bodies[0].thickness, start.bodies[0].margin
     grid = surface.shape[0] + 2 * margin, surface.shape[1] + 2 * margin
-    _check_memory(grid, thickness.size, len(yielding), boundary, precision)
+    _check_memory(grid, thickness.size, len(problem.yielding), boundary, precision)
     steps: list[Path] = []
     if folder is not None:
-        steps = _steps(
-            folder, len(path), surface, counter_surface, material, counter_material, start,
-            {
-                "boundary": boundary, "layers": [margin, layers is None, *thickness],
-                "tolerance": float(tolerance), "max_iterations": int(max_iterations),
-                "precision": precision,
-            },
-        )  # fmt: skip
+        volume = [margin, layers is None, *thickness]
+        steps = _steps(folder, len(path), problem, start, volume)
     kept = next((n for n, step in enumerate(steps) if not step.exists()), len(steps))
-    result, carried = _kept(steps[kept - 1], path[:kept]) if kept else (None, {})
-    if result is not None:
-        _check_same(
-            str(steps[kept - 1]), result, surface, counter_surface, material, counter_material,
-            boundary,
-        )  # fmt: skip
-        began -= result.seconds
-        margin, thickness = result.bodies[0].margin, result.bodies[0].thickness
+    before, carried = start, dict[str, Array]()
+    if kept:
+        before, carried = _kept(steps[kept - 1], path[:kept], problem)
+        began -= before.seconds
+        thickness, margin = before.bodies[0].thickness, before.bodies[0].margin
         if progress is not None:
-            residual = result.increments[-1].residual
-            progress(Progress(result.contact.load, path[-1], 0, residual, tolerance))
+            residual = before.increments[-1].residual
+            progress(Progress(before.contact.load, path[-1], 0, residual, tolerance))
         if kept == len(path):
-            return _judged(result, on_failure, folder)
-    bodies = [_Body(body, surface.pixel, boundary, precision, workspace) for body in yielding]
-    loop = _Loop(bodies, contact, workspace, tolerance, int(max_iterations), path[-1], progress)
+            return _judged(before, on_failure, folder)
+    loop = _Loop(problem, contact, workspace, path[-1], progress)
     loop.resize(thickness, margin)
     done: list[Increment] = []
-    before = start if result is None else result
     if before is not None:
-        for body, old in zip(bodies, before.bodies, strict=True):
-            body.resume(old)
-        contact.resume(before.contact.pressure)
+        loop.resume(before, carried)
         done = list(before.increments)
-    if carried:
-        loop.resume(carried)
 
-    def finish(status: str) -> ElastoplasticResult:
-        reached = done[-1].load if done else 0.0
-        return _result(
-            loop, surface, counter_surface, material, counter_material, boundary, precision,
-            tolerance, reached, done, status, began,
-        )  # fmt: skip
-
-    status = "converged"
+    result, status = None, "converged"
     for number in range(kept, len(path)):
         result = None
-        for body in bodies:
-            # What was frozen with the result before is on disk.
-            body.strain.flags.writeable = True
+        loop.thaw()
         status = loop.follow([path[number]], done, deepen=layers is None, widen=boundary == "free")
         if status != "converged":
             break
         if steps:
-            result = finish(status)
+            result = _result(loop, problem, done, status, began)
             _save(result, steps[number], loop.carried() | {"loads": np.array(path[: number + 1])})
-    return _judged(finish(status) if result is None else result, on_failure, folder)
+    if result is None:
+        result = _result(loop, problem, done, status, began)
+    return _judged(result, on_failure, folder)
 
 
 def _judged(
@@ -688,27 +677,24 @@ def _judged(
 
 
 def _check_arguments(
-    surface: Surface,
-    material: Material,
-    counter_material: Material,
-    counter_surface: Surface | None,
-    boundary: str,
+    problem: _Problem,
     increments: int,
     depth: float | None,
     layers: ArrayLike | None,
-    tolerance: float,
-    max_iterations: int,
-    precision: str,
     start: ElastoplasticResult | None,
     on_failure: str,
 ) -> None:
+    surface, counter_surface = problem.surface, problem.counter_surface
+    material, counter_material = problem.material, problem.counter_material
+    precision, tolerance = problem.precision, problem.tolerance
     check_bodies(surface, material, counter_material, counter_surface)
     if not (start is None or isinstance(start, ElastoplasticResult)):
         raise InputError(f"start must be an ElastoplasticResult, got {type(start).__name__}")
-    check_choice("boundary", boundary, ("free", "periodic"))
+    check_choice("boundary", problem.boundary, ("free", "periodic"))
     check_choice("precision", precision, ("double", "single"))
     check_choice("on_failure", on_failure, ("raise", "return"))
-    for name, count in (("increments", increments), ("max_iterations", max_iterations)):
+    counts = ("increments", increments), ("max_iterations", problem.max_iterations)
+    for name, count in counts:
         if not isinstance(count, Integral) or count < 1:
             raise InputError(f"{name} must be a positive integer, got {count!r}")
     require_positive(tolerance=tolerance)
@@ -745,30 +731,52 @@ def _check_arguments(
         return
     if depth is not None or layers is not None:
         raise InputError("start brings its layers along: leave out depth and layers")
-    _check_same("start", start, surface, counter_surface, material, counter_material, boundary)
+    problem.check_same("start", start)
 
 
-def _check_same(
-    what: str,
-    before: ElastoplasticResult,
-    surface: Surface,
-    counter_surface: Surface | None,
-    material: Material,
-    counter_material: Material,
-    boundary: str,
-) -> None:
-    old = before.contact
-    same = {
-        "surface": old.pressure.shape == surface.shape
-        and np.array_equal(old.initial_gap, initial_gap(surface, counter_surface), equal_nan=True),
-        "pixel": old.surface.pixel == surface.pixel,
-        "material": old.material == material,
-        "counter_material": old.counter_material == counter_material,
-        "boundary": old.boundary == boundary,
-    }
-    for name, agrees in same.items():
-        if not agrees:
-            raise InputError(f"{what} was solved with another {name}: plastic strain stays with it")
+def _untouched(problem: _Problem, workspace: Workspace) -> _Contact:
+    """Return the contact without pressure, if there can be one that yields."""
+    modulus = contact_modulus(problem.material, problem.counter_material)
+    if not problem.yielding:
+        raise InputError(
+            "neither material has a yield strength: nothing can yield; give one, or use solve"
+        )
+    gap = initial_gap(problem.surface, problem.counter_surface)
+    gap[np.isnan(gap)] = np.inf
+    if not np.isfinite(gap).any():
+        raise CapacityError(
+            "no contact is possible: together the holes of both bodies leave no point to touch"
+        )
+    pixel = problem.surface.pixel
+    # The contact is solved again and again on the same few grids.
+    make = lru_cache(maxsize=12)(operators(problem.boundary, pixel, modulus, "double", workspace))
+    return _Contact(gap, make, pixel[0] * pixel[1])
+
+
+def _first_volume(
+    problem: _Problem,
+    contact: _Contact,
+    load: float,
+    depth: float | None,
+    layers: ArrayLike | None,
+) -> tuple[NDArray[np.float64], int]:
+    """Return the thickness of the layers [m] and the margin for loads up to this one."""
+    pixel = problem.surface.pixel
+    weaker = softer(problem.material, problem.counter_material)
+    radius, margin = _spots(contact, load, weaker, pixel)
+    margin = margin if problem.boundary == "free" else 0
+    if layers is None:
+        if depth is None:
+            depth = max(_DEPTH * radius, _LEAST_DEPTH * max(pixel))
+        return halfspace.graded_layers(_FIRST_LAYER * min(pixel), depth, _LAYER_RATIO), margin
+    thickness = np.array(layers, float)
+    if thickness.sum() < radius:
+        raise InputError(
+            f"layers reach {thickness.sum():.4g} m deep, less than the radius {radius:.4g} m of "
+            "the largest contact spot: plastic strain would pass through them; reach "
+            f"{_DEPTH * radius:.4g} m, or leave them out"
+        )
+    return thickness, margin
 
 
 # Steps on disk
@@ -777,18 +785,27 @@ def _check_same(
 def _steps(
     folder: str | os.PathLike[str],
     count: int,
-    surface: Surface,
-    counter_surface: Surface | None,
-    material: Material,
-    counter_material: Material,
+    problem: _Problem,
     start: ElastoplasticResult | None,
-    problem: dict[str, Any],
+    volume: list[float],
 ) -> list[Path]:
-    """Return the files of all loads, after a look at what stands in the folder."""
+    """Return the files of all loads, after a look at what stands in the folder.
+
+    The volume is the margin, whether it may become deeper, and the thickness of its layers.
+    """
     from roughcontact import checkpoint
 
-    described = checkpoint.contact(surface, counter_surface, material, counter_material) | problem
-    described |= {"layers": checkpoint.digest(problem["layers"]), "start": None}
+    described = checkpoint.contact(
+        problem.surface, problem.counter_surface, problem.material, problem.counter_material
+    )
+    described |= {
+        "boundary": problem.boundary,
+        "layers": checkpoint.digest(volume),
+        "tolerance": float(problem.tolerance),
+        "max_iterations": int(problem.max_iterations),
+        "precision": problem.precision,
+        "start": None,
+    }
     if start is not None:
         layers = [strain for body in start.bodies for strain in body.plastic_strain]
         flowed = [layer for body in start.bodies for layer in body.accumulated]
@@ -799,7 +816,9 @@ def _steps(
     return [place / f"step-{number:04d}.nc" for number in range(1, count + 1)]
 
 
-def _kept(path: Path, loads: list[float]) -> tuple[ElastoplasticResult, dict[str, Array]]:
+def _kept(
+    path: Path, loads: list[float], problem: _Problem
+) -> tuple[ElastoplasticResult, dict[str, Array]]:
     """Return the state after some loads, and what the loop carries on from it."""
     from roughcontact.archive import load_step
 
@@ -815,6 +834,7 @@ def _kept(path: Path, loads: list[float]) -> tuple[ElastoplasticResult, dict[str
             f"folder {path.parent} holds another run: loads differ; give another folder, or remove "
             "this one to start again"
         )
+    problem.check_same(str(path), result)
     return result, carried
 
 
@@ -838,8 +858,9 @@ def _path(
         raise InputError("give either load or loads, and only one of them")
     if load is not None:
         require_positive(load=load)
-        # The last is given, and not what rounding makes of it.
-        return [first + (load - first) * i / increments for i in range(1, increments)] + [load]
+        before = [first + (load - first) * i / increments for i in range(1, increments)]
+        # The last is as given, and not what rounding makes of it.
+        return [*before, float(load)]
     try:
         path = np.array(loads, float)
     except (TypeError, ValueError):
@@ -1274,17 +1295,21 @@ class _Loop:
 
     def __init__(
         self,
-        bodies: list[_Body],
+        problem: _Problem,
         contact: _Contact,
         workspace: Workspace,
-        tolerance: float,
-        max_iterations: int,
         target: float,
         progress: Callable[[Progress], None] | None,
     ) -> None:
-        self.bodies, self.contact = bodies, contact
-        self._workspace, self._tolerance = workspace, tolerance
-        self._max_iterations, self._target, self._progress = max_iterations, target, progress
+        pixel, boundary = problem.surface.pixel, problem.boundary
+        self.bodies = [
+            _Body(material, pixel, boundary, problem.precision, workspace)
+            for material in problem.yielding
+        ]
+        self.contact = contact
+        self._workspace, self._tolerance = workspace, problem.tolerance
+        self._max_iterations = int(problem.max_iterations)
+        self._target, self._progress = target, progress
         # Strain of the increment before, and its load: the first guess of the next.
         self._places: list[Parts] = []
         self._added: list[Parts] = []
@@ -1301,8 +1326,14 @@ class _Loop:
             held[f"added_{body}"] = np.concatenate(added, axis=1)
         return held
 
-    def resume(self, held: Mapping[str, Array]) -> None:
-        """Take over what `carried` returned; arrays without numbers may be missing."""
+    def resume(self, before: ElastoplasticResult, held: Mapping[str, Array]) -> None:
+        """Go on from a result, and from what `carried` returned with it if that is known."""
+        for yielding, old in zip(self.bodies, before.bodies, strict=True):
+            yielding.resume(old)
+        self.contact.resume(before.contact.pressure)
+        if not held:
+            return
+        # Arrays without numbers may be missing.
         self._stride = float(held["stride"][0])
         if "index" in held:
             self.contact.loaded = held["index"], held["pressure"]
@@ -1321,6 +1352,11 @@ class _Loop:
             body.resize(thickness, (ny, nx))
         self._places, self._added = self.nothing()
         self._stride = 0.0
+
+    def thaw(self) -> None:
+        """Let the strain change that a result has frozen, when that is on disk."""
+        for body in self.bodies:
+            body.strain.flags.writeable = True
 
     def nothing(self) -> tuple[list[Parts], list[Parts]]:
         places: list[Parts] = []
@@ -1492,20 +1528,11 @@ class _Loop:
 
 
 def _result(
-    loop: _Loop,
-    surface: Surface,
-    counter_surface: Surface | None,
-    material: Material,
-    counter_material: Material,
-    boundary: str,
-    precision: str,
-    tolerance: float,
-    load: float,
-    done: list[Increment],
-    status: str,
-    began: float,
+    loop: _Loop, problem: _Problem, done: list[Increment], status: str, began: float
 ) -> ElastoplasticResult:
     """Solve the contact once more on the strain accepted, and collect all."""
+    load = done[-1].load if done else 0.0
+    surface = problem.surface
     contact = loop.contact
     before, loaded = contact.convolutions, contact.loaded
     nothing, none = loop.nothing()
@@ -1530,12 +1557,12 @@ def _result(
     seconds = time.perf_counter() - began
     pressed = ContactResult(
         surface=surface,
-        counter_surface=counter_surface,
-        material=material,
-        counter_material=counter_material,
-        contact_modulus=contact_modulus(material, counter_material),
+        counter_surface=problem.counter_surface,
+        material=problem.material,
+        counter_material=problem.counter_material,
+        contact_modulus=contact_modulus(problem.material, problem.counter_material),
         ceiling=None,
-        boundary=boundary,
+        boundary=problem.boundary,
         precision="double",
         tolerance=_CONTACT_TOLERANCE,
         control="load",
@@ -1559,8 +1586,8 @@ def _result(
         bodies=tuple(body for body, _ in finished),
         increments=tuple(done),
         yield_excess=max(excess for _, excess in finished),
-        precision=precision,
-        tolerance=tolerance,
+        precision=problem.precision,
+        tolerance=problem.tolerance,
         status=status,
         seconds=seconds,
         version=__version__,
