@@ -1137,6 +1137,19 @@ def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
     assert "100 N in 1 increment\n" in capsys.readouterr().out
 
 
+def test_a_law_of_hardening_counts_for_the_recommended_ceiling(capsys: Capture) -> None:
+    ball = ("--body", "sphere 10 mm", "--points", "64", "--size", "3 mm", "--load", "8 kN")
+    elastic = ("--young", "210 GPa", "--poisson", "0.3")
+    for given, factor in (
+        (("--yield-strength", "1.656 GPa"), "2.2"),
+        (("--hardening", "swift 1240 MPa 30 0.085"), "3.1"),
+    ):
+        assert cli.main(["solve", *ball, *elastic, *given]) == cli.SOLVED
+        told = " ".join(capsys.readouterr().out.split())
+        assert f"than the {factor}" in told
+        assert "solve again with that ceiling" in told
+
+
 BALL = (
     "--body", "sphere 10 mm", "--points", "24", "--size", "0.4 mm", "--load", "100 N",
     *YIELDING, "--model", "volume", "--increments", "3", "--hardening", "linear 20 GPa",

@@ -9,9 +9,16 @@ import pytest
 import roughcontact as rc
 from roughcontact import elastoplastic, generate, halfspace
 from roughcontact.archive import load_elastoplastic
+from roughcontact.convolution import Workspace
 from roughcontact.elastoplastic import solve_elastoplastic
-from roughcontact.errors import ConvergenceError, FormatError, InputError, InsufficientMemoryError
-from roughcontact.plasticity import Linear, Perfect, Swift
+from roughcontact.errors import (
+    CapacityError,
+    ConvergenceError,
+    FormatError,
+    InputError,
+    InsufficientMemoryError,
+)
+from roughcontact.plasticity import Linear, Perfect, Swift, Tabulated
 
 YOUNG, POISSON = 210e9, 0.3
 RADIUS = 105e-6
@@ -507,6 +514,21 @@ def test_too_large_is_said_before_it_starts(monkeypatch) -> None:
     monkeypatch.setattr("psutil.virtual_memory", Little)
     with pytest.raises(InsufficientMemoryError, match="GiB"):
         solve_elastoplastic(ball(), material=SWIFT, loads=[0.1])
+
+
+def test_more_than_a_map_can_carry_is_refused() -> None:
+    area = 24 * 22 * PIXEL**2
+    with pytest.raises(CapacityError, match="more than the map can carry"):
+        solve_elastoplastic(ball(), material=PERFECT, load=3.6 * 1656e6 * area)
+    # The softer of two bodies decides; a table ends, other laws do not.
+    table = rc.Material(YOUNG, POISSON, hardening=Tabulated((0.0, 0.1), (400e6, 800e6)))
+    with pytest.raises(CapacityError, match=r"3\.5 times the largest yield strength"):
+        solve_elastoplastic(
+            ball(), material=PERFECT, counter_material=table, load=3.6 * 800e6 * area
+        )
+    problem = elastoplastic._Problem(ball(), None, SWIFT, rc.RIGID, "free", 1e-4, 9, "single")
+    contact = elastoplastic._untouched(problem, Workspace())
+    elastoplastic._check_capacity(problem, contact, 10 * 1656e6 * area)
 
 
 def test_a_volume_that_would_not_fit_does_not_grow(monkeypatch) -> None:

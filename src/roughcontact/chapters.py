@@ -441,7 +441,7 @@ def problem(
     plasticity : sequence of (str, str)
         How yielding is taken into account.
     laws : bool
-        Whether laws of hardening count.
+        Whether laws of hardening count, and hardness does not.
 
     Returns
     -------
@@ -456,9 +456,9 @@ def problem(
         ("Poisson's ratio ν", *(_ratio(body) for body in bodies)),
         ("Yield strength σ_Y", *(_strength(body.yield_strength) for body in bodies)),
     ]
-    if laws:
+    if laws or any(body.hardening is not None for body in bodies):
         rows.append(("Hardening", *(assumptions.hardening(body) for body in bodies)))
-    else:
+    if not laws:
         rows.append(("Hardness", *(_strength(body.hardness) for body in bodies)))
     first = (_strength(body.first_yield_pressure) for body in bodies)
     rows.append(("Peak pressure of first yield, sphere", *first))

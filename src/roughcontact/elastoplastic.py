@@ -89,6 +89,9 @@ _CONTACT_CONVOLUTIONS = 500
 _GUARD = 2
 # Stress beyond the yield strength, over it, that is worth a word.
 _EXCESS = 0.05
+# Mean pressure over the yield strength that no flat punch with the outline of a map reaches: it
+# flows at 2.97 on a strip and 3.28 on a disc (shear strength σ_Y/√3; Hill 1950, Shield 1955).
+_PUNCH = 3.5
 # Distance of the edge of the volume from the contact, over the radius of the largest spot.
 _SPAN = 0.8
 
@@ -621,6 +624,7 @@ def solve_elastoplastic(
     path = _path(load, loads, int(increments), 0.0 if start is None else start.contact.load)
     workspace = Workspace()
     contact = _untouched(problem, workspace)
+    _check_capacity(problem, contact, max(path))
     if start is None:
         thickness, margin = _first_volume(problem, contact, max(path), depth, layers)
     else:
@@ -751,6 +755,27 @@ def _untouched(problem: _Problem, workspace: Workspace) -> _Contact:
     # The contact is solved again and again on the same few grids.
     make = lru_cache(maxsize=12)(operators(problem.boundary, pixel, modulus, "double", workspace))
     return _Contact(gap, make, pixel[0] * pixel[1])
+
+
+def _check_capacity(problem: _Problem, contact: _Contact, load: float) -> None:
+    """Refuse a load under which a map that ends flows without end."""
+    if problem.boundary == "periodic":
+        return
+    strain = np.array(1e9)
+    strongest = min(float(law.strength(strain)) for law in map(_law, problem.yielding))
+    capacity = (
+        _PUNCH * strongest * contact.area * np.count_nonzero(np.isfinite(contact.initial_gap))
+    )
+    if load > capacity:
+        raise CapacityError(
+            f"load = {load:.6g} N is more than the map can carry: even in full contact its body "
+            f"flows without end above {capacity:.4g} N, {_PUNCH} times the largest yield strength "
+            "on its area"
+        )
+
+
+def _law(body: Material) -> Hardening:
+    return body.hardening or Perfect(body.yield_strength or math.inf)
 
 
 def _first_volume(
@@ -959,7 +984,7 @@ class _Contact:
 
     def __init__(self, gap: NDArray[np.float64], make: solver.Operator, area: float) -> None:
         self._map = gap
-        self._make, self._area = make, area
+        self._make, self.area = make, area
         self.resize(0)
         self.approach = 0.0
         self.convolutions = 0
@@ -981,7 +1006,7 @@ class _Contact:
 
     def pressed(self, load: float, strength: float) -> NDArray[np.bool_]:
         """Return the contact under a ceiling of three yield strengths, roughly."""
-        total = load / self._area
+        total = load / self.area
         limit = CEILING_FACTOR * strength
         if total > 0.9 * limit * np.count_nonzero(np.isfinite(self.initial_gap)):
             return np.isfinite(self.initial_gap)
@@ -1005,7 +1030,7 @@ class _Contact:
             self.approach = float(gap.min())
             return
         solution = solver.solve(
-            solver.Problem(gap, np.inf, load / self._area),
+            solver.Problem(gap, np.inf, load / self.area),
             self._make,
             tolerance=tolerance,
             max_iterations=_CONTACT_CONVOLUTIONS,
@@ -1030,7 +1055,7 @@ class _Body:
     ) -> None:
         self.material, self.pixel = material, pixel
         self.boundary, self.precision, self._workspace = boundary, precision, workspace
-        self.law: Hardening = material.hardening or Perfect(material.yield_strength or math.inf)
+        self.law = _law(material)
         self.shear_modulus = material.young / (2 * (1 + material.poisson))
         self.real: type = np.float32 if precision == "single" else np.float64
         self.strain: Array = np.zeros((0, 5, 0, 0), self.real)

@@ -354,8 +354,9 @@ OPTIONS: dict[str, Option] = {
     ),
     "hardening": Option(
         BODIES, "LAW",
-        'Of the rough body, for the volume model: "linear 2 GPa" (modulus) or "swift 945 MPa 20 '
-        '0.121" (B, C, n of B (C + 1e6 e)^n); perfectly plastic without.', _hardening,
+        'Of the rough body: "linear 2 GPa" (modulus) or "swift 945 MPa 20 0.121" (B, C, n of '
+        'B (C + 1e6 e)^n); for the volume model, and for the ceiling that is recommended.',
+        _hardening,
     ),
     "boundary": Option(
         BODIES, "free|periodic",
@@ -490,7 +491,7 @@ class Job:
         if self.model == "volume":
             self._check_volume()
         else:
-            for name in ("increments", "hardening", "folder"):
+            for name in ("increments", "folder"):
                 if getattr(self, name) is not None:
                     raise InputError(f"--{name} needs --model volume")
         if self.load_point is not None and (self.load is None or self.study):
