@@ -21,6 +21,7 @@ from roughcontact import (
     contact,
     elastoplastic,
     hertz,
+    increments,
     job,
     load_result,
     plasticity,
@@ -1202,7 +1203,7 @@ def test_a_volume_run_is_kept_and_goes_on(
 def test_a_volume_run_that_fails_says_what_is_kept(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(elastoplastic, "_CUTS", 0)
+    monkeypatch.setattr(increments, "_CUTS", 0)
     original = elastoplastic.solve_elastoplastic
     monkeypatch.setattr(
         elastoplastic, "solve_elastoplastic", lambda *a, **k: original(*a, max_iterations=1, **k)

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import netcdf, plasticity
-from roughcontact.elastoplastic import ElastoplasticResult, Increment, PlasticBody
+from roughcontact.elastoplastic import ElastoplasticResult
 from roughcontact.errors import FormatError, InputError
+from roughcontact.increments import Increment, PlasticBody
 from roughcontact.material import Material
 from roughcontact.result import ContactResult
 from roughcontact.surface import Provenance, Surface

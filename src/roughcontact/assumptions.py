@@ -27,7 +27,8 @@ from roughcontact.spots import FEW_PIXELS, Spots
 from roughcontact.units import counted, engineering, percent
 
 if TYPE_CHECKING:
-    from roughcontact.elastoplastic import ElastoplasticResult, PlasticBody
+    from roughcontact.elastoplastic import ElastoplasticResult
+    from roughcontact.increments import PlasticBody
 
 SMALL_SLOPE, LARGE_SLOPE = 0.1, 0.3
 """Root-mean-square slopes at which the error of order slope² is 1 % and about 10 %."""

@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 
 from roughcontact import contact, elastoplastic, export
 from roughcontact.archive import replacing
-from roughcontact.elastoplastic import ElastoplasticResult, Progress
+from roughcontact.elastoplastic import ElastoplasticResult
 from roughcontact.errors import ConvergenceError, InputError, require_positive
+from roughcontact.increments import Progress
 from roughcontact.material import CEILING_FACTOR, RIGID, Material, softer
 from roughcontact.result import ContactResult
 from roughcontact.surface import Surface

@@ -42,9 +42,10 @@ from numpy.typing import NDArray
 from roughcontact import halfspace
 from roughcontact._version import __version__
 from roughcontact.archive import replacing, save_elastoplastic, save_result, surface_to_dataset
-from roughcontact.elastoplastic import ElastoplasticResult, PlasticBody
+from roughcontact.elastoplastic import ElastoplasticResult
 from roughcontact.errors import InputError
 from roughcontact.formats import TEXT_MARK
+from roughcontact.increments import PlasticBody
 from roughcontact.result import ContactResult
 from roughcontact.surface import Surface
 

@@ -791,7 +791,7 @@ def run(job: Job, say: Say, look: Callable[[Step], None] | None = None) -> Outco
 
 
 def _run_volume(job: Job, maps: Sequence[Surface], say: Say) -> Outcome:
-    from roughcontact import elastoplastic
+    from roughcontact import elastoplastic, increments
 
     first, second = job.bodies()
     # Both models have defaults of their own.
@@ -801,7 +801,7 @@ def _run_volume(job: Job, maps: Sequence[Surface], say: Say) -> Outcome:
         if key in job.given
     }
 
-    def look(at: elastoplastic.Progress) -> None:
+    def look(at: increments.Progress) -> None:
         share = units.percent(at.load / at.target) if at.target else "unloading"
         state = f"iteration {at.iteration}, residual {at.residual:.1e}"
         say(f"{share} of the load: {state if at.iteration else f'kept in {job.folder}'}")

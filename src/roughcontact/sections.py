@@ -17,7 +17,8 @@ from roughcontact.errors import InputError
 from roughcontact.plasticity import Perfect
 
 if TYPE_CHECKING:
-    from roughcontact.elastoplastic import ElastoplasticResult, PlasticBody
+    from roughcontact.elastoplastic import ElastoplasticResult
+    from roughcontact.increments import PlasticBody
 
 Array = NDArray[Any]
 
