@@ -268,9 +268,50 @@ def _results(result: ElastoplasticResult) -> Chapter:
 
 
 def _volume(result: ElastoplasticResult, body: int) -> Chapter:
-    held = result.bodies[body]
     where = "" if len(result.bodies) == 1 else f" of the {('first body', 'counter-body')[body]}"
     chapter = Chapter(f"Plastic strain and stress{where}")
+    rows = _volume_rows(result, body)
+    chapter.add("table", Table(rows, ("quantity", "value", "note")))
+    kept = "each cell is one layer of one pixel" if result.contact.load else "each cell a layer"
+    caption = (
+        f"True to scale, {kept}; the plastic zone lies inside the grey line, the cross marks the "
+        "largest plastic strain of the section."
+    )
+    if result.contact.load:
+        caption += " Where the stress over the yield strength is 1 the material flows."
+    width = _close_up(result, body)
+    drawn: list[Drawn] = []
+    for along in ("x", "y"):
+        alt = f"Section along {along} through the largest plastic strain"
+        lead = f"Section along {along} through the largest plastic strain{where}."
+        drawn.append(
+            (
+                lambda along=along: volume_plots.section(result, along, body=body, width=width),  # type: ignore[misc]
+                f"{alt}: strain, stress under load, residual stress.",
+                f"{lead} {caption}",
+            )
+        )
+    drawn += [
+        (
+            lambda: volume_plots.profile(result, body=body),
+            "Profiles with depth below the largest plastic strain.",
+            "Below the point of the largest plastic strain: the strain; the von Mises stress and "
+            "the yield strength at this strain; the normal stresses by the plastic strain alone. "
+            "Steps are layers.",
+        ),
+        (
+            lambda: volume_plots.layers(result, body),
+            "Largest values of each layer over the depth.",
+            "Layer by layer: how much of it has plastic strain, its largest strain, and its "
+            "largest stresses, wherever they are.",
+        ),
+    ]
+    return _with(chapter, drawn)
+
+
+def _volume_rows(result: ElastoplasticResult, body: int) -> list[Row]:
+    """Return where strain and stress of one body are largest, and its layers."""
+    held = result.bodies[body]
     layer, row, column = sections.most_strained(result, body)
     dy, dx = result.contact.surface.pixel
     depth = float(held.depth[layer])
@@ -313,42 +354,7 @@ def _volume(result: ElastoplasticResult, body: int) -> Chapter:
             f"{engineering(float(held.thickness.sum()), 'm', 3)} deep in all",
         )
     )
-    chapter.add("table", Table(rows, ("quantity", "value", "note")))
-    kept = "each cell is one layer of one pixel" if result.contact.load else "each cell a layer"
-    caption = (
-        f"True to scale, {kept}; the plastic zone lies inside the grey line, the cross marks the "
-        "largest plastic strain of the section."
-    )
-    if result.contact.load:
-        caption += " Where the stress over the yield strength is 1 the material flows."
-    width = _close_up(result, body)
-    drawn: list[Drawn] = []
-    for along in ("x", "y"):
-        alt = f"Section along {along} through the largest plastic strain"
-        lead = f"Section along {along} through the largest plastic strain{where}."
-        drawn.append(
-            (
-                lambda along=along: volume_plots.section(result, along, body=body, width=width),  # type: ignore[misc]
-                f"{alt}: strain, stress under load, residual stress.",
-                f"{lead} {caption}",
-            )
-        )
-    drawn += [
-        (
-            lambda: volume_plots.profile(result, body=body),
-            "Profiles with depth below the largest plastic strain.",
-            "Below the point of the largest plastic strain: the strain; the von Mises stress and "
-            "the yield strength at this strain; the normal stresses by the plastic strain alone. "
-            "Steps are layers.",
-        ),
-        (
-            lambda: volume_plots.layers(result, body),
-            "Largest values of each layer over the depth.",
-            "Layer by layer: how much of it has plastic strain, its largest strain, and its "
-            "largest stresses, wherever they are.",
-        ),
-    ]
-    return _with(chapter, drawn)
+    return rows
 
 
 def _close_up(result: ElastoplasticResult, body: int) -> float | None:
