@@ -12,6 +12,7 @@ import numpy as np
 from roughcontact import roughness
 from roughcontact.comparison import recommended_ceiling
 from roughcontact.errors import InputError
+from roughcontact.increments import PlasticBody, law_of
 from roughcontact.material import RIGID, Material, softer
 from roughcontact.plasticity import Linear, Perfect, Swift, Tabulated
 from roughcontact.result import (
@@ -28,7 +29,6 @@ from roughcontact.units import counted, engineering, percent
 
 if TYPE_CHECKING:
     from roughcontact.elastoplastic import ElastoplasticResult
-    from roughcontact.increments import PlasticBody
 
 SMALL_SLOPE, LARGE_SLOPE = 0.1, 0.3
 """Root-mean-square slopes at which the error of order slope² is 1 % and about 10 %."""
@@ -798,7 +798,7 @@ def _path(result: ElastoplasticResult) -> Statement:
 
 
 def _flows_back(body: PlasticBody) -> bool:
-    law = body.material.hardening or Perfect(body.material.yield_strength or math.inf)
+    law = law_of(body.material)
     over = body.residual_von_mises > (1 + _ROUNDING) * law.strength(body.accumulated)
     return bool(over.any())
 

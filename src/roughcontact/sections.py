@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 
 from roughcontact import halfspace
 from roughcontact.errors import InputError
-from roughcontact.plasticity import Perfect
+from roughcontact.increments import PlasticBody, law_of
 
 if TYPE_CHECKING:
     from roughcontact.elastoplastic import ElastoplasticResult
-    from roughcontact.increments import PlasticBody
 
 Array = NDArray[Any]
 
@@ -325,7 +324,7 @@ def _faces(body: PlasticBody) -> NDArray[np.float64]:
 
 def _fields(body: PlasticBody, where: Any) -> tuple[Array, Array, Array, Array, Array]:
     """Return faces, accumulated strain, strength and both stresses at some pixels."""
-    law = body.material.hardening or Perfect(body.material.yield_strength or np.inf)
+    law = law_of(body.material)
     accumulated = body.accumulated[where].copy()
     stress, residual = (
         halfspace.tensor(np.moveaxis(deviator[where], 1, 0), mean[where])
