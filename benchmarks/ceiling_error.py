@@ -235,7 +235,9 @@ def tables(found: dict[str, Any]) -> dict[str, str]:
     three = found["factors"].index(3.0)
 
     def percents(errors: list[float]) -> str:
-        return " | ".join(f"{round(100 * error):+d} %".replace("-", "−") for error in errors)
+        return " | ".join(
+            f"{round(100 * error):+d}\N{NO-BREAK SPACE}%".replace("-", "−") for error in errors
+        )
 
     spheres = [
         "| P/P_c | E\\*a/(σ_Y R) | p̄/σ_Y | Kogut and Etsion | Jackson and Green "

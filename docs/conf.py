@@ -119,9 +119,10 @@ def _prepare(app: Sphinx) -> None:
 
 
 def _typeset(app: Sphinx, name: str, source: list[str]) -> None:
-    """Set the index of the yield strength, which the pages hold as it is typed."""
+    """Set the indices of symbols, which the pages hold as they are typed."""
     if app.env.doc2path(name).suffix == ".md":
-        source[0] = source[0].replace("σ_Y", "σ{sub}`Y`")
+        for letter, index in ("σ", "Y"), ("P", "c"), ("p", "y"):
+            source[0] = source[0].replace(f"{letter}_{index}", f"{letter}{{sub}}`{index}`")
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
