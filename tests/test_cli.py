@@ -1138,6 +1138,17 @@ def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
     assert "100 N in 1 increment\n" in capsys.readouterr().out
 
 
+def test_the_volume_model_ends_without_load(tmp_path: Path, capsys: Capture) -> None:
+    output = tmp_path / "out.nc"
+    assert cli.main(["solve", *BALL, "--unload", "--output", str(output)]) == cli.SOLVED
+    assert "0 N after 100 N, in 4 increments\n" in capsys.readouterr().out
+    stored = archive.load_elastoplastic(output)
+    loads = [step.load for step in stored.increments]
+    assert loads == pytest.approx([100 / 3, 200 / 3, 100, 0])
+    assert not stored.contact.pressure.any()
+    assert stored.residual_displacement.max() > 0
+
+
 def test_a_law_of_hardening_counts_for_the_recommended_ceiling(capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "64", "--size", "3 mm", "--load", "8 kN")
     elastic = ("--young", "210 GPa", "--poisson", "0.3")
@@ -1237,6 +1248,7 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
     ("options", "words"),
     [
         (("--increments", "3"), ("--model volume",)),
+        (("--unload",), ("--unload needs --model volume",)),
         (("--model", "both"), ("--model must be one of",)),
         (("--model", "volume", "--increments", "0"), ("--increments must be at least 1",)),
         (("--model", "volume", "--ceiling", "3 GPa"), ("--ceiling goes with --model ceiling",)),

@@ -792,7 +792,8 @@ def _path(result: ElastoplasticResult) -> Statement:
     if result.contact.load and any(_flows_back(body) for body in result.bodies):
         caution = (
             "the residual stress exceeds the yield strength, so that the bodies would flow again "
-            "on unloading: end the path at zero load to see what stays"
+            "on unloading: end the path at zero load (--unload on the command line) to see "
+            "what stays"
         )
     return Statement("Path of loads", text, caution)
 

@@ -164,7 +164,7 @@ _Quiet = Annotated[bool, _flag("--quiet", "Print nothing but errors, and JSON if
 
 
 # What only `solve` takes.
-_VOLUME = ("model", "increments", "hardening", "folder")
+_VOLUME = ("model", "increments", "unload", "hardening", "folder")
 
 
 def _describing(*without: str) -> Callable[[Command], Command]:

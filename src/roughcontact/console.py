@@ -119,8 +119,10 @@ def show_volume(volume: ElastoplasticResult, notes: Sequence[str], written: Sequ
     problem.append(("plasticity", law))
     area = units.engineering(contact.contact_area, "m²")
     steps = units.counted(len(volume.increments), "increment")
+    largest = max((step.load for step in volume.increments), default=0.0)
+    after = f" after {units.engineering(largest, 'N')}," if largest > contact.load else ""
     answer: list[Row] = [
-        ("load", f"{units.engineering(contact.load, 'N')} in {steps}"),
+        ("load", f"{units.engineering(contact.load, 'N')}{after} in {steps}"),
         ("approach", _length(contact.approach)),
         ("max pressure", _pressure(contact.max_pressure)),
         ("contact area", f"{area} ({_percent(contact.contact_fraction)})"),

@@ -352,6 +352,9 @@ OPTIONS: dict[str, Option] = {
     "increments": Option(
         BODIES, "NUMBER", "Steps to the load of the volume model; 10 by default.", _int
     ),
+    "unload": Option(
+        BODIES, "", "Take the bodies of the volume model apart in the end: what stays.", _flag
+    ),
     "hardening": Option(
         BODIES, "LAW",
         'Of the rough body: "linear 2 GPa" (modulus) or "swift 945 MPa 20 0.121" (B, C, n of '
@@ -460,6 +463,7 @@ class Job:
     ceiling: str | float | None = "auto"
     model: str = "ceiling"
     increments: int | None = None
+    unload: bool = False
     hardening: tuple[str, tuple[float, ...]] | None = None
     boundary: str = "free"
     tolerance: float | None = None
@@ -491,8 +495,8 @@ class Job:
         if self.model == "volume":
             self._check_volume()
         else:
-            for name in ("increments", "folder"):
-                if getattr(self, name) is not None:
+            for name in ("increments", "unload", "folder"):
+                if name in self.given:
                     raise InputError(f"--{name} needs --model volume")
         if self.load_point is not None and (self.load is None or self.study):
             raise InputError("--load-point needs --load, and goes without --study")
@@ -793,6 +797,8 @@ def run(job: Job, say: Say, look: Callable[[Step], None] | None = None) -> Outco
 def _run_volume(job: Job, maps: Sequence[Surface], say: Say) -> Outcome:
     from roughcontact import elastoplastic, increments
 
+    assert job.load is not None
+    load = job.load
     first, second = job.bodies()
     # Both models have defaults of their own.
     solver = {
@@ -802,10 +808,14 @@ def _run_volume(job: Job, maps: Sequence[Surface], say: Say) -> Outcome:
     }
 
     def look(at: increments.Progress) -> None:
-        share = units.percent(at.load / at.target) if at.target else "unloading"
         state = f"iteration {at.iteration}, residual {at.residual:.1e}"
-        say(f"{share} of the load: {state if at.iteration else f'kept in {job.folder}'}")
+        say(
+            f"{units.percent(at.load / load)} of the load: "
+            f"{state if at.iteration else f'kept in {job.folder}'}"
+        )
 
+    steps = job.increments or 10
+    loads = [*(load * i / steps for i in range(1, steps)), load, *([0.0] * job.unload)]
     try:
         found = elastoplastic.solve_elastoplastic(
             maps[0],
@@ -813,8 +823,7 @@ def _run_volume(job: Job, maps: Sequence[Surface], say: Say) -> Outcome:
             counter_material=second,
             counter_surface=maps[1] if len(maps) > 1 else None,
             boundary=job.boundary,
-            load=job.load,
-            increments=job.increments or 10,
+            loads=loads,
             on_failure="return",
             folder=job.folder,
             progress=look,
