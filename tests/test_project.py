@@ -102,6 +102,10 @@ def test_contacts_of_the_volume_model_are_kept_apart(tmp_path: Path, capsys: Cap
         assert told["volume"]["max_plastic_strain"] == last.max_plastic_strain
         assert told["regime"] == last.regime
         assert all((tmp_path / "volume" / f"ball-{load}-N.{s}").exists() for s in ("vtr", "vti"))
+    capsys.readouterr()
+    assert cli.main(["run", str(path)]) == cli.SOLVED
+    rows = [row.split() for row in capsys.readouterr().out.splitlines() if "ball" in row]
+    assert [row[-2] for row in rows[:2]] == ["–", "–"]
     # Another problem in the same folder is that contact's failure.
     path.write_text(VOLUME.replace("20 GPa", "30 GPa"), encoding="utf-8")
     assert cli.main(["run", str(path)]) == cli.NOT_CONVERGED

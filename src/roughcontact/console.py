@@ -227,7 +227,8 @@ def show_reports(reports: Sequence[Report]) -> None:
                 units.engineering(told["load"], "N", 3),
                 units.engineering(told["max_pressure"], "Pa", 3),
                 _percent(told["contact_fraction"], 3),
-                _percent(told["saturated_fraction"], 3),
+                # The volume model has no ceiling.
+                "–" if "volume" in told else _percent(told["saturated_fraction"], 3),
                 f"{told['certificate']:.0e}",
             )
         )
