@@ -512,6 +512,7 @@ def test_too_large_is_said_before_it_starts(monkeypatch) -> None:
         available = 1000
 
     monkeypatch.setattr("psutil.virtual_memory", Little)
+    monkeypatch.setattr(elastoplastic, "_untouched", pytest.fail)
     with pytest.raises(InsufficientMemoryError, match="GiB"):
         solve_elastoplastic(ball(), material=SWIFT, loads=[0.1])
 

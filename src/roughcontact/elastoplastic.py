@@ -65,6 +65,8 @@ Array = NDArray[Any]
 _FIRST_LAYER = 0.5
 _DEPTH = 3.0
 _LEAST_DEPTH = 8.0
+# No volume of that depth has fewer layers.
+_LEAST_LAYERS = 10
 
 TOLERANCE = 1e-4
 """Residual of the plastic strain at which an increment is done."""
@@ -411,6 +413,9 @@ def solve_elastoplastic(
     )  # fmt: skip
     _check_arguments(problem, increments, depth, layers, start, on_failure)
     path = _path(load, loads, int(increments), 0.0 if start is None else start.contact.load)
+    # Before anything of the size of the map is made; again once the volume is known.
+    least = np.size(layers) if layers is not None else _LEAST_LAYERS
+    _check_memory(surface.shape, least, max(len(problem.yielding), 1), boundary, precision)
     workspace = Workspace()
     contact = _untouched(problem, workspace)
     _check_capacity(problem, contact, max(path))
