@@ -278,6 +278,19 @@ def below_label(axes: Axes) -> Transform:
     return axes.transAxes + ScaledTranslation(0, -0.52, figure.dpi_scale_trans)
 
 
+def legend_below(axes: Axes, columns: int = 1) -> None:
+    """Name what axes show under their label."""
+    axes.legend(
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0),
+        bbox_transform=below_label(axes),
+        borderaxespad=0,
+        ncols=columns,
+        fontsize=TICK,
+        frameon=False,
+    )
+
+
 def cell_note(figure: Figure, cell: tuple[int, int], shown: str) -> None:
     """Say below a figure what its cells show; nothing where a cell is a point."""
     if cell == (1, 1):

@@ -39,7 +39,6 @@ from roughcontact.drawing import (
     TICK,
     TITLE,
     UPRIGHT,
-    below_label,
     cell_any,
     cell_max,
     cell_mean,
@@ -49,6 +48,7 @@ from roughcontact.drawing import (
     draw_map,
     few_ticks,
     layout,
+    legend_below,
     listed,
     patch_legend,
     plain_axes,
@@ -357,14 +357,7 @@ def stress_depth(result: StressResult) -> Figure:
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    axes.legend(
-        loc="upper center",
-        bbox_to_anchor=(0.5, 0),
-        bbox_transform=below_label(axes),
-        borderaxespad=0,
-        fontsize=TICK,
-        frameon=False,
-    )
+    legend_below(axes)
     axes.set_title(_stress_title(result), fontsize=TITLE)
     return figure
 
@@ -764,14 +757,7 @@ def bearing_curve(surface: Surface) -> Figure:
     axes.set_ylabel(f"height above mean [{unit}]", fontsize=LABEL)
     axes.set_title("Material ratio curve", fontsize=TITLE)
     plain_axes(axes)
-    axes.legend(
-        loc="upper center",
-        bbox_to_anchor=(0.5, 0),
-        bbox_transform=below_label(axes),
-        borderaxespad=0,
-        fontsize=TICK,
-        frameon=False,
-    )
+    legend_below(axes)
     return figure
 
 
@@ -827,15 +813,7 @@ def spots(result: ContactResult) -> Figure:
         f"{areas.size} contact {noun} at {_load(result)}{_doubt(result)}", fontsize=TITLE
     )
     plain_axes(axes)
-    axes.legend(
-        loc="upper center",
-        bbox_to_anchor=(0.5, 0),
-        bbox_transform=below_label(axes),
-        borderaxespad=0,
-        ncols=2,
-        fontsize=TICK,
-        frameon=False,
-    )
+    legend_below(axes, columns=2)
     return figure
 
 
@@ -1244,14 +1222,7 @@ def _draw_histogram(
     axes.set_xlabel(f"pressure [{unit}]", fontsize=LABEL)
     axes.set_ylabel(f"density of contact area [% per {per}]", fontsize=LABEL)
     plain_axes(axes)
-    axes.legend(
-        loc="upper center",
-        bbox_to_anchor=(0.5, 0),
-        bbox_transform=below_label(axes),
-        borderaxespad=0,
-        fontsize=TICK,
-        frameon=False,
-    )
+    legend_below(axes)
 
 
 def _edges(pressures: Sequence[Array], ceilings: Sequence[float], top: float, scale: str) -> Array:
