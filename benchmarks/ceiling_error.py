@@ -23,8 +23,10 @@ from typing import Any
 import numpy as np
 
 import roughcontact as rc
-from roughcontact import comparison, generate, hertz, roughness
-from roughcontact.plasticity import Hardening, Linear, Perfect, Swift
+from roughcontact.material.hardening import Hardening, Linear, Perfect, Swift
+from roughcontact.surface import roughness, shapes
+from roughcontact.theory import hertz
+from roughcontact.volume import comparison
 
 STORED = Path(__file__).with_suffix(".json")
 PAGE = Path(__file__).parents[1] / "docs" / "assumptions.md"
@@ -101,7 +103,7 @@ def sphere(
     first = hertz.first_yield_load(RADIUS, modulus, body.first_yield_pressure)
     radius = hertz.contact_radius(first, RADIUS, modulus) * math.sqrt(expected_area(ratio))
     pixel = (4.6 * radius / points,) * 2
-    surface = rc.Surface(generate.paraboloid((points, points), pixel, RADIUS), pixel)
+    surface = rc.Surface(shapes.paraboloid((points, points), pixel, RADIUS), pixel)
     return surface, body, ratio * first
 
 
@@ -110,7 +112,7 @@ def rough(
 ) -> tuple[rc.Surface, rc.Material]:
     """Return a self-affine period with this plasticity index, its shortest wave eight pixels."""
     body, pixel = steel(law), (1e-6, 1e-6)
-    heights = generate.self_affine(
+    heights = shapes.self_affine(
         (points, points),
         pixel,
         rms_height=1e-7,

@@ -27,7 +27,7 @@ import problems  # noqa: E402
 
 import judge  # noqa: E402 - found beside the tests
 import roughcontact as rc  # noqa: E402
-from roughcontact.plasticity import Linear  # noqa: E402
+from roughcontact.material.hardening import Linear  # noqa: E402
 
 Array = NDArray[np.float64]
 

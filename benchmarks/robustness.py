@@ -29,7 +29,7 @@ if str(ROOT / "tests") not in sys.path:
 
 import judge  # noqa: E402 - found beside the tests
 import roughcontact as rc  # noqa: E402
-from roughcontact.contact import check  # noqa: E402
+from roughcontact.contact.solve import check  # noqa: E402
 
 Array = NDArray[np.float64]
 

@@ -84,8 +84,8 @@ def layers_to(first: float, depth: float, count: int) -> np.ndarray:
 def arguments(case: Case, *, quick: bool) -> dict[str, Any]:
     """Return what `solve_elastoplastic` is called with."""
     import roughcontact as rc
-    from roughcontact.generate import reference_map
-    from roughcontact.plasticity import Linear, Swift
+    from roughcontact.material.hardening import Linear, Swift
+    from roughcontact.surface.shapes import reference_map
 
     points, layers = (case.tiny, case.few) if quick else (case.points, case.layers)
     increments = 2 if quick else INCREMENTS

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 
 import roughcontact
-from roughcontact import formats
+from roughcontact.formats import read
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -113,7 +113,7 @@ def _prepare(app: Sphinx) -> None:
     (SCRATCH / "maps").mkdir()
     generated = HERE / "generated"
     generated.mkdir(exist_ok=True)
-    rows = [f"| `{suffix}` | {name} |" for suffix, name in sorted(formats.SUFFIXES.items())]
+    rows = [f"| `{suffix}` | {name} |" for suffix, name in sorted(read.SUFFIXES.items())]
     table = "\n".join(["| suffix | read as |", "|---|---|", *rows])
     (generated / "suffixes.md").write_text(table + "\n", encoding="utf-8")
 

@@ -19,7 +19,7 @@ def independent():
 def pressed():
     """A hardening ball under load, out of the middle of a map of unequal sides and pixels."""
     import roughcontact as rc
-    from roughcontact.plasticity import Swift
+    from roughcontact.material.hardening import Swift
 
     steel = rc.Material(210e9, 0.3, hardening=Swift(1240e6, 30, 0.085), name="M50")
     y, x = np.mgrid[:28, :32] - np.array([13, 17])[:, None, None]

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughcontact import alignment, filters
 from roughcontact.errors import InputError
+from roughcontact.surface import alignment, filters
 
 
 def rough(seed: int, shape: tuple[int, int], holes: float = 0.0) -> np.ndarray:

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.special import ellipkm1
 
-from roughcontact import analytic
 from roughcontact.errors import InputError
+from roughcontact.theory import analytic
 
 AMPLITUDE, WAVELENGTH, MODULUS = 2e-7, 3e-5, 80e9
 WAVY = analytic.wavy_full_contact_pressure(AMPLITUDE, WAVELENGTH, MODULUS)

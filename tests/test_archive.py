@@ -7,8 +7,8 @@ import pytest
 import xarray
 
 import roughcontact as rc
-from roughcontact import archive
-from roughcontact.archive import load_result, save_result
+from roughcontact.contact import archive
+from roughcontact.contact.archive import load_result, save_result
 
 STEEL = rc.Material(young=210e9, poisson=0.3, name="steel")
 YIELDING = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9, name="hard steel 1/3")

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import assumptions, generate, hertz
-from roughcontact.comparison import recommended_ceiling
-from roughcontact.plasticity import Swift
-from roughcontact.result import ContactResult
+from roughcontact.contact.result import ContactResult
+from roughcontact.material.hardening import Swift
+from roughcontact.report import assumptions
+from roughcontact.surface import shapes
+from roughcontact.theory import hertz
+from roughcontact.volume.comparison import recommended_ceiling
 
 STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
 SOFT = rc.Material(70e9, 0.33, 0.3e9, name="aluminium")
@@ -249,7 +251,7 @@ def loaded_ball(ratio: float, **more: Any) -> ContactResult:
     load = ratio * hertz.first_yield_load(radius, modulus, 1.295 * math.exp(0.736 * 0.3) * 1e9)
     side = 3 * max(hertz.contact_radius(load, radius, modulus), math.sqrt(load / math.pi / 3e9))
     pixel = (side / 64, side / 64)
-    surface = rc.Surface(generate.paraboloid((64, 64), pixel, radius), pixel)
+    surface = rc.Surface(shapes.paraboloid((64, 64), pixel, radius), pixel)
     return solved(surface, load=load, **more)
 
 

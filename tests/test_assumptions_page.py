@@ -13,8 +13,10 @@ import scipy.optimize
 
 import ceiling_error
 import roughcontact as rc
-from roughcontact import comparison, generate, hertz
-from roughcontact.plasticity import Perfect
+from roughcontact.material.hardening import Perfect
+from roughcontact.surface import shapes
+from roughcontact.theory import hertz
+from roughcontact.volume import comparison
 
 NU = 0.3
 STEEL = rc.Material(young=210e9, poisson=NU, yield_strength=1e9)
@@ -40,7 +42,7 @@ def mean_pressure(load_ratio: float) -> float:
     load = 4 * MODULUS * a_hertz**3 / (3 * radius)
     assert hertz.max_pressure(load, radius, MODULUS) == pytest.approx(peak)
     pixel = (side / points, side / points)
-    ball = rc.Surface(generate.paraboloid((points, points), pixel, radius), pixel)
+    ball = rc.Surface(shapes.paraboloid((points, points), pixel, radius), pixel)
     return load / rc.solve(ball, material=STEEL, load=load).corrected_contact_area / 1e9
 
 
@@ -184,13 +186,13 @@ def test_iron_is_not_isotropic() -> None:
 
 
 def test_friction_brings_first_yield_to_the_surface() -> None:
-    from roughcontact.subsurface import subsurface_stress
+    from roughcontact.contact.subsurface import subsurface_stress
 
     points, side, radius = 128, 1e-4, 1e-3
     pixel = (side / points, side / points)
     a_hertz = side / 6
     load = 4 * MODULUS * a_hertz**3 / (3 * radius)
-    ball = rc.Surface(generate.paraboloid((points, points), pixel, radius), pixel)
+    ball = rc.Surface(shapes.paraboloid((points, points), pixel, radius), pixel)
     result = rc.solve(ball, material=STEEL, load=load, ceiling=None)
     depths = a_hertz * np.linspace(0.002, 1, 21)
     peak = hertz.max_pressure(load, radius, MODULUS)

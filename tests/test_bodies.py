@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughcontact import bodies, generate
 from roughcontact.errors import InputError
-from roughcontact.surface import Provenance, Surface
+from roughcontact.surface import nominal, shapes
+from roughcontact.surface.surface import Provenance, Surface
 
 SHAPE, PIXEL = (31, 44), (2e-6, 3e-6)
 GRID = {"shape": SHAPE, "pixel": PIXEL}
@@ -32,41 +32,41 @@ def waves(shape, pixel, offset=(0.0, 0.0), angle=0.0, mirrored=False):
 @pytest.mark.parametrize(
     ("body", "heights", "source"),
     [
-        (bodies.flat(**GRID), np.zeros(SHAPE), "nominal flat"),
+        (nominal.flat(**GRID), np.zeros(SHAPE), "nominal flat"),
         (
-            bodies.sphere(radius=1e-3, **GRID),
-            generate.sphere(SHAPE, PIXEL, 1e-3),
+            nominal.sphere(radius=1e-3, **GRID),
+            shapes.sphere(SHAPE, PIXEL, 1e-3),
             "nominal sphere of radius 1 mm",
         ),
         (
-            bodies.ellipsoid(radii=(1e-3, 5e-4), angle=30, **GRID),
-            generate.ellipsoid(SHAPE, PIXEL, (1e-3, 5e-4), 30),
+            nominal.ellipsoid(radii=(1e-3, 5e-4), angle=30, **GRID),
+            shapes.ellipsoid(SHAPE, PIXEL, (1e-3, 5e-4), 30),
             "nominal ellipsoid of the radii of curvature 1 mm along y and 500 µm along x, turned "
             "by 30 degrees from x towards y",
         ),
         (
-            bodies.cylinder(radius=1e-3, angle=90, **GRID),
-            generate.cylinder(SHAPE, PIXEL, 1e-3, 90),
+            nominal.cylinder(radius=1e-3, angle=90, **GRID),
+            shapes.cylinder(SHAPE, PIXEL, 1e-3, 90),
             "nominal cylinder of radius 1 mm, axis at 90 degrees from x towards y",
         ),
         (
-            bodies.punch(radius=2.5e-5, edge_radius=1e-6, **GRID),
-            generate.punch(SHAPE, PIXEL, 2.5e-5, 1e-6),
+            nominal.punch(radius=2.5e-5, edge_radius=1e-6, **GRID),
+            shapes.punch(SHAPE, PIXEL, 2.5e-5, 1e-6),
             "nominal round punch of radius 25 µm with an edge radius of 1 µm",
         ),
         (
-            bodies.rectangular_punch(sides=(2e-5, 4e-5), **GRID),
-            generate.rectangular_punch(SHAPE, PIXEL, (2e-5, 4e-5)),
+            nominal.rectangular_punch(sides=(2e-5, 4e-5), **GRID),
+            shapes.rectangular_punch(SHAPE, PIXEL, (2e-5, 4e-5)),
             "nominal rectangular punch of 20 µm along y by 40 µm along x",
         ),
         (
-            bodies.cone(slope=0.01, **GRID),
-            generate.cone(SHAPE, PIXEL, 0.01),
+            nominal.cone(slope=0.01, **GRID),
+            shapes.cone(SHAPE, PIXEL, 0.01),
             "nominal cone of slope 0.01",
         ),
         (
-            bodies.wedge(slope=0.01, angle=45, **GRID),
-            generate.wedge(SHAPE, PIXEL, 0.01, 45),
+            nominal.wedge(slope=0.01, angle=45, **GRID),
+            shapes.wedge(SHAPE, PIXEL, 0.01, 45),
             "nominal wedge of slope 0.01, ridge at 45 degrees from x towards y",
         ),
     ],
@@ -84,13 +84,13 @@ def test_a_body_is_a_surface_that_says_what_it_is(body, heights, source) -> None
 
 def test_a_body_may_stand_aside() -> None:
     for make, sizes in (
-        (bodies.sphere, {"radius": 1e-3}),
-        (bodies.cylinder, {"radius": 1e-3}),
-        (bodies.punch, {"radius": 1e-5}),
-        (bodies.rectangular_punch, {"sides": (1e-5, 1e-5)}),
-        (bodies.ellipsoid, {"radii": (1e-3, 1e-3)}),
-        (bodies.cone, {"slope": 0.1}),
-        (bodies.wedge, {"slope": 0.1}),
+        (nominal.sphere, {"radius": 1e-3}),
+        (nominal.cylinder, {"radius": 1e-3}),
+        (nominal.punch, {"radius": 1e-5}),
+        (nominal.rectangular_punch, {"sides": (1e-5, 1e-5)}),
+        (nominal.ellipsoid, {"radii": (1e-3, 1e-3)}),
+        (nominal.cone, {"slope": 0.1}),
+        (nominal.wedge, {"slope": 0.1}),
     ):
         body = make(**sizes, **GRID, center=(7, 12))
         assert body.heights[7, 12] == 0 == np.nanmax(body.heights)
@@ -103,40 +103,40 @@ def test_a_body_may_stand_aside() -> None:
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("flat", bodies.flat(**GRID)),
-        ("sphere 10 mm", bodies.sphere(radius=0.01, **GRID)),
-        ("  Sphere 10mm ", bodies.sphere(radius=0.01, **GRID)),
-        ("sphere 1e-2 m", bodies.sphere(radius=0.01, **GRID)),
+        ("flat", nominal.flat(**GRID)),
+        ("sphere 10 mm", nominal.sphere(radius=0.01, **GRID)),
+        ("  Sphere 10mm ", nominal.sphere(radius=0.01, **GRID)),
+        ("sphere 1e-2 m", nominal.sphere(radius=0.01, **GRID)),
         (
             "ellipsoid 10 mm 4 mm 30 deg",
-            bodies.ellipsoid(radii=(0.01, 0.004), angle=30, **GRID),
+            nominal.ellipsoid(radii=(0.01, 0.004), angle=30, **GRID),
         ),
-        ("ellipsoid 10 mm 4 mm", bodies.ellipsoid(radii=(0.01, 0.004), **GRID)),
-        ("cylinder 5 mm", bodies.cylinder(radius=0.005, **GRID)),
-        ("cylinder 5 mm 90 deg", bodies.cylinder(radius=0.005, angle=90, **GRID)),
-        ("cylinder 5 mm -12.5°", bodies.cylinder(radius=0.005, angle=-12.5, **GRID)),
-        ("punch 20 um", bodies.punch(radius=2e-5, **GRID)),
-        ("punch 20 \u03bcm edge 2 \u00b5m", bodies.punch(radius=2e-5, edge_radius=2e-6, **GRID)),
-        ("punch 20 um 10 um", bodies.rectangular_punch(sides=(2e-5, 1e-5), **GRID)),
+        ("ellipsoid 10 mm 4 mm", nominal.ellipsoid(radii=(0.01, 0.004), **GRID)),
+        ("cylinder 5 mm", nominal.cylinder(radius=0.005, **GRID)),
+        ("cylinder 5 mm 90 deg", nominal.cylinder(radius=0.005, angle=90, **GRID)),
+        ("cylinder 5 mm -12.5°", nominal.cylinder(radius=0.005, angle=-12.5, **GRID)),
+        ("punch 20 um", nominal.punch(radius=2e-5, **GRID)),
+        ("punch 20 \u03bcm edge 2 \u00b5m", nominal.punch(radius=2e-5, edge_radius=2e-6, **GRID)),
+        ("punch 20 um 10 um", nominal.rectangular_punch(sides=(2e-5, 1e-5), **GRID)),
         (
             "punch 20 um 10 um edge 500 nm",
-            bodies.rectangular_punch(sides=(2e-5, 1e-5), edge_radius=5e-7, **GRID),
+            nominal.rectangular_punch(sides=(2e-5, 1e-5), edge_radius=5e-7, **GRID),
         ),
-        ("cone 0.01", bodies.cone(slope=0.01, **GRID)),
-        ("cone 1e-2", bodies.cone(slope=0.01, **GRID)),
-        ("wedge 0.01 90 deg", bodies.wedge(slope=0.01, angle=90, **GRID)),
-        ("wedge .01", bodies.wedge(slope=0.01, **GRID)),
+        ("cone 0.01", nominal.cone(slope=0.01, **GRID)),
+        ("cone 1e-2", nominal.cone(slope=0.01, **GRID)),
+        ("wedge 0.01 90 deg", nominal.wedge(slope=0.01, angle=90, **GRID)),
+        ("wedge .01", nominal.wedge(slope=0.01, **GRID)),
     ],
 )
 def test_texts_that_are_bodies(text: str, expected: Surface) -> None:
-    body = bodies.parse(text)(**GRID)
+    body = nominal.parse(text)(**GRID)
     np.testing.assert_array_equal(body.heights, expected.heights)
     assert body.provenance == expected.provenance
 
 
 def test_every_form_shown_is_taken_and_may_stand_aside() -> None:
-    for form in bodies.FORMS:
-        body = bodies.parse(form)(**GRID, center=(7, 12))
+    for form in nominal.FORMS:
+        body = nominal.parse(form)(**GRID, center=(7, 12))
         assert body.heights[7, 12] == 0 == np.nanmax(body.heights)
 
 
@@ -151,7 +151,7 @@ def test_every_form_shown_is_taken_and_may_stand_aside() -> None:
 )  # fmt: skip
 def test_texts_that_are_none(text) -> None:
     with pytest.raises(InputError) as caught:
-        bodies.parse(text, "--body")
+        nominal.parse(text, "--body")
     message = str(caught.value)
     assert message.startswith("--body must read like one of 'flat', 'sphere 10 mm', ")
     assert message.endswith(f"got {text!r}")
@@ -176,13 +176,13 @@ def test_texts_that_are_none(text) -> None:
 )
 def test_sizes_that_are_none(text: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
-        bodies.parse(text, "--body")
+        nominal.parse(text, "--body")
 
 
 @given(st.text(alphabet="flatspherconewdgpuy 0123456789.-+emk°", max_size=30))
 def test_no_text_makes_another_error(text: str) -> None:
     try:
-        body = bodies.parse(text)
+        body = nominal.parse(text)
     except InputError:
         return
     assert callable(body)
@@ -197,7 +197,7 @@ def test_two_maps_meet_where_they_overlap(angle: float, mirrored: bool) -> None:
     offset = (2.3e-5, -3.1e-5)
     first = Surface(waves((80, 100), (2e-6, 2e-6)), (2e-6, 2e-6), Provenance("a"))
     second = Surface(waves((90, 70), (2.5e-6, 2.2e-6)), (2.5e-6, 2.2e-6), Provenance("b"))
-    one, two = bodies.matched(first, second, offset, angle, mirrored)
+    one, two = nominal.matched(first, second, offset, angle, mirrored)
     assert one.shape == two.shape
     assert one.pixel == two.pixel == first.pixel
     assert one.missing == two.missing == 0
@@ -217,13 +217,13 @@ def test_two_maps_meet_where_they_overlap(angle: float, mirrored: bool) -> None:
 def test_the_finer_pixel_decides() -> None:
     coarse = Surface(waves((60, 70), (4e-6, 3e-6)), (4e-6, 3e-6))
     fine = Surface(waves((90, 70), (1e-6, 2.5e-6)), (1e-6, 2.5e-6))
-    one, two = bodies.matched(coarse, fine, (1e-5, 1e-5))
+    one, two = nominal.matched(coarse, fine, (1e-5, 1e-5))
     # 2.5 µm is similar to 3 µm, 1 µm is not to 4 µm.
     assert one.pixel == two.pixel == (1e-6, 3e-6)
     # All of the fine map lies on the coarse one: only its rim may be lost.
     assert one.shape[0] >= 88
     assert one.size[1] >= fine.size[1] - 2 * 3e-6
-    other, same = bodies.matched(fine, coarse, (-1e-5, -1e-5))
+    other, same = nominal.matched(fine, coarse, (-1e-5, -1e-5))
     assert same.pixel == fine.pixel
     assert other.heights.tobytes() == fine.heights.tobytes()
     # Seen from the other map it is the same contact, within half a pixel of its cut.
@@ -233,10 +233,10 @@ def test_the_finer_pixel_decides() -> None:
 def test_equal_maps_stay_as_they_are() -> None:
     surface = Surface(waves(SHAPE, PIXEL), PIXEL)
     other = Surface(surface.heights[::-1], PIXEL)
-    one, two = bodies.matched(surface, other)
+    one, two = nominal.matched(surface, other)
     assert one.heights.tobytes() == surface.heights.tobytes()
     assert two.heights.tobytes() == other.heights.tobytes()
-    assert bodies.matched(surface, other, mirrored=True)[1].heights.tobytes() == (
+    assert nominal.matched(surface, other, mirrored=True)[1].heights.tobytes() == (
         other.heights[:, ::-1].tobytes()
     )
 
@@ -246,11 +246,11 @@ def test_holes_are_neither_lost_nor_accepted() -> None:
     heights[30:33, 30:33] = np.nan
     holed = Surface(heights, (2e-6, 2e-6))
     other = Surface(waves((90, 90), (1.5e-6, 1.5e-6)), (1.5e-6, 1.5e-6))
-    one, two = bodies.matched(holed, other, angle=10)
+    one, two = nominal.matched(holed, other, angle=10)
     assert one.missing == 9
     assert two.missing == 0
     assert not one.holes_masked
-    one, two = bodies.matched(other, holed.masked(), angle=10)
+    one, two = nominal.matched(other, holed.masked(), angle=10)
     assert two.missing > 9
     assert two.holes_masked
     assert not one.holes_masked
@@ -267,7 +267,7 @@ def test_what_two_maps_share_is_never_missing(offset, angle, mirrored, pixel) ->
     first = Surface(waves((40, 50), (2e-6, 2e-6)), (2e-6, 2e-6))
     second = Surface(waves((40, 30), pixel), pixel)
     try:
-        one, two = bodies.matched(first, second, offset, angle, mirrored)
+        one, two = nominal.matched(first, second, offset, angle, mirrored)
     except InputError as error:
         if "do not overlap" not in str(error):
             raise
@@ -280,7 +280,7 @@ def test_a_small_fine_map_on_a_large_coarse_one_needs_little_memory() -> None:
     # On the whole coarse map the fine grid would have 10¹⁰ points.
     coarse = Surface(np.zeros((1000, 1000)), (1e-5, 1e-5))
     fine = Surface(waves((50, 60), (1e-7, 1e-7)), (1e-7, 1e-7))
-    one, two = bodies.matched(coarse, fine, (1e-3, -2e-3), 30)
+    one, two = nominal.matched(coarse, fine, (1e-3, -2e-3), 30)
     assert one.pixel == pytest.approx((1e-7, 1e-7))
     assert one.shape == two.shape
     assert 20 < min(one.shape) < max(one.shape) < 60
@@ -289,6 +289,6 @@ def test_a_small_fine_map_on_a_large_coarse_one_needs_little_memory() -> None:
 def test_maps_that_do_not_meet() -> None:
     surface = Surface(waves(SHAPE, PIXEL), PIXEL)
     with pytest.raises(InputError, match="the maps do not overlap"):
-        bodies.matched(surface, surface, (1e-3, 0.0))
+        nominal.matched(surface, surface, (1e-3, 0.0))
     with pytest.raises(InputError, match="second must be a Surface, got ndarray"):
-        bodies.matched(surface, surface.heights)
+        nominal.matched(surface, surface.heights)

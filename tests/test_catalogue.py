@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from roughcontact import catalogue, hardness
 from roughcontact.errors import InputError
-from roughcontact.material import Material, contact_modulus
+from roughcontact.material import catalogue, hardness
+from roughcontact.material.material import Material, contact_modulus
 
 ENTRIES = catalogue.entries()
 each = pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.key)

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import archive, checkpoint
-from roughcontact.archive import load_elastoplastic
-from roughcontact.elastoplastic import ElastoplasticResult, Progress, solve_elastoplastic
-from roughcontact.plasticity import Swift
+from roughcontact.contact import archive, resume
+from roughcontact.contact.archive import load_elastoplastic
+from roughcontact.material.hardening import Swift
+from roughcontact.volume.solve import ElastoplasticResult, Progress, solve_elastoplastic
 
 SWIFT = rc.Material(young=210e9, poisson=0.3, hardening=Swift(1240e6, 30, 0.085))
 PERFECT = rc.Material(young=210e9, poisson=0.3, yield_strength=1656e6)
@@ -270,9 +270,7 @@ def test_a_full_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def claim(folder: Path, **problem: object) -> Path:
-    return checkpoint.claim(
-        folder, problem, kind="trial", record="trial.json", pattern="part-*.npy"
-    )
+    return resume.claim(folder, problem, kind="trial", record="trial.json", pattern="part-*.npy")
 
 
 def test_a_folder_is_made_and_known_again(tmp_path: Path) -> None:

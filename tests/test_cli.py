@@ -14,20 +14,17 @@ import numpy as np
 import pytest
 
 import roughcontact
-from roughcontact import (
-    archive,
-    catalogue,
-    cli,
-    contact,
-    elastoplastic,
-    hertz,
-    increments,
-    job,
-    load_result,
-    plasticity,
-    plots,
-)
-from roughcontact.solver import Step
+from roughcontact import load_result
+from roughcontact.cli import app
+from roughcontact.contact import archive
+from roughcontact.contact import solve as contact
+from roughcontact.material import catalogue, hardening
+from roughcontact.plots import maps
+from roughcontact.request import job
+from roughcontact.solvers.bounded import Step
+from roughcontact.theory import hertz
+from roughcontact.volume import loop
+from roughcontact.volume import solve as elastoplastic
 
 MEASUREMENTS = Path(__file__).parents[1] / ".." / "shared" / "measurements"
 PACKAGE = Path(roughcontact.__file__).parents[1]
@@ -76,13 +73,13 @@ def measurement(name: str) -> str:
 
 
 def solve(path: Path, *options: str, load: str = "0.1 N") -> int:
-    return cli.main(["solve", str(path), *SCALE, "--load", load, *options])
+    return app.main(["solve", str(path), *SCALE, "--load", load, *options])
 
 
 def refused(capsys: Capture, status: int, *words: str) -> str:
     """Check that the run before ended with status 2 and one sentence that has these words."""
     out, err = capsys.readouterr()
-    assert status == cli.BAD_INPUT
+    assert status == app.BAD_INPUT
     assert out == ""
     assert err.startswith("roughcontact: error: ")
     assert err.count("\n") == 1
@@ -111,14 +108,14 @@ def files(folder: Path) -> set[str]:
 
 
 def test_no_arguments_show_the_help(capsys: Capture) -> None:
-    assert cli.main([]) == cli.SOLVED
+    assert app.main([]) == app.SOLVED
     out = capsys.readouterr().out
     assert all(command in out for command in ("solve", "sweep", "info", "demo", "Example"))
 
 
 @pytest.mark.parametrize("command", ["solve", "sweep", "info", "demo"])
 def test_every_command_has_help_with_an_example(command: str, capsys: Capture) -> None:
-    assert cli.main([command, "--help"]) == cli.SOLVED
+    assert app.main([command, "--help"]) == app.SOLVED
     assert f"roughcontact {command} " in capsys.readouterr().out.split("Example")[1]
 
 
@@ -143,7 +140,7 @@ def test_solve_prints_a_table_that_fits_80_columns(
     rough: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "33")
-    assert solve(rough, *YIELDING) == cli.SOLVED
+    assert solve(rough, *YIELDING) == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
     lines = out.splitlines()
@@ -166,7 +163,7 @@ def test_solve_prints_a_table_that_fits_80_columns(
 
 
 def test_json_is_what_the_library_returns(rough: Path, capsys: Capture) -> None:
-    assert solve(rough, *YIELDING, "--json") == cli.SOLVED
+    assert solve(rough, *YIELDING, "--json") == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
     told = json.loads(out, parse_constant=pytest.fail)
@@ -186,7 +183,7 @@ def test_json_is_what_the_library_returns(rough: Path, capsys: Capture) -> None:
 
 
 def test_every_option_reaches_the_library(rough: Path, holed: Path, capsys: Capture) -> None:
-    status = cli.main(
+    status = app.main(
         [
             "solve", str(rough), *SCALE, "--approach", "300 nm", *YIELDING,
             "--counter-young", "70 GPa", "--counter-poisson", "0.33",
@@ -196,7 +193,7 @@ def test_every_option_reaches_the_library(rough: Path, holed: Path, capsys: Capt
             "--max-iterations", "300", "--precision", "double", "--json",
         ]
     )  # fmt: skip
-    assert status == cli.SOLVED
+    assert status == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     assert told["approach"] == pytest.approx(3e-7)
     assert told["control"] == "approach"
@@ -222,28 +219,28 @@ def test_ceiling_is_automatic_given_or_none(rough: Path, capsys: Capture) -> Non
         ((*YIELDING, "--ceiling", "auto"), 3e9),
         (STEEL, None),
     ):
-        assert solve(rough, *options, "--json") == cli.SOLVED
+        assert solve(rough, *options, "--json") == app.SOLVED
         assert json.loads(capsys.readouterr().out)["ceiling"] == ceiling
-    assert solve(rough, *YIELDING, "--ceiling", "none") == cli.SOLVED
+    assert solve(rough, *YIELDING, "--ceiling", "none") == app.SOLVED
     assert "none: purely elastic\n" in capsys.readouterr().out
-    assert solve(rough, *STEEL) == cli.SOLVED
+    assert solve(rough, *STEEL) == app.SOLVED
     assert "none: purely elastic, no yield strength is given\n" in capsys.readouterr().out
 
 
 def test_a_ceiling_that_does_not_fit_is_a_warning(capsys: Capture) -> None:
     ball = ("--body", "sphere 1 mm", "--points", "64", "--size", "150 um", "--load", "10 N")
-    assert cli.main(["solve", *ball, *YIELDING]) == cli.SOLVED
+    assert app.main(["solve", *ball, *YIELDING]) == app.SOLVED
     told = " ".join(capsys.readouterr().out.split())
     assert told.count("warning:") == 1
     ceiling = re.search(r"than the ([\d.]+) yield strengths", told)
     assert 2 < float(ceiling[1]) < 2.2
     better = ("--ceiling", f"{float(ceiling[1])} GPa")
-    assert cli.main(["solve", *ball, *YIELDING, *better]) == cli.SOLVED
+    assert app.main(["solve", *ball, *YIELDING, *better]) == app.SOLVED
     assert "warning" not in capsys.readouterr().out
 
 
 def test_quiet_prints_nothing(rough: Path, tmp_path: Path, capsys: Capture) -> None:
-    assert solve(rough, *STEEL, "--quiet", "--output", str(tmp_path / "out.nc")) == cli.SOLVED
+    assert solve(rough, *STEEL, "--quiet", "--output", str(tmp_path / "out.nc")) == app.SOLVED
     assert capsys.readouterr() == ("", "")
     assert (tmp_path / "out.nc").exists()
 
@@ -253,7 +250,7 @@ def test_names_with_markup_and_control_characters_stay_harmless(
 ) -> None:
     path = tmp_path / "[red]a[nonsense]\x1b[2J.npy"
     np.save(path, bumps())
-    assert solve(path, *STEEL) == cli.SOLVED
+    assert solve(path, *STEEL) == app.SOLVED
     out = capsys.readouterr().out
     assert "[red]a[nonsense]" in out
     assert "\x1b" not in out
@@ -264,11 +261,11 @@ def test_progress_is_told_on_a_terminal_only(
 ) -> None:
     # With this Rich would take a pipe for a terminal.
     monkeypatch.setenv("FORCE_COLOR", "1")
-    assert solve(rough, *STEEL, "--json") == cli.SOLVED
+    assert solve(rough, *STEEL, "--json") == app.SOLVED
     assert capsys.readouterr().err == ""
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     monkeypatch.setenv("TERM", "xterm")
-    assert solve(rough, *STEEL, "--json") == cli.SOLVED
+    assert solve(rough, *STEEL, "--json") == app.SOLVED
     out, err = capsys.readouterr()
     json.loads(out)
     assert "solving" in err
@@ -282,7 +279,7 @@ def test_output_and_figures_are_written(rough: Path, tmp_path: Path, capsys: Cap
     before = files(tmp_path)
     output = tmp_path / "out.nc"
     figures = ("--figures", str(tmp_path / "run1"))
-    assert solve(rough, *YIELDING, "--output", str(output), *figures) == cli.SOLVED
+    assert solve(rough, *YIELDING, "--output", str(output), *figures) == app.SOLVED
     names = {f"run1-{figure}.png" for figure in FIGURES}
     assert files(tmp_path) - before == {"out.nc", *names}
     out = capsys.readouterr().out
@@ -297,7 +294,7 @@ def test_output_and_figures_are_written(rough: Path, tmp_path: Path, capsys: Cap
 def test_figures_go_into_an_existing_folder(rough: Path, tmp_path: Path) -> None:
     folder = tmp_path / "pictures"
     folder.mkdir()
-    assert solve(rough, *STEEL, "--figures", str(folder)) == cli.SOLVED
+    assert solve(rough, *STEEL, "--figures", str(folder)) == app.SOLVED
     assert files(folder) == {f"{figure}.png" for figure in FIGURES}
 
 
@@ -305,7 +302,7 @@ def test_demo_writes_both_solutions_and_tells_what_they_are(
     tmp_path: Path, capsys: Capture
 ) -> None:
     folder = tmp_path / "demo"
-    assert cli.main(["demo", "--folder", str(folder), "--points", "64"]) == cli.SOLVED
+    assert app.main(["demo", "--folder", str(folder), "--points", "64"]) == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
     names = {
@@ -340,7 +337,7 @@ def test_demo_refuses(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    refused(capsys, cli.main(["demo", *options]), *words)
+    refused(capsys, app.main(["demo", *options]), *words)
     assert files(tmp_path) == set()
 
 
@@ -357,7 +354,7 @@ def test_demo_refuses(
     ],
 )
 def test_usage_errors_return_2(arguments: list[str], words: list[str], capsys: Capture) -> None:
-    refused(capsys, cli.main(arguments), *words)
+    refused(capsys, app.main(arguments), *words)
 
 
 @pytest.mark.parametrize(
@@ -409,7 +406,7 @@ def test_bad_arguments_end_in_one_sentence(
     capsys: Capture,
 ) -> None:
     output = ("--output", str(tmp_path / "out.nc"))
-    status = cli.main(["solve", str(rough), *SCALE, *options, *output])
+    status = app.main(["solve", str(rough), *SCALE, *options, *output])
     refused(capsys, status, *words)
     assert files(tmp_path) == {"rough.npy"}
 
@@ -446,14 +443,14 @@ def test_bad_files_end_in_one_sentence(
     elif content is not None:
         np.save(path, content)
     options = ["--load", "1 N", *STEEL] if command == "solve" else []
-    refused(capsys, cli.main([command, str(path), *SCALE, *options]), *words)
+    refused(capsys, app.main([command, str(path), *SCALE, *options]), *words)
 
 
 def test_missing_unit_or_size_is_asked_for_as_an_option(rough: Path, capsys: Capture) -> None:
     options = ["solve", str(rough), "--load", "1 N", *STEEL]
-    refused(capsys, cli.main(options), "no unit", "--unit 'um'")
-    refused(capsys, cli.main([*options, "--unit", "um"]), "--size '0.1 mm x 0.2 mm'")
-    refused(capsys, cli.main([*options, "--unit", "s"]), "--unit needs a length")
+    refused(capsys, app.main(options), "no unit", "--unit 'um'")
+    refused(capsys, app.main([*options, "--unit", "um"]), "--size '0.1 mm x 0.2 mm'")
+    refused(capsys, app.main([*options, "--unit", "s"]), "--unit needs a length")
 
 
 def test_holes_are_refused_until_the_user_chooses(holed: Path, capsys: Capture) -> None:
@@ -463,9 +460,9 @@ def test_holes_are_refused_until_the_user_chooses(holed: Path, capsys: Capture) 
         (("--holes", "fill"), ["filled: 3 missing points by harmonic interpolation"]),
         (("--holes", "mask"), ["masked: 3 missing points never touch"]),
     ):
-        assert solve(holed, *STEEL, *options, "--json") == cli.SOLVED
+        assert solve(holed, *STEEL, *options, "--json") == app.SOLVED
         assert json.loads(capsys.readouterr().out)["preparation"][1:] == steps
-    assert solve(holed, *STEEL, "--crop", "8:,:") == cli.SOLVED
+    assert solve(holed, *STEEL, "--crop", "8:,:") == app.SOLVED
 
 
 def test_bodies_on_unequal_grids_are_refused(rough: Path, tmp_path: Path, capsys: Capture) -> None:
@@ -501,10 +498,10 @@ def test_outputs_are_checked_before_the_solve(
 
 def test_output_never_replaces_the_input(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     source = tmp_path / "out.nc"
-    assert solve(rough, *STEEL, "--output", str(source)) == cli.SOLVED
+    assert solve(rough, *STEEL, "--output", str(source)) == app.SOLVED
     capsys.readouterr()
     before = source.read_bytes()
-    status = cli.main(["solve", str(source), "--load", "1 N", *STEEL, "--output", str(source)])
+    status = app.main(["solve", str(source), "--load", "1 N", *STEEL, "--output", str(source)])
     refused(capsys, status, "--output", "is an input file")
     assert source.read_bytes() == before
 
@@ -518,7 +515,7 @@ def test_not_converged_shows_the_best_and_writes_nothing(
     output = tmp_path / "out.nc"
     output.write_text("an older result")
     options = (*YIELDING, "--max-iterations", "2", "--tolerance", "1e-12", "--output", str(output))
-    assert solve(rough, *options, "--figures", str(tmp_path / "run1")) == cli.NOT_CONVERGED
+    assert solve(rough, *options, "--figures", str(tmp_path / "run1")) == app.NOT_CONVERGED
     out, err = capsys.readouterr()
     assert "NOT CONVERGED" in out
     assert "max pressure" in out
@@ -528,7 +525,7 @@ def test_not_converged_shows_the_best_and_writes_nothing(
     assert err.count("\n") == 1
     assert output.read_text() == "an older result"
     assert files(tmp_path) == {"rough.npy", "out.nc"}
-    assert solve(rough, *options, "--json") == cli.NOT_CONVERGED
+    assert solve(rough, *options, "--json") == app.NOT_CONVERGED
     told = json.loads(capsys.readouterr().out)
     assert told["converged"] is False
     assert told["certificate"] > 1e-12
@@ -540,7 +537,7 @@ def test_an_old_output_survives_a_refused_run(rough: Path, tmp_path: Path, capsy
     output.write_text("an older result")
     refused(capsys, solve(rough, *YIELDING, "--output", str(output), load="61 N"), "60 N")
     assert output.read_text() == "an older result"
-    assert solve(rough, *YIELDING, "--output", str(output)) == cli.SOLVED
+    assert solve(rough, *YIELDING, "--output", str(output)) == app.SOLVED
     assert load_result(output).converged
 
 
@@ -553,7 +550,7 @@ def test_a_full_disk_is_one_sentence_after_the_numbers(
     output = tmp_path / "out.nc"
     output.write_text("an older result")
     monkeypatch.setattr("xarray.Dataset.to_netcdf", full)
-    assert solve(rough, *STEEL, "--output", str(output)) == cli.BAD_INPUT
+    assert solve(rough, *STEEL, "--output", str(output)) == app.BAD_INPUT
     out, err = capsys.readouterr()
     assert "max pressure" in out
     assert "written" not in out
@@ -582,29 +579,29 @@ def test_an_interrupted_solve_writes_nothing(
     monkeypatch.setattr(contact.solver, "solve", interrupted_solver())
     output = tmp_path / "out.nc"
     output.write_text("an older result")
-    assert solve(rough, *STEEL, "--output", str(output)) == cli.INTERRUPTED
+    assert solve(rough, *STEEL, "--output", str(output)) == app.INTERRUPTED
     assert capsys.readouterr() == ("", "roughcontact: interrupted; nothing was written\n")
     assert output.read_text() == "an older result"
     assert files(tmp_path) == {"rough.npy", "out.nc"}
     folder = tmp_path / "demo"
-    assert cli.main(["demo", "--folder", str(folder), "--points", "64"]) == cli.INTERRUPTED
+    assert app.main(["demo", "--folder", str(folder), "--points", "64"]) == app.INTERRUPTED
     assert not folder.exists()
 
 
 def test_an_interrupted_write_names_what_is_complete(
     rough: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(plots, "gap", interrupt)
+    monkeypatch.setattr(maps, "gap", interrupt)
     output = tmp_path / "out.nc"
     options = ("--output", str(output), "--figures", str(tmp_path / "run1"))
-    assert solve(rough, *STEEL, *options) == cli.INTERRUPTED
+    assert solve(rough, *STEEL, *options) == app.INTERRUPTED
     err = capsys.readouterr().err
     complete = {"out.nc", "run1-surface.png", "run1-pressure.png", "run1-contact.png"}
     assert all(name in err for name in complete)
     assert "run1-gap.png" not in err
     assert files(tmp_path) == {"rough.npy", *complete}
     monkeypatch.setattr(archive, "to_dataset", interrupt)
-    assert solve(rough, *STEEL, "--output", str(tmp_path / "new.nc")) == cli.INTERRUPTED
+    assert solve(rough, *STEEL, "--output", str(tmp_path / "new.nc")) == app.INTERRUPTED
     assert capsys.readouterr().err == "roughcontact: interrupted; nothing was written\n"
     assert files(tmp_path) == {"rough.npy", *complete}
 
@@ -629,14 +626,14 @@ def test_a_closed_pipe_is_quiet(rough: Path) -> None:
     arguments = ("solve", str(rough), *SCALE, "--load", "1 N", *STEEL)
     done = python("-m", "roughcontact", *arguments, stdout=writing)
     os.close(writing)
-    assert (done.returncode, done.stderr) == (cli.PIPE_CLOSED, "")
+    assert (done.returncode, done.stderr) == (app.PIPE_CLOSED, "")
 
 
 # Measured files
 
 
 def test_info_tells_size_and_roughness(holed: Path, capsys: Capture) -> None:
-    assert cli.main(["info", str(holed), *SCALE, "--json"]) == cli.SOLVED
+    assert app.main(["info", str(holed), *SCALE, "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     heights = np.load(holed) * 1e-6
     assert told["shape"] == [40, 64]
@@ -648,7 +645,7 @@ def test_info_tells_size_and_roughness(holed: Path, capsys: Capture) -> None:
     assert told["Sq_leveled"] < told["Sq"]
     surface = roughcontact.read_surface(holed, unit="um", size=(1e-4, 2e-4)).leveled()
     assert told["roughness_leveled"] == pytest.approx(surface.roughness())
-    assert cli.main(["info", str(holed), *SCALE]) == cli.SOLVED
+    assert app.main(["info", str(holed), *SCALE]) == app.SOLVED
     assert "reduced height of the peaks above the core" in capsys.readouterr().out
     assert told["missing"] == 3
     assert len(told["channels"]) == 1
@@ -656,7 +653,7 @@ def test_info_tells_size_and_roughness(holed: Path, capsys: Capture) -> None:
 
 @needs_reader
 def test_info_prints_the_table_of_a_measured_file(capsys: Capture) -> None:
-    assert cli.main(["info", measurement("uncd_afm.001")]) == cli.SOLVED
+    assert app.main(["info", measurement("uncd_afm.001")]) == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
     assert max(map(len, out.splitlines())) <= 80
@@ -685,7 +682,7 @@ def test_info_prints_the_table_of_a_measured_file(capsys: Capture) -> None:
 )
 def test_measured_files_are_solved(name: str, load: str, ceiling: str, capsys: Capture) -> None:
     arguments = ["--load", load, *YIELDING, "--holes", "fill", "--ceiling", ceiling, "--json"]
-    assert cli.main(["solve", measurement(name), *arguments]) == cli.SOLVED
+    assert app.main(["solve", measurement(name), *arguments]) == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
     told = json.loads(out, parse_constant=pytest.fail)
@@ -708,7 +705,7 @@ def test_damaged_measurements_end_in_one_sentence(
 ) -> None:
     options = ["--load", "1 N", *STEEL, "--output", str(tmp_path / "out.nc")]
     arguments = [command, measurement(name), *(options if command == "solve" else [])]
-    refused(capsys, cli.main(arguments), name)
+    refused(capsys, app.main(arguments), name)
     assert files(tmp_path) == set()
 
 
@@ -721,7 +718,7 @@ def test_every_preparation_reaches_the_library_in_its_order(holed: Path, capsys:
         "--holes", "fill", "--s-filter", "12 um", "--l-filter", "80 um", "--pixel", "2 um",
         "--rotate", "90",
     )  # fmt: skip
-    assert solve(holed, *STEEL, *options, "--json") == cli.SOLVED
+    assert solve(holed, *STEEL, *options, "--json") == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     starts = [step.split(":")[0] for step in told["preparation"]]
     assert starts == [
@@ -740,7 +737,7 @@ def test_every_preparation_reaches_the_library_in_its_order(holed: Path, capsys:
 
 
 def test_holes_can_be_cut_away(holed: Path, capsys: Capture) -> None:
-    assert solve(holed, *STEEL, "--holes", "crop", "--json") == cli.SOLVED
+    assert solve(holed, *STEEL, "--holes", "crop", "--json") == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     assert told["preparation"][0].startswith("cropped to the largest rectangle without holes")
 
@@ -767,12 +764,12 @@ def test_study_is_told_in_plain_words(tmp_path: Path, capsys: Capture) -> None:
     heights = np.kron(bumps(), np.ones((2, 2)))
     path = tmp_path / "rough.npy"
     np.save(path, heights)
-    assert solve(path, *YIELDING, "--study") == cli.SOLVED
+    assert solve(path, *YIELDING, "--study") == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
     assert max(map(len, out.splitlines())) <= 80
     assert "Ceiling: as the factor goes from 2.8 to 3.2" in " ".join(out.split())
-    assert solve(path, *YIELDING, "--study", "--json") == cli.SOLVED
+    assert solve(path, *YIELDING, "--study", "--json") == app.SOLVED
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     surface = roughcontact.read_surface(path, unit="um", size=(1e-4, 2e-4)).leveled()
     steel = roughcontact.Material(210e9, 0.3, 1e9)
@@ -781,7 +778,7 @@ def test_study_is_told_in_plain_words(tmp_path: Path, capsys: Capture) -> None:
 
 
 def sweep(path: Path, *options: str) -> int:
-    return cli.main(
+    return app.main(
         ["sweep", str(path), *SCALE, *STEEL, "--from", "10 mN", "--to", "1 N", *options]
     )
 
@@ -811,8 +808,8 @@ def test_sweep_writes_what_the_library_returns(
 def test_sweep_over_approaches_draws(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     figure = tmp_path / "curve.svg"
     options = ["--from", "50 nm", "--to", "300 nm", "--steps", "3", "--spacing", "linear"]
-    status = cli.main(["sweep", str(rough), *SCALE, *STEEL, *options, "--figure", str(figure)])
-    assert status == cli.SOLVED
+    status = app.main(["sweep", str(rough), *SCALE, *STEEL, *options, "--figure", str(figure)])
+    assert status == app.SOLVED
     assert "<svg" in figure.read_text(encoding="utf-8")
     assert "approach" in capsys.readouterr().out
 
@@ -838,14 +835,14 @@ def test_bad_sweeps_end_in_one_sentence(
 
 
 def test_sweep_needs_both_ends(rough: Path, capsys: Capture) -> None:
-    refused(capsys, cli.main(["sweep", str(rough), *SCALE, *STEEL]), "--from is needed")
+    refused(capsys, app.main(["sweep", str(rough), *SCALE, *STEEL]), "--from is needed")
 
 
 def test_a_sweep_in_the_folder_of_another_is_refused(
     rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     folder = ("--folder", str(tmp_path / "steps"))
-    assert sweep(rough, "--steps", "2", *folder) == cli.SOLVED
+    assert sweep(rough, "--steps", "2", *folder) == app.SOLVED
     capsys.readouterr()
     refused(capsys, sweep(rough, "--steps", "3", *folder), "another sweep", "values differ")
 
@@ -855,7 +852,7 @@ def test_a_sweep_in_the_folder_of_another_is_refused(
 
 def test_nominal_bodies_need_no_file(capsys: Capture) -> None:
     options = ("--body", "sphere 10 mm", "--points", "64x96", "--size", "0.2 mm x 0.3 mm")
-    assert cli.main(["solve", *options, "--load", "1 N", *YIELDING, "--json"]) == cli.SOLVED
+    assert app.main(["solve", *options, "--load", "1 N", *YIELDING, "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     assert told["shape"] == [64, 96]
     radius = 10e-3
@@ -866,7 +863,7 @@ def test_nominal_bodies_need_no_file(capsys: Capture) -> None:
 
 def test_roughness_on_nominal_bodies(rough: Path, capsys: Capture) -> None:
     options = ("--body", "sphere 10 mm", "--counter-body", "cylinder 5 mm 90 deg", "--json")
-    assert solve(rough, *STEEL, *options) == cli.SOLVED
+    assert solve(rough, *STEEL, *options) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     assert told["preparation"][-1] == "form added: nominal sphere of radius 10 mm"
     assert told["counter_source"].startswith("nominal cylinder of radius 5 mm")
@@ -877,7 +874,7 @@ def test_maps_of_different_grids_are_aligned(rough: Path, tmp_path: Path, capsys
     np.save(other, bumps()[:30, :50])
     counter = ("--counter-surface", str(other))
     for options in (("--align",), ("--offset", "5 um, -10 um", "--angle", "20"), ("--mirror",)):
-        assert solve(rough, *STEEL, *counter, *options, "--json") == cli.SOLVED
+        assert solve(rough, *STEEL, *counter, *options, "--json") == app.SOLVED
         told = json.loads(capsys.readouterr().out)
         assert any(step.startswith("aligned") for step in told["counter_preparation"])
     refused(capsys, solve(rough, *STEEL, "--align"), "--counter-surface")
@@ -886,7 +883,7 @@ def test_maps_of_different_grids_are_aligned(rough: Path, tmp_path: Path, capsys
 
 def test_materials_come_from_the_catalogue(rough: Path, capsys: Capture) -> None:
     options = ("--material", "AISI 52100", "--counter-material", "alumina", "--young", "205 GPa")
-    assert solve(rough, *options, "--json") == cli.SOLVED
+    assert solve(rough, *options, "--json") == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     steel = catalogue.material("100Cr6")
     assert told["material"]["young"] == 205e9
@@ -897,23 +894,23 @@ def test_materials_come_from_the_catalogue(rough: Path, capsys: Capture) -> None
 
 
 def test_ceiling_from_a_hardness(rough: Path, capsys: Capture) -> None:
-    assert solve(rough, *STEEL, "--ceiling", "700 HV", "--json") == cli.SOLVED
+    assert solve(rough, *STEEL, "--ceiling", "700 HV", "--json") == app.SOLVED
     ceiling = json.loads(capsys.readouterr().out)["ceiling"]
     assert ceiling == pytest.approx(700 * 9.80665e6 / np.sin(np.radians(68)))
     refused(capsys, solve(rough, *STEEL, "--ceiling", "99 HRC"), "--ceiling", "HRC")
 
 
 def test_materials_lists_the_catalogue_with_sources(capsys: Capture) -> None:
-    assert cli.main(["materials"]) == cli.SOLVED
+    assert app.main(["materials"]) == app.SOLVED
     out = capsys.readouterr().out
     assert max(map(len, out.splitlines())) <= 80
     assert all(entry.key in out for entry in catalogue.entries())
-    assert cli.main(["materials", "bearing steel"]) == cli.SOLVED
+    assert app.main(["materials", "bearing steel"]) == app.SOLVED
     assert "source" in capsys.readouterr().out
-    assert cli.main(["materials", "--json"]) == cli.SOLVED
+    assert app.main(["materials", "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     assert len(told["materials"]) == len(catalogue.entries())
-    refused(capsys, cli.main(["materials", "unobtainium"]), "'unobtainium' is not in")
+    refused(capsys, app.main(["materials", "unobtainium"]), "'unobtainium' is not in")
 
 
 @pytest.mark.parametrize(
@@ -941,7 +938,7 @@ def test_history_writes_steps_and_the_indented_surface(
     written = ("--output", str(output), "--residual", str(residual), "--figure", str(figure))
     path = ("--path", "0.5 N, 0 N, 0.5 N", "--passes", "2", "--shift", "0 um, 6.25 um")
     arguments = ["history", str(rough), *SCALE, *YIELDING, *path]
-    assert cli.main([*arguments, *written]) == cli.SOLVED
+    assert app.main([*arguments, *written]) == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
     assert max(map(len, out.splitlines())) <= 80
@@ -961,7 +958,7 @@ def test_history_writes_steps_and_the_indented_surface(
     )
     left = roughcontact.read_surface(residual)
     assert left.heights == pytest.approx(expected.residual.heights, abs=1e-12)
-    assert cli.main([*arguments, "--json"]) == cli.SOLVED
+    assert app.main([*arguments, "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     assert told["indentation_volume"] == pytest.approx(expected.indentation_volume)
 
@@ -985,7 +982,7 @@ def test_bad_histories_end_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     written = [] if "--residual" in options else ["--residual", str(tmp_path / "left.x3p")]
-    status = cli.main(["history", str(rough), *SCALE, *YIELDING, *options, *written])
+    status = app.main(["history", str(rough), *SCALE, *YIELDING, *options, *written])
     refused(capsys, status, *words)
     assert files(tmp_path) == {"rough.npy"}
 
@@ -998,7 +995,7 @@ def test_report_holds_study_notes_and_command(rough: Path, tmp_path: Path, capsy
     path, report = tmp_path / "fine.npy", tmp_path / "out.html"
     np.save(path, heights)
     options = (*YIELDING, "--study", "--report", str(report), "--tip-radius", "5 um")
-    assert solve(path, *options) == cli.SOLVED
+    assert solve(path, *options) == app.SOLVED
     assert "reflect the tip of radius 5 µm" in " ".join(capsys.readouterr().out.split())
     text = report.read_text(encoding="utf-8")
     for words in (
@@ -1024,17 +1021,17 @@ def test_every_measurement_gets_a_report_in_one_line(
 ) -> None:
     report = tmp_path / "out.html"
     options = ("--material", "100Cr6", "--holes", "fill", "--report", str(report))
-    assert cli.main(["solve", measurement(name), "--load", load, *options]) == cli.SOLVED
+    assert app.main(["solve", measurement(name), "--load", load, *options]) == app.SOLVED
     assert report.read_text(encoding="utf-8").count("<img") >= 8
 
 
 def test_bodies_tilt_under_a_load_off_the_middle(rough: Path, capsys: Capture) -> None:
-    assert solve(rough, *STEEL, "--load-point", "3 um, -8 um", "--json") == cli.SOLVED
+    assert solve(rough, *STEEL, "--load-point", "3 um, -8 um", "--json") == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     assert told["moments"] == pytest.approx([0.1 * 3e-6, -0.1 * 8e-6])
     assert told["moment_error"] <= 1e-8
     assert any(told["tilt"])
-    assert solve(rough, *STEEL, "--load-point", "0 um, 0 um") == cli.SOLVED
+    assert solve(rough, *STEEL, "--load-point", "0 um, 0 um") == app.SOLVED
     assert "tilt (y, x)" in capsys.readouterr().out
     refused(capsys, solve(rough, *STEEL, "--load-point", "0 um, 1 mm"), "moments")
     refused(capsys, solve(rough, *STEEL, "--load-point", "1 um"), "--load-point needs two")
@@ -1047,7 +1044,7 @@ def test_stress_of_a_ball_is_hertz(tmp_path: Path, capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "96", "--size", "0.2 mm", "--load", "1 N")
     output, report = tmp_path / "s.nc", tmp_path / "s.html"
     files_wanted = ("--output", str(output), "--report", str(report), "--figures", str(tmp_path))
-    assert cli.main(["stress", *ball, *YIELDING, *files_wanted]) == cli.SOLVED
+    assert app.main(["stress", *ball, *YIELDING, *files_wanted]) == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
     assert max(map(len, out.splitlines())) <= 80
@@ -1056,12 +1053,12 @@ def test_stress_of_a_ball_is_hertz(tmp_path: Path, capsys: Capture) -> None:
         "s.nc", "s.html", "stress-depth.png", "stress-section.png", "stress-map.png",
     }  # fmt: skip
     assert "Stress below the surface" in report.read_text(encoding="utf-8")
-    assert cli.main(["stress", *ball, *YIELDING, "--json"]) == cli.SOLVED
+    assert app.main(["stress", *ball, *YIELDING, "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     # 0.620 of the largest pressure; radius and depth are known to some of 20 pixels.
     assert told["stress"]["max_von_mises"] == pytest.approx(0.62 * told["max_pressure"], rel=0.01)
     rubbed = ("--friction", "0.3", "--direction", "90", "--depths", "1 um, 10 um, 14 um", "--json")
-    assert cli.main(["stress", *ball, *YIELDING, *rubbed]) == cli.SOLVED
+    assert app.main(["stress", *ball, *YIELDING, *rubbed]) == app.SOLVED
     other = json.loads(capsys.readouterr().out)["stress"]
     assert other["max_von_mises"] > told["stress"]["max_von_mises"]
     assert other["depths"] == pytest.approx([1e-6, 14e-6])
@@ -1084,27 +1081,27 @@ def test_bad_stress_ends_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     load = () if "--load" in options else ("--load", "0.5 N")
-    refused(capsys, cli.main(["stress", str(rough), *SCALE, *YIELDING, *load, *options]), *words)
+    refused(capsys, app.main(["stress", str(rough), *SCALE, *YIELDING, *load, *options]), *words)
     assert files(tmp_path) == {"rough.npy"}
 
 
 def test_load_of_first_yield_of_a_ball(capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "96", "--size", "0.5 mm", "--load", "20 N")
-    assert cli.main(["stress", *ball, *YIELDING, "--onset", "--json"]) == cli.SOLVED
+    assert app.main(["stress", *ball, *YIELDING, "--onset", "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     expected = hertz.first_yield_load(10e-3, 210e9 / 0.91, 1.615e9)
     # One per cent in the pressure is three in the load.
     assert told["first_yield"]["load"] == pytest.approx(expected, rel=0.03)
-    assert cli.main(["stress", *ball, *YIELDING, "--onset"]) == cli.SOLVED
+    assert app.main(["stress", *ball, *YIELDING, "--onset"]) == app.SOLVED
     assert "first yield" in capsys.readouterr().out
 
 
 def test_reports_of_sweep_and_history(rough: Path, tmp_path: Path) -> None:
     report = tmp_path / "out.html"
-    assert sweep(rough, "--steps", "3", "--report", str(report)) == cli.SOLVED
+    assert sweep(rough, "--steps", "3", "--report", str(report)) == app.SOLVED
     assert "Load curve" in report.read_text(encoding="utf-8")
     arguments = ["history", str(rough), *SCALE, *YIELDING, "--path", "0.5 N, 0 N, 0.5 N"]
-    assert cli.main([*arguments, "--report", str(report)]) == cli.SOLVED
+    assert app.main([*arguments, "--report", str(report)]) == app.SOLVED
     assert "Load history" in report.read_text(encoding="utf-8")
 
 
@@ -1115,32 +1112,32 @@ def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "32", "--size", "0.4 mm", "--load", "100 N")
     output = tmp_path / "v.nc"
     law = ("--model", "volume", "--increments", "3", "--hardening", "linear 2 GPa")
-    assert cli.main(["solve", *ball, *YIELDING, *law, "--output", str(output)]) == cli.SOLVED
+    assert app.main(["solve", *ball, *YIELDING, *law, "--output", str(output)]) == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
     assert max(map(len, out.splitlines())) <= 80
     assert "linear hardening, modulus 2 GPa" in out
     stored = archive.load_elastoplastic(output)
-    steel = roughcontact.Material(210e9, 0.3, hardening=plasticity.Linear(1e9, 2e9))
+    steel = roughcontact.Material(210e9, 0.3, hardening=hardening.Linear(1e9, 2e9))
     expected = roughcontact.solve_elastoplastic(
         stored.contact.surface, material=steel, load=100.0, increments=3
     )
     assert stored.max_plastic_strain == pytest.approx(expected.max_plastic_strain, rel=1e-6)
     assert stored.contact.max_pressure == pytest.approx(expected.contact.max_pressure, rel=1e-6)
-    assert cli.main(["solve", *ball, *YIELDING, "--model", "volume", "--json"]) == cli.SOLVED
+    assert app.main(["solve", *ball, *YIELDING, "--model", "volume", "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     assert told["volume"]["max_plastic_strain"] > stored.max_plastic_strain
     assert told["volume"]["increments"] == 10
-    assert cli.main(["solve", *ball, *YIELDING, "--model", "volume"]) == cli.SOLVED
+    assert app.main(["solve", *ball, *YIELDING, "--model", "volume"]) == app.SOLVED
     assert "warning: without hardening the pressure of single pixels" in capsys.readouterr().out
     single = (*ball, *YIELDING, "--model", "volume", "--increments", "1", "--tolerance", "1e-2")
-    assert cli.main(["solve", *single]) == cli.SOLVED
+    assert app.main(["solve", *single]) == app.SOLVED
     assert "100 N in 1 increment\n" in capsys.readouterr().out
 
 
 def test_the_volume_model_ends_without_load(tmp_path: Path, capsys: Capture) -> None:
     output = tmp_path / "out.nc"
-    assert cli.main(["solve", *BALL, "--unload", "--output", str(output)]) == cli.SOLVED
+    assert app.main(["solve", *BALL, "--unload", "--output", str(output)]) == app.SOLVED
     assert "0 N after 100 N, in 4 increments\n" in capsys.readouterr().out
     stored = archive.load_elastoplastic(output)
     loads = [step.load for step in stored.increments]
@@ -1156,7 +1153,7 @@ def test_a_law_of_hardening_counts_for_the_recommended_ceiling(capsys: Capture) 
         (("--yield-strength", "1.656 GPa"), "2.2"),
         (("--hardening", "swift 1240 MPa 30 0.085"), "3.1"),
     ):
-        assert cli.main(["solve", *ball, *elastic, *given]) == cli.SOLVED
+        assert app.main(["solve", *ball, *elastic, *given]) == app.SOLVED
         told = " ".join(capsys.readouterr().out.split())
         assert f"than the {factor}" in told
         assert "solve again with that ceiling" in told
@@ -1174,7 +1171,7 @@ def test_a_volume_run_is_kept_and_goes_on(
 ) -> None:
     outputs = [tmp_path / f"whole.{suffix}" for suffix in ("nc", "vtr", "vti", "csv", "json")]
     words = [word for path in outputs for word in ("--output", str(path))]
-    assert cli.main(["solve", *BALL, *words, "--quiet"]) == cli.SOLVED
+    assert app.main(["solve", *BALL, *words, "--quiet"]) == app.SOLVED
     assert all(path.exists() for path in outputs)
     folder = tmp_path / "steps"
     again = ["solve", *BALL, "--folder", str(folder)]
@@ -1188,7 +1185,7 @@ def test_a_volume_run_is_kept_and_goes_on(
 
     with monkeypatch.context() as patch:
         patch.setattr(archive, "save_elastoplastic", save)
-        assert cli.main(again) == cli.INTERRUPTED
+        assert app.main(again) == app.INTERRUPTED
     kept = ["step-0001.nc", "step-0002.nc"]
     assert files(folder) == {*kept, "volume.json"}
     told = ", ".join(str(folder / name) for name in kept)
@@ -1198,7 +1195,7 @@ def test_a_volume_run_is_kept_and_goes_on(
     with monkeypatch.context() as patch:
         patch.setattr(archive, "save_elastoplastic", save)
         calls += ["", "", ""]
-        assert cli.main([*again, "--output", str(output), "--json"]) == cli.SOLVED
+        assert app.main([*again, "--output", str(output), "--json"]) == app.SOLVED
     assert calls[3:] == ["step-0003.nc"]
     shown = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     whole, resumed = (archive.load_elastoplastic(path) for path in (outputs[0], output))
@@ -1206,7 +1203,7 @@ def test_a_volume_run_is_kept_and_goes_on(
     assert resumed.increments == whole.increments
     assert shown["regime"] == shown["volume"]["regime"] == whole.regime
     refused(
-        capsys, cli.main([*again, "--yield-strength", "1.1 GPa"]),
+        capsys, app.main([*again, "--yield-strength", "1.1 GPa"]),
         f"--folder {folder} holds another run: material differ",
     )  # fmt: skip
 
@@ -1214,13 +1211,13 @@ def test_a_volume_run_is_kept_and_goes_on(
 def test_a_volume_run_that_fails_says_what_is_kept(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(increments, "_CUTS", 0)
+    monkeypatch.setattr(loop, "_CUTS", 0)
     original = elastoplastic.solve_elastoplastic
     monkeypatch.setattr(
         elastoplastic, "solve_elastoplastic", lambda *a, **k: original(*a, max_iterations=1, **k)
     )
     folder = tmp_path / "steps"
-    assert cli.main(["solve", *BALL, "--folder", str(folder)]) == cli.NOT_CONVERGED
+    assert app.main(["solve", *BALL, "--folder", str(folder)]) == app.NOT_CONVERGED
     err = capsys.readouterr().err
     assert f"the loads before it are kept in {folder}\n" in err
     # The loads before settled: their residual is no reason.
@@ -1233,7 +1230,7 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
     figures.mkdir()
     given = ("--model", "volume", "--increments", "2", "--report", str(report))
     command = ["solve", *ball, *YIELDING, *given, "--figures", str(figures)]
-    assert cli.main(command) == cli.SOLVED
+    assert app.main(command) == app.SOLVED
     text = html.unescape(report.read_text(encoding="utf-8"))
     assert "Plastic strain and stress" in text
     assert "--model volume --increments 2" in text
@@ -1302,5 +1299,5 @@ def test_the_volume_model_takes_the_options_of_the_solver(
     assert (told["precision"], told["tolerance"]) == ("double", 1e-3)
     # One iteration never settles: the change from nothing is all of the strain.
     capsys.readouterr()
-    assert solve(rough, *YIELDING, *given, "--max-iterations", "1") == cli.NOT_CONVERGED
+    assert solve(rough, *YIELDING, *given, "--max-iterations", "1") == app.NOT_CONVERGED
     assert "raise --max-iterations" in capsys.readouterr().err

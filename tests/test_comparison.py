@@ -8,8 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import roughcontact as rc
-from roughcontact import comparison, generate, hertz
-from roughcontact.plasticity import Linear, Swift
+from roughcontact.material.hardening import Linear, Swift
+from roughcontact.surface import shapes
+from roughcontact.theory import hertz
+from roughcontact.volume import comparison
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 MODULUS = rc.contact_modulus(STEEL, rc.RIGID)
@@ -21,7 +23,7 @@ def ball(points: int = 32) -> tuple[rc.Surface, float]:
     first = hertz.first_yield_load(RADIUS, MODULUS, STEEL.first_yield_pressure)
     side = 6 * hertz.contact_radius(12 * first, RADIUS, MODULUS)
     pixel = (side / points, side / points)
-    heights = generate.paraboloid((points, points), pixel, RADIUS)
+    heights = shapes.paraboloid((points, points), pixel, RADIUS)
     return rc.Surface(heights, pixel), first
 
 
@@ -167,7 +169,7 @@ def sphere(
     plastic = math.sqrt(load / (math.pi * 3 * material.yield_strength))
     side = 3 * max(hertz.contact_radius(load, RADIUS, modulus), plastic)
     pixel = (side / points, side / points)
-    surface = rc.Surface(generate.paraboloid((points, points), pixel, RADIUS), pixel)
+    surface = rc.Surface(shapes.paraboloid((points, points), pixel, RADIUS), pixel)
     return rc.solve(surface, material=material, load=load, **more)
 
 

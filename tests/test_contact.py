@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import roughcontact as rc
-from roughcontact import convolution
-from roughcontact.contact import check_memory, memory_estimate
+from roughcontact.contact.solve import check_memory, memory_estimate
+from roughcontact.halfspace import convolution
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
 YIELDING = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughcontact import convolution
+from roughcontact.halfspace import convolution
 
 MODULUS = 3.0
 PIXEL = (0.4, 1.0)

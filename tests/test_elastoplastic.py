@@ -7,10 +7,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import acceleration, elastoplastic, generate, halfspace, increments
-from roughcontact.archive import load_elastoplastic
-from roughcontact.convolution import Workspace
-from roughcontact.elastoplastic import solve_elastoplastic
+from roughcontact.contact.archive import load_elastoplastic
 from roughcontact.errors import (
     CapacityError,
     ConvergenceError,
@@ -18,7 +15,13 @@ from roughcontact.errors import (
     InputError,
     InsufficientMemoryError,
 )
-from roughcontact.plasticity import Linear, Perfect, Swift, Tabulated
+from roughcontact.halfspace import plastic
+from roughcontact.halfspace.convolution import Workspace
+from roughcontact.material.hardening import Linear, Perfect, Swift, Tabulated
+from roughcontact.solvers import anderson
+from roughcontact.surface import shapes
+from roughcontact.volume import loop, solve
+from roughcontact.volume.solve import solve_elastoplastic
 
 YOUNG, POISSON = 210e9, 0.3
 RADIUS = 105e-6
@@ -120,7 +123,7 @@ def test_unloading_is_elastic_and_leaves_stress_in_balance(loaded, unloaded) -> 
     np.testing.assert_array_equal(after.stress, after.residual_stress)
     np.testing.assert_allclose(after.residual_stress, before.residual_stress, atol=1e3)
     # No traction is left where the surface is free, but for the average over half a pixel.
-    stress = halfspace.tensor(after.residual_stress.swapaxes(0, 1), after.mean_residual_stress)
+    stress = plastic.tensor(after.residual_stress.swapaxes(0, 1), after.mean_residual_stress)
     assert np.abs(stress[0, ..., 2, 2]).max() < 0.15 * after.residual_von_mises.max()
 
 
@@ -135,7 +138,7 @@ def test_periodic_contact_and_its_balance() -> None:
     zz = body.stress[:, 0] + body.mean_stress
     # Every plane carries the load, and the residual stress nothing.
     np.testing.assert_allclose(-zz.mean(axis=(1, 2)) * zz[0].size * PIXEL**2, 0.4, rtol=1e-5)
-    residual = halfspace.tensor(body.residual_stress.swapaxes(0, 1), body.mean_residual_stress)
+    residual = plastic.tensor(body.residual_stress.swapaxes(0, 1), body.mean_residual_stress)
     np.testing.assert_allclose(
         residual[..., 2].mean(axis=(1, 2)), 0, atol=1e-5 * body.residual_von_mises.max()
     )
@@ -147,7 +150,7 @@ def test_what_unloading_leaves_carries_no_force() -> None:
         layers=[1.5e-6] * 12,
     )  # fmt: skip
     body = result.bodies[0]
-    stress = halfspace.tensor(body.stress.swapaxes(0, 1), body.mean_stress)
+    stress = plastic.tensor(body.stress.swapaxes(0, 1), body.mean_stress)
     assert np.abs(stress[..., 2]).max() > 1e8
     # Normal and shear force on every plane over the load that was there.
     force = stress[..., 2].sum(axis=(1, 2)) * PIXEL**2
@@ -166,7 +169,7 @@ def test_work_is_dissipated_or_locked_in() -> None:
     body = result.bodies[0]
     volume = body.pixel_area * body.thickness[:, None, None]
     dissipated = np.sum(PERFECT.yield_strength * body.accumulated * volume)
-    product = np.einsum("c,zcyx->zyx", halfspace.WEIGHTS, body.stress * body.plastic_strain)
+    product = np.einsum("c,zcyx->zyx", plastic.WEIGHTS, body.stress * body.plastic_strain)
     locked = -np.sum(product * volume) / 2
     assert dissipated > 5 * locked > 0
     # The path in straight lines: 16e-3 with three loads, 3.6e-3 with five, 1.0e-3 with twenty.
@@ -296,7 +299,7 @@ def test_what_lies_beyond_the_edge_of_a_rough_map_does_not_matter() -> None:
     # In contact up to its edge, alone and framed by points that never touch: the same bodies, on
     # volumes of different size.
     points, frame, pixel = 32, 14, (0.6e-6, 0.6e-6)
-    heights = generate.self_affine(
+    heights = shapes.self_affine(
         (points, points), pixel, rms_height=1.0, rolloff_wavelength=points * pixel[0] / 2,
         cutoff_wavelength=6 * pixel[0], rng=np.random.default_rng(4),
     )  # fmt: skip
@@ -375,7 +378,7 @@ def test_acceleration_of_a_linear_map() -> None:
     matrix = rotation @ np.diag(np.linspace(0, 0.98, 20)) @ rotation.T
     offset = rng.normal(size=20)
     exact = np.linalg.solve(np.eye(20) - matrix, offset)
-    mixer = acceleration.Mixer([1.0, 2.0], rc.convolution.Workspace(2))
+    mixer = anderson.Mixer([1.0, 2.0], rc.convolution.Workspace(2))
     sizes = (1, 3)
     y = [np.zeros((5, size)) for size in sizes]
     for iteration in range(80):
@@ -394,7 +397,7 @@ def test_acceleration_of_a_linear_map() -> None:
 
 
 def test_unknowns_that_join_keep_the_memory() -> None:
-    small, large = (acceleration.Mixer([1.0], rc.convolution.Workspace(1)) for _ in range(2))
+    small, large = (anderson.Mixer([1.0], rc.convolution.Workspace(1)) for _ in range(2))
     rng = np.random.default_rng(5)
     place = np.array([0, 2, 3])
     for step in range(6):
@@ -405,9 +408,7 @@ def test_unknowns_that_join_keep_the_memory() -> None:
             continue
         if step == 3:
             large.grow(0, np.array([4, 7, 8]), np.array([4, 5, 7, 8]))
-        wide = large.mix(
-            [acceleration.embedded(x, place, 4)], [acceleration.embedded(f, place, 4)]
-        )[0]
+        wide = large.mix([anderson.embedded(x, place, 4)], [anderson.embedded(f, place, 4)])[0]
         np.testing.assert_allclose(wide[:, place], narrow, rtol=1e-9)
         np.testing.assert_array_equal(wide[:, 1], 0)
 
@@ -512,7 +513,7 @@ def test_too_large_is_said_before_it_starts(monkeypatch) -> None:
         available = 1000
 
     monkeypatch.setattr("psutil.virtual_memory", Little)
-    monkeypatch.setattr(elastoplastic, "_untouched", pytest.fail)
+    monkeypatch.setattr(solve, "_untouched", pytest.fail)
     with pytest.raises(InsufficientMemoryError, match="GiB"):
         solve_elastoplastic(ball(), material=SWIFT, loads=[0.1])
 
@@ -527,9 +528,9 @@ def test_more_than_a_map_can_carry_is_refused() -> None:
         solve_elastoplastic(
             ball(), material=PERFECT, counter_material=table, load=3.6 * 800e6 * area
         )
-    problem = increments.Problem(ball(), None, SWIFT, rc.RIGID, "free", 1e-4, 9, "single")
-    contact = elastoplastic._untouched(problem, Workspace())
-    elastoplastic._check_capacity(problem, contact, 10 * 1656e6 * area)
+    problem = loop.Problem(ball(), None, SWIFT, rc.RIGID, "free", 1e-4, 9, "single")
+    contact = solve._untouched(problem, Workspace())
+    solve._check_capacity(problem, contact, 10 * 1656e6 * area)
 
 
 def test_a_volume_that_would_not_fit_does_not_grow(monkeypatch) -> None:
@@ -549,8 +550,8 @@ def test_a_volume_that_would_not_fit_does_not_grow(monkeypatch) -> None:
 
 
 def test_a_contact_without_certificate_settles_nothing(monkeypatch) -> None:
-    monkeypatch.setattr(increments, "_CONTACT_CONVOLUTIONS", 2)
-    monkeypatch.setattr(increments, "_CUTS", 0)
+    monkeypatch.setattr(loop, "_CONTACT_CONVOLUTIONS", 2)
+    monkeypatch.setattr(loop, "_CUTS", 0)
     with pytest.raises(ConvergenceError, match="the contact did not settle"):
         solve_elastoplastic(
             ball(), material=SWIFT, loads=[0.65], tolerance=0.5, max_iterations=3, **MORE
@@ -558,10 +559,10 @@ def test_a_contact_without_certificate_settles_nothing(monkeypatch) -> None:
 
 
 def test_memory_estimate_is_in_proportion() -> None:
-    one = increments.memory_estimate((256, 256), 64)
+    one = loop.memory_estimate((256, 256), 64)
     # Measured: 1.1 GB at 256 × 256 × 64 with a plastic zone of a tenth of the volume.
     assert 0.7e9 < one < 2e9
-    assert increments.memory_estimate((256, 256), 64, precision="double") > 1.9 * one
+    assert loop.memory_estimate((256, 256), 64, precision="double") > 1.9 * one
 
 
 @pytest.mark.parametrize(
@@ -583,7 +584,7 @@ def test_memory_estimate_is_what_arrays_take(boundary, precision, counter_materi
     finally:
         tracemalloc.stop()
     accumulated = result.bodies[0].accumulated
-    estimate = increments.memory_estimate(
+    estimate = loop.memory_estimate(
         accumulated.shape[1:], 12, bodies=len(result.bodies), boundary=boundary,
         precision=precision,
     )  # fmt: skip

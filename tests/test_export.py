@@ -19,9 +19,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import roughcontact as rc
-from roughcontact import export
-from roughcontact.archive import load_elastoplastic
-from roughcontact.plasticity import Linear
+from roughcontact.contact.archive import load_elastoplastic
+from roughcontact.formats import export
+from roughcontact.material.hardening import Linear
 
 MEASUREMENTS = Path(__file__).parents[1] / ".." / "shared" / "measurements"
 
@@ -784,7 +784,7 @@ def test_the_suffixes_are_told_where_none_fits(
             message = str(caught.value)
             assert name in message
             assert all(suffix in message for suffix in suffixes)
-            assert "roughcontact.plots" in message
+            assert "roughcontact.plots.maps" in message
     assert not any(tmp_path.iterdir())
 
 
@@ -831,7 +831,7 @@ def test_an_old_file_survives_a_failure(
             raise OSError(28, "No space left on device")
 
         with monkeypatch.context() as patch:
-            patch.setattr("roughcontact.archive.os.replace", full)
+            patch.setattr("roughcontact.contact.archive.os.replace", full)
             with pytest.raises(OSError, match="No space left"):
                 source.save(path)
         assert path.read_text() == "old"

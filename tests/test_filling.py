@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from roughcontact import filling
 from roughcontact.errors import InputError
+from roughcontact.surface import filling
 
 MEASUREMENTS = Path(__file__).parents[1] / ".." / "shared" / "measurements"
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughcontact import filters
 from roughcontact.errors import InputError
-from roughcontact.surface import Provenance, Surface
+from roughcontact.surface import filters
+from roughcontact.surface.surface import Provenance, Surface
 
 PIXEL = (2e-6, 3e-6)
 

@@ -9,9 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from roughcontact import formats
 from roughcontact.errors import FormatError, InputError
-from roughcontact.formats import Channel, channels, read_surface
+from roughcontact.formats import read as formats
+from roughcontact.formats.read import Channel, channels, read_surface
 
 MEASUREMENTS = Path(__file__).parents[1] / ".." / "shared" / "measurements"
 

@@ -6,8 +6,8 @@ import scipy.fft
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughcontact import generate
 from roughcontact.errors import InputError
+from roughcontact.surface import shapes
 
 BODY = {"rms_height": 2e-7, "rolloff_wavelength": 2.5e-5, "cutoff_wavelength": 8e-6}
 
@@ -15,7 +15,7 @@ BODY = {"rms_height": 2e-7, "rolloff_wavelength": 2.5e-5, "cutoff_wavelength": 8
 def make(shape, side, seed=0, **changes):
     pixel = (side[0] / shape[0], side[1] / shape[1])
     rng = np.random.default_rng(seed)
-    return generate.self_affine(shape, pixel, **{**BODY, **changes}, rng=rng)
+    return shapes.self_affine(shape, pixel, **{**BODY, **changes}, rng=rng)
 
 
 def power(heights, side):
@@ -116,7 +116,7 @@ def test_narrow_map_is_not_slow():
 
 
 def test_reference_map_is_the_problem_of_the_design():
-    z, pixel = generate.reference_map(128)
+    z, pixel = shapes.reference_map(128)
     assert pixel == (1e-4 / 128, 1e-4 / 128)
     assert z.std() == pytest.approx(0.2e-6, rel=1e-12)
     p, q = power(z, (1e-4, 1e-4))
@@ -127,9 +127,7 @@ def test_reference_map_is_the_problem_of_the_design():
 
 
 def test_reference_map_is_one_body():
-    coarse, fine = (
-        scipy.fft.rfft2(generate.reference_map(n)[0], norm="forward") for n in (128, 256)
-    )
+    coarse, fine = (scipy.fft.rfft2(shapes.reference_map(n)[0], norm="forward") for n in (128, 256))
     factor = (fine[1, 1] / coarse[1, 1]).real
     assert 0.95 < factor < 1
     # atol: waves near the axes' ends beyond the circle of the cut-off are absent in the coarse.
@@ -138,31 +136,31 @@ def test_reference_map_is_one_body():
 
 def test_reference_map_does_not_change_unnoticed():
     # Written down from this code with NumPy 2: published timings refer to this body.
-    z = generate.reference_map(64, rng_seed=0)[0]
+    z = shapes.reference_map(64, rng_seed=0)[0]
     np.testing.assert_allclose(
         z[[0, 5], [0, 40]], [-1.725145206997369e-07, 1.1729079876084779e-07], rtol=1e-9
     )
-    assert abs(generate.reference_map(64, rng_seed=1)[0] - z).max() > 1e-7
+    assert abs(shapes.reference_map(64, rng_seed=1)[0] - z).max() > 1e-7
 
 
 def test_paraboloid_has_its_curvature_and_centre():
     radius, pixel = 1e-3, (2e-6, 3e-6)
-    z = generate.paraboloid((5, 8), pixel, radius)
+    z = shapes.paraboloid((5, 8), pixel, radius)
     assert (z <= 0).all()
     np.testing.assert_array_equal(z, z[::-1, ::-1])
     np.testing.assert_allclose(np.diff(z, 2, axis=0), -(pixel[0] ** 2) / radius)
     np.testing.assert_allclose(np.diff(z, 2, axis=1), -(pixel[1] ** 2) / radius)
     assert z[2].max() == pytest.approx(-(1.5e-6**2) / (2 * radius))
-    moved = generate.paraboloid((5, 8), pixel, radius, center=(1, 6))
+    moved = shapes.paraboloid((5, 8), pixel, radius, center=(1, 6))
     assert np.unravel_index(moved.argmax(), moved.shape) == (1, 6)
     assert moved[1, 6] == 0
 
 
 def test_waves_run_along_their_axes():
-    z = generate.wavy((3, 8), (1.0, 0.5), 2.0, 4.0)
+    z = shapes.wavy((3, 8), (1.0, 0.5), 2.0, 4.0)
     np.testing.assert_array_equal(z, np.broadcast_to(z[0], z.shape))
     np.testing.assert_allclose(z[0, [0, 2, 4, 6]], [2, 0, -2, 0], atol=1e-15)
-    both = generate.crossed_waves((4, 8), (1.0, 0.5), 2.0, 4.0)
+    both = shapes.crossed_waves((4, 8), (1.0, 0.5), 2.0, 4.0)
     np.testing.assert_allclose(both[:, 0], [2, 0, -2, 0], atol=1e-15)
     np.testing.assert_allclose(both[[0, 2]], [z[0], -z[0]], atol=1e-15)
 
@@ -184,14 +182,14 @@ def test_bad_spectrum_is_refused(change, message):
 
 def test_bad_grid_is_refused():
     with pytest.raises(InputError, match=r"^shape"):
-        generate.paraboloid((0, 4), (1.0, 1.0), 1.0)
+        shapes.paraboloid((0, 4), (1.0, 1.0), 1.0)
     with pytest.raises(InputError, match=r"^pixel"):
-        generate.wavy((4, 4), (1.0, -1.0), 1.0, 1.0)
+        shapes.wavy((4, 4), (1.0, -1.0), 1.0, 1.0)
     with pytest.raises(InputError, match=r"^radius"):
-        generate.paraboloid((4, 4), (1.0, 1.0), -1.0)
+        shapes.paraboloid((4, 4), (1.0, 1.0), -1.0)
     for n in (0, 16):
         with pytest.raises(InputError):
-            generate.reference_map(n)
+            shapes.reference_map(n)
 
 
 # --- bodies -----------------------------------------------------------------------------------
@@ -211,9 +209,9 @@ def test_every_point_of_a_sphere_is_at_its_radius(radius, center):
     r = np.hypot(y, x)
     if r.min() > radius:
         with pytest.raises(InputError, match="no point of the grid lies under the sphere"):
-            generate.sphere(*GRID, radius, center)
+            shapes.sphere(*GRID, radius, center)
         return
-    z = generate.sphere(*GRID, radius, center)
+    z = shapes.sphere(*GRID, radius, center)
     on = np.isfinite(z)
     # The square root of rounding decides at the rim.
     np.testing.assert_array_equal(on[np.abs(r / radius - 1) > 1e-7], (r < radius)[
@@ -229,7 +227,7 @@ def test_every_point_of_a_sphere_is_at_its_radius(radius, center):
 
 @given(st.floats(1e-4, 1e2), st.floats(-720, 720))
 def test_a_cylinder_is_straight_along_its_axis_and_round_across(radius, angle):
-    z = generate.cylinder(*GRID, radius, angle)
+    z = shapes.cylinder(*GRID, radius, angle)
     y, x = from_center()
     t = math.radians(angle)
     across = y * math.cos(t) - x * math.sin(t)
@@ -244,7 +242,7 @@ def test_a_cylinder_is_straight_along_its_axis_and_round_across(radius, angle):
 
 
 def test_a_narrow_cylinder_ends_at_its_radius():
-    z = generate.cylinder(*GRID, 10e-6, 0, center=(15, 0))
+    z = shapes.cylinder(*GRID, 10e-6, 0, center=(15, 0))
     assert np.isfinite(z[10:21]).all()
     assert np.isnan(np.delete(z, np.s_[10:21], axis=0)).all()
     assert (z[15] == 0).all()
@@ -254,7 +252,7 @@ def test_a_narrow_cylinder_ends_at_its_radius():
     st.tuples(st.floats(1e-4, 1.0), st.floats(1e-4, 1.0)), st.floats(-400, 400), st.floats(0, 90)
 )
 def test_the_ellipsoid_has_its_radii_in_its_directions(radii, angle, more):
-    z = generate.ellipsoid(*GRID, radii, angle)
+    z = shapes.ellipsoid(*GRID, radii, angle)
     y, x = from_center()
     # The quadratic form by its tensor: rotated principal curvatures.
     t = math.radians(angle)
@@ -262,46 +260,46 @@ def test_the_ellipsoid_has_its_radii_in_its_directions(radii, angle, more):
     tensor = turn @ np.diag([1 / radii[0], 1 / radii[1]]) @ turn.T
     expected = -0.5 * (tensor[0, 0] * y**2 + 2 * tensor[0, 1] * y * x + tensor[1, 1] * x**2)
     np.testing.assert_allclose(z, expected, rtol=0, atol=1e-12 * abs(z).max())
-    swapped = generate.ellipsoid(*GRID, radii[::-1], angle + 90)
+    swapped = shapes.ellipsoid(*GRID, radii[::-1], angle + 90)
     np.testing.assert_allclose(swapped, z, rtol=0, atol=1e-12 * abs(z).max())
 
 
 def test_equal_radii_make_a_paraboloid():
-    ball = generate.ellipsoid(*GRID, (1e-3, 1e-3), 37.0)
-    np.testing.assert_allclose(ball, generate.paraboloid(*GRID, 1e-3), rtol=1e-13)
+    ball = shapes.ellipsoid(*GRID, (1e-3, 1e-3), 37.0)
+    np.testing.assert_allclose(ball, shapes.paraboloid(*GRID, 1e-3), rtol=1e-13)
 
 
 def test_crossed_cylinders_make_a_sphere_near_its_summit():
     for first in (0, 20):
-        pair = generate.cylinder(*GRID, 0.1, first) + generate.cylinder(*GRID, 0.1, first + 90)
+        pair = shapes.cylinder(*GRID, 0.1, first) + shapes.cylinder(*GRID, 0.1, first + 90)
         # Fourth order: (r/2R)² = 2e-7.
-        np.testing.assert_allclose(pair, generate.sphere(*GRID, 0.1), rtol=4e-7)
+        np.testing.assert_allclose(pair, shapes.sphere(*GRID, 0.1), rtol=4e-7)
 
 
 def test_a_punch_is_flat_and_ends():
     y, x = from_center()
-    z = generate.punch(*GRID, 20e-6)
+    z = shapes.punch(*GRID, 20e-6)
     np.testing.assert_array_equal(z, np.where(np.hypot(y, x) < 20e-6, 0, np.nan))
     # Row 5 lies at -20 µm: on the outline.
-    assert generate.punch(*GRID, 20e-6, center=(15, 21))[5, 21] == 0
-    z = generate.rectangular_punch(*GRID, (24e-6, 60e-6))
+    assert shapes.punch(*GRID, 20e-6, center=(15, 21))[5, 21] == 0
+    z = shapes.rectangular_punch(*GRID, (24e-6, 60e-6))
     inside = (np.abs(y) < 12.1e-6) & (np.abs(x) < 30.1e-6)
     np.testing.assert_array_equal(z, np.where(inside, 0, np.nan))
 
 
 def test_a_rounded_punch_ends_in_a_quarter_circle():
-    z = generate.punch(*GRID, 25e-6, 10e-6, center=(15, 10))
+    z = shapes.punch(*GRID, 25e-6, 10e-6, center=(15, 10))
     r = np.hypot(*from_center((15, 10)))
     assert (z[r <= 15e-6] == 0).all()
     edge = (r > 15e-6) & (r < 25e-6)
     np.testing.assert_allclose((r[edge] - 15e-6) ** 2 + (z[edge] + 10e-6) ** 2, 1e-10, rtol=1e-12)
     assert np.isnan(z[r > 25.001e-6]).all()
-    whole = generate.punch(*GRID, 25e-6, 25e-6)
-    np.testing.assert_allclose(whole, generate.sphere(*GRID, 25e-6), rtol=1e-9, atol=1e-20)
+    whole = shapes.punch(*GRID, 25e-6, 25e-6)
+    np.testing.assert_allclose(whole, shapes.sphere(*GRID, 25e-6), rtol=1e-9, atol=1e-20)
 
 
 def test_the_corner_of_a_rounded_rectangle_is_part_of_a_ball():
-    z = generate.rectangular_punch(*GRID, (40e-6, 60e-6), 10e-6)
+    z = shapes.rectangular_punch(*GRID, (40e-6, 60e-6), 10e-6)
     y, x = np.abs(from_center())
     corner = np.hypot(y - 10e-6, x - 20e-6)
     at = (y > 10e-6) & (x > 20e-6)
@@ -315,10 +313,10 @@ def test_the_corner_of_a_rounded_rectangle_is_part_of_a_ball():
 
 def test_cone_and_wedge_have_their_slope():
     y, x = from_center((3, 5))
-    np.testing.assert_allclose(generate.cone(*GRID, 0.02, (3, 5)), -0.02 * np.hypot(y, x))
-    np.testing.assert_array_equal(generate.wedge(*GRID, 0.02, 0, (3, 5)), -0.02 * np.abs(y))
-    np.testing.assert_array_equal(generate.wedge(*GRID, 0.02, 90, (3, 5)), -0.02 * np.abs(x))
-    dy, dx = np.gradient(generate.wedge(*GRID, 0.02, 30, (-9, 5)), *GRID[1])
+    np.testing.assert_allclose(shapes.cone(*GRID, 0.02, (3, 5)), -0.02 * np.hypot(y, x))
+    np.testing.assert_array_equal(shapes.wedge(*GRID, 0.02, 0, (3, 5)), -0.02 * np.abs(y))
+    np.testing.assert_array_equal(shapes.wedge(*GRID, 0.02, 90, (3, 5)), -0.02 * np.abs(x))
+    dy, dx = np.gradient(shapes.wedge(*GRID, 0.02, 30, (-9, 5)), *GRID[1])
     # Well off the ridge, which falls by half a unit a unit: 60° from y towards -x.
     np.testing.assert_allclose(np.hypot(dy, dx)[25:], 0.02, rtol=1e-9)
     np.testing.assert_allclose(dx[25:] / dy[25:], -math.tan(math.radians(30)), rtol=1e-9)
@@ -327,23 +325,23 @@ def test_cone_and_wedge_have_their_slope():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: generate.sphere(*GRID, 0.0), "^radius must be positive"),
-        (lambda: generate.cylinder(*GRID, np.inf), "^radius must be positive"),
-        (lambda: generate.cylinder(*GRID, 1.0, np.nan), "^angle must be a finite number"),
-        (lambda: generate.cylinder(*GRID, 1e-6, 0, (40, 0)), "^no point .* under the cylinder"),
-        (lambda: generate.ellipsoid(*GRID, (1.0, -1.0)), r"^radii\[1\] must be positive"),
-        (lambda: generate.ellipsoid(*GRID, 1.0), "^radii must be a pair"),
-        (lambda: generate.punch(*GRID, 1e-9), "^no point of the grid lies under the punch"),
-        (lambda: generate.punch(*GRID, 1e-5, 2e-5), "^edge_radius must lie between 0 and 1e-05"),
-        (lambda: generate.punch(*GRID, 1e-5, -1e-6), "^edge_radius"),
-        (lambda: generate.rectangular_punch(*GRID, (1e-5, 0)), r"^sides\[1\] must be positive"),
-        (lambda: generate.rectangular_punch(*GRID, (1e-5, 3e-5), 6e-6), "between 0 and 5e-06"),
-        (lambda: generate.cone(*GRID, -0.1), "^slope must be positive"),
-        (lambda: generate.wedge(*GRID, np.nan), "^slope must be positive"),
-        (lambda: generate.flat((3, 0), (1.0, 1.0)), "^shape must be"),
-        (lambda: generate.cone((3, 3), (1.0, 0.0), 0.1), "^pixel must be"),
-        (lambda: generate.cone(*GRID, 0.1, 3), "^center must be a pair"),
-        (lambda: generate.cone(*GRID, 0.1, (3, np.nan)), "^center must be finite"),
+        (lambda: shapes.sphere(*GRID, 0.0), "^radius must be positive"),
+        (lambda: shapes.cylinder(*GRID, np.inf), "^radius must be positive"),
+        (lambda: shapes.cylinder(*GRID, 1.0, np.nan), "^angle must be a finite number"),
+        (lambda: shapes.cylinder(*GRID, 1e-6, 0, (40, 0)), "^no point .* under the cylinder"),
+        (lambda: shapes.ellipsoid(*GRID, (1.0, -1.0)), r"^radii\[1\] must be positive"),
+        (lambda: shapes.ellipsoid(*GRID, 1.0), "^radii must be a pair"),
+        (lambda: shapes.punch(*GRID, 1e-9), "^no point of the grid lies under the punch"),
+        (lambda: shapes.punch(*GRID, 1e-5, 2e-5), "^edge_radius must lie between 0 and 1e-05"),
+        (lambda: shapes.punch(*GRID, 1e-5, -1e-6), "^edge_radius"),
+        (lambda: shapes.rectangular_punch(*GRID, (1e-5, 0)), r"^sides\[1\] must be positive"),
+        (lambda: shapes.rectangular_punch(*GRID, (1e-5, 3e-5), 6e-6), "between 0 and 5e-06"),
+        (lambda: shapes.cone(*GRID, -0.1), "^slope must be positive"),
+        (lambda: shapes.wedge(*GRID, np.nan), "^slope must be positive"),
+        (lambda: shapes.flat((3, 0), (1.0, 1.0)), "^shape must be"),
+        (lambda: shapes.cone((3, 3), (1.0, 0.0), 0.1), "^pixel must be"),
+        (lambda: shapes.cone(*GRID, 0.1, 3), "^center must be a pair"),
+        (lambda: shapes.cone(*GRID, 0.1, (3, np.nan)), "^center must be finite"),
     ],
 )
 def test_bodies_that_are_none(make, message):

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from roughcontact import hardness
 from roughcontact.errors import InputError
+from roughcontact.material import hardness
 
 # ISO 18265 table A.1 as it is printed in other places than the one the table was taken from:
 # DIN EN ISO 18265 in the Siemens technical handbook, DIN 50150 in works' tables.

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.special import ellipkm1
 
-from roughcontact import hertz
 from roughcontact.errors import InputError
-from roughcontact.material import Material
+from roughcontact.material.material import Material
+from roughcontact.theory import hertz
 
 LOAD, RADIUS, MODULUS = 2.0, 3e-3, 80e9
 A = hertz.contact_radius(LOAD, RADIUS, MODULUS)

@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import roughcontact as rc
-from roughcontact import contact, history
-from roughcontact.history import LoadHistory, Stage, load_history, passes
+from roughcontact.contact import load_history as history
+from roughcontact.contact import solve
+from roughcontact.contact.load_history import LoadHistory, Stage, load_history, passes
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 HARD = rc.Material(210e9, 0.3, 3e9, "hard steel")
@@ -29,7 +30,7 @@ def no_solve(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> None:
         raise AssertionError("solved something")
 
-    monkeypatch.setattr(contact, "solve", refuse)
+    monkeypatch.setattr(solve, "solve", refuse)
 
 
 # --- one position ----------------------------------------------------------------------------

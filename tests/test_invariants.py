@@ -4,8 +4,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from roughcontact import invariants
 from roughcontact.errors import InputError
+from roughcontact.halfspace import tensors as invariants
 
 EPS = np.finfo(float).eps
 XX, YY, ZZ, YZ, XZ, XY = range(6)

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from roughcontact import convolution, kernels
 from roughcontact.errors import InputError
+from roughcontact.halfspace import convolution, kernels
 
 EPS = np.finfo(float).eps
 

@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import roughcontact as rc
-from roughcontact import analytic, contact, hertz, loading
+from roughcontact.contact import load_curve, solve
+from roughcontact.theory import analytic, hertz
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 LOADS = [0.02, 0.1, 0.5, 2.0]
@@ -29,7 +30,7 @@ def ball(n: int, radius: float = 0.01, side: float = 64e-6) -> rc.Surface:
 
 
 def numbers(curve: rc.LoadCurve) -> list[tuple[float, ...]]:
-    names = [name for name in loading.UNITS if name != "seconds"]
+    names = [name for name in load_curve.UNITS if name != "seconds"]
     return [tuple(curve.column(name).tolist()) for name in names]
 
 
@@ -78,7 +79,7 @@ def test_stiffness_is_the_slope_of_the_curve(ceiling: float | None, boundary: st
     assert (near.contact == here.contact).all()
     assert (near.saturated == here.saturated).all()
     slope = (near.load - here.load) / (near.approach - here.approach)
-    assert contact.stiffness(here) == pytest.approx(slope, rel=1e-4)
+    assert solve.stiffness(here) == pytest.approx(slope, rel=1e-4)
 
 
 def test_stiffness_of_a_circle_is_twice_modulus_times_radius() -> None:
@@ -122,7 +123,9 @@ def test_corrected_area_counts_the_seam_of_a_period() -> None:
 
 def test_low_load_slope_and_persson() -> None:
     surface = rough(128)
-    curve = rc.load_curve(surface, material=STEEL, loads=loading.spaced(0.1, 30, 6), ceiling=None)
+    curve = rc.load_curve(
+        surface, material=STEEL, loads=load_curve.spaced(0.1, 30, 6), ceiling=None
+    )
     # No more than 5 % of the map: theory 1.6 to 2.5, few and small spots at this size.
     assert 1.5 < curve.low_load_slope < 2.6
     contact_area, saturated = curve.persson
@@ -173,7 +176,7 @@ rc.load_curve(surface, material=steel, loads={loads}, folder=sys.argv[1])
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 def test_killed_sweep_goes_on(tmp_path: Path) -> None:
-    loads = loading.spaced(0.01, 10, 25)
+    loads = load_curve.spaced(0.01, 10, 25)
     surface = rough(128)
     folder = tmp_path / "sweep"
     code = CHILD.format(loads=loads)
@@ -254,7 +257,7 @@ def test_bad_loads(arguments: dict, message: str) -> None:
 def test_spacing(first: float, ratio: float, number: int) -> None:
     last = first * ratio
     for spacing in ("log", "linear"):
-        values = np.array(loading.spaced(first, last, number, spacing))
+        values = np.array(load_curve.spaced(first, last, number, spacing))
         assert values[0] == first
         assert values[-1] == last
         steps = np.diff(np.log(values) if spacing == "log" else values)
@@ -267,7 +270,7 @@ def test_spacing(first: float, ratio: float, number: int) -> None:
 )
 def test_bad_spacing(arguments: tuple) -> None:
     with pytest.raises(rc.InputError):
-        loading.spaced(*arguments)
+        load_curve.spaced(*arguments)
 
 
 def test_curve_on_disk(tmp_path: Path) -> None:

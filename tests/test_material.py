@@ -7,7 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from roughcontact.errors import InputError
-from roughcontact.material import RIGID, Material, combined_ceiling, contact_modulus, softer
+from roughcontact.material.material import (
+    RIGID,
+    Material,
+    combined_ceiling,
+    contact_modulus,
+    softer,
+)
 
 STEEL = Material(young=210e9, poisson=0.3, yield_strength=1e9)
 GLASS = Material(young=70e9, poisson=0.22)

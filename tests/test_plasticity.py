@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from roughcontact.errors import InputError
-from roughcontact.plasticity import (
+from roughcontact.material.hardening import (
     Linear,
     Perfect,
     Swift,

@@ -13,14 +13,16 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from numpy.typing import NDArray
 
-from roughcontact import drawing, plots, roughness
-from roughcontact.contact import solve
+from roughcontact.contact.load_curve import LoadCurve, LoadStep
+from roughcontact.contact.load_history import Stage, load_history
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.solve import solve
 from roughcontact.errors import InputError, RoughcontactError
-from roughcontact.history import Stage, load_history
-from roughcontact.loading import LoadCurve, LoadStep
-from roughcontact.material import RIGID, Material
-from roughcontact.result import ContactResult
-from roughcontact.surface import Surface
+from roughcontact.material.material import RIGID, Material
+from roughcontact.plots import maps as plots
+from roughcontact.plots import style
+from roughcontact.surface import roughness
+from roughcontact.surface.surface import Surface
 from roughcontact.units import percent
 
 GIGA = 1e9
@@ -208,7 +210,7 @@ def test_single_points_reach_the_picture(shape: tuple[int, int]) -> None:
     picture = rendered(figure)
     height = picture.shape[0]
     inside = picture[height - int(box.y1) : height - int(box.y0), int(box.x0) : int(box.x1)]
-    red = mpl.colors.to_rgb(drawing.SATURATED)
+    red = mpl.colors.to_rgb(style.SATURATED)
     _, count = scipy.ndimage.label(np.abs(inside - red).max(axis=2) < 0.02)
     assert count == np.count_nonzero(pressure)
 
@@ -219,7 +221,7 @@ def test_maps_have_more_dots_than_cells(aspect: float) -> None:
     result = result_of(spotted((60, 60))[: shape[0]] if aspect <= 1 else np.eye(*shape) * GIGA)
     alone = [plots.surface(result.surface), plots.pressure(result), plots.gap(result)]
     panels = [plots.overview(result), plots.comparison([result] * 3, ["a", "b", "c"])]
-    for figures, cells in ((alone, drawing.CELLS_ALONE), (panels, drawing.CELLS_IN_PANEL)):
+    for figures, cells in ((alone, style.CELLS_ALONE), (panels, style.CELLS_IN_PANEL)):
         for figure in figures:
             figure.draw_without_rendering()
             for axes in maps(figure):
@@ -245,12 +247,12 @@ def test_mean_of_cells_passes_over_missing_points() -> None:
     heights = np.arange(24.0).reshape(4, 6)
     heights[0, 0] = np.nan
     heights[2:, 4:] = [[np.nan, np.nan], [1, np.nan]]
-    mean = drawing.cell_mean(heights, (2, 2))
+    mean = style.cell_mean(heights, (2, 2))
     assert mean[0, 0] == pytest.approx((1 + 6 + 7) / 3)
     assert mean[0, 1] == pytest.approx((2 + 3 + 8 + 9) / 4)
     assert np.isnan(mean[1, 2])
     # The last cells hold one column only.
-    odd = drawing.cell_mean(np.arange(15.0).reshape(3, 5), (2, 2))
+    odd = style.cell_mean(np.arange(15.0).reshape(3, 5), (2, 2))
     assert odd[1, 2] == 14
     assert odd[0, 2] == pytest.approx((4 + 9) / 2)
 
@@ -269,7 +271,7 @@ def test_contact_legend_gives_the_shares_of_the_points() -> None:
 
 
 def test_classes_differ_in_grey_print() -> None:
-    colours = [drawing.OPEN, drawing.MISSING, drawing.ELASTIC, drawing.SATURATED]
+    colours = [style.OPEN, style.MISSING, style.ELASTIC, style.SATURATED]
     grey = [float(np.dot(mpl.colors.to_rgb(c), (0.299, 0.587, 0.114))) for c in colours]
     assert np.all(-np.diff(grey) > 0.15)
 
@@ -311,7 +313,7 @@ def test_surface_colours_are_robust_and_holes_grey() -> None:
     assert image.colorbar is not None
     assert image.colorbar.extend == "both"
     assert np.ma.getmaskarray(drawn(maps(figure)[0])).sum() == 100
-    assert mpl.colors.to_hex(image.cmap.get_bad()) == drawing.MISSING
+    assert mpl.colors.to_hex(image.cmap.get_bad()) == style.MISSING
     assert "missing 1.00 %" in texts(figure)
 
 

@@ -5,8 +5,8 @@ import pytest
 import scipy.linalg
 
 import roughcontact as rc
-from roughcontact import convolution
-from roughcontact.preconditioner import FreePixelInverse
+from roughcontact.halfspace import convolution
+from roughcontact.solvers.preconditioner import FreePixelInverse
 
 PIXEL, MODULUS = (0.7e-6, 1e-6), 1e11
 SHAPE, BLOCKS = (32, 40), (4, 5)

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughcontact import preparation
 from roughcontact.errors import InputError
+from roughcontact.surface import preparation
 
 MEASUREMENTS = Path(__file__).parents[1] / ".." / "shared" / "measurements"
 
@@ -103,7 +103,7 @@ def test_fill_of_a_measured_map_with_large_holes() -> None:
     if not path.exists():
         pytest.skip("shared/measurements is absent")
     pytest.importorskip("SurfaceTopography.IO", exc_type=ImportError)
-    from roughcontact.formats import read_surface
+    from roughcontact.formats.read import read_surface
 
     surface = read_surface(path)
     start = time.perf_counter()

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import cli, project
-from roughcontact.archive import load_elastoplastic
+from roughcontact.cli import app
+from roughcontact.contact.archive import load_elastoplastic
+from roughcontact.fleet import project
 
 Capture = pytest.CaptureFixture[str]
 
@@ -90,7 +91,7 @@ def test_contacts_of_the_volume_model_are_kept_apart(tmp_path: Path, capsys: Cap
     np.save(tmp_path / "flat.npy", np.zeros((24, 24)))
     path = tmp_path / "volume.toml"
     path.write_text(VOLUME, encoding="utf-8")
-    assert cli.main(["run", str(path), "--json"]) == cli.SOLVED
+    assert app.main(["run", str(path), "--json"]) == app.SOLVED
     for load in (60, 100):
         steps = tmp_path / "steps" / f"ball-{load}-N"
         assert {file.name for file in steps.iterdir()} == {
@@ -103,12 +104,12 @@ def test_contacts_of_the_volume_model_are_kept_apart(tmp_path: Path, capsys: Cap
         assert told["regime"] == last.regime
         assert all((tmp_path / "volume" / f"ball-{load}-N.{s}").exists() for s in ("vtr", "vti"))
     capsys.readouterr()
-    assert cli.main(["run", str(path)]) == cli.SOLVED
+    assert app.main(["run", str(path)]) == app.SOLVED
     rows = [row.split() for row in capsys.readouterr().out.splitlines() if "ball" in row]
     assert [row[-2] for row in rows[:2]] == ["–", "–"]
     # Another problem in the same folder is that contact's failure.
     path.write_text(VOLUME.replace("20 GPa", "30 GPa"), encoding="utf-8")
-    assert cli.main(["run", str(path)]) == cli.NOT_CONVERGED
+    assert app.main(["run", str(path)]) == app.NOT_CONVERGED
     assert "holds another run: material differ" in capsys.readouterr().err
 
 
@@ -127,7 +128,7 @@ def test_a_project_names_contacts_materials_and_files(folder: Path) -> None:
 def test_contacts_are_solved_kept_and_solved_again_when_changed(
     folder: Path, capsys: Capture
 ) -> None:
-    assert cli.main(["run", str(folder / "project.toml"), "--json"]) == cli.SOLVED
+    assert app.main(["run", str(folder / "project.toml"), "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)["contacts"]
     assert [report["state"] for report in told] == ["solved"] * 3
     surface = rc.read_surface(folder / "rough.npy", unit="um", size=(1e-4, 2e-4)).leveled()
@@ -139,13 +140,13 @@ def test_contacts_are_solved_kept_and_solved_again_when_changed(
         summary = json.loads((folder / "results" / f"{name}.json").read_text(encoding="utf-8"))
         assert summary["load"] == load
     before = {path: path.stat().st_mtime_ns for path in (folder / "results").iterdir()}
-    assert cli.main(["run", str(folder / "project.toml")]) == cli.SOLVED
+    assert app.main(["run", str(folder / "project.toml")]) == app.SOLVED
     out = capsys.readouterr().out
     assert out.split().count("before") == 3
     assert before == {path: path.stat().st_mtime_ns for path in (folder / "results").iterdir()}
     changed(folder, 'load = "0.5 N"', 'load = "0.6 N"')
     (folder / "results" / "one-1-N.nc").unlink()
-    assert cli.main(["run", str(folder / "project.toml"), "--json"]) == cli.SOLVED
+    assert app.main(["run", str(folder / "project.toml"), "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)["contacts"]
     assert [report["state"] for report in told] == ["solved before", "solved", "solved"]
 
@@ -154,7 +155,7 @@ def test_one_failure_does_not_stop_the_rest(folder: Path, capsys: Capture) -> No
     path = changed(folder, '"0.1 N", "1 N"', '"0.1 N", "99 N"')
     with path.open("a", encoding="utf-8") as stream:
         stream.write('\n[[contact]]\nname = "none"\nfile = "absent.opd"\nload = "1 N"\n')
-    assert cli.main(["run", str(path)]) == cli.NOT_CONVERGED
+    assert app.main(["run", str(path)]) == app.NOT_CONVERGED
     out, err = capsys.readouterr()
     assert max(map(len, out.splitlines())) <= 80
     assert err.count("\n") == 2
@@ -208,7 +209,7 @@ def test_an_interrupted_project_goes_on(folder: Path, number: int) -> None:
     run.send_signal(number)
     err = run.communicate()[1]
     if number == signal.SIGINT:
-        assert run.returncode == cli.INTERRUPTED
+        assert run.returncode == app.INTERRUPTED
         assert err.count("\n") == 1
         assert "interrupted; only" in err
     # What was under way when the first process was killed may still end.
@@ -248,7 +249,7 @@ def test_messages_name_key_and_line(
     old: str, new: str, words: tuple[str, ...], folder: Path, capsys: Capture
 ) -> None:
     path = changed(folder, old, new)
-    assert cli.main(["run", str(path)]) == cli.BAD_INPUT
+    assert app.main(["run", str(path)]) == app.BAD_INPUT
     out, err = capsys.readouterr()
     assert out == ""
     assert err.count("\n") == 1
@@ -280,8 +281,8 @@ def test_a_file_that_is_no_project(
 ) -> None:
     path = tmp_path / "p.toml"
     path.write_text(text, encoding="utf-8")
-    assert cli.main(["run", str(path)]) == cli.BAD_INPUT
+    assert app.main(["run", str(path)]) == app.BAD_INPUT
     err = capsys.readouterr().err
     assert all(word in err for word in words)
-    assert cli.main(["run", str(tmp_path / "absent.toml")]) == cli.BAD_INPUT
+    assert app.main(["run", str(tmp_path / "absent.toml")]) == app.BAD_INPUT
     assert "cannot be read" in capsys.readouterr().err

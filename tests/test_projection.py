@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from roughcontact.projection import project, shift_to_sum
+from roughcontact.solvers.projection import project, shift_to_sum
 
 EPS = np.finfo(float).eps
 

@@ -14,11 +14,13 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from roughcontact import cli, filters, preparation, units
+from roughcontact import units
+from roughcontact.cli import app
 from roughcontact.errors import InputError
-from roughcontact.filling import fill
-from roughcontact.formats import read_surface
-from roughcontact.surface import Surface
+from roughcontact.formats.read import read_surface
+from roughcontact.surface import filters, preparation
+from roughcontact.surface.filling import fill
+from roughcontact.surface.surface import Surface
 
 SEEDS = st.integers(0, 10_000)
 HOLES = st.sampled_from([0.0, 0.2])
@@ -440,8 +442,8 @@ def test_unit_mistakes_on_the_command_line_end_in_one_sentence(
     text = data.draw(st.sampled_from(WRONG[QUANTITIES.get(option, option)]))
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        status = cli.main(command(option, text))
-    assert status == cli.BAD_INPUT
+        status = app.main(command(option, text))
+    assert status == app.BAD_INPUT
     assert out.getvalue() == ""
     message = err.getvalue()
     assert message.startswith("roughcontact: error: ")

@@ -435,7 +435,7 @@ def serve() -> None:
     import resource
 
     from roughcontact.errors import InputError
-    from roughcontact.formats import read_surface
+    from roughcontact.formats.read import read_surface
 
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     # Whatever a library prints, in Python or in C, goes to a file and is seen.
@@ -746,7 +746,7 @@ def misnamed(reader: Reader, case: Case, folder: Path, suffixes: list[str]) -> l
 
 
 def suffixes_for(case: Case) -> list[str]:
-    from roughcontact.formats import SUFFIXES
+    from roughcontact.formats.read import SUFFIXES
 
     return sorted({*SUFFIXES, ".000"} - {case.name[case.name.rindex(".") :]})
 
@@ -847,7 +847,7 @@ def test_the_judge_sees_it(
     pytest.importorskip("resource")
     monkeypatch.setitem(globals(), "SECONDS", 4.0)
     (tmp_path / "sitecustomize.py").write_text(
-        "import roughcontact.formats as f, pathlib\n"
+        "import roughcontact.formats.read as f, pathlib\n"
         "f.read_surface = lambda path, **_: exec(pathlib.Path(path).read_text())\n"
     )
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))

@@ -13,9 +13,11 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 import roughcontact as rc
-from roughcontact import chapters, contact, report
-from roughcontact.chapters import Section
-from roughcontact.result import ContactResult
+from roughcontact.contact import solve
+from roughcontact.contact.result import ContactResult
+from roughcontact.report import chapters
+from roughcontact.report import contact as report
+from roughcontact.report.chapters import Section
 from roughcontact.units import engineering, percent
 
 STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
@@ -403,7 +405,7 @@ def test_unfit_paths_are_refused_before_anything_is_solved(
     def never(*args: Any) -> Any:
         raise AssertionError("work before the path was checked")
 
-    monkeypatch.setattr(contact, "elastic", never)
+    monkeypatch.setattr(solve, "elastic", never)
     monkeypatch.setattr(report, "render", never)
     for write in (report.save, ContactResult.report):
         with pytest.raises(rc.InputError, match=message):
@@ -439,7 +441,7 @@ def test_a_failed_elastic_twin_is_told(
     def fail(result: ContactResult) -> ContactResult:
         raise error
 
-    monkeypatch.setattr(contact, "elastic", fail)
+    monkeypatch.setattr(solve, "elastic", fail)
     path = tmp_path / "out.html"
     solved().report(path)
     assert words in Page(path.read_text(encoding="utf-8")).words

@@ -7,16 +7,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import grey_dilation
 
-from roughcontact import filters, generate, resolution, roughness, units
+from roughcontact import units
 from roughcontact.errors import InputError
-from roughcontact.surface import Provenance, Surface
+from roughcontact.surface import filters, resolution, roughness, shapes
+from roughcontact.surface.surface import Provenance, Surface
 
 NM = 1e-9
 PIXEL = (1 * NM, 1 * NM)
 
 
 def rough(seed: int, hurst: float = 0.8, rms: float = 4 * NM, shortest: float = 2.5) -> np.ndarray:
-    return generate.self_affine(
+    return shapes.self_affine(
         (256, 256), PIXEL, rms_height=rms, rolloff_wavelength=100 * NM,
         cutoff_wavelength=shortest * NM, hurst=hurst, rng=np.random.default_rng(seed),
     )  # fmt: skip
@@ -89,7 +90,7 @@ def test_below_the_cutoff_is_the_tip_and_above_it_the_surface(seed: int, hurst: 
 
 
 def test_smooth_maps_are_the_surface_at_every_scale() -> None:
-    smooth = generate.self_affine(
+    smooth = shapes.self_affine(
         (128, 256), PIXEL, rms_height=NM, rolloff_wavelength=200 * NM,
         cutoff_wavelength=100 * NM, rng=np.random.default_rng(1),
     )  # fmt: skip

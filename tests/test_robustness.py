@@ -7,7 +7,7 @@ import pytest
 
 import robustness
 import roughcontact as rc
-from roughcontact import convolution
+from roughcontact.halfspace import convolution
 
 BLOCK = 20
 

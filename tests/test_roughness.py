@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import integrate, ndimage, stats
 
-from roughcontact import roughness
 from roughcontact.errors import InputError
-from roughcontact.surface import Surface
+from roughcontact.surface import roughness
+from roughcontact.surface.surface import Surface
 
 LENGTHS = {"Sq", "Sa", "Sp", "Sv", "Sz", "Sk", "Spk", "Svk", "Vmp", "Vmc", "Vvc", "Vvv"}
 PURE = {"Ssk", "Sku", "Str", "Smr1", "Smr2"}

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import plasticity, script
-from roughcontact.result import ContactResult
+from roughcontact.contact.result import ContactResult
+from roughcontact.material import hardening
+from roughcontact.report import script
 
 STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
 
@@ -157,7 +158,7 @@ def test_names_are_quoted(name: str) -> None:
 
 def test_the_script_follows_the_path_of_the_volume_again(folder: Path) -> None:
     surface = rc.read_surface("ground.nc").leveled().filled().cropped((0, 24), (0, 26))
-    body = rc.Material(210e9, 0.3, hardening=plasticity.Linear(1e9, 2e9), name="steel")
+    body = rc.Material(210e9, 0.3, hardening=hardening.Linear(1e9, 2e9), name="steel")
     result = rc.solve_elastoplastic(
         surface, material=body, counter_material=rc.Material(70e9, 0.33),
         loads=[0.02, 0.03, 0.0], boundary="periodic", tolerance=2e-4, depth=40e-6,

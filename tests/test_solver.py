@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughcontact import convolution
-from roughcontact.solver import Problem, Status, solve
+from roughcontact.halfspace import convolution
+from roughcontact.solvers.bounded import Problem, Status, solve
 
 MODULUS = 1.0
 PIXEL = (0.7, 1.0)

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import roughcontact as rc
-from roughcontact import spots
+from roughcontact.contact import spots
 
 PIXEL = (2e-6, 3e-6)
 

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import convolve
 
-from roughcontact import convolution, influence, invariants, stress
 from roughcontact.errors import InputError
+from roughcontact.halfspace import convolution, stress, stress_kernels, tensors
 
 PIXEL = (0.8, 1.3)
 ODD = [(0, 0), (0, 0), (0, 0), (1, 0), (0, 1), (1, 1)]
@@ -38,10 +38,10 @@ def direct(pressure, pixel, depth, poisson, friction=0.0, direction=0.0):
     """Sum over all pairs of pixels; no transform."""
     ny, nx = pressure.shape
     pulls = {"x": friction * math.cos(direction), "y": friction * math.sin(direction)}
-    normal = influence.coefficients(pressure.shape, pixel, depth, poisson)
+    normal = stress_kernels.coefficients(pressure.shape, pixel, depth, poisson)
     kernels = [all_offsets(normal[n], odd) for n, odd in enumerate(ODD)]
     for axis, share in pulls.items():
-        pulled = influence.coefficients(pressure.shape, pixel, depth, poisson, axis)
+        pulled = stress_kernels.coefficients(pressure.shape, pixel, depth, poisson, axis)
         for n, (y, x) in enumerate(ODD):
             odd = (y ^ (axis == "y"), x ^ (axis == "x"))
             kernels[n] = kernels[n] + share * all_offsets(pulled[n], odd)
@@ -58,7 +58,7 @@ def waves(pressure, pixel, depth, poisson, friction=0.0, direction=0.0):
     (ny, nx), (dy, dx) = pressure.shape, pixel
     ky, kx = np.fft.fftfreq(ny, dy) * 2 * np.pi, np.fft.fftfreq(nx, dx) * 2 * np.pi
     pulls = [("x", friction * math.cos(direction)), ("y", friction * math.sin(direction))]
-    parts = np.array(influence.waves(ky[:, None], kx, depth, poisson, pulls))
+    parts = np.array(stress_kernels.waves(ky[:, None], kx, depth, poisson, pulls))
     found = np.zeros((6, ny, nx))
     for load, flip in enumerate([(0, 0), (0, 1), (1, 0)]):
         for n, (y, x) in enumerate(ODD):
@@ -212,8 +212,8 @@ def test_slices_belong_to_the_caller():
 def summed_up(pressure, depths, limit, **options):
     """What a summary holds, from whole slices."""
     volume = np.array([one(pressure, depth, **options) for depth in depths])
-    mises = invariants.von_mises(volume.swapaxes(0, 1))
-    tresca = invariants.tresca(volume.swapaxes(0, 1))
+    mises = tensors.von_mises(volume.swapaxes(0, 1))
+    tresca = tensors.tresca(volume.swapaxes(0, 1))
     ranges = [np.ptp(volume[:, 3], axis=1).max(axis=1), np.ptp(volume[:, 4], axis=2).max(axis=1)]
     return {
         "von_mises": mises.max(axis=(1, 2)),

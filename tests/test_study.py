@@ -2,11 +2,13 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import generate, hertz, study
+from roughcontact.contact import resolution_study
+from roughcontact.surface import shapes
+from roughcontact.theory import hertz
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 PIXEL = (1e-6, 1e-6)
-BALL = generate.paraboloid((128, 128), PIXEL, 0.01)
+BALL = shapes.paraboloid((128, 128), PIXEL, 0.01)
 
 
 def looked_at(heights: np.ndarray = BALL, load: float = 1.0, **options) -> rc.ResolutionStudy:
@@ -22,7 +24,7 @@ def noisy(rms: float = 5e-9) -> np.ndarray:
 def test_everything_is_converged_on_a_smooth_ball() -> None:
     found = looked_at(ceiling=None)
     assert [grid.value for grid in found.grids] == [4, 2, 1, 0.5]
-    assert all(found.independent(name) for name in study.QUANTITIES)
+    assert all(found.independent(name) for name in resolution_study.QUANTITIES)
     assert "contact area, maximum pressure, mean pressure" in found.sentences[0]
     assert not any("Not converged" in sentence for sentence in found.sentences)
     modulus = 210e9 / 0.91

@@ -8,7 +8,11 @@ import pytest
 import xarray
 
 import roughcontact as rc
-from roughcontact import contact, generate, hertz, invariants, stress, subsurface
+from roughcontact.contact import solve as contact
+from roughcontact.contact import subsurface
+from roughcontact.halfspace import stress, tensors
+from roughcontact.surface import shapes
+from roughcontact.theory import hertz
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9, name="steel")
 SOFT = rc.Material(70e9, 0.2)
@@ -17,7 +21,7 @@ RADIUS = 10e-3
 
 
 def ball(n=96, radius=RADIUS, pixel=PIXEL):
-    return rc.Surface(generate.paraboloid((n, n), pixel, radius), pixel)
+    return rc.Surface(shapes.paraboloid((n, n), pixel, radius), pixel)
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +74,7 @@ def test_the_bodies_differ_by_ratio_and_sign(pressed):
         )  # fmt: skip
         np.testing.assert_array_equal(body.section_x, expected)
         # Only the traction of the surface: opposite on the two bodies.
-        pulled = body.section_x[invariants.XZ, 0].sum()
+        pulled = body.section_x[tensors.XZ, 0].sum()
         assert np.sign(pulled) == -sign
     assert second.material is SOFT
     assert second.yield_factor is second.yielded_volume is None
@@ -133,7 +137,7 @@ def test_saved_dataset_holds_everything(found, tmp_path):
         np.testing.assert_array_equal(data["section_x"], found.section_x)
         np.testing.assert_array_equal(data["section_y"], found.section_y)
         np.testing.assert_array_equal(data["pressure"], found.contact.pressure)
-        assert list(data["component"].values) == list(invariants.COMPONENTS)
+        assert list(data["component"].values) == list(tensors.COMPONENTS)
         assert data.attrs["material_yield_strength"] == 1e9
         assert data.attrs["load"] == 0.15
         assert data.attrs["body"] == "first"

@@ -3,9 +3,9 @@ from dataclasses import FrozenInstanceError, replace
 import numpy as np
 import pytest
 
-from roughcontact import preparation, roughness
 from roughcontact.errors import InputError
-from roughcontact.surface import Provenance, Surface
+from roughcontact.surface import preparation, roughness
+from roughcontact.surface.surface import Provenance, Surface
 
 PIXEL = (2e-6, 3e-6)
 ORIGIN = Provenance("map.opd", "Wyko", "height", ("made",))

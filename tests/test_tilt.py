@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import roughcontact as rc
-from roughcontact import contact, solver, tilt
+from roughcontact.contact import solve
+from roughcontact.solvers import bounded, tilt
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 Array = NDArray[np.float64]
@@ -160,11 +161,11 @@ def test_the_first_guess_is_exact_for_a_circle() -> None:
     surface = rc.Surface(punch, (pixel, pixel)).masked()
     flat = rc.solve(surface, load=2.0, material=STEEL, ceiling=None)
     index = np.flatnonzero(flat.pressure)
-    solution = solver.Solution(
+    solution = bounded.Solution(
         index, flat.pressure.ravel()[index], flat.gap, flat.approach, 0.0,
-        solver.Status.CONVERGED, 0, 0, (),
+        bounded.Status.CONVERGED, 0, 0, (),
     )  # fmt: skip
-    problem = solver.Problem(np.where(np.isnan(punch), np.inf, 0.0), np.inf, 1.0)
+    problem = bounded.Problem(np.where(np.isnan(punch), np.inf, 0.0), np.inf, 1.0)
     steepness, reach = tilt._guess(
         problem, solution, np.zeros(2), *tilt.levers((n, n), (pixel, pixel))
     )
@@ -326,12 +327,12 @@ def test_moments_that_nothing_balances_are_refused_at_once(
     message: str,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(solver, "solve", refuse)
+    monkeypatch.setattr(bounded, "solve", refuse)
     options = {"load": 1.0, "material": STEEL, "ceiling": None, **arguments}
     with pytest.raises(error, match=message):
         rc.solve(rough(), **options)
     with pytest.raises(error, match=message):
-        contact.check(rough(), **options)
+        solve.check(rough(), **options)
 
 
 def test_a_load_beyond_the_points_that_touch() -> None:
@@ -363,7 +364,7 @@ def test_bodies_that_do_not_come_to_rest(monkeypatch: pytest.MonkeyPatch) -> Non
     with pytest.raises(rc.ConvergenceError, match="moments not balanced"):
         rc.solve(rough(), **options)
     result = rc.solve(rough(), on_failure="return", **options)
-    assert result.status == contact.UNBALANCED
+    assert result.status == solve.UNBALANCED
     assert not result.converged
     assert result.certificate <= 1e-6 < result.moment_error
     assert any("moments not balanced" in warning for warning in result.warnings)

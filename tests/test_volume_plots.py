@@ -9,19 +9,19 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import roughcontact as rc
-from roughcontact import volume_plots
 from roughcontact.errors import InputError
+from roughcontact.plots import volume
 
 
 def every_figure(result: rc.ElastoplasticResult) -> list[Figure]:
     return [
-        volume_plots.residual_displacement(result),
-        volume_plots.section(result),
-        volume_plots.section(result, "y", width=6e-6),
-        volume_plots.profile(result),
-        volume_plots.layers(result),
-        volume_plots.path(result),
-        volume_plots.convergence(result),
+        volume.residual_displacement(result),
+        volume.section(result),
+        volume.section(result, "y", width=6e-6),
+        volume.profile(result),
+        volume.layers(result),
+        volume.path(result),
+        volume.convergence(result),
     ]
 
 
@@ -48,7 +48,7 @@ def test_every_figure_is_rendered_without_warnings(pressed, released, untouched,
 
 
 def test_section_is_true_to_scale_and_shows_every_layer(pressed) -> None:
-    figure = volume_plots.section(pressed, "x")
+    figure = volume.section(pressed, "x")
     stored = pressed.section("x")
     axes = titled(figure, "accumulated plastic strain [%]")
     (mesh,) = [c for c in axes.collections if hasattr(c, "_coordinates")]
@@ -78,7 +78,7 @@ def test_section_is_true_to_scale_and_shows_every_layer(pressed) -> None:
 
 
 def test_section_compares_the_stress_with_the_strength_at_its_place(pressed) -> None:
-    axes = titled(volume_plots.section(pressed), "yield strength")
+    axes = titled(volume.section(pressed), "yield strength")
     (mesh,) = [c for c in axes.collections if hasattr(c, "_coordinates")]
     stored = pressed.section()
     rows = mesh.get_array().shape[0]
@@ -89,7 +89,7 @@ def test_section_compares_the_stress_with_the_strength_at_its_place(pressed) -> 
 
 
 def test_a_narrow_section_lies_around_the_largest_strain(pressed) -> None:
-    figure = volume_plots.section(pressed, "x", width=5e-6)
+    figure = volume.section(pressed, "x", width=5e-6)
     axes = titled(figure, "pressure")
     left, right = axes.get_xlim()
     assert right - left == pytest.approx(5)
@@ -98,13 +98,13 @@ def test_a_narrow_section_lies_around_the_largest_strain(pressed) -> None:
 
 
 def test_without_load_there_is_no_stress_under_it(pressed, released) -> None:
-    titles = [a.get_title(loc="left") for a in volume_plots.section(released).figure.axes]
+    titles = [a.get_title(loc="left") for a in volume.section(released).figure.axes]
     assert not any("load" in title or "pressure" in title for title in titles)
     assert sum("residual stress" in title for title in titles) == 2
     labels = [
         text.get_text()
         for result in (pressed, released)
-        for axes in volume_plots.profile(result).axes
+        for axes in volume.profile(result).axes
         if (legend := axes.get_legend())
         for text in legend.get_texts()
     ]
@@ -113,7 +113,7 @@ def test_without_load_there_is_no_stress_under_it(pressed, released) -> None:
 
 
 def test_profile_draws_the_components(pressed) -> None:
-    figure = volume_plots.profile(pressed)
+    figure = volume.profile(pressed)
     stored = pressed.profile()
     steps = {p.get_label(): p.get_data() for axes in figure.axes for p in axes.patches}
     np.testing.assert_allclose(steps["yield strength"].values, stored.strength / 1e9, rtol=1e-6)
@@ -124,7 +124,7 @@ def test_profile_draws_the_components(pressed) -> None:
 
 
 def test_path_tells_loading_from_unloading(released) -> None:
-    figure = volume_plots.path(released)
+    figure = volume.path(released)
     axes = figure.axes[0]
     lines = {line.get_label(): line.get_xydata() for line in axes.get_lines()}
     loading, unloading = (
@@ -142,7 +142,7 @@ def test_path_tells_loading_from_unloading(released) -> None:
 
 
 def test_convergence_draws_every_iteration(released) -> None:
-    axes = volume_plots.convergence(released).axes[0]
+    axes = volume.convergence(released).axes[0]
     *lines, tolerance = axes.get_lines()
     assert len(lines) == len(released.increments)
     drawn = np.concatenate([line.get_xydata() for line in lines])
@@ -155,12 +155,12 @@ def test_convergence_draws_every_iteration(released) -> None:
 def test_convergence_shows_residuals_that_grow_at_first(pressed) -> None:
     # Acceleration may raise the residual far above that of the first iteration.
     step = dataclasses.replace(pressed.increments[0], residuals=(0.01, 0.5, 1e-5))
-    axes = volume_plots.convergence(dataclasses.replace(pressed, increments=(step,))).axes[0]
+    axes = volume.convergence(dataclasses.replace(pressed, increments=(step,))).axes[0]
     assert axes.get_ylim()[1] > 0.5
 
 
 def test_displacement_is_centred_on_zero_and_shows_the_contact(pressed, released) -> None:
-    axes = volume_plots.residual_displacement(pressed).axes[0]
+    axes = volume.residual_displacement(pressed).axes[0]
     (image,) = axes.images
     np.testing.assert_allclose(image.get_array(), 1e9 * pressed.residual_displacement)
     low, high = image.get_clim()
@@ -170,7 +170,7 @@ def test_displacement_is_centred_on_zero_and_shows_the_contact(pressed, released
     touching = pressed.contact.contact
     ends = np.flatnonzero(touching.any(axis=0))[[0, -1]] + [0, 1]
     assert [pixels[:, 0].min(), pixels[:, 0].max()] == pytest.approx((0.5 * ends).tolist())
-    (line,) = volume_plots.residual_displacement(released).axes[0].collections
+    (line,) = volume.residual_displacement(released).axes[0].collections
     assert len(line.get_segments()) == 0
 
 
@@ -184,4 +184,4 @@ def test_a_result_that_did_not_converge_says_so(pressed) -> None:
 @pytest.mark.parametrize("width", [0.0, -1e-6, np.inf, np.nan])
 def test_bad_widths(pressed, width: float) -> None:
     with pytest.raises(InputError, match="width"):
-        volume_plots.section(pressed, width=width)
+        volume.section(pressed, width=width)

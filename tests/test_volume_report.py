@@ -12,10 +12,12 @@ import pytest
 from matplotlib.figure import Figure
 
 import roughcontact as rc
-from roughcontact import assumptions, chapters, volume_plots, volume_report
-from roughcontact.chapters import Section
 from roughcontact.errors import InputError
-from roughcontact.plasticity import Linear, Tabulated
+from roughcontact.material.hardening import Linear, Tabulated
+from roughcontact.plots import volume as volume_plots
+from roughcontact.report import assumptions, chapters
+from roughcontact.report import volume as volume_report
+from roughcontact.report.chapters import Section
 from roughcontact.units import engineering, percent
 
 DAY = datetime.date(2024, 2, 29)

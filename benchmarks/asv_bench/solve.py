@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 import roughcontact as rc
-from roughcontact import convolution
-from roughcontact.generate import paraboloid
+from roughcontact.halfspace import convolution
+from roughcontact.surface.shapes import paraboloid
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 

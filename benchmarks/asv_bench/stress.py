@@ -8,7 +8,7 @@ import numpy as np
 import scipy.fft
 
 import roughcontact as rc
-from roughcontact import stress
+from roughcontact.halfspace import stress
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
 

@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact import generate
+from roughcontact.surface import shapes
 
 POINTS = 128
 steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
@@ -22,7 +22,7 @@ def mean_pressure_of_the_model(load_ratio: float) -> float:
     radius = 2 * modulus * a_hertz / (math.pi * peak)
     load = 4 * modulus * a_hertz**3 / (3 * radius)
     pixel = (side / POINTS, side / POINTS)
-    ball = rc.Surface(generate.paraboloid((POINTS, POINTS), pixel, radius), pixel)
+    ball = rc.Surface(shapes.paraboloid((POINTS, POINTS), pixel, radius), pixel)
     result = rc.solve(ball, material=steel, load=load)
     return load / result.corrected_contact_area / steel.yield_strength
 

@@ -17,7 +17,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact import generate, hertz
+from roughcontact.surface import shapes
+from roughcontact.theory import hertz
 
 POINTS = 256
 
@@ -28,7 +29,7 @@ a_hertz = side / 4
 load = 4 * modulus * a_hertz**3 / (3 * radius)
 p_hertz = hertz.max_pressure(load, radius, modulus)
 pixel = (side / POINTS, side / POINTS)
-ball = rc.Surface(generate.paraboloid((POINTS, POINTS), pixel, radius), pixel)
+ball = rc.Surface(shapes.paraboloid((POINTS, POINTS), pixel, radius), pixel)
 
 fractions = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3)
 results = {1.0: rc.solve(ball, material=steel, load=load, ceiling=None)}

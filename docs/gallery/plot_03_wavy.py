@@ -17,7 +17,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact import analytic, generate
+from roughcontact.surface import shapes
+from roughcontact.theory import analytic
 
 POINTS = 256
 
@@ -25,7 +26,7 @@ steel = rc.Material(young=210e9, poisson=0.3)
 modulus = rc.contact_modulus(steel, rc.RIGID)
 wavelength, amplitude = 1e-4, 1e-7
 pixel = (wavelength / POINTS, wavelength / POINTS)
-strip = rc.Surface(generate.wavy((4, POINTS), pixel, amplitude, wavelength), pixel)
+strip = rc.Surface(shapes.wavy((4, POINTS), pixel, amplitude, wavelength), pixel)
 closing = analytic.wavy_full_contact_pressure(amplitude, wavelength, modulus)
 
 ratios = np.array([0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95])
@@ -70,7 +71,7 @@ left.legend(fontsize=8, frameon=False)
 # The same for waves that cross. Between the two ends of Johnson, Greenwood and Higginson there is
 # no closed form: the solver joins them.
 
-crossed = rc.Surface(generate.crossed_waves((POINTS, POINTS), pixel, amplitude, wavelength), pixel)
+crossed = rc.Surface(shapes.crossed_waves((POINTS, POINTS), pixel, amplitude, wavelength), pixel)
 crossed_closing = analytic.crossed_full_contact_pressure(amplitude, wavelength, modulus)
 areas = []
 start = None

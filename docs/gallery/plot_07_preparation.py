@@ -15,7 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact import preparation
+from roughcontact.surface import preparation
 
 POINTS = 256
 

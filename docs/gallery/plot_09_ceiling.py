@@ -15,7 +15,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact import analytic, catalogue, hardness
+from roughcontact.material import catalogue, hardness
+from roughcontact.theory import analytic
 
 POINTS = 256
 

@@ -20,8 +20,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact import generate, hertz
-from roughcontact.subsurface import subsurface_stress, yield_onset
+from roughcontact.contact.subsurface import subsurface_stress, yield_onset
+from roughcontact.surface import shapes
+from roughcontact.theory import hertz
 
 POINTS = 256
 
@@ -29,7 +30,7 @@ radius, side = 1e-3, 1e-4
 steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 modulus = rc.contact_modulus(steel, rc.RIGID)
 pixel = (side / POINTS, side / POINTS)
-ball = rc.Surface(generate.paraboloid((POINTS, POINTS), pixel, radius), pixel)
+ball = rc.Surface(shapes.paraboloid((POINTS, POINTS), pixel, radius), pixel)
 load = 4 * modulus * (side / 6) ** 3 / (3 * radius)
 result = rc.solve(ball, material=steel, load=load, ceiling=None)
 a_hertz = hertz.contact_radius(load, radius, modulus)

@@ -16,7 +16,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.history import load_history, passes
+from roughcontact.contact.load_history import load_history, passes
 
 POINTS = 256
 

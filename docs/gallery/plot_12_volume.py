@@ -22,9 +22,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact import generate, hertz
-from roughcontact.comparison import ceiling_factor, recommended_ceiling
-from roughcontact.plasticity import Linear, Swift
+from roughcontact.material.hardening import Linear, Swift
+from roughcontact.surface import shapes
+from roughcontact.theory import hertz
+from roughcontact.volume.comparison import ceiling_factor, recommended_ceiling
 
 POINTS = 40
 
@@ -44,7 +45,7 @@ def ball(
     plateau = ceiling_factor(load_ratio) * material.yield_strength
     side = wide * max(a_hertz, np.sqrt(load / (np.pi * plateau)))
     pixel = (side / POINTS, side / POINTS)
-    return rc.Surface(generate.paraboloid((POINTS, POINTS), pixel, radius), pixel), load, a_hertz
+    return rc.Surface(shapes.paraboloid((POINTS, POINTS), pixel, radius), pixel), load, a_hertz
 
 
 def compared(load_ratio: float, material: rc.Material, tried: list[float]) -> rc.ModelComparison:

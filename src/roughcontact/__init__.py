@@ -1,10 +1,13 @@
 """Contact of measured rough surfaces: pressure, real contact area, saturated area and gap."""
 
 from roughcontact._version import __version__
-from roughcontact.archive import load_result, save_result
-from roughcontact.comparison import ModelComparison, compare_models
-from roughcontact.contact import solve
-from roughcontact.elastoplastic import ElastoplasticResult, solve_elastoplastic
+from roughcontact.contact.archive import load_result, save_result
+from roughcontact.contact.load_curve import LoadCurve, load_curve
+from roughcontact.contact.load_history import LoadHistory, Stage, load_history
+from roughcontact.contact.resolution_study import ResolutionStudy, resolution_study
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.solve import solve
+from roughcontact.contact.subsurface import StressResult, subsurface_stress, yield_onset
 from roughcontact.errors import (
     CapacityError,
     ConvergenceError,
@@ -13,16 +16,13 @@ from roughcontact.errors import (
     InsufficientMemoryError,
     RoughcontactError,
 )
-from roughcontact.formats import read_surface
-from roughcontact.generate import reference_map, self_affine
-from roughcontact.history import LoadHistory, Stage, load_history
-from roughcontact.loading import LoadCurve, load_curve
-from roughcontact.material import RIGID, Material, contact_modulus
-from roughcontact.result import ContactResult
-from roughcontact.solver import Step
-from roughcontact.study import ResolutionStudy, resolution_study
-from roughcontact.subsurface import StressResult, subsurface_stress, yield_onset
-from roughcontact.surface import Provenance, Surface
+from roughcontact.formats.read import read_surface
+from roughcontact.material.material import RIGID, Material, contact_modulus
+from roughcontact.solvers.bounded import Step
+from roughcontact.surface.shapes import reference_map, self_affine
+from roughcontact.surface.surface import Provenance, Surface
+from roughcontact.volume.comparison import ModelComparison, compare_models
+from roughcontact.volume.solve import ElastoplasticResult, solve_elastoplastic
 
 __all__ = [
     "RIGID",

@@ -2,7 +2,7 @@
 
 import sys
 
-from roughcontact.cli import main
+from roughcontact.cli.app import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -7,8 +7,8 @@ from numbers import Real
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from roughcontact.elastoplastic import ElastoplasticResult
-    from roughcontact.result import ContactResult
+    from roughcontact.contact.result import ContactResult
+    from roughcontact.volume.solve import ElastoplasticResult
 
 
 class RoughcontactError(Exception):

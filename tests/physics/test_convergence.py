@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import analytic, convolution, generate, hertz
+from roughcontact.halfspace import convolution
+from roughcontact.surface import shapes
+from roughcontact.theory import analytic, hertz
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
 MODULUS = 210e9 / 0.91
@@ -39,7 +41,7 @@ def test_displacement_of_a_smooth_pressure_is_of_second_order(aspect):
 def strip(n, ratio):
     """Westergaard's wave on n points: errors of approach and pressure."""
     pixel = (WAVELENGTH / n, WAVELENGTH / n)
-    surface = rc.Surface(generate.wavy((2, n), pixel, AMPLITUDE, WAVELENGTH), pixel)
+    surface = rc.Surface(shapes.wavy((2, n), pixel, AMPLITUDE, WAVELENGTH), pixel)
     mean = ratio * FULL
     result = rc.solve(
         surface, material=STEEL, load=mean * 2 * pixel[0] * WAVELENGTH, boundary="periodic",
@@ -82,7 +84,7 @@ def test_hertz_converges_with_the_square_of_the_pixel(aspect):
     errors = []
     for n in points:
         pixel = (3 * a / n * aspect, 3 * a / n)
-        surface = rc.Surface(generate.paraboloid((n, n), pixel, radius), pixel)
+        surface = rc.Surface(shapes.paraboloid((n, n), pixel, radius), pixel)
         result = rc.solve(surface, material=STEEL, load=load, tolerance=1e-9)
         # The summit lies between four pixels, δ counts from the nearest.
         touch = (math.hypot(*pixel) / 2) ** 2 / (2 * radius)

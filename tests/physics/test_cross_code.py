@@ -7,7 +7,7 @@ import pytest
 
 import cross_code
 import roughcontact as rc
-from roughcontact import convolution
+from roughcontact.halfspace import convolution
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.elastoplastic import solve_elastoplastic
-from roughcontact.plasticity import Swift
+from roughcontact.material.hardening import Swift
+from roughcontact.volume.solve import solve_elastoplastic
 
 YOUNG, POISSON, YIELD, RADIUS = 210e9, 0.3, 1e9, 1e-3
 MODULUS = YOUNG / (1 - POISSON**2)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import analytic, generate, hertz
+from roughcontact.surface import shapes
+from roughcontact.theory import analytic, hertz
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
 MODULUS = 210e9 / 0.91
@@ -19,7 +20,7 @@ P0 = hertz.max_pressure(LOAD, RADIUS, MODULUS)
 def ball(n, side, aspect=1.0):
     """A sphere's summit on n × n pixels, dy = aspect × dx."""
     pixel = (side * aspect / n, side / n)
-    return rc.Surface(generate.paraboloid((n, n), pixel, RADIUS), pixel)
+    return rc.Surface(shapes.paraboloid((n, n), pixel, RADIUS), pixel)
 
 
 def distance(surface):

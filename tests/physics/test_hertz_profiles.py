@@ -12,7 +12,8 @@ import pytest
 from scipy.special import ellipe, ellipkm1
 
 import roughcontact as rc
-from roughcontact import generate, hertz
+from roughcontact.surface import shapes
+from roughcontact.theory import hertz
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
 MODULUS = 210e9 / 0.91
@@ -85,7 +86,7 @@ def axisymmetric(ratio, rings=600):
 
 def ball(n, side):
     pixel = (side / n, side / n)
-    return rc.Surface(generate.paraboloid((n, n), pixel, RADIUS), pixel)
+    return rc.Surface(shapes.paraboloid((n, n), pixel, RADIUS), pixel)
 
 
 def distance(surface):

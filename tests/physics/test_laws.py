@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import roughcontact as rc
-from roughcontact import convolution, hertz
+from roughcontact.halfspace import convolution
+from roughcontact.theory import hertz
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
 MODULUS = 210e9 / 0.91

@@ -8,8 +8,8 @@ Mindlin's solution over it, its stress C applied to the gradient of that. R. D. 
 import numpy as np
 import pytest
 
-from roughcontact import halfspace
-from roughcontact.convolution import Workspace
+from roughcontact.halfspace import plastic
+from roughcontact.halfspace.convolution import Workspace
 
 MU, NU = 1.7, 0.3
 WIDTH, DEPTH = 1.0, 5.5
@@ -101,7 +101,7 @@ def found(operator, shape, pick):
     thickness = operator.thickness
     bottom = np.cumsum(thickness)
     y, x = grid_of(shape[0]), grid_of(shape[1])
-    five = halfspace.components(TENSOR)
+    five = plastic.components(TENSOR)
     node, weight = np.polynomial.legendre.leggauss(4)
     plane = np.exp(-(y[:, None] ** 2) - x**2)
 
@@ -115,7 +115,7 @@ def found(operator, shape, pick):
     none = np.zeros(shape)
     operator.stress(none, lambda layer, s: stress.__setitem__(layer, s))
     operator.mean_stress(none, lambda layer, s: mean.__setitem__(layer, s))
-    return [(u[j, i], halfspace.tensor(stress[k, :, j, i], mean[k, j, i])) for k, j, i in pick]
+    return [(u[j, i], plastic.tensor(stress[k, :, j, i], mean[k, j, i])) for k, j, i in pick]
 
 
 SHAPE = (22, 24)
@@ -139,7 +139,7 @@ def test_periods_converge_to_mindlin() -> None:
     more = dict(isolated=True, workspace=Workspace(2))
     measured = []
     for period in (48, 96, 192):
-        operator = halfspace.Layers(
+        operator = plastic.Layers(
             SHAPE, (PIXEL, PIXEL), THICKNESS, MU, NU, (period, period), **more
         )
         measured.append(errors(found(operator, SHAPE, PICK)))
@@ -155,7 +155,7 @@ def test_periods_converge_to_mindlin() -> None:
 
 @pytest.mark.parametrize("precision", ["double", "single"])
 def test_free_boundary_against_mindlin(precision) -> None:
-    operator = halfspace.HalfSpace(
+    operator = plastic.HalfSpace(
         SHAPE, (PIXEL, PIXEL), THICKNESS, shear_modulus=MU, poisson=NU, precision=precision
     )
     displacement, stress = errors(found(operator, SHAPE, PICK))

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import analytic, loading
+from roughcontact.contact import load_curve
+from roughcontact.theory import analytic
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 ELASTIC = rc.Material(210e9, 0.3)
@@ -16,7 +17,7 @@ MODULUS = 210e9 / 0.91
 @pytest.fixture(scope="module")
 def curve() -> rc.LoadCurve:
     surface = rc.Surface(*rc.reference_map(512))
-    loads = loading.spaced(0.03, 30, 13)
+    loads = load_curve.spaced(0.03, 30, 13)
     return rc.load_curve(surface, material=STEEL, loads=loads, ceiling=None)
 
 

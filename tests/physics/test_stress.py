@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from roughcontact import stress
-from roughcontact.invariants import XX, XY, XZ, YY, YZ, ZZ, von_mises
-from roughcontact.material import Material
+from roughcontact.halfspace import stress
+from roughcontact.halfspace.tensors import XX, XY, XZ, YY, YZ, ZZ, von_mises
+from roughcontact.material.material import Material
 
 NU = 0.3
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import analytic, generate
+from roughcontact.surface import shapes
+from roughcontact.theory import analytic
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
 MODULUS = 210e9 / 0.91
@@ -16,7 +17,7 @@ CROSSED = analytic.crossed_full_contact_pressure(AMPLITUDE, WAVELENGTH, MODULUS)
 
 def strips(nx=512, ny=6, waves=1, along="x"):
     pixel = (2e-6, waves * WAVELENGTH / nx)
-    heights = generate.wavy((ny, nx), pixel, AMPLITUDE, WAVELENGTH)
+    heights = shapes.wavy((ny, nx), pixel, AMPLITUDE, WAVELENGTH)
     if along == "y":
         return rc.Surface(np.ascontiguousarray(heights.T), pixel[::-1])
     return rc.Surface(heights, pixel)
@@ -86,7 +87,7 @@ def test_mean_pressure_never_exceeds_a_ceiling_below_full_contact():
 
 def crossed(n):
     pixel = (WAVELENGTH / n, WAVELENGTH / n)
-    heights = generate.crossed_waves((n, n), pixel, AMPLITUDE, WAVELENGTH)
+    heights = shapes.crossed_waves((n, n), pixel, AMPLITUDE, WAVELENGTH)
     return rc.Surface(heights, pixel)
 
 

@@ -1,0 +1,1 @@
+"""Contact of two bodies under a ceiling of the pressure."""

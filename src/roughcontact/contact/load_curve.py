@@ -1,0 +1,483 @@
+"""Load curves: the same contact under one load after the other."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, fields
+from functools import cached_property
+from itertools import pairwise
+from numbers import Real
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact._version import __version__
+from roughcontact.contact import result, resume, solve
+from roughcontact.contact.archive import replacing
+from roughcontact.contact.result import ContactResult
+from roughcontact.errors import ConvergenceError, FormatError, InputError
+from roughcontact.formats import export
+from roughcontact.material.material import RIGID, Material, contact_modulus
+from roughcontact.solvers.bounded import Step
+from roughcontact.surface import roughness
+from roughcontact.surface.surface import Surface
+from roughcontact.theory import analytic
+
+Array = NDArray[np.float64]
+
+LOW_LOAD = 0.05
+"""Contact fraction up to which the area is taken as proportional to the load."""
+
+
+@dataclass(frozen=True)
+class LoadStep:
+    """The scalars of one solved load.
+
+    Parameters
+    ----------
+    load : float
+        W [N].
+    approach : float
+        ω [m].
+    contact_area : float
+        Real contact area [m²]: the pixels with pressure.
+    corrected_contact_area : float
+        The same without the excess of its rim; see `ContactResult.corrected_contact_area` [m²].
+    saturated_area : float
+        Area at the ceiling [m²].
+    max_pressure : float
+        Largest pressure [Pa].
+    mean_gap : float
+        Mean open gap [m].
+    stiffness : float
+        dW/dω [N/m]; see `roughcontact.contact.solve.stiffness`.
+    spots : int
+        Number of contact spots.
+    mean_spot_area, largest_spot_area : float
+        Of the contact spots [m²].
+    certificate, load_error : float
+        How exactly the step is solved.
+    convolutions : int
+        On the full grid.
+    seconds : float
+        Wall time of the solve.
+    """
+
+    load: float
+    approach: float
+    contact_area: float
+    corrected_contact_area: float
+    saturated_area: float
+    max_pressure: float
+    mean_gap: float
+    stiffness: float
+    spots: int
+    mean_spot_area: float
+    largest_spot_area: float
+    certificate: float
+    load_error: float
+    convolutions: int
+    seconds: float
+
+
+UNITS = {
+    "load": "N", "approach": "m", "contact_area": "m²", "corrected_contact_area": "m²",
+    "saturated_area": "m²", "max_pressure": "Pa", "mean_gap": "m", "stiffness": "N/m",
+    "spots": "1", "mean_spot_area": "m²", "largest_spot_area": "m²", "certificate": "1",
+    "load_error": "1", "convolutions": "1", "seconds": "s",
+}  # fmt: skip
+"""Unit of each field of a `LoadStep`."""
+
+
+@dataclass(frozen=True, eq=False)
+class LoadCurve:
+    """Contact against load, and what the simple laws say about it.
+
+    Parameters
+    ----------
+    steps : tuple of LoadStep
+        The solved loads, ascending.
+    control : {"load", "approach"}
+        Which of the two was given.
+    nominal_area : float
+        Area of the whole map [m²].
+    contact_modulus : float
+        E* [Pa].
+    rms_gradient : float
+        h′ of the gap at first touch.
+    ceiling : float, ndarray of shape (ny, nx), or None
+        Largest pressure allowed [Pa].
+    boundary : {"free", "periodic"}
+        Whether the map is all there is, or one period.
+    source : str
+        Where the map came from.
+    preparation : tuple of str
+        What was done to it.
+    """
+
+    steps: tuple[LoadStep, ...]
+    control: str
+    nominal_area: float
+    contact_modulus: float
+    rms_gradient: float
+    ceiling: float | NDArray[np.float64] | None
+    boundary: str
+    source: str
+    preparation: tuple[str, ...]
+
+    def column(self, name: str) -> Array:
+        """Return one field of all steps, shape (n,); see `LoadStep` for names and units."""
+        if name not in UNITS:
+            raise InputError(f"name must be one of {', '.join(UNITS)}, got {name!r}")
+        return np.array([getattr(step, name) for step in self.steps], dtype=float)
+
+    @property
+    def constriction_length(self) -> Array:
+        """Length 2 (dW/dω)/E* [m], shape (n,).
+
+        Divided by the sum of the resistivities of the two bodies it is the electrical conductance
+        of the contact, and likewise the thermal one (Barber 2003, doi:10.1098/rspa.2002.1038); a
+        circle of radius a has 4 a.
+        """
+        return 2 * self.column("stiffness") / self.contact_modulus
+
+    @cached_property
+    def low_load_slope(self) -> float:
+        """κ of A = κ W/(E* h′), where no more than a twentieth of the map touches.
+
+        Least squares through the origin on the corrected contact area of the loads at which no
+        more than a tenth of it is saturated; NaN if there is none. Theory: √(2π) = 2.5 (Bush,
+        Gibson and Thomas 1975), √(8/π) = 1.6 (Persson 2001); boundary elements: 1.8 to 2.3 (Hyun
+        et al. 2004). It means something where there are many spots.
+        """
+        area, load = self.column("corrected_contact_area"), self.column("load")
+        saturated = self.column("saturated_area")
+        low = (area <= LOW_LOAD * self.nominal_area) & (saturated <= 0.1 * area) & (load > 0)
+        if not low.any():
+            return math.nan
+        slope = float(area[low] @ load[low] / (load[low] @ load[low]))
+        return slope * self.contact_modulus * self.rms_gradient
+
+    @property
+    def persson(self) -> tuple[Array, Array]:
+        """Contact and saturated area by Persson's theory [m²], each of shape (n,).
+
+        With a ceiling that differs from pixel to pixel its mean is taken. NaN where the mean
+        pressure exceeds the ceiling.
+        """
+        ceiling = self.ceiling
+        limit = None if ceiling is None else float(np.mean(ceiling))
+        pairs = []
+        for load in self.column("load"):
+            mean = float(load) / self.nominal_area
+            if mean == 0 or (limit is not None and mean > limit):
+                pairs.append((0.0, 0.0) if mean == 0 else (math.nan, math.nan))
+            else:
+                pairs.append(
+                    analytic.persson_fractions(mean, self.contact_modulus, self.rms_gradient, limit)
+                )
+        table = np.array(pairs).reshape(-1, 2) * self.nominal_area
+        return table[:, 0], table[:, 1]
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the curve to a table.
+
+        Parameters
+        ----------
+        path : str or path
+            A name that ends in ``.csv`` (one row a load, units in the head) or ``.json``.
+
+        Raises
+        ------
+        InputError
+            If the suffix is another one.
+        """
+        suffix = Path(path).suffix.lower()
+        if suffix not in (".csv", ".json"):
+            raise InputError(f"path must end in .csv or .json, got {str(path)!r}")
+        contact_area, saturated_area = self.persson
+        extra = {
+            "constriction_length": ("m", self.constriction_length),
+            "persson_contact_area": ("m²", contact_area),
+            "persson_saturated_area": ("m²", saturated_area),
+        }
+        if suffix == ".csv":
+            names = [*UNITS, *extra]
+            units = [*UNITS.values(), *(unit for unit, _ in extra.values())]
+            lines = [",".join(f"{n} [{u}]" for n, u in zip(names, units, strict=True))]
+            for number, step in enumerate(self.steps):
+                values = [*asdict(step).values(), *(float(v[number]) for _, v in extra.values())]
+                lines.append(",".join(repr(value) for value in values))
+            text = "\n".join(lines) + "\n"
+        else:
+            text = export.to_json(self.summary()) + "\n"
+        with replacing(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+
+    def summary(self) -> dict[str, Any]:
+        """Return the curve and its laws by name, in SI units, ready for JSON."""
+        contact_area, saturated_area = self.persson
+        ceiling = self.ceiling
+        return {
+            "source": self.source,
+            "preparation": list(self.preparation),
+            "control": self.control,
+            "boundary": self.boundary,
+            "nominal_area": self.nominal_area,
+            "contact_modulus": self.contact_modulus,
+            "rms_gradient": self.rms_gradient,
+            "ceiling": "per pixel" if isinstance(ceiling, np.ndarray) else ceiling,
+            "low_load_slope": self.low_load_slope,
+            **{name: self.column(name).tolist() for name in UNITS},
+            "constriction_length": self.constriction_length.tolist(),
+            "persson_contact_area": contact_area.tolist(),
+            "persson_saturated_area": saturated_area.tolist(),
+            "version": __version__,
+        }
+
+
+def load_curve(
+    surface: Surface,
+    *,
+    material: Material,
+    loads: Sequence[float] | None = None,
+    approaches: Sequence[float] | None = None,
+    counter_material: Material = RIGID,
+    counter_surface: Surface | None = None,
+    ceiling: str | float | ArrayLike | None = "auto",
+    boundary: str = "free",
+    tolerance: float | None = None,
+    max_iterations: int = 500,
+    precision: str = "double",
+    folder: str | os.PathLike[str] | None = None,
+    progress: Callable[[int, Step], None] | None = None,
+) -> LoadCurve:
+    """Solve a contact under one load after the other.
+
+    Parameters
+    ----------
+    surface, material, counter_material, counter_surface, ceiling, boundary, tolerance, \
+max_iterations, precision
+        As for `solve`.
+    loads : sequence of float
+        Normal loads W [N], ascending; give either this or ``approaches``.
+    approaches : sequence of float
+        Approaches ω [m], ascending.
+    folder : path, optional
+        Where every finished step is saved at once; made if it does not exist. The same call on
+        the same folder goes on after the last finished step and ends with the same numbers.
+    progress : callable, optional
+        Called with the number of the step and the solver's `Step`.
+
+    Returns
+    -------
+    LoadCurve
+        The scalars of every step.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or the folder holds the steps of another sweep.
+    CapacityError, InsufficientMemoryError
+        As for `solve`; the largest load is checked before the first step.
+    ConvergenceError
+        If a step did not reach the tolerance; the steps before it stay in the folder.
+
+    Notes
+    -----
+    Each solve starts from the pressure of the load before it. The model keeps no history:
+    every step is the same as if it were solved alone, within its certificate.
+
+    Examples
+    --------
+    >>> import roughcontact as rc
+    >>> heights, pixel = rc.reference_map(64)
+    >>> steel = rc.Material(young=210e9, poisson=0.3)
+    >>> curve = rc.load_curve(rc.Surface(heights, pixel), material=steel, loads=[0.1, 1, 10])
+    >>> bool((np.diff(curve.column("contact_area")) > 0).all())
+    True
+    """
+    if (loads is None) == (approaches is None):
+        raise InputError("give either loads or approaches, and only one of them")
+    control = "load" if approaches is None else "approach"
+    wanted = _ascending("loads" if approaches is None else "approaches", loads, approaches)
+    problem: dict[str, Any] = {
+        "material": material,
+        "counter_material": counter_material,
+        "counter_surface": counter_surface,
+        "ceiling": ceiling,
+        "boundary": boundary,
+        "tolerance": tolerance,
+        "max_iterations": max_iterations,
+        "precision": precision,
+    }
+    solve.check(surface, **problem, **{control: wanted[-1]})
+    record = None
+    if folder is not None:
+        record = resume.claim(
+            folder, _described(surface, problem, control, wanted),
+            kind="sweep", record="sweep.json", pattern="step-*.npz",
+        )  # fmt: skip
+    steps: list[LoadStep] = []
+    pressure: Array | None = None
+    # Steps are named by their number, and each is complete once it is there.
+    for number, value in enumerate(wanted, start=1):
+        path = None if record is None else record / f"step-{number:04d}.npz"
+        if path is not None and path.exists():
+            step, pressure = _read_step(path, surface.shape)
+            steps.append(step)
+            continue
+        try:
+            solved = solve.solve(
+                surface,
+                **{**problem, control: value},
+                start=pressure,
+                progress=None if progress is None else _numbered(progress, number),
+            )
+            step = _step(solved)
+        except ConvergenceError as error:
+            kept = "" if record is None else f"; the steps before it are kept in {record}"
+            unit = "N" if control == "load" else "m"
+            raise ConvergenceError(
+                f"step {number} of {len(wanted)}, {control} = {value:.6g} {unit}: {error}{kept}",
+                error.result,
+            ) from None
+        pressure = solved.pressure
+        if path is not None:
+            _write_step(path, step, pressure)
+        steps.append(step)
+    gap = result.initial_gap(surface, counter_surface)
+    return LoadCurve(
+        steps=tuple(steps),
+        control=control,
+        nominal_area=surface.size[0] * surface.size[1],
+        contact_modulus=contact_modulus(material, counter_material),
+        rms_gradient=roughness.rms_gradient(gap, surface.pixel),
+        ceiling=solve.resolved_ceiling(ceiling, material, counter_material, surface.shape),
+        boundary=boundary,
+        source=surface.provenance.source,
+        preparation=surface.provenance.steps,
+    )
+
+
+def spaced(first: float, last: float, number: int, spacing: str = "log") -> list[float]:
+    """Return loads or approaches between two ends.
+
+    Parameters
+    ----------
+    first, last : float
+        The ends, ``0 < first < last``.
+    number : int
+        How many, both ends included; at least 2.
+    spacing : {"log", "linear"}
+        Equal ratios or equal differences.
+
+    Returns
+    -------
+    list of float
+        Ascending values; the ends are exact.
+
+    Raises
+    ------
+    InputError
+        If the ends or the number do not fit.
+
+    Examples
+    --------
+    >>> spaced(1, 100, 3), spaced(1, 5, 3, "linear")
+    ([1.0, 10.0, 100.0], [1.0, 3.0, 5.0])
+    """
+    if spacing not in ("log", "linear"):
+        raise InputError(f"spacing must be 'log' or 'linear', got {spacing!r}")
+    if not (0 < first < last < math.inf):
+        raise InputError(f"the first value must be positive and below the last: {first}, {last}")
+    if number < 2:
+        raise InputError(f"number must be at least 2, got {number}")
+    values = (np.geomspace if spacing == "log" else np.linspace)(first, last, number)
+    return [float(value) for value in values]
+
+
+def _ascending(
+    name: str, loads: Sequence[float] | None, approaches: Sequence[float] | None
+) -> list[float]:
+    given = list(loads if loads is not None else approaches or ())
+    if not given:
+        raise InputError(f"{name} is empty: give at least one value")
+    if not all(isinstance(value, Real) and 0 < value < math.inf for value in given):
+        raise InputError(f"{name} must be positive and finite, got {given}")
+    values = [float(value) for value in given]
+    if any(second <= first for first, second in pairwise(values)):
+        raise InputError(f"{name} must ascend, got {given}; sort them")
+    return values
+
+
+def _numbered(progress: Callable[[int, Step], None], number: int) -> Callable[[Step], None]:
+    return lambda step: progress(number, step)
+
+
+def _step(solved: ContactResult) -> LoadStep:
+    spots = solved.spots()
+    return LoadStep(
+        load=solved.load,
+        approach=solved.approach,
+        contact_area=solved.contact_area,
+        corrected_contact_area=solved.corrected_contact_area,
+        saturated_area=solved.saturated_fraction * solved.pressure.size * solved.pixel_area,
+        max_pressure=solved.max_pressure,
+        mean_gap=solved.mean_gap,
+        stiffness=solve.stiffness(solved),
+        spots=spots.count,
+        mean_spot_area=float(spots.area.mean()) if spots.count else 0.0,
+        largest_spot_area=float(spots.area[0]) if spots.count else 0.0,
+        certificate=solved.certificate,
+        load_error=solved.load_error,
+        convolutions=solved.convolutions,
+        seconds=solved.seconds,
+    )
+
+
+# Steps on disk
+
+
+def _described(
+    surface: Surface, problem: dict[str, Any], control: str, wanted: list[float]
+) -> dict[str, Any]:
+    ceiling = problem["ceiling"]
+    bodies = (problem[name] for name in ("counter_surface", "material", "counter_material"))
+    plain = isinstance(ceiling, str) or ceiling is None
+    return {
+        **resume.contact(surface, *bodies),
+        "ceiling": ceiling if plain else resume.digest(ceiling),
+        **{n: problem[n] for n in ("boundary", "tolerance", "max_iterations", "precision")},
+        "control": control,
+        "values": wanted,
+    }
+
+
+def _write_step(path: Path, step: LoadStep, pressure: Array) -> None:
+    index = np.flatnonzero(pressure)
+    with replacing(path) as temporary:
+        arrays: dict[str, Any] = {"index": index, "pressure": pressure.ravel()[index]}
+        np.savez(temporary, **arrays, **asdict(step))
+
+
+def _read_step(path: Path, shape: tuple[int, int]) -> tuple[LoadStep, Array]:
+    try:
+        with np.load(path) as stored:
+            values: dict[str, Any] = {
+                field.name: (int if field.type == "int" else float)(stored[field.name])
+                for field in fields(LoadStep)
+            }
+            pressure = np.zeros(shape)
+            pressure.ravel()[stored["index"]] = stored["pressure"]
+    # NumPy and zipfile fail on damaged files with errors of many kinds.
+    except Exception as error:
+        raise FormatError(
+            f"{path} cannot be read as a step of a sweep ({type(error).__name__}); remove it to "
+            "solve it again"
+        ) from None
+    return LoadStep(**values), pressure

@@ -1,0 +1,358 @@
+"""Can a result be trusted: the same contact on other grids, with other filters and ceilings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact.contact import solve
+from roughcontact.contact.result import ContactResult
+from roughcontact.errors import InputError, InsufficientMemoryError
+from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
+from roughcontact.surface import filters
+from roughcontact.surface.surface import Surface
+from roughcontact.units import engineering
+
+Array = NDArray[np.float64]
+
+STEADY = 0.05
+"""Relative change from one grid to the next below which a quantity counts as independent of it."""
+
+PIXEL_FACTORS = (4.0, 2.0, 1.0, 0.5)
+"""Pixels of the grids over that of the map."""
+
+CUTOFFS = (4, 8, 16)
+"""Cut-offs of the S-filter over the larger pixel edge."""
+
+CEILING_FACTORS = (2.8, 3.0, 3.2)
+"""Ceilings over the yield strength, from Tabor's 2.8 for metals to 3.2."""
+
+QUANTITIES = {
+    "contact_fraction": "contact area",
+    "saturated_fraction": "saturated area",
+    "max_pressure": "maximum pressure",
+    "mean_pressure": "mean pressure",
+}
+
+_FEWEST_POINTS = 32
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One of the solves of a study.
+
+    Parameters
+    ----------
+    value : float
+        Pixel over that of the map, cut-off [m], or ceiling over the yield strength.
+    shape : (int, int)
+        Grid points.
+    pixel : (float, float)
+        Pixel edges [m].
+    contact_fraction : float
+        Corrected contact area over that of the map (`ContactResult.corrected_contact_area`).
+    saturated_fraction : float
+        Saturated area over that of the map.
+    max_pressure, mean_pressure : float
+        Largest pressure, and load over corrected contact area [Pa].
+    certificate : float
+        How exactly it is solved.
+    """
+
+    value: float
+    shape: tuple[int, int]
+    pixel: tuple[float, float]
+    contact_fraction: float
+    saturated_fraction: float
+    max_pressure: float
+    mean_pressure: float
+    certificate: float
+
+
+@dataclass(frozen=True)
+class ResolutionStudy:
+    """How far the results of a contact depend on grid, filter and ceiling.
+
+    Parameters
+    ----------
+    grids : tuple of Variant
+        The same load on coarser and finer grids, the coarsest first.
+    cutoffs : tuple of Variant
+        The map without waves shorter than a cut-off, the longest first.
+    ceilings : tuple of Variant
+        Ceilings of 2.8 to 3.2 yield strengths; empty for an elastic contact or a ceiling that
+        differs from pixel to pixel.
+    at_ceiling : bool
+        Whether the largest pressure is the ceiling on each of the three finest grids.
+    notes : tuple of str
+        Grids that were left out, and why.
+    """
+
+    grids: tuple[Variant, ...]
+    cutoffs: tuple[Variant, ...]
+    ceilings: tuple[Variant, ...]
+    at_ceiling: bool
+    notes: tuple[str, ...] = ()
+
+    def changes(self, name: str) -> tuple[float, ...]:
+        """Return the relative changes of a quantity from each grid to the next finer one."""
+        if name not in QUANTITIES:
+            raise InputError(f"name must be one of {', '.join(QUANTITIES)}, got {name!r}")
+        values = [getattr(grid, name) for grid in self.grids]
+        return tuple(_change(old, new) for old, new in pairwise(values))
+
+    def independent(self, name: str) -> bool:
+        """Return whether a quantity no longer changes with the pixel.
+
+        It must change by less than 5 % over the two finest steps: from twice the pixel of the map
+        to its own, and from that to half of it.
+        """
+        return all(abs(change) < STEADY for change in self.changes(name)[-2:])
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What the study says, in plain words."""
+        names = [name for name in QUANTITIES if any(getattr(grid, name) for grid in self.grids)]
+        judged = [name for name in names if not (self.at_ceiling and name == "max_pressure")]
+        steady = [QUANTITIES[name] for name in judged if self.independent(name)]
+        pixels = [engineering(max(grid.pixel), "m", 3) for grid in self.grids[-3:]]
+        said = []
+        if steady:
+            said.append(
+                f"Independent of the grid (less than {100 * STEADY:.0f} % change at each step over "
+                f"pixels of {', '.join(pixels)}): {', '.join(steady)}."
+            )
+        for name in judged:
+            if self.independent(name):
+                continue
+            steps = [
+                f"{100 * change:+.0f} % at {pixel}"
+                for change, pixel in zip(self.changes(name)[-2:], pixels[1:], strict=True)
+            ]
+            said.append(
+                f"Not converged: from a pixel of {pixels[0]} on the {QUANTITIES[name]} changes by "
+                f"{', '.join(steps)}; it reflects the pixel size, and a finer measurement may give "
+                "another value."
+            )
+        if self.at_ceiling:
+            said.append(
+                "The maximum pressure is the ceiling on these grids: that it does not change says "
+                "nothing about the resolution."
+            )
+        if len(self.cutoffs) > 1:
+            said.append(_span("Filtering", "the cut-off", self.cutoffs, judged, "m"))
+        if len(self.ceilings) > 1:
+            said.append(_span("Ceiling", "the factor", self.ceilings, names, ""))
+        return (*said, *self.notes)
+
+    def named(self) -> list[tuple[str, Variant]]:
+        """Return every solve with what it is called."""
+        names = [(f"pixel {engineering(max(v.pixel), 'm')}", v) for v in self.grids]
+        names += [(f"S-filter {engineering(v.value, 'm')}", v) for v in self.cutoffs]
+        return names + [(f"ceiling {v.value:g} × yield", v) for v in self.ceilings]
+
+    def summary(self) -> dict[str, Any]:
+        """Return the study by name, in SI units, ready for JSON."""
+        return {
+            "grids": [vars(grid) for grid in self.grids],
+            "cutoffs": [vars(cutoff) for cutoff in self.cutoffs],
+            "ceilings": [vars(ceiling) for ceiling in self.ceilings],
+            "independent": {name: self.independent(name) for name in QUANTITIES},
+            "at_ceiling": self.at_ceiling,
+            "sentences": list(self.sentences),
+        }
+
+
+def resolution_study(
+    surface: Surface,
+    *,
+    material: Material,
+    load: float,
+    counter_material: Material = RIGID,
+    counter_surface: Surface | None = None,
+    ceiling: str | float | ArrayLike | None = "auto",
+    boundary: str = "free",
+    tolerance: float | None = None,
+    precision: str = "double",
+    progress: Callable[[str], None] | None = None,
+) -> ResolutionStudy:
+    """Solve the same contact on other grids, with other filters and other ceilings.
+
+    Parameters
+    ----------
+    surface, material, load, counter_material, counter_surface, ceiling, boundary, tolerance, \
+precision
+        As for `solve`.
+    progress : callable, optional
+        Called with a few words before every solve.
+
+    Returns
+    -------
+    ResolutionStudy
+        The solves, and what they say in plain words.
+
+    Raises
+    ------
+    InputError, CapacityError, ConvergenceError
+        As for `solve`; and `InputError` if the map has fewer than 64 points along a side.
+
+    Notes
+    -----
+    Coarser grids hold the means of blocks of points, as an instrument with larger pixels would
+    measure; the finer one is interpolated by cubic splines (free) or by its own waves
+    (periodic) and adds no roughness: it shows the error of the grid alone. Whether peaks below
+    the pixel would change the result can only be read from the trend over the coarser grids.
+    All grids cover the same outline, which may lose up to three rows and columns of a free map.
+
+    Examples
+    --------
+    >>> import roughcontact as rc
+    >>> from roughcontact.surface import shapes
+    >>> ball = shapes.paraboloid((128, 128), (1e-6, 1e-6), 0.01)
+    >>> steel = rc.Material(young=210e9, poisson=0.3)
+    >>> study = rc.resolution_study(rc.Surface(ball, (1e-6, 1e-6)), material=steel, load=0.5)
+    >>> print(study.sentences[0])
+    Independent of the grid (less than 5 % change at each step over pixels of 2 µm, 1 µm, 500 nm): \
+contact area, maximum pressure, mean pressure.
+    """
+    if min(surface.shape) < 2 * _FEWEST_POINTS:
+        raise InputError(
+            f"surface has {surface.shape[0]} × {surface.shape[1]} points: a study of the "
+            f"resolution needs at least {2 * _FEWEST_POINTS} along each side"
+        )
+    options: dict[str, Any] = {
+        "load": load,
+        "material": material,
+        "counter_material": counter_material,
+        "boundary": boundary,
+        "tolerance": tolerance,
+        "precision": precision,
+    }
+    solve.check(surface, **options, counter_surface=counter_surface, ceiling=ceiling)
+    limit = solve.resolved_ceiling(ceiling, material, counter_material, surface.shape)
+    bodies = [body for body in (surface, counter_surface) if body is not None]
+    periodic = boundary == "periodic"
+    say = progress or (lambda text: None)
+
+    def solved(maps: list[Surface], at: float | Array | None) -> ContactResult:
+        return solve.solve(
+            maps[0], **options, counter_surface=maps[1] if len(maps) > 1 else None, ceiling=at
+        )
+
+    outline = [body if periodic else _divisible(body) for body in bodies]
+    grids, saturated, notes = [], [], []
+    for factor in PIXEL_FACTORS:
+        if min(surface.shape) / factor < _FEWEST_POINTS:
+            continue
+        say(f"pixel × {factor:g}")
+        maps = [_scaled(body, factor, periodic) for body in outline]
+        at = limit
+        if isinstance(limit, np.ndarray):
+            at = _nearest(limit, outline[0].shape, maps[0].shape)
+        try:
+            found = solved(maps, at)
+        except InsufficientMemoryError as error:
+            notes.append(f"The grid with {factor:g} × the pixel was left out: {error}.")
+            continue
+        grids.append(_variant(factor, found))
+        saturated.append(bool(found.saturated.any()))
+    cutoffs = []
+    for points in sorted(CUTOFFS, reverse=True):
+        length = points * max(surface.pixel)
+        if length > min(surface.size):
+            continue
+        say(f"S-filter {engineering(length, 'm')}")
+        cutoffs.append(
+            _variant(length, solved([_smoothed(body, length) for body in bodies], limit))
+        )
+    ceilings = []
+    if isinstance(limit, float):
+        for factor in CEILING_FACTORS:
+            say(f"ceiling factor {factor:g}")
+            changed = limit * factor / CEILING_FACTOR
+            if load > changed * surface.size[0] * surface.size[1]:
+                notes.append(f"With a ceiling factor of {factor:g} the load cannot be carried.")
+                continue
+            ceilings.append(_variant(factor, solved(bodies, changed)))
+    return ResolutionStudy(
+        tuple(grids), tuple(cutoffs), tuple(ceilings), all(saturated[-3:]), tuple(notes)
+    )
+
+
+def _variant(value: float, found: ContactResult) -> Variant:
+    area = found.corrected_contact_area
+    return Variant(
+        value=value,
+        shape=found.surface.shape,
+        pixel=found.surface.pixel,
+        contact_fraction=area / (found.pressure.size * found.pixel_area),
+        saturated_fraction=found.saturated_fraction,
+        max_pressure=found.max_pressure,
+        mean_pressure=found.load / area if area else math.inf,
+        certificate=found.certificate,
+    )
+
+
+def _divisible(surface: Surface) -> Surface:
+    rows, columns = (points - points % int(max(PIXEL_FACTORS)) for points in surface.shape)
+    if (rows, columns) == surface.shape:
+        return surface
+    return surface.cropped((0, rows), (0, columns))
+
+
+def _scaled(surface: Surface, factor: float, periodic: bool) -> Surface:
+    """Return a map on a grid whose pixels are larger by a factor."""
+    if factor == 1:
+        return surface
+    ny, nx = surface.shape
+    shape = (round(ny / factor), round(nx / factor))
+    pixel = (surface.size[0] / shape[0], surface.size[1] / shape[1])
+    if factor > 1 and not periodic:
+        block = int(factor)
+        # A hole anywhere in a block leaves no honest mean of it.
+        heights = surface.heights.reshape(shape[0], block, shape[1], block).mean(axis=(1, 3))
+        return replace(surface, heights=heights, pixel=pixel)
+    whole = surface.filled().heights
+    heights = filters.resample(whole, shape, "bandlimited" if periodic else "spline")
+    if surface.missing:
+        holes = np.isnan(surface.heights).astype(float)
+        heights[_nearest(holes, surface.shape, shape) > 0] = np.nan
+    return replace(surface, heights=heights, pixel=pixel)
+
+
+def _nearest(values: Array, shape: tuple[int, int], wanted: tuple[int, int]) -> Array:
+    """Return a map on another grid over the same outline, each point as the nearest old one."""
+    rows, columns = (
+        ((np.arange(new) + 0.5) * old / new).astype(int)
+        for old, new in zip(shape, wanted, strict=True)
+    )
+    picked: Array = values[np.ix_(rows, columns)]
+    return picked
+
+
+def _smoothed(surface: Surface, length: float) -> Surface:
+    return replace(surface, heights=filters.gaussian(surface.heights, surface.pixel, length))
+
+
+def _change(old: float, new: float) -> float:
+    if old == new:
+        return 0.0
+    return new / old - 1 if old else math.inf
+
+
+def _span(
+    what: str, argument: str, variants: tuple[Variant, ...], names: list[str], unit: str
+) -> str:
+    first, last = variants[0], variants[-1]
+    ends = [engineering(v.value, unit) if unit else f"{v.value:g}" for v in (first, last)]
+    parts = [
+        f"{QUANTITIES[name]} {100 * _change(getattr(first, name), getattr(last, name)):+.0f} %"
+        for name in names
+    ]
+    return f"{what}: as {argument} goes from {ends[0]} to {ends[1]}: {', '.join(parts)}."

@@ -1,0 +1,454 @@
+"""What a contact problem gave, and what went in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.contact import spots
+from roughcontact.errors import ConvergenceError, InsufficientMemoryError
+from roughcontact.material.material import Material, softer
+from roughcontact.surface.surface import Surface
+
+if TYPE_CHECKING:
+    from roughcontact.report.chapters import Section
+
+BELOW_FIRST_YIELD = "below first yield"
+YIELDING_BELOW = "yielding below the surface"
+SATURATED = "saturated at the surface"
+BEYOND_CEILING = "elastic pressure beyond three yield strengths"
+BEYOND_HARDNESS = "elastic pressure beyond the hardness"
+UNKNOWN = "unknown (no yield strength given)"
+
+
+@dataclass(frozen=True, eq=False)
+class ContactResult:
+    """Pressure and gap of a solved contact, with everything that went in.
+
+    Maps are read-only, ``[y, x]``, in SI units; NaN marks missing points of the gap.
+
+    Parameters
+    ----------
+    surface : Surface
+        The map that was pressed.
+    counter_surface : Surface or None
+        The second measured body, or ``None`` for a flat one.
+    material, counter_material : Material
+        Of the two bodies.
+    contact_modulus : float
+        E* [Pa].
+    ceiling : float, ndarray of shape (ny, nx), or None
+        Largest pressure allowed [Pa]; ``None`` for a purely elastic contact.
+    boundary : {"free", "periodic"}
+        Whether the map is all there is, or one period.
+    precision : {"double", "single"}
+        Arithmetic of the transforms.
+    tolerance : float
+        Certificate asked for.
+    control : {"load", "approach"}
+        Which of the two was given.
+    load : float
+        Normal load W [N]: given, or that of the pressure found.
+    approach : float
+        Approach ω [m], from the first touch; the mean displacement of a periodic body counts
+        as zero. Where the bodies tilt, that of the centre of the map from their first touch
+        without tilt.
+    pressure : ndarray, shape (ny, nx)
+        Contact pressure [Pa].
+    gap : ndarray, shape (ny, nx)
+        Displacement plus initial gap plus tilt minus approach [m]. Negative where the pressure
+        is at the ceiling: that much material has to flow away.
+    certificate : float
+        ε = ‖p - clip(p - g/K₀₀, 0, ceiling)‖₂ / ‖p‖₂ of this pressure and gap.
+    load_error : float
+        ``|ΔxΔy Σp - W| / W``; zero under approach control.
+    status : str
+        ``"converged"``, or why the solver stopped.
+    iterations, convolutions : int
+        Steps, and applications of the displacement operator, on the finest grid. The smaller
+        transforms of the preconditioner do not count, those on a part of the map do.
+    seconds : float
+        Wall time of the solve.
+    version : str
+        Version of the program.
+    tilt : (float, float)
+        Slopes (y, x) that the tilt adds to the gap: the angles [rad] by which the counter-body is
+        turned away from the surface, so that a positive one opens the gap towards larger y or x.
+        It turns about the centre of the map, where ``approach`` is measured.
+    moments : (float, float) or None
+        Moments (W y, W x) of the load about the centre of the map that were given [N·m]; ``None``
+        where the bodies do not tilt.
+    """
+
+    surface: Surface
+    counter_surface: Surface | None
+    material: Material
+    counter_material: Material
+    contact_modulus: float
+    ceiling: float | NDArray[np.float64] | None
+    boundary: str
+    precision: str
+    tolerance: float
+    control: str
+    load: float
+    approach: float
+    pressure: NDArray[np.float64]
+    gap: NDArray[np.float64]
+    certificate: float
+    load_error: float
+    status: str
+    iterations: int
+    convolutions: int
+    seconds: float
+    version: str = field(default="")
+    tilt: tuple[float, float] = (0.0, 0.0)
+    moments: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        """Make the maps read-only."""
+        self.pressure.flags.writeable = False
+        self.gap.flags.writeable = False
+
+    @property
+    def converged(self) -> bool:
+        """Whether certificate, load and moments are within what was asked for."""
+        return self.status == "converged"
+
+    @property
+    def initial_gap(self) -> NDArray[np.float64]:
+        """Gap at first touch [m], NaN where missing, shape (ny, nx)."""
+        return initial_gap(self.surface, self.counter_surface)
+
+    @property
+    def contact(self) -> NDArray[np.bool_]:
+        """Pixels with pressure, shape (ny, nx)."""
+        mask: NDArray[np.bool_] = self.pressure > 0
+        return mask
+
+    @property
+    def saturated(self) -> NDArray[np.bool_]:
+        """Pixels whose pressure is at the ceiling, shape (ny, nx)."""
+        if self.ceiling is None:
+            return np.zeros(self.pressure.shape, bool)
+        mask: NDArray[np.bool_] = self.pressure >= self.ceiling
+        return mask
+
+    @property
+    def residual_indentation(self) -> NDArray[np.float64]:
+        """Permanent indentation that the model leaves on saturated pixels [m], shape (ny, nx)."""
+        return np.where(self.saturated, np.maximum(-self.gap, 0), 0.0)
+
+    @property
+    def pixel_area(self) -> float:
+        """Area of one pixel [m²]."""
+        return self.surface.pixel[0] * self.surface.pixel[1]
+
+    @cached_property
+    def contact_area(self) -> float:
+        """Real contact area [m²]: the pixels with pressure."""
+        return int(np.count_nonzero(self.contact)) * self.pixel_area
+
+    @cached_property
+    def corrected_contact_area(self) -> float:
+        """Contact area without the excess that its elastic rim gains from the pixels [m²].
+
+        A - (π - 1 + ln 2)/24 · S, S the length of the rim times the pixel: pixels that the rim
+        crosses touch too often, as the pressure of all of a pixel acts at its centre. The
+        rim of saturated pixels, where pressure does not fall to zero, is left alone.
+
+        References
+        ----------
+        Yastrebov, Anciaux and Molinari 2017, doi:10.1016/j.triboint.2017.04.023
+        """
+        elastic = self.contact & ~self.saturated
+        excess = rim_excess(self.contact, elastic, self.boundary) * self.pixel_area
+        return max(self.contact_area - excess, 0.0)
+
+    @cached_property
+    def contact_fraction(self) -> float:
+        """Contact area over the area of the whole map."""
+        return self.contact_area / (self.pressure.size * self.pixel_area)
+
+    @cached_property
+    def saturated_fraction(self) -> float:
+        """Saturated area over the area of the whole map."""
+        return int(np.count_nonzero(self.saturated)) / self.pressure.size
+
+    @cached_property
+    def max_pressure(self) -> float:
+        """Largest pressure [Pa]."""
+        return float(self.pressure.max())
+
+    @cached_property
+    def mean_gap(self) -> float:
+        """Mean open gap [m] over the points that are there; indented pixels count as closed."""
+        return float(np.nanmean(np.maximum(self.gap, 0)))
+
+    @cached_property
+    def centre_of_pressure(self) -> tuple[float, float]:
+        """Where the pressure acts: (y, x) from the centre of the map [m]; NaN without load."""
+        return centre_of_pressure(self.pressure, self.surface.pixel)
+
+    @property
+    def moment_error(self) -> float:
+        """``|Σ p y ΔxΔy - W y|`` over load times longer side, the worse of y and x.
+
+        Zero where the bodies do not tilt.
+        """
+        if self.moments is None:
+            return 0.0
+        size = max(self.surface.size)
+        return max(
+            abs(centre - moment / self.load) / size
+            for centre, moment in zip(self.centre_of_pressure, self.moments, strict=True)
+        )
+
+    @property
+    def regime(self) -> str:
+        """How far the softer body is from elastic, in words.
+
+        First yield is judged by the peak pressure of a sphere, 1.295 exp(0.736 ν) σ_Y; it
+        happens below the surface, long before a pixel reaches the ceiling. A body of which only
+        the hardness is known has no first yield; its pressure is compared with the hardness.
+        """
+        if self.saturated_fraction > 0:
+            return SATURATED
+        body = softer(self.material, self.counter_material)
+        if body is None or body.ceiling is None:
+            return UNKNOWN
+        if self.max_pressure > body.ceiling:
+            return BEYOND_HARDNESS if body.yield_strength is None else BEYOND_CEILING
+        if body.first_yield_pressure is None:
+            return UNKNOWN
+        return (
+            BELOW_FIRST_YIELD if self.max_pressure < body.first_yield_pressure else YIELDING_BELOW
+        )
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader of the numbers has to know, one sentence each."""
+        notes = []
+        if not self.converged:
+            notes.append(
+                f"not converged: certificate {self.certificate:.1e}, tolerance "
+                f"{self.tolerance:.0e} ({self.status})"
+            )
+        touching = self.contact
+        edge = (
+            touching[0].any() or touching[-1].any()
+            or touching[:, 0].any() or touching[:, -1].any()
+        )  # fmt: skip
+        if self.boundary == "free" and edge:
+            notes.append(
+                "contact reaches the edge of the map: either the map is too small for this load, "
+                "or the body is meant to end there"
+            )
+        limits = {
+            BEYOND_CEILING: "three times the yield strength",
+            BEYOND_HARDNESS: "the hardness",
+        }
+        if self.regime in limits:
+            notes.append(
+                f"the pressure exceeds {limits[self.regime]} of the softer body: "
+                + ("solve with a ceiling" if self.ceiling is None else "the ceiling lies above it")
+            )
+        missing = int(np.count_nonzero(np.isnan(self.gap)))
+        if missing:
+            notes.append(f"{missing} missing points were treated as never touching")
+        return tuple(notes)
+
+    def spots(self) -> spots.Spots:
+        """Return the contact spots: edge-connected pixels with pressure, the largest first."""
+        return spots.find(self.pressure, self.surface.pixel, self.boundary == "periodic")
+
+    def elastic(self) -> ContactResult:
+        """Return the solution of the same problem without a ceiling; ``self`` if it has none."""
+        from roughcontact.contact import solve as contact
+
+        return contact.elastic(self)
+
+    def stiffness(self) -> float:
+        """Return the contact stiffness dW/dω [N/m]; see `roughcontact.contact.solve.stiffness`."""
+        from roughcontact.contact import solve as contact
+
+        return contact.stiffness(self)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the scalar results by name, in SI units, ready for JSON."""
+        ceiling = self.ceiling
+        return {
+            "status": self.status,
+            "certificate": self.certificate,
+            "load_error": self.load_error,
+            "tolerance": self.tolerance,
+            "load": self.load,
+            "approach": self.approach,
+            "control": self.control,
+            "moments": None if self.moments is None else list(self.moments),
+            "moment_error": self.moment_error,
+            "tilt": list(self.tilt),
+            "boundary": self.boundary,
+            "contact_modulus": self.contact_modulus,
+            "ceiling": "per pixel" if isinstance(ceiling, np.ndarray) else ceiling,
+            "contact_area": self.contact_area,
+            "contact_fraction": self.contact_fraction,
+            "saturated_fraction": self.saturated_fraction,
+            "max_pressure": self.max_pressure,
+            "mean_gap": self.mean_gap,
+            "max_residual_indentation": float(self.residual_indentation.max()),
+            "regime": self.regime,
+            "warnings": list(self.warnings),
+            "shape": list(self.pressure.shape),
+            "pixel": list(self.surface.pixel),
+            "source": self.surface.provenance.source,
+            "preparation": list(self.surface.provenance.steps),
+            "iterations": self.iterations,
+            "convolutions": self.convolutions,
+            "seconds": self.seconds,
+            "version": self.version,
+        }
+
+    def save(self, path: str | Path) -> None:
+        """Write the result in the format that the suffix of the file names.
+
+        Parameters
+        ----------
+        path : str or path
+            File to write; it appears only once it is complete. ``.nc``: everything, see
+            `roughcontact.load_result`. ``.vti``: all maps, for ParaView. ``.csv``: the pressure.
+            ``.json``: the summary. `roughcontact.formats.export` writes other maps, too.
+
+        Raises
+        ------
+        InputError
+            If the suffix is none of these.
+        OSError
+            If the file cannot be written; an old file survives.
+        """
+        from roughcontact.formats import export
+
+        export.save(self, path)
+
+    def report(self, path: str | Path, command: str = "", sections: Sequence[Section] = ()) -> None:
+        """Write a report that needs no other file; see `roughcontact.report.contact.save`.
+
+        Parameters
+        ----------
+        path : str or path
+            HTML file to write; it appears only once it is complete.
+        command : str
+            What was typed to get this result.
+        sections : sequence of `roughcontact.report.chapters.Section`
+            Further chapters.
+
+        Notes
+        -----
+        Where the ceiling is reached, the same problem is solved without one for comparison.
+        """
+        from roughcontact.report import chapters
+        from roughcontact.report import contact as report
+
+        chapters.check_path(path)
+        elastic = None
+        if self.saturated_fraction > 0:
+            try:
+                elastic = self.elastic()
+            except ConvergenceError as error:
+                # The chapter shows it as what it is.
+                elastic = error.result if isinstance(error.result, ContactResult) else None
+            except InsufficientMemoryError:
+                # The chapter says that there is none; the report stays worth having.
+                pass
+        report.save(self, path, elastic=elastic, command=command, sections=sections)
+
+
+def initial_gap(surface: Surface, counter_surface: Surface | None = None) -> NDArray[np.float64]:
+    """Return the gap at first touch.
+
+    Parameters
+    ----------
+    surface : Surface
+        The first body.
+    counter_surface : Surface, optional
+        The second body on the same grid; without it, a flat.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        ``max(z) - z`` [m] with z the heights, or the sum of both; NaN where a height is missing.
+    """
+    heights = surface.heights
+    if counter_surface is not None:
+        heights = heights + counter_surface.heights
+    # An empty maximum, unlike np.nanmax's warning, leaves NaN everywhere.
+    highest = np.fmax.reduce(heights, axis=None)
+    gap: NDArray[np.float64] = highest - heights
+    return gap
+
+
+def rim_excess(touching: NDArray[np.bool_], elastic: NDArray[np.bool_], boundary: str) -> float:
+    """Return by how many pixels an elastic rim makes a contact area too large.
+
+    Parameters
+    ----------
+    touching : ndarray of bool, shape (ny, nx)
+        Pixels with pressure.
+    elastic : ndarray of bool, shape (ny, nx)
+        Those of them at whose rim the pressure falls to zero.
+    boundary : {"free", "periodic"}
+        Whether the map goes on beyond its edges.
+
+    Returns
+    -------
+    float
+        (π - 1 + ln 2)/24 times the edges between an elastic pixel and one that does not touch.
+
+    References
+    ----------
+    Yastrebov, Anciaux and Molinari 2017, doi:10.1016/j.triboint.2017.04.023
+    """
+    rims = 0
+    for axis in (0, 1):
+        beyond, elastic_beyond = np.roll(touching, -1, axis), np.roll(elastic, -1, axis)
+        rim = (elastic & ~beyond) | (~touching & elastic_beyond)
+        rims += int(np.count_nonzero(rim if boundary == "periodic" else np.delete(rim, -1, axis)))
+    return (math.pi - 1 + math.log(2)) / 24 * rims
+
+
+def centre_of_pressure(
+    pressure: NDArray[np.float64], pixel: tuple[float, float]
+) -> tuple[float, float]:
+    """Return the point where the resultant of a pressure acts.
+
+    Parameters
+    ----------
+    pressure : ndarray, shape (ny, nx)
+        Contact pressure [Pa].
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+
+    Returns
+    -------
+    (float, float)
+        Its ``(y, x)`` from the centre of the map [m]; NaN without pressure.
+
+    Examples
+    --------
+    >>> centre_of_pressure(np.array([[0.0, 1.0], [0.0, 3.0]]), (1e-6, 2e-6))
+    (2.5e-07, 1e-06)
+    """
+    total = float(pressure.sum())
+    if total == 0:
+        return math.nan, math.nan
+    y, x = (
+        float((np.arange(line.size) - (line.size - 1) / 2) @ line) * edge / total
+        for line, edge in zip((pressure.sum(axis=1), pressure.sum(axis=0)), pixel, strict=True)
+    )
+    return y, x

@@ -1,0 +1,154 @@
+"""Finished steps of a run in a folder, so that the same call goes on where it was stopped.
+
+A record says which problem the steps belong to; each step is a file of its own, complete once it
+is there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from roughcontact._version import __version__
+from roughcontact.contact.archive import replacing
+from roughcontact.errors import FormatError, InputError
+from roughcontact.formats.export import to_json
+from roughcontact.material.material import Material
+from roughcontact.surface.surface import Surface
+
+
+def claim(
+    folder: str | os.PathLike[str],
+    problem: Mapping[str, Any],
+    *,
+    kind: str,
+    record: str,
+    pattern: str,
+) -> Path:
+    """Return the folder of a run, after a look at what stands there.
+
+    Parameters
+    ----------
+    folder : str or path
+        Where the steps are kept; made if it does not exist.
+    problem : mapping
+        What the steps depend on: words, numbers, lists and mappings of them.
+    kind : str
+        What a message calls the run, such as ``"sweep"``.
+    record : str
+        Name of the file that holds the problem.
+    pattern : str
+        Names of the steps, such as ``"step-*.npz"``.
+
+    Returns
+    -------
+    Path
+        The folder, with the record in it.
+
+    Raises
+    ------
+    InputError
+        If the folder is a file, cannot be written to, or holds another run.
+    FormatError
+        If the record is damaged.
+    """
+    folder = Path(folder)
+    path = folder / record
+    # As it reads back from the file.
+    described: dict[str, Any] = json.loads(to_json(problem))
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"folder {folder} is a file; give the name of a folder")
+    if path.exists():
+        try:
+            before = json.loads(path.read_text(encoding="utf-8"))
+            other = [name for name, value in described.items() if before.get(name) != value]
+        except (OSError, ValueError, AttributeError):
+            raise FormatError(f"{path} is damaged; give another folder") from None
+        if other:
+            verb = "differs" if len(other) == 1 else "differ"
+            raise InputError(
+                f"folder {folder} holds another {kind}: {', '.join(other)} {verb}; give another "
+                "folder, or remove this one to start again"
+            )
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise InputError(f"folder {folder} cannot be written to; give another folder")
+        return folder
+    if any(folder.glob(pattern)):
+        raise InputError(f"folder {folder} holds steps without {record}; give another folder")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with replacing(path) as temporary:
+            temporary.write_text(to_json(described), encoding="utf-8")
+    except OSError as error:
+        raise InputError(
+            f"folder {folder} cannot be written to ({error.strerror}); give another folder"
+        ) from None
+    return folder
+
+
+def contact(
+    surface: Surface,
+    counter_surface: Surface | None,
+    material: Material,
+    counter_material: Material,
+) -> dict[str, Any]:
+    """Return what `claim` has to know of two bodies, and the version of the program.
+
+    Parameters
+    ----------
+    surface, counter_surface : Surface
+        Heights of the bodies; ``None`` for a flat counter-body.
+    material, counter_material : Material
+        Of the bodies.
+
+    Returns
+    -------
+    dict
+        Words and `digest` values.
+    """
+    counter = counter_surface
+    return {
+        "version": __version__,
+        "surface": digest(surface.heights, surface.pixel, surface.holes_masked),
+        "counter_surface": None if counter is None else digest(counter.heights, counter.pixel),
+        "source": surface.provenance.source,
+        "material": _words(material),
+        "counter_material": _words(counter_material),
+    }
+
+
+def digest(*parts: Any) -> str:
+    """Return a word for arrays of numbers; every bit of them counts.
+
+    Parameters
+    ----------
+    *parts : array_like
+        Numbers; they are taken in double precision.
+
+    Returns
+    -------
+    str
+        SHA-256 in hexadecimal digits.
+
+    Examples
+    --------
+    >>> digest([1.0, 2.0]) == digest((1, 2)), digest([1.0, 2.0]) == digest([[1.0, 2.0]])
+    (True, False)
+    """
+    found = hashlib.sha256()
+    for part in parts:
+        values = np.ascontiguousarray(part, dtype=np.float64)
+        found.update(repr(values.shape).encode())
+        found.update(values.tobytes())
+    return found.hexdigest()
+
+
+def _words(material: Material) -> dict[str, Any]:
+    return {name: str(value) for name, value in asdict(material).items()}

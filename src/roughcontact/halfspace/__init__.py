@@ -1,0 +1,1 @@
+"""The elastic half-space: arrays in, arrays out."""

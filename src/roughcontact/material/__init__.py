@@ -1,0 +1,1 @@
+"""Materials: constants, hardening, hardness, catalogue."""

@@ -1,0 +1,462 @@
+"""Materials of machines, each value with its source.
+
+The values are typical ones of the condition named, not guaranteed ones: heat treatment, size and
+supplier move a yield strength by a tenth and more. Where a value was not found in a source worth
+naming it is missing. Compilations (MakeItFrom, MatWeb, AZoM) are named as such.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from roughcontact.errors import InputError
+from roughcontact.material import hardness
+from roughcontact.material.material import Material
+
+
+class Value(NamedTuple):
+    """A number in SI units and where it was found."""
+
+    value: float
+    source: str
+
+
+class Number(NamedTuple):
+    """A hardness as `hardness.parse` reads it, and where it was found."""
+
+    text: str
+    source: str
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A material of the catalogue.
+
+    Parameters
+    ----------
+    key : str
+        Its name in reports: the European designation where there is one.
+    names : tuple of str
+        Other names.
+    condition : str
+        Heat treatment or form that the values belong to.
+    young : Value
+        Young's modulus E [Pa].
+    poisson : Value
+        Poisson's ratio ν.
+    yield_strength : Value, optional
+        Yield strength σ_Y [Pa], 0.2 % proof stress in tension unless the note says otherwise.
+    hardness : Number, optional
+        Hardness with its scale.
+    note : str
+        What a user has to know.
+    """
+
+    key: str
+    names: tuple[str, ...]
+    condition: str
+    young: Value
+    poisson: Value
+    yield_strength: Value | None = None
+    hardness: Number | None = None
+    note: str = ""
+
+    @property
+    def material(self) -> Material:
+        """The constants alone, for a calculation."""
+        strength, number = self.yield_strength, self.hardness
+        return Material(
+            young=self.young.value,
+            poisson=self.poisson.value,
+            yield_strength=None if strength is None else strength.value,
+            name=self.key,
+            hardness=None if number is None else hardness.ceiling(number.text),
+        )
+
+
+def entries() -> tuple[Entry, ...]:
+    """Return all entries of the catalogue.
+
+    Returns
+    -------
+    tuple of Entry
+        Steels, cast irons, other metals, ceramics, polymers.
+    """
+    return _ENTRIES
+
+
+def entry(name: str) -> Entry:
+    """Return a material with the sources of its values.
+
+    Parameters
+    ----------
+    name : str
+        Key or another name, such as ``"100Cr6"``, ``"AISI 52100"`` or ``"bearing steel"``; the
+        case of the letters, spaces and punctuation do not count.
+
+    Returns
+    -------
+    Entry
+        The entry.
+
+    Raises
+    ------
+    InputError
+        If no material has this name; the message gives those with the nearest names.
+
+    Examples
+    --------
+    >>> entry("aisi 52100").hardness.text
+    '746 HV30'
+    """
+    if not isinstance(name, str):
+        raise InputError(f"material must be a name, got {name!r}")
+    found = _index()
+    plain = _plain(name)
+    if plain in found:
+        return found[plain]
+    from difflib import get_close_matches
+
+    close = get_close_matches(plain, found, n=3, cutoff=0.5)
+    keys = dict.fromkeys(found[match].key for match in close) or [item.key for item in _ENTRIES]
+    shown = name if len(name) <= 60 else name[:59] + "…"
+    raise InputError(
+        f"material {shown!r} is not in the catalogue; "
+        f"{'did you mean' if close else 'it holds'} {', '.join(keys)}{'?' if close else ''}"
+    )
+
+
+def material(name: str) -> Material:
+    """Return the constants of a material.
+
+    Parameters
+    ----------
+    name : str
+        As for `entry`.
+
+    Returns
+    -------
+    Material
+        Named by its key; its ``hardness`` is a pressure [Pa].
+
+    Raises
+    ------
+    InputError
+        If no material has this name; the message gives those with the nearest names.
+
+    Examples
+    --------
+    >>> bearing = material("100Cr6")
+    >>> bearing.young, bearing.poisson, round(bearing.hardness / 1e9, 2)
+    (210000000000.0, 0.3, 7.89)
+    """
+    return entry(name).material
+
+
+def _plain(name: str) -> str:
+    return "".join(letter for letter in name.casefold() if letter.isalnum())
+
+
+def _index() -> dict[str, Entry]:
+    return {_plain(name): item for item in _ENTRIES for name in (item.key, *item.names)}
+
+
+_CALLISTER_E = (
+    "Callister and Rethwisch, Materials Science and Engineering (8th ed. 2010), table B.2"
+)
+_CALLISTER_NU = (
+    "Callister and Rethwisch, Materials Science and Engineering (8th ed. 2010), table B.3"
+)
+_CALLISTER_YIELD = (
+    "Callister and Rethwisch, Materials Science and Engineering (8th ed. 2010), table B.4"
+)
+_LUCEFIN_100CR6 = "Lucefin Group, Technical card 100Cr6 (EN ISO 683-17:1999)"
+_LUCEFIN_42CRMO4 = (
+    "Lucefin Group, Technical card 42CrMo4 (ISO 683-2:2018), rev. 2024, table of tempering values"
+)
+_LUCEFIN_H13 = "Lucefin Group, Technical card 1.2344 X40CrMoV5-1, rev. 2013"
+_GEARS = "ISO 6336-2, Calculation of load capacity of spur and helical gears, part 2: Z_E = 189.8"
+_TYPE_304 = "AISI Type 304 stainless steel, material data sheet (MatWeb)"
+_ROLLED_440C = "Rolled Alloys, Data sheet 440C stainless"
+_ASC_H13 = "ASC Forgings, H13 hot work tool steel (DIN 1.2344), product data"
+_D2 = "AISI D2 cold work tool steel, data sheet, scribd.com/document/231841150"
+_AZOM_D2 = "AZoM, D2 tool steel (UNS T30402), azom.com ArticleID 6214"
+_AZOM_M2 = "AZoM, M2 molybdenum high speed tool steel (UNS T11302), azom.com ArticleID 6174"
+_GJL = "EN 1561:1997, Founding - Grey cast irons, annex A (separately cast 30 mm samples)"
+_GJS = "EN 1563:1997, Founding - Spheroidal graphite cast irons"
+_RCI = "RCI Industries and Technologies, Phosphor bronze grade IV (CuSn8), product data"
+_CUSN12NI2 = "MakeItFrom.com, EN CC484K (CuSn12Ni2-C) tin bronze (compilation)"
+_DURBIN = "Durbin Metals, Data sheet CW614N brass flat bar and profiles (EN 12167:2011)"
+_AL6061 = "MatWeb, Aluminum 6061-T6 (typical values of the Aluminum Association)"
+_AL7075 = "MatWeb, Aluminum 7075-T6 (typical values of the Aluminum Association)"
+_TI64 = "Materials 14 (2021) 658, table 4, extruded rod, doi:10.3390/ma14030658"
+_ALUMINA = "Munro, J. Am. Ceram. Soc. 80 (1997) 1919, in NIST Standard Reference Database 150"
+_NT164 = "NIST Standard Reference Database 138, NT-164 (Graves and Hecht 1995)"
+_XYCERA = "XYCera, Zirconia grade Z-100 (ZrO2-Y2O3), product data"
+_WC = "MakeItFrom.com, Tungsten carbide (compilation)"
+_SILICA = "MakeItFrom.com, Fused silica (compilation)"
+_POLYSILICON = "Sharpe, Yuan, Vaidyanathan and Edwards, Proc. IEEE MEMS (1997) 424"
+
+_HARDENS = (
+    "Hardens as it flows: the hardness is a better ceiling than three times the proof stress; "
+    "pass ceiling=material.hardness."
+)
+_BRITTLE = (
+    "Brittle, without a yield strength: the ceiling is the hardness; cracks are not modelled."
+)
+_VISCOELASTIC = (
+    "Viscoelastic: E and σ_Y are those of a test of minutes and fall with time; an indentation "
+    "recovers, so that no hardness is given."
+)
+
+_ENTRIES = (
+    Entry(
+        "100Cr6",
+        ("AISI 52100", "52100", "1.3505", "SUJ2", "EN31", "GCr15", "bearing steel"),
+        "hardened, tempered at 200 °C",
+        young=Value(210e9, _LUCEFIN_100CR6),
+        poisson=Value(0.30, _LUCEFIN_100CR6),
+        yield_strength=Value(
+            2034e6,
+            "AISI 52100 chrome steel balls, data sheet (295 ksi), scribd.com/document/252517093",
+        ),
+        hardness=Number("746 HV30", _LUCEFIN_100CR6),
+    ),
+    Entry(
+        "16MnCr5",
+        ("1.7131", "18CrNiMo7-6", "1.6587", "case-hardened steel", "gear steel"),
+        "case-hardened; the values are those of the case",
+        young=Value(206e9, _GEARS),
+        poisson=Value(0.30, _GEARS),
+        hardness=Number("60 HRC", "Akrostal, 16HG / 1.7131 / 16MnCr5 (EN 10084): at least 60 HRC"),
+        note=(
+            "No yield strength of the case was found: the ceiling is the hardness. ISO 6336-5 asks "
+            "58 to 64 HRC of the case whichever the steel."
+        ),
+    ),
+    Entry(
+        "42CrMo4",
+        ("AISI 4140", "4140", "1.7225", "SCM440"),
+        "quenched in oil, tempered at 600 °C, 10 mm round",
+        young=Value(207e9, f"{_CALLISTER_E}, steel 4140"),
+        poisson=Value(0.30, f"{_CALLISTER_NU}, steel 4140"),
+        yield_strength=Value(1000e6, _LUCEFIN_42CRMO4),
+        hardness=Number("336 HBW", _LUCEFIN_42CRMO4),
+        note="Larger sections are weaker: +QT of 16 to 40 mm has at least 750 MPa (EN 10083-3).",
+    ),
+    Entry(
+        "X5CrNi18-10",
+        ("AISI 304", "304", "1.4301", "SUS304"),
+        "solution annealed",
+        young=Value(193e9, f"{_CALLISTER_E}, stainless alloy 304"),
+        poisson=Value(0.29, _TYPE_304),
+        yield_strength=Value(215e6, _TYPE_304),
+        note=(
+            "Hardens as it flows, so that three times the proof stress is a low ceiling. Its "
+            "hardness is quoted as 70 HRB, a scale whose conversion does not hold for austenite."
+        ),
+    ),
+    Entry(
+        "X2CrNiMo17-12-2",
+        ("AISI 316L", "316L", "1.4404", "SUS316L"),
+        "hot rolled and annealed, 4 mm",
+        young=Value(193e9, f"{_CALLISTER_E}, stainless alloy 316"),
+        poisson=Value(0.28, "MakeItFrom.com, Annealed 316L stainless steel (compilation)"),
+        yield_strength=Value(300e6, "Outokumpu, Forta 316L/4404, typical of hot rolled coil"),
+        hardness=Number("170 HBW", "Outokumpu, Forta 316L/4404, typical of hot rolled coil"),
+        note=_HARDENS,
+    ),
+    Entry(
+        "X105CrMo17",
+        ("AISI 440C", "440C", "1.4125", "SUS440C"),
+        "hardened, tempered at 315 °C",
+        young=Value(209.6e9, f"{_ROLLED_440C}: 30.4 million psi, dynamic"),
+        poisson=Value(0.28, "MakeItFrom.com, Annealed 440C stainless steel (compilation)"),
+        yield_strength=Value(1896e6, f"{_ROLLED_440C}: 275 ksi"),
+        hardness=Number("56 HRC", _ROLLED_440C),
+    ),
+    Entry(
+        "X40CrMoV5-1",
+        ("AISI H13", "H13", "1.2344", "SKD61"),
+        "hardened and tempered to 48 HRC (tensile strength 1600 MPa)",
+        young=Value(210e9, _LUCEFIN_H13),
+        poisson=Value(0.285, f"{_ASC_H13}: middle of 0.27 to 0.30"),
+        yield_strength=Value(1380e6, f"{_ASC_H13}: upper end, at a tensile strength of 1590 MPa"),
+        hardness=Number("48 HRC", f"{_LUCEFIN_H13}: at a tensile strength of 1640 MPa"),
+    ),
+    Entry(
+        "X153CrMoV12",
+        ("AISI D2", "D2", "1.2379", "SKD11"),
+        "hardened and tempered to 62 HRC",
+        young=Value(210e9, _D2),
+        poisson=Value(0.285, f"{_AZOM_D2}: middle of 0.27 to 0.30 (compilation)"),
+        yield_strength=Value(2200e6, f"{_D2}: compressive, Rc0.2"),
+        hardness=Number("62 HRC", _D2),
+        note="The yield strength is the compressive one.",
+    ),
+    Entry(
+        "HS6-5-2C",
+        ("AISI M2", "M2", "1.3343", "SKH51", "high speed steel"),
+        "hardened from 1200 °C, tempered at 150 °C",
+        young=Value(207e9, "Wixsteel, M2 high speed steel bar, product data (30 million psi)"),
+        poisson=Value(0.285, f"{_AZOM_M2}: middle of 0.27 to 0.30 (compilation)"),
+        yield_strength=Value(3250e6, f"{_AZOM_M2}: compressive (compilation)"),
+        hardness=Number("65 HRC", f"{_AZOM_M2}: as hardened (compilation)"),
+        note="The yield strength is the compressive one.",
+    ),
+    Entry(
+        "EN-GJL-250",
+        ("GJL-250", "GG25", "EN-JL1040", "0.6025", "grey cast iron", "gray cast iron"),
+        "as cast, pearlitic",
+        young=Value(110e9, f"{_GJL}: middle of 103 to 118 GPa"),
+        poisson=Value(0.26, _GJL),
+        yield_strength=Value(325e6, f"{_GJL}: 0.1 % proof stress in compression"),
+        hardness=Number(
+            "210 HBW", "SN Castiron, EN-GJL-250 (DIN EN 1561): middle of 190 to 230 HB"
+        ),
+        note=f"The yield strength is the compressive one; in tension 165 to 228 MPa. {_HARDENS}",
+    ),
+    Entry(
+        "EN-GJS-500-7",
+        ("GJS-500-7", "GGG50", "EN-JS1050", "0.7050", "ductile cast iron", "nodular cast iron"),
+        "as cast, ferritic-pearlitic",
+        young=Value(169e9, _GJS),
+        poisson=Value(0.275, f"{_GJS}, informative annex"),
+        yield_strength=Value(320e6, f"{_GJS}: least value"),
+        hardness=Number("200 HBW", f"{_GJS}: middle of 170 to 230 HB"),
+        note=_HARDENS,
+    ),
+    Entry(
+        "CuSn8",
+        ("CW453K", "C52100", "2.1030", "phosphor bronze"),
+        "strip, half hard",
+        young=Value(109e9, f"{_RCI}: cold formed"),
+        poisson=Value(0.34, f"{_CUSN12NI2}, as the nearest tin bronze"),
+        yield_strength=Value(400e6, f"{_RCI}: least value of temper HB"),
+        hardness=Number("175 HV", f"{_RCI}: least value of temper HB"),
+    ),
+    Entry(
+        "CuSn12Ni2-C",
+        ("CC484K", "tin bronze", "gear bronze"),
+        "as cast",
+        young=Value(110e9, _CUSN12NI2),
+        poisson=Value(0.34, _CUSN12NI2),
+        yield_strength=Value(200e6, _CUSN12NI2),
+        hardness=Number(
+            "100 HBW 2.5/62.5",
+            f"{_CUSN12NI2}; force index 10 as ISO 6506-1 asks of copper alloys",
+        ),
+        note=_HARDENS,
+    ),
+    Entry(
+        "CuZn39Pb3",
+        ("CW614N", "CZ121", "C38500", "brass", "free-cutting brass"),
+        "extruded",
+        young=Value(97e9, _DURBIN),
+        poisson=Value(0.31, "Dongyuan, Brass (60 to 63 % Cu), product data"),
+        yield_strength=Value(220e6, f"{_DURBIN}: lower end of 220 to 350 MPa"),
+        note="No hardness of named origin was found for this form.",
+    ),
+    Entry(
+        "6061-T6",
+        ("EN AW-6061", "AlMg1SiCu", "A96061", "aluminium 6061-T6", "aluminum 6061-T6"),
+        "solution treated, artificially aged",
+        young=Value(68.9e9, _AL6061),
+        poisson=Value(0.33, _AL6061),
+        yield_strength=Value(276e6, _AL6061),
+        hardness=Number("95 HBW 10/500", _AL6061),
+    ),
+    Entry(
+        "7075-T6",
+        ("EN AW-7075", "AlZn5.5MgCu", "A97075", "aluminium 7075-T6", "aluminum 7075-T6"),
+        "solution treated, artificially aged",
+        young=Value(71.7e9, _AL7075),
+        poisson=Value(0.33, _AL7075),
+        yield_strength=Value(503e6, _AL7075),
+        hardness=Number("150 HBW 10/500", _AL7075),
+    ),
+    Entry(
+        "Ti-6Al-4V",
+        ("TiAl6V4", "Ti64", "titanium grade 5", "R56400", "3.7165"),
+        "extruded rod, annealed",
+        young=Value(108e9, _TI64),
+        poisson=Value(0.342, "Aerospace Specification Metals, Ti-6Al-4V annealed, MTP641 (MatWeb)"),
+        yield_strength=Value(913e6, f"{_TI64}: mean of two"),
+        hardness=Number("349 HV1", _TI64),
+    ),
+    Entry(
+        "WC-6Co",
+        ("WC-Co", "tungsten carbide", "cemented carbide", "hardmetal", "K20"),
+        "sintered, 6 % cobalt",
+        young=Value(630e9, _WC),
+        poisson=Value(0.24, _WC),
+        hardness=Number(
+            "1660 HV", "Materials 15 (2022) 906, ball of WC with 6 % Co, doi:10.3390/ma15030906"
+        ),
+        note=_BRITTLE,
+    ),
+    Entry(
+        "Al2O3",
+        ("alumina", "aluminium oxide", "aluminum oxide", "alumina 99.5"),
+        "sintered, at least 99.5 % pure and 98 % dense, grains of 5 µm",
+        young=Value(416e9, _ALUMINA),
+        poisson=Value(0.231, _ALUMINA),
+        hardness=Number("1530 HV", f"{_ALUMINA}: 15 GPa"),
+        note=_BRITTLE,
+    ),
+    Entry(
+        "Si3N4",
+        ("silicon nitride", "HIP silicon nitride", "ceramic ball"),
+        "hot isostatically pressed",
+        young=Value(306e9, _NT164),
+        poisson=Value(
+            0.26, "ASTM F2094, Silicon nitride bearing balls: middle of 0.23 to 0.29, typical"
+        ),
+        hardness=Number("1886 HV", f"{_NT164}: 18.5 GPa"),
+        note=_BRITTLE,
+    ),
+    Entry(
+        "3Y-TZP",
+        ("zirconia", "ZrO2", "Y-TZP", "zirconium oxide"),
+        "sintered, yttria-stabilised",
+        young=Value(200e9, _XYCERA),
+        poisson=Value(0.30, _XYCERA),
+        hardness=Number("1250 HV1", _XYCERA),
+        note=_BRITTLE,
+    ),
+    Entry(
+        "fused silica",
+        ("silica glass", "fused quartz", "SiO2"),
+        "glass",
+        young=Value(73e9, _SILICA),
+        poisson=Value(0.17, _SILICA),
+        note="No Vickers hardness of named origin was found: give a ceiling.",
+    ),
+    Entry(
+        "polysilicon",
+        ("polycrystalline silicon",),
+        "polycrystalline film; single crystals are anisotropic",
+        young=Value(169e9, _POLYSILICON),
+        poisson=Value(0.22, _POLYSILICON),
+        note="No Vickers hardness of named origin was found: give a ceiling.",
+    ),
+    Entry(
+        "PTFE",
+        ("Teflon", "polytetrafluoroethylene"),
+        "unfilled, 23 °C",
+        young=Value(0.475e9, f"{_CALLISTER_E}: middle of 0.40 to 0.55 GPa"),
+        poisson=Value(0.46, _CALLISTER_NU),
+        yield_strength=Value(14.5e6, f"{_CALLISTER_YIELD}: middle of 13.8 to 15.2 MPa"),
+        note=_VISCOELASTIC,
+    ),
+    Entry(
+        "PEEK",
+        ("polyetheretherketone",),
+        "unfilled, 23 °C",
+        young=Value(4.0e9, "MakeItFrom.com, PEEK (compilation), unfilled"),
+        poisson=Value(0.36, "Kurtz and Devine, Biomaterials 28 (2007) 4845, table of properties"),
+        yield_strength=Value(98.3e6, "Polymers 16 (2024) 3007, doi:10.3390/polym16213007"),
+        note=_VISCOELASTIC,
+    ),
+)

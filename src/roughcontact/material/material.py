@@ -1,0 +1,218 @@
+"""Materials: elastic constants, yield strength, hardness, and what a pair of them gives."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from numbers import Real
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact.errors import InputError
+from roughcontact.material.hardening import Hardening, Linear, Perfect, Swift, Tabulated
+
+CEILING_FACTOR = 3.0
+"""Pressure ceiling over yield strength of the softer body (Tabor 1951: H ≈ 3 σ_Y)."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """An isotropic, linearly elastic material with an optional yield strength or hardness.
+
+    Parameters
+    ----------
+    young : float
+        Young's modulus E [Pa]; ``inf`` for a rigid body.
+    poisson : float
+        Poisson's ratio ν, in (-1, 0.5].
+    yield_strength : float, optional
+        Uniaxial yield strength σ_Y [Pa]; ``None`` if unknown or if the body never yields.
+    name : str
+        A name for reports.
+    hardness : float, optional
+        Mean pressure under an indenter over its projected area [Pa], see `hardness.ceiling`; of
+        use where there is no yield strength, as for ceramics.
+    hardening : Perfect, Linear, Swift or Tabulated, optional
+        How the yield strength grows with the plastic strain; its first value is taken for
+        ``yield_strength``. Without it a body with a yield strength is perfectly plastic.
+
+    Raises
+    ------
+    InputError
+        If a constant is outside its range, or yield strength and hardening disagree.
+    """
+
+    young: float
+    poisson: float
+    yield_strength: float | None = None
+    name: str = ""
+    hardness: float | None = None
+    hardening: Hardening | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse constants that no material has."""
+        for name in ("young", "poisson", "yield_strength", "hardness"):
+            value = getattr(self, name)
+            optional = name in ("yield_strength", "hardness")
+            if not isinstance(value, Real) and not (optional and value is None):
+                raise InputError(f"{name} must be a number in SI units, got {value!r}")
+        if not self.young > 0:
+            raise InputError(f"young must be positive [Pa], got {self.young!r}")
+        if not -1 < self.poisson <= 0.5:
+            raise InputError(f"poisson must lie in (-1, 0.5], got {self.poisson!r}")
+        if self.yield_strength is not None and not 0 < self.yield_strength < math.inf:
+            raise InputError(
+                f"yield_strength must be positive and finite [Pa], got {self.yield_strength!r}; "
+                "leave it out for a body that does not yield"
+            )
+        if self.hardness is not None and not 0 < self.hardness < math.inf:
+            raise InputError(
+                f"hardness must be positive and finite [Pa], got {self.hardness!r}; "
+                "leave it out where it is unknown"
+            )
+        if self.hardening is None:
+            return
+        if not isinstance(self.hardening, Perfect | Linear | Swift | Tabulated):
+            raise InputError(
+                "hardening must be Perfect, Linear, Swift or Tabulated, got "
+                f"{type(self.hardening).__name__}"
+            )
+        first = self.hardening.initial
+        if self.yield_strength is not None and not math.isclose(self.yield_strength, first):
+            raise InputError(
+                f"yield_strength = {self.yield_strength:.6g} Pa, but hardening starts at "
+                f"{first:.6g} Pa; leave one of them out"
+            )
+        object.__setattr__(self, "yield_strength", first)
+
+    @property
+    def compliance(self) -> float:
+        """Plane-strain compliance (1 - ν²)/E [1/Pa]; 0 for a rigid body."""
+        return (1 - self.poisson**2) / self.young
+
+    @property
+    def ceiling(self) -> float | None:
+        """Largest contact pressure that the material bears [Pa].
+
+        Three yield strengths (Tabor 1951), or the hardness where no yield strength is known;
+        ``None`` without either.
+        """
+        if self.yield_strength is None:
+            return self.hardness
+        return CEILING_FACTOR * self.yield_strength
+
+    @property
+    def first_yield_pressure(self) -> float | None:
+        """Peak Hertz pressure of a sphere at first yield below the surface [Pa].
+
+        ``1.295 exp(0.736 ν) σ_Y`` (Jackson and Green 2005, doi:10.1115/1.1866166), which is
+        1.615 σ_Y at ν = 0.3. ``None`` without a yield strength.
+        """
+        if self.yield_strength is None:
+            return None
+        return 1.295 * math.exp(0.736 * self.poisson) * self.yield_strength
+
+
+RIGID = Material(young=math.inf, poisson=0.0, name="rigid")
+"""A body that neither deforms nor yields."""
+
+
+def contact_modulus(first: Material, second: Material) -> float:
+    """Return the contact modulus E* of two bodies.
+
+    Parameters
+    ----------
+    first, second : Material
+        The two bodies; at most one of them rigid.
+
+    Returns
+    -------
+    float
+        E* [Pa], from 1/E* = (1 - ν₁²)/E₁ + (1 - ν₂²)/E₂.
+
+    Raises
+    ------
+    InputError
+        If both bodies are rigid.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), eq. (4.9), doi:10.1017/CBO9781139171731
+
+    Examples
+    --------
+    >>> steel = Material(young=210e9, poisson=0.3)
+    >>> round(contact_modulus(steel, RIGID) / 1e9, 2)
+    230.77
+    """
+    compliance = first.compliance + second.compliance
+    if compliance == 0:
+        raise InputError("both bodies are rigid: at least one needs a finite Young's modulus")
+    return 1 / compliance
+
+
+def softer(first: Material, second: Material) -> Material | None:
+    """Return the body with the smaller ceiling, or ``None`` if none is known."""
+    known = [body for body in (first, second) if body.ceiling is not None]
+    return min(known, key=lambda body: body.ceiling or math.inf, default=None)
+
+
+def combined_ceiling(
+    first: float | ArrayLike | None, second: float | ArrayLike | None
+) -> float | NDArray[np.float64] | None:
+    """Return the pressure ceiling of two bodies: the smaller one on every pixel.
+
+    Parameters
+    ----------
+    first, second : float, array_like of shape (ny, nx), or None
+        Ceiling of each body [Pa], one for all or one a pixel: of a coating, of inclusions;
+        ``None``, or ``inf`` on a pixel, where the body never yields. Maps lie on the common grid.
+
+    Returns
+    -------
+    float, ndarray of shape (ny, nx), or None
+        What `contact.solve` takes as ``ceiling``: the softer of two points that touch yields.
+
+    Raises
+    ------
+    InputError
+        If a ceiling is not positive everywhere, or the maps differ in shape.
+
+    Examples
+    --------
+    >>> combined_ceiling(3e9, [[2e9, 5e9]])
+    array([[2.e+09, 3.e+09]])
+    """
+    known = [
+        _checked_ceiling(name, ceiling)
+        for name, ceiling in (("first", first), ("second", second))
+        if ceiling is not None
+    ]
+    if not known:
+        return None
+    maps = {ceiling.shape for ceiling in known if ceiling.ndim}
+    if len(maps) > 1:
+        raise InputError(
+            f"both ceilings must lie on one grid, got the shapes {known[0].shape} and "
+            f"{known[1].shape}"
+        )
+    smaller = np.minimum(known[0], known[-1])
+    return smaller if smaller.ndim else float(smaller)
+
+
+def _checked_ceiling(name: str, ceiling: float | ArrayLike) -> NDArray[np.float64]:
+    try:
+        values = np.asarray(ceiling)
+    except ValueError:
+        raise InputError(f"{name} ceiling must be a number or a map, got uneven rows") from None
+    if values.dtype.kind not in "fiu" or values.ndim not in (0, 2) or not values.size:
+        raise InputError(
+            f"{name} ceiling must be a number or a map [y, x] in Pa, got dtype {values.dtype} and "
+            f"shape {values.shape}"
+        )
+    if not (values > 0).all():
+        raise InputError(
+            f"{name} ceiling must be positive everywhere [Pa], its smallest is {values.min()}"
+        )
+    return values.astype(np.float64)

@@ -1,0 +1,302 @@
+"""The house style of figures: sizes, colours, units on axes, maps in cells, bars and legends.
+
+`roughcontact.plots.maps` says what maps in cells are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import ListedColormap
+    from matplotlib.figure import Figure
+    from matplotlib.image import AxesImage
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+    from matplotlib.transforms import Transform
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+DPI = 150
+"""Dots per inch of every figure."""
+
+CELLS_ALONE, CELLS_IN_PANEL = 600, 520
+"""Cells along the longer side of a map.
+
+The axes have more dots than that, so that drawing to the nearest cell leaves none out.
+"""
+
+UPRIGHT = 0.45
+"""Height over width of a map up to which the colour bar lies on top of it."""
+
+TITLE, LABEL, TICK, NOTE = 13.0, 12.0, 11.0, 9.5
+"""Sizes of text [points]."""
+
+MISSING, OPEN, CLOSED, OVER, NEUTRAL = "#c4c4c4", "#f1f1ee", "#d55e00", "#000000", "#444444"
+"""Colours of points without a height, without contact, with it, beyond a scale; of remarks."""
+
+ELASTIC, SATURATED = "#4aa3df", "#7f0d1b"
+"""Light, middle and dark grey when printed without colour; blue and dark red for all eyes."""
+
+SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
+"""Okabe and Ito's colours for all kinds of colour vision, darkest first."""
+
+_PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+
+
+def prefixed(largest: float, unit: str) -> tuple[float, str]:
+    """Return what a quantity is multiplied with for an axis, and the unit with its prefix."""
+    # The rounding keeps 999.9999999 µm, which is a sum of pixels, from missing its prefix.
+    exponent = 3 * math.floor(math.log10(largest * (1 + 1e-9)) / 3) if largest > 0 else 0
+    exponent = min(max(exponent, min(_PREFIXES)), max(_PREFIXES))
+    return float(10.0**-exponent), _PREFIXES[exponent] + unit
+
+
+def prefixed_area(largest: float) -> tuple[float, str]:
+    """Return what an area is multiplied with for an axis, and the unit with its prefix."""
+    exponent = min(max(3 * math.floor(math.log10(largest * (1 + 1e-9)) / 6), -12), 0)
+    return float(10.0 ** (-2 * exponent)), _PREFIXES[exponent] + "m²"
+
+
+def layout() -> ConstrainedLayoutEngine:
+    """Return the layout engine of figures of several axes."""
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    return ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1)
+
+
+def shown_aspect(size: tuple[float, float]) -> float:
+    """Return height over width of a map (y, x), within what a page bears."""
+    return min(max(size[0] / size[1], 0.2), 1.6)
+
+
+def single_axes(
+    size: tuple[float, float], legend: bool = True, bar: bool = True
+) -> tuple[Figure, Axes]:
+    """Return a figure for one map of a size (y, x), and its axes."""
+    from matplotlib.figure import Figure
+
+    # Large enough that the longer side of the map has more dots than the map has cells, and wide
+    # enough for the note whatever the map.
+    aspect = size[0] / size[1]
+    height = max(5.2 * min(aspect, 1.0), 1.0) + (2.6 if legend else 1.8)
+    figure = Figure(
+        figsize=(7.2, height + (1.0 if bar and aspect <= UPRIGHT else 0.0)),
+        dpi=DPI,
+        layout=layout(),
+    )
+    return figure, figure.subplots()
+
+
+def plain_axes(axes: Axes) -> None:
+    """Give axes of lines their grid and ticks."""
+    axes.tick_params(labelsize=TICK)
+    axes.grid(True, color="#dddddd", linewidth=0.8)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def cell_size(shape: tuple[int, ...], size: tuple[float, float], cells: int) -> tuple[int, int]:
+    """Return the points (y, x) to a cell, given the most cells on the longer side."""
+    longer = max(size)
+    by, bx = (
+        max(math.ceil(points / max(cells * side / longer, 1)), 1)
+        for points, side in zip(shape, size, strict=True)
+    )
+    return by, bx
+
+
+def reduced(
+    ufunc: np.ufunc,
+    values: NDArray[Any],
+    blocks: tuple[int, int],
+    dtype: type[np.generic] | None = None,
+) -> NDArray[Any]:
+    """Return what a ufunc makes of the points of each cell."""
+    for axis, block in enumerate(blocks):
+        if block > 1:
+            values = ufunc.reduceat(values, np.arange(0, values.shape[axis], block), axis, dtype)
+    return values
+
+
+def cell_max(values: Array, blocks: tuple[int, int]) -> Array:
+    """Return the largest value of each cell."""
+    return reduced(np.maximum, values, blocks)
+
+
+def cell_any(mask: Mask, blocks: tuple[int, int]) -> Mask:
+    """Return whether any point of each cell is marked."""
+    return reduced(np.logical_or, mask, blocks)
+
+
+def cell_mean(values: Array, blocks: tuple[int, int]) -> Array:
+    """Return the mean of the points that are there; NaN where half or more are missing."""
+    if blocks == (1, 1):
+        return values.copy()
+    there = np.isfinite(values)
+    count = reduced(np.add, there, blocks, np.float64)
+    total = reduced(np.add, values if there.all() else np.where(there, values, 0.0), blocks)
+    rows, columns = (
+        np.diff([*range(0, points, block), points])
+        for points, block in zip(values.shape, blocks, strict=True)
+    )
+    most = np.outer(rows, columns)
+    mean: Array = np.where(2 * count > most, total / np.maximum(count, 1), np.nan)
+    return mean
+
+
+def draw_map(
+    axes: Axes,
+    values: Array,
+    size: tuple[float, float],
+    blocks: tuple[int, int],
+    shape: tuple[int, ...],
+    corner: tuple[float, float] = (0.0, 0.0),
+) -> AxesImage:
+    """Draw a map in cells, true to scale, with axes in metres.
+
+    Size and shape are those of the part that is drawn, which begins at the corner.
+    """
+    factor, unit = prefixed(max(size), "m")
+    height, width = size[0] * factor, size[1] * factor
+    top, left = corner[0] * factor, corner[1] * factor
+    # Cells at the far edges may reach beyond the map; the limits cut them off.
+    bottom = top + values.shape[0] * blocks[0] * height / shape[0]
+    right = left + values.shape[1] * blocks[1] * width / shape[1]
+    image = axes.imshow(
+        np.ma.masked_invalid(values),
+        extent=(left, right, bottom, top),
+        interpolation="nearest",
+        aspect="equal",
+    )
+    axes.set_xlim(left, left + width)
+    axes.set_ylim(top + height, top)
+    axes.set_xlabel(f"x [{unit}]", fontsize=LABEL)
+    axes.set_ylabel(f"y [{unit}]", fontsize=LABEL)
+    axes.tick_params(labelsize=TICK)
+    few_ticks(axes, height / width)
+    return image
+
+
+def outline(axes: Axes, mask: Mask, rows: Array, columns: Array, colour: str) -> None:
+    """Draw a line around the cells of a mask, given the edges of its rows and columns."""
+    from matplotlib.collections import LineCollection
+
+    across, down = np.diff(mask, axis=1), np.diff(mask, axis=0)
+    lines = [
+        ((columns[j + 1], rows[i]), (columns[j + 1], rows[i + 1])) for i, j in np.argwhere(across)
+    ] + [((columns[j], rows[i + 1]), (columns[j + 1], rows[i + 1])) for i, j in np.argwhere(down)]
+    axes.add_collection(LineCollection(lines, colors=colour, linewidths=0.9), autolim=False)
+
+
+def few_ticks(axes: Axes, aspect: float) -> None:
+    """Give a map of some height over width as many ticks as its sides have room for."""
+    from matplotlib.ticker import MaxNLocator
+
+    axes.xaxis.set_major_locator(MaxNLocator(max(round(5 / max(aspect, 1)), 2)))
+    axes.yaxis.set_major_locator(MaxNLocator(max(round(5 * min(aspect, 1)), 1 + (aspect > 0.2))))
+
+
+def colour_bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
+    """Add a colour bar that follows the map's own box; wide strips get it on top."""
+    left, right = axes.get_xlim()
+    bottom, top = axes.get_ylim()
+    aspect = abs(bottom - top) / abs(right - left)
+    upright = aspect > UPRIGHT
+    thickness = 0.045 * max(aspect, 1) if upright else 0.045 / aspect
+    place = (1 + 0.6 * thickness, 0, thickness, 1) if upright else (0, 1 + thickness, 1, thickness)
+    inset = axes.inset_axes(place)
+    bar = axes.figure.colorbar(
+        image,
+        cax=inset,
+        extend=extend,
+        orientation="vertical" if upright else "horizontal",
+        ticklocation="right" if upright else "top",
+    )
+    bar.set_label(label, fontsize=LABEL)
+    bar.ax.tick_params(labelsize=TICK)
+
+
+def listed(colours: Any) -> ListedColormap:
+    """Return a colour map of some colours."""
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(colours)
+
+
+def patch_legend(axes: Axes, entries: Sequence[tuple[str, str]]) -> None:
+    """Name colours below a map."""
+    from matplotlib.patches import Patch
+
+    axes.legend(
+        handles=[
+            Patch(facecolor=colour, edgecolor="#777777", linewidth=0.8, label=text)
+            for colour, text in entries
+        ],
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0),
+        bbox_transform=below_label(axes),
+        borderaxespad=0,
+        ncols=len(entries),
+        fontsize=TICK,
+        frameon=False,
+        handlelength=1.2,
+        handleheight=1.2,
+        columnspacing=1.4,
+    )
+
+
+def shared_legend(figure: Figure, grid: NDArray[Any]) -> None:
+    """Name the lines of all axes once, below the figure."""
+    entries: dict[str, Any] = {}
+    for axes in grid.ravel():
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+    figure.legend(
+        entries.values(),
+        entries.keys(),
+        loc="outside lower center",
+        ncols=3,
+        fontsize=TICK,
+        frameon=False,
+    )
+
+
+def below_label(axes: Axes) -> Transform:
+    """Return the place under the axis label, at a distance that no aspect changes."""
+    from matplotlib.transforms import ScaledTranslation
+
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    return axes.transAxes + ScaledTranslation(0, -0.52, figure.dpi_scale_trans)
+
+
+def legend_below(axes: Axes, columns: int = 1) -> None:
+    """Name what axes show under their label."""
+    axes.legend(
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0),
+        bbox_transform=below_label(axes),
+        borderaxespad=0,
+        ncols=columns,
+        fontsize=TICK,
+        frameon=False,
+    )
+
+
+def cell_note(figure: Figure, cell: tuple[int, int], shown: str) -> None:
+    """Say below a figure what its cells show; nothing where a cell is a point."""
+    if cell == (1, 1):
+        return
+    figure.supxlabel(
+        f"Drawn in cells of {cell[0]} × {cell[1]} points (y × x): a cell shows {shown} in it.",
+        fontsize=NOTE,
+        color=NEUTRAL,
+    )

@@ -1,0 +1,808 @@
+"""What a result takes for granted, in words: statements for readers who did not run it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roughcontact.contact.result import (
+    BELOW_FIRST_YIELD,
+    BEYOND_CEILING,
+    BEYOND_HARDNESS,
+    SATURATED,
+    UNKNOWN,
+    YIELDING_BELOW,
+    ContactResult,
+)
+from roughcontact.contact.spots import FEW_PIXELS, Spots
+from roughcontact.errors import InputError
+from roughcontact.material.hardening import Linear, Perfect, Swift, Tabulated
+from roughcontact.material.material import RIGID, Material, softer
+from roughcontact.surface import roughness
+from roughcontact.units import counted, engineering, percent
+from roughcontact.volume.comparison import recommended_ceiling
+from roughcontact.volume.loop import PlasticBody, law_of
+
+if TYPE_CHECKING:
+    from roughcontact.volume.solve import ElastoplasticResult
+
+SMALL_SLOPE, LARGE_SLOPE = 0.1, 0.3
+"""Root-mean-square slopes at which the error of order slope² is 1 % and about 10 %."""
+
+TRANSITION = 2.0
+"""Load over that of first yield from which plastic flow shows in the contact area."""
+
+CEILING_ERROR = 0.05
+"""Distance of a ceiling from the recommended one that is worth a word."""
+
+LARGE_STRAIN = 0.1
+"""Pressure over contact modulus, which the strain is of the order of; plastic strain."""
+
+LARGE_DEFORMATION = 0.1
+"""Root-mean-square slope under the contact, 0.7 a/R of a sphere.
+
+From a/R = 0.16 on finite elements show large deformations under a sphere (Mesarovic and Fleck 1999,
+doi:10.1098/rspa.1999.0423).
+"""
+
+
+@dataclass(frozen=True)
+class Statement:
+    """One assumption, and whether it is in doubt.
+
+    Parameters
+    ----------
+    topic : str
+        What it is about, in two or three words.
+    text : str
+        The assumption with the numbers of the case at hand; sentences.
+    caution : str
+        Why the result has to be read with care, one sentence; empty if it need not.
+    """
+
+    topic: str
+    text: str
+    caution: str = ""
+
+
+_FRICTIONLESS = Statement(
+    "No friction, no adhesion",
+    "The bodies press on each other at right angles to the plane of the map. Friction, and with "
+    "it the small sliding of unlike materials against each other, is left out. The bodies do not "
+    "attract each other: the pressure is never negative. Adhesion matters for compliant or very "
+    "smooth bodies under small loads.",
+)
+
+
+def statements(result: ContactResult, spots: Spots) -> tuple[Statement, ...]:
+    """Return what a result assumes, for the case at hand.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+    spots : Spots
+        Its contact spots.
+
+    Returns
+    -------
+    tuple of Statement
+        Geometry, slopes, strains, friction and adhesion, yielding, resolution, loading; missing
+        points and single precision where there are any.
+    """
+    found = [
+        _half_spaces(result, _elastic_half_spaces(result)),
+        _bodies(result),
+        _slopes(result),
+        _strains(result),
+        _FRICTIONLESS,
+        _yielding(result, spots),
+        _resolution(result, spots),
+        _holes(result),
+        _loading(result),
+    ]
+    if result.precision == "single":
+        found.append(
+            Statement(
+                "Single precision",
+                "The transforms were computed with seven digits instead of sixteen, which saves "
+                f"memory; the certificate asked for is {result.tolerance:.0e}.",
+            )
+        )
+    return tuple(statement for statement in found if statement.text)
+
+
+def regime(result: ContactResult) -> str:
+    """Return the regime of a result as a sentence with its numbers.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+
+    Returns
+    -------
+    str
+        What yields, and where.
+    """
+    largest = engineering(result.max_pressure, "Pa", 3)
+    name = result.regime
+    if name == SATURATED:
+        share = percent(result.saturated_fraction / result.contact_fraction)
+        return (
+            f"The material yields at the surface: on {share} of the contact area the pressure is "
+            "at its ceiling, and the surface there keeps an indentation."
+        )
+    body = softer(result.material, result.counter_material)
+    if name == UNKNOWN and (body is None or body.hardness is None):
+        return (
+            f"No yield strength was given: whether the material bears the largest pressure of "
+            f"{largest} cannot be said."
+        )
+    assert body is not None
+    if name in (UNKNOWN, BEYOND_HARDNESS):
+        assert body.hardness is not None
+        hardness = engineering(body.hardness, "Pa", 3)
+        if name == UNKNOWN:
+            return (
+                f"The largest pressure, {largest}, stays below the hardness of the softer body, "
+                f"{hardness}. Whether it yields below the surface cannot be said without a yield "
+                "strength."
+            )
+        return (
+            f"The elastic pressure, up to {largest}, exceeds the hardness of the softer body, "
+            f"{hardness}, more than it can carry. The true contact area is larger, the true "
+            "pressure lower."
+        )
+    assert body.first_yield_pressure is not None
+    assert body.yield_strength is not None
+    first = engineering(body.first_yield_pressure, "Pa", 3)
+    if name == BELOW_FIRST_YIELD:
+        return (
+            f"Nothing yields: the largest pressure, {largest}, stays below {first}, at which a "
+            "sphere of the softer material first yields below its surface."
+        )
+    if name == YIELDING_BELOW:
+        return (
+            f"The material yields below the surface of the most loaded spots: the largest "
+            f"pressure, {largest}, exceeds {first}, at which a sphere first yields, but no point "
+            "reaches "
+            + ("the ceiling." if result.ceiling is not None else "three yield strengths.")
+            + " The pressures shown are those of an elastic body."
+        )
+    assert name == BEYOND_CEILING
+    times = result.max_pressure / body.yield_strength
+    return (
+        f"The elastic pressure, up to {largest}, is {times:.3g} times the yield strength of the "
+        "softer body, more than it can carry. The true contact area is larger, the true pressure "
+        "lower."
+    )
+
+
+def ceiling_origin(result: ContactResult) -> str:
+    """Return the ceiling of a result and where it comes from, without a full stop.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+
+    Returns
+    -------
+    str
+        Such as ``"3 GPa, three times the yield strength of the softer body"``.
+    """
+    ceiling = result.ceiling
+    if ceiling is None:
+        return "none: purely elastic"
+    if isinstance(ceiling, np.ndarray):
+        low, high = float(ceiling.min()), float(ceiling.max())
+        return (
+            f"given point by point, {engineering(low, 'Pa')} to "
+            + (engineering(high, "Pa") if math.isfinite(high) else "none")
+        )  # fmt: skip
+    text = engineering(float(ceiling), "Pa")
+    body = softer(result.material, result.counter_material)
+    if body is None or body.ceiling is None:
+        return f"{text}, as given"
+    automatic = math.isclose(float(ceiling), body.ceiling, rel_tol=1e-9)
+    whose = "" if _one_ceiling(result) else " of the softer body"
+    if body.yield_strength is None:
+        if automatic:
+            return f"{text}, the hardness{whose}"
+        return f"{text}, as given: {float(ceiling) / body.ceiling:.3g} times the hardness{whose}"
+    if automatic:
+        return f"{text}, three times the yield strength{whose}"
+    factor = float(ceiling) / body.yield_strength
+    return f"{text}, as given: {factor:.3g} times the yield strength{whose}"
+
+
+def ceiling_caution(result: ContactResult, spots: Spots) -> str:
+    """Return which ceiling would be nearer to plasticity of the volume, if another one would.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+    spots : Spots
+        Its contact spots.
+
+    Returns
+    -------
+    str
+        One sentence without a full stop; empty if the ceiling is right to `CEILING_ERROR`, is
+        not felt, or cannot be judged: a map of ceilings, a hardness of more than three yield
+        strengths with no law of hardening, spots of a few pixels.
+    """
+    ceiling, body = result.ceiling, softer(result.material, result.counter_material)
+    if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
+        return ""
+    advice = recommended_ceiling(result)
+    if advice is None or advice.load_ratio < TRANSITION:
+        return ""
+    hardness = body.hardening is None and body.ceiling and ceiling > (1 + 1e-9) * body.ceiling
+    if hardness or carrying_pixels(result, spots) < FEW_PIXELS:
+        return ""
+    too_high = min(ceiling, result.max_pressure) > (1 + CEILING_ERROR) * advice.ceiling
+    too_low = result.saturated_fraction > 0 and ceiling < (1 - CEILING_ERROR) * advice.ceiling
+    if not (too_high or too_low):
+        return ""
+    times = float(f"{advice.load_ratio:.2g}")
+    error = 100 * (ceiling / advice.ceiling - 1)
+    return (
+        f"the ceiling is {abs(error):.0f} % {'higher' if error > 0 else 'lower'} than the "
+        f"{advice.factor:.2f} yield strengths ({engineering(advice.ceiling, 'Pa', 3)}) that give "
+        f"spots like these, at {times:.7g} times the load of first yield, the contact area of "
+        "plasticity in the volume: solve again with that ceiling"
+    )
+
+
+def rms_slope(result: ContactResult) -> float:
+    """Return the root-mean-square slope of the gap at first touch, of both bodies together.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+
+    Returns
+    -------
+    float
+        h′ without unit; NaN if no point has both neighbours.
+    """
+    try:
+        return roughness.rms_gradient(result.initial_gap, result.surface.pixel)
+    except InputError:
+        return math.nan
+
+
+def carrying_pixels(result: ContactResult, spots: Spots) -> int:
+    """Return how large the spots are that matter.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+    spots : Spots
+        Its contact spots.
+
+    Returns
+    -------
+    int
+        Pixels of the spot at which, going from the largest down, half of the load is reached.
+    """
+    if spots.count == 0:
+        return 0
+    carried = np.cumsum(spots.load)
+    index = int(np.searchsorted(carried, 0.5 * carried[-1]))
+    return round(float(spots.area[min(index, spots.count - 1)]) / result.pixel_area)
+
+
+def volume_statements(result: ElastoplasticResult, spots: Spots) -> tuple[Statement, ...]:
+    """Return what a result of the volume model assumes, for the case at hand.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        A state of the volume.
+    spots : Spots
+        Its contact spots.
+
+    Returns
+    -------
+    tuple of Statement
+        Geometry, slopes, strains, hardening, friction and adhesion, resolution, loading; missing
+        points and single precision where there are any.
+    """
+    contact = result.contact
+    found = [
+        _half_spaces(contact, _yielding_half_spaces(result)),
+        _bodies(contact),
+        _slopes(contact),
+        _small_deformations(result),
+        _hardening(result),
+        _FRICTIONLESS,
+        _layers(result),
+        _resolution(contact, spots, result) if contact.load else Statement("", ""),
+        _holes(contact),
+        _path(result),
+    ]
+    if result.precision == "single":
+        found.append(
+            Statement(
+                "Single precision of the volume",
+                "Strain and stress in the volume were computed with seven digits instead of "
+                "sixteen, the contact with sixteen; pressures change by about a part in 100 000.",
+            )
+        )
+    return tuple(statement for statement in found if statement.text)
+
+
+def volume_cautions(result: ElastoplasticResult) -> tuple[str, ...]:
+    """Return why the pressures of the volume model have to be read with care, if so.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        A state of the volume.
+
+    Returns
+    -------
+    tuple of str
+        One sentence each, without a full stop: on strains and hardening.
+    """
+    stated = _small_deformations(result), _hardening(result)
+    return tuple(statement.caution for statement in stated if statement.caution)
+
+
+def volume_regime(result: ElastoplasticResult) -> str:
+    """Return the regime of a result of the volume model as a sentence with its numbers.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        A state of the volume.
+
+    Returns
+    -------
+    str
+        What has yielded, and how deep.
+    """
+    if not result.plastic_volume:
+        share = percent(min(1 + result.yield_excess, 1.0))
+        return (
+            f"Nothing has yielded: the von Mises stress is at most {share} of the yield strength."
+        )
+    reached = engineering(result.plastic_depth, "m", 3)
+    strain = percent(result.max_plastic_strain)
+    text = f"Plastic strain, up to {strain}, reaches down to {reached}"
+    surface = (
+        " and up to the surface."
+        if result.plastic_at_surface
+        else "; the surface above it has stayed elastic."
+    )
+    if result.contact.load:
+        return text + surface
+    deepest = engineering(float(result.residual_displacement.max()), "m", 3)
+    return f"{text}{surface} The load is gone, and has left a dent of up to {deepest}."
+
+
+def hardening(body: Material) -> str:
+    """Return how a material hardens, in a few words.
+
+    Parameters
+    ----------
+    body : Material
+        The material.
+
+    Returns
+    -------
+    str
+        Such as ``"linear hardening, modulus 2 GPa"``.
+    """
+    law = body.hardening
+    if isinstance(law, Linear):
+        return f"linear hardening, modulus {engineering(law.modulus, 'Pa')}"
+    if isinstance(law, Swift):
+        strength = engineering(law.coefficient, "Pa")
+        return f"Swift hardening, {strength} ({law.offset:g} + 1e6 e)^{law.exponent:g}"
+    if isinstance(law, Tabulated):
+        last = engineering(law.stress[-1], "Pa")
+        return f"tabulated hardening, {last} from a strain of {law.strain[-1]:g} on"
+    if _rigid(body):
+        return "rigid"
+    return "elastic" if body.yield_strength is None else "perfectly plastic"
+
+
+def _one_ceiling(result: ContactResult) -> bool:
+    ceilings = {result.material.ceiling, result.counter_material.ceiling}
+    return len(ceilings - {None}) == 1
+
+
+def _rigid(body: Material) -> bool:
+    return body.young == RIGID.young
+
+
+def _elastic_half_spaces(result: ContactResult) -> str:
+    if _rigid(result.material):
+        return "The counter-body is an elastic half-space, the body with this map is rigid"
+    if _rigid(result.counter_material):
+        return "The body is an elastic half-space, the counter-body is rigid"
+    return "Both bodies are elastic half-spaces"
+
+
+def _yielding_half_spaces(result: ElastoplasticResult) -> str:
+    def kind(body: Material) -> str:
+        if _rigid(body):
+            return "rigid"
+        return "an elastic half-space" + (" that yields" if body.yield_strength else "")
+
+    first, second = kind(result.contact.material), kind(result.contact.counter_material)
+    if first == second:
+        return "Both bodies are elastic half-spaces that yield"
+    return f"The body with this map is {first}, the counter-body is {second}"
+
+
+def _half_spaces(result: ContactResult, who: str) -> Statement:
+    text = (
+        f"{who}: every spot is pressed into material that goes on without end below and beside "
+        "it, isotropic and the same everywhere. The part has to be thick and wide compared with "
+        "the contact; coatings, thin walls and edges are not in the model. "
+    )
+    if result.boundary == "periodic":
+        return Statement(
+            "Half-spaces, periodic map",
+            text + "The map is one period of an endless surface: it repeats in x and y, the load "
+            "is that on one period, and every spot feels the copies of all others. A measured "
+            "map does not fit its own opposite edge; the seam is then a step that the surface "
+            "does not have.",
+        )
+    return Statement(
+        "Half-spaces, free boundary",
+        text + "The map is all that touches: there is no contact outside of it.",
+    )
+
+
+def _bodies(result: ContactResult) -> Statement:
+    if result.counter_surface is None:
+        return Statement(
+            "Flat counter-body",
+            "The counter-body is perfectly smooth and flat. Its own roughness, if it has any, "
+            "would have to be measured and given.",
+        )
+    return Statement(
+        "Two measured bodies",
+        "The two maps are laid on each other point by point, as they are; only the sum of their "
+        "heights counts. Another position of one on the other would give other spots, with "
+        "similar statistics.",
+    )
+
+
+def _slopes(result: ContactResult) -> Statement:
+    slope = rms_slope(result)
+    if math.isnan(slope):
+        return Statement("Small slopes", "Slopes are taken as small; this map has none to judge.")
+    whose = "of this map" if result.counter_surface is None else "of both maps together"
+    error = percent(min(slope**2, 1.0))
+    if slope < SMALL_SLOPE:
+        verdict = f"here {error}, which is small"
+    elif slope < LARGE_SLOPE:
+        verdict = f"here about {error}, which is noticeable"
+    else:
+        verdict = f"here about {error}: the slopes are not small"
+    caution = ""
+    if slope >= LARGE_SLOPE:
+        caution = (
+            f"the slopes are not small (root mean square {slope:.2g}, limit about "
+            f"{LARGE_SLOPE:g}): read areas and pressures as estimates"
+        )
+    return Statement(
+        "Small slopes",
+        f"The theory takes slopes as small against 1. The root-mean-square slope {whose} is "
+        f"{slope:.3g} ({math.degrees(math.atan(slope)):.2g}°). The error is of the order of its "
+        f"square, {verdict}. It begins to matter at a slope of {SMALL_SLOPE:g} (1 %); above "
+        f"{LARGE_SLOPE:g} (10 %) the results are estimates." + _sideways(result, slope),
+        caution,
+    )
+
+
+def _sideways(result: ContactResult, slope: float) -> str:
+    soft = [b for b in (result.material, result.counter_material) if math.isfinite(b.young)]
+    if len(soft) != 1:
+        return ""
+    # Johnson 1985, eqs. (3.41) and (3.42): the rim of a Hertz contact moves inwards.
+    ratio = soft[0].poisson
+    share = 2 / (3 * math.pi) * (1 - 2 * ratio) / (1 - ratio) * slope
+    return (
+        " Against a rigid body the surface also moves sideways, which the theory leaves out: at "
+        f"the rim of a spherical spot by {percent(min(share, 1.0))} of its radius at this slope."
+    )
+
+
+def _strains(result: ContactResult) -> Statement:
+    ratio = result.max_pressure / result.contact_modulus
+    caution = ""
+    if ratio > LARGE_STRAIN:
+        caution = (
+            f"the largest pressure is {percent(ratio) if ratio <= 1 else f'{ratio:.3g} times'} "
+            f"{'of ' if ratio <= 1 else ''}the contact modulus: the strains there are beyond any "
+            "linear elasticity"
+        )
+    return Statement(
+        "Small strains",
+        "Stress and strain are proportional (Hooke's law). Strains are of the order of the "
+        f"pressure over the contact modulus, at most {ratio:.2g} here; "
+        + (
+            f"linear elasticity ends well below {LARGE_STRAIN:g}."
+            if caution
+            else "this is small."
+            if ratio < 0.2 * LARGE_STRAIN
+            else "this is not very small."
+        ),
+        caution,
+    )
+
+
+def _yielding(result: ContactResult, spots: Spots) -> Statement:
+    body = softer(result.material, result.counter_material)
+    if result.ceiling is None:
+        text = (
+            "The solution is purely elastic: nothing limits the pressure, which on sharp peaks "
+            "can exceed what any material bears."
+        )
+        if body is None:
+            return Statement("No yielding", f"{text} No yield strength was given.")
+        return Statement("No yielding", f"{text} {_first_yield(body)}".strip())
+    text = f"The pressure may not exceed a ceiling ({ceiling_origin(result)}). "
+    if result.saturated_fraction == 0:
+        text += "It is reached nowhere: the solution is the elastic one."
+        text += f" {_first_yield(body)}" if body else ""
+        return Statement("Yielding", text.strip(), ceiling_caution(result, spots))
+    deepest = engineering(float(result.residual_indentation.max()), "m", 3)
+    text += (
+        "Points at the ceiling are called saturated: the material there flows, and the part by "
+        f"which it overlaps the counter-body, up to {deepest}, is kept as a permanent indentation. "
+        "Where the displaced material goes, the residual stress that it leaves and hardening are "
+        "not in the model: the ceiling stands in for plasticity. "
+    )
+    if body is not None and body.yield_strength is None:
+        text += (
+            "The hardness is the mean pressure under an indenter, at the end of yielding: smaller "
+            "spots, in the transition from elastic to fully plastic, bear less than that, and "
+            "their area is larger than shown."
+        )
+    elif body is not None:
+        text += (
+            "That the pressure levels off near three yield strengths is Tabor's finding (1951) for "
+            "full indentation. The mean pressure on a perfectly plastic sphere is 2.17, 2.41, 2.61 "
+            "and 2.77 yield strengths at 40, 120, 300 and 700 times the load of first yield. In "
+            "this transition a ceiling of three yield strengths is up to 35 % too high, and the "
+            "contact area up to 26 % too small; three are right to 5 % where E*a/(σ_Y R) exceeds "
+            "about 47 (a: radius of a spot, R: radius of its summit). "
+            + _first_yield(body)
+        )  # fmt: skip
+    return Statement(
+        "The ceiling stands in for plasticity", text.strip(), ceiling_caution(result, spots)
+    )
+
+
+def _first_yield(body: Material) -> str:
+    if body.first_yield_pressure is None:
+        return ""
+    return (
+        "Yielding begins earlier, and below the surface: for a sphere of the softer material at a "
+        f"peak pressure of {engineering(body.first_yield_pressure, 'Pa', 3)} "
+        "(1.295 exp(0.736 ν) σ_Y, Jackson and Green 2005)."
+    )
+
+
+def _resolution(
+    result: ContactResult, spots: Spots, volume: ElastoplasticResult | None = None
+) -> Statement:
+    dy, dx = (engineering(edge, "m", 3) for edge in result.surface.pixel)
+    pixels = carrying_pixels(result, spots)
+    text = (
+        f"The pressure is constant on each pixel of {dy} × {dx} (y × x), and roughness finer than "
+        "that is not in the map. On a rough surface a finer map has less contact area and higher "
+        "elastic pressures: both are values at this pixel. "
+    )
+    if volume is not None and volume.plastic_volume:
+        text += "Where a spot flows, its strength bounds the pressure on any map. "
+    elif result.saturated_fraction > 0:
+        text += "The ceiling bounds the largest pressure on any map. "
+    else:
+        text += "The largest pressure is the most sensitive to the pixel. "
+    corrected = (result if volume is None else volume).corrected_contact_area
+    rim = "at the rim of a spot" if volume is None else "at the elastic rim of a spot"
+    text += (
+        f"Half of the load is carried by spots of {counted(pixels, 'pixel')} or more. Pixels "
+        f"{rim} count in full; without this excess (Yastrebov, Anciaux and Molinari 2017) the "
+        f"contact area is {engineering(corrected, 'm²', 3)} instead of "
+        f"{engineering(result.contact_area, 'm²', 3)}."
+    )
+    caution = ""
+    if 0 < pixels < FEW_PIXELS:
+        caution = (
+            f"half of the load is carried by spots of {counted(pixels, 'pixel')} or fewer: the "
+            "map does not resolve the contact, and areas and pressures depend on its pixel"
+        )
+    return Statement("Resolution", text, caution)
+
+
+def _holes(result: ContactResult) -> Statement:
+    missing = int(np.count_nonzero(np.isnan(result.gap)))
+    bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
+    filled = any(
+        step.startswith("filled:") for body in bodies for step in body.provenance.steps
+    )  # fmt: skip
+    parts = []
+    if missing:
+        parts.append(
+            f"{counted(missing, 'point')} ({percent(missing / result.gap.size)} of the map) "
+            f"{'was' if missing == 1 else 'were'} not measured. Such points are taken as never "
+            "touching; the load that they might carry lies on the others."
+        )
+    if filled:
+        parts.append(
+            "Points that were not measured were filled with a smooth surface through the rim of "
+            "their hole. It lies between the lowest and the highest height of that rim, and is an "
+            "interpolation, not a measurement."
+        )
+    return Statement("Missing points", " ".join(parts))
+
+
+def _loading(result: ContactResult) -> Statement:
+    if result.control == "load":
+        given = "The load was given, and the approach follows from it. "
+    else:
+        given = "The approach was given, and the load is what the pressure adds up to. "
+    if result.moments is None:
+        given += "The bodies are pressed together without tilting. "
+    else:
+        given += "The bodies tilt until the pressure balances the moments that were given. "
+    return Statement(
+        "One loading",
+        f"{given}It is applied once, slowly, to the surfaces as prepared: earlier passes, "
+        "unloading, sliding, creep and wear are not in it.",
+    )
+
+
+def _small_deformations(result: ElastoplasticResult) -> Statement:
+    slope, strain = _slope_under(result), result.max_plastic_strain
+    caution = ""
+    if strain > LARGE_STRAIN:
+        caution = (
+            f"the largest plastic strain is {strain:.2g}, beyond the small strains of the model "
+            f"(about {LARGE_STRAIN:g}): read strains and pressures there as estimates"
+        )
+    elif slope > LARGE_DEFORMATION:
+        caution = (
+            f"the slope under the contact is {slope:.2g}, beyond the small deformations of the "
+            f"model (about {LARGE_DEFORMATION:g}): read areas and pressures as estimates"
+        )
+    text = (
+        "Equilibrium is that of bodies that keep their shape, and strains are small: those of "
+        "elasticity and plastic flow add up. The largest plastic strain is "
+        f"{percent(strain)}. "
+    )
+    if math.isfinite(slope):
+        text += (
+            f"The root-mean-square slope under the contact is {slope:.3g}, which for a sphere of "
+            f"radius R is that of a spot of radius a = {math.sqrt(2) * slope:.2g} R. "
+        )
+    return Statement(
+        "Small strains",
+        f"{text}Strain and slope should stay below about {LARGE_STRAIN:g}; from a/R = 0.16 on "
+        "large deformations change what a sphere carries (Mesarovic and Fleck 1999).",
+        caution,
+    )
+
+
+def _slope_under(result: ElastoplasticResult) -> float:
+    """Return the root-mean-square slope of the first gap under contact or plastic strain."""
+    gap = result.contact.initial_gap
+    under = result.contact.contact
+    if not under.any():
+        ny, nx = gap.shape
+        for body in result.bodies:
+            inside = np.s_[:, body.margin : body.margin + ny, body.margin : body.margin + nx]
+            under = under | body.accumulated[inside].any(axis=0)
+    square = np.zeros(gap.shape)
+    for slope in np.gradient(gap, *result.contact.surface.pixel):
+        square += slope * slope
+    known = square[under & np.isfinite(square)]
+    return math.sqrt(float(known.mean())) if known.size else math.nan
+
+
+def _hardening(result: ElastoplasticResult) -> Statement:
+    text = (
+        "Metal flows where the von Mises stress reaches the yield strength, without changing its "
+        "volume. The strength grows with the accumulated plastic strain, the same in all "
+        "directions: that metals yield earlier after a reversal of the load (Bauschinger effect) "
+        "is left out. It does not depend on speed, time or temperature; there is no creep, no "
+        "fracture and no change of phase."
+    )
+    yielding = [body.material for body in result.bodies]
+    perfect = any(
+        body.hardening is None
+        or isinstance(body.hardening, Perfect)
+        or (isinstance(body.hardening, Linear) and body.hardening.modulus == 0)
+        for body in yielding
+    )
+    if perfect:
+        text += (
+            " A perfectly plastic field has too few freedoms for the pressure of single pixels: "
+            "it scatters by 5 to 10 %, more at the rim of spots. Means over 3 × 3 pixels or over "
+            "spots are right; a little hardening removes the scatter."
+        )
+    beyond = [
+        body.material.hardening.strain[-1]
+        for body in result.bodies
+        if isinstance(body.material.hardening, Tabulated)
+        and body.max_plastic_strain > body.material.hardening.strain[-1]
+    ]
+    caution = ""
+    if beyond:
+        caution = (
+            f"the plastic strain exceeds {beyond[0]:.3g}, where the table of the yield strength "
+            "ends: beyond it the strength is taken as constant"
+        )
+    elif perfect and result.plastic_volume and result.contact.load:
+        caution = (
+            "without hardening the pressure of single pixels scatters by 5 to 10 %: use means "
+            "over 3 × 3 pixels or more, not the largest value"
+        )
+    return Statement("Isotropic hardening", text, caution)
+
+
+def _layers(result: ElastoplasticResult) -> Statement:
+    body = result.bodies[0]
+    thin, thick = (engineering(h, "m", 3) for h in (body.thickness[0], body.thickness[-1]))
+    text = (
+        f"Strain and stress are averages over layers, {thin} thick at the surface and {thick} at "
+        f"the bottom, {engineering(float(body.thickness.sum()), 'm', 3)} down; in the plane they "
+        "are values at the centres of pixels. Peaks narrower than that are cut."
+    )
+    if body.margin:
+        text += (
+            f" The volume goes on {counted(body.margin, 'pixel')} beyond each edge of the map, "
+            "and the body without end."
+        )
+    return Statement("Layers", text)
+
+
+def _path(result: ElastoplasticResult) -> Statement:
+    loads = [step.load for step in result.increments]
+    if not loads:
+        return Statement("", "")
+    turns = any(later < earlier for earlier, later in itertools.pairwise(loads))
+    text = (
+        f"The load was changed slowly, in {counted(len(loads), 'increment')}, up to "
+        f"{engineering(max(loads), 'N')}"
+        + (f", and ended at {engineering(loads[-1], 'N')}. " if turns else ". ")
+        + "The result depends on this path, and a little on the size of its increments. The "
+        "bodies are pressed together without tilting or sliding. They were free of stress before: "
+        "residual stress of machining is not in it."
+    )
+    caution = ""
+    if result.contact.load and any(_flows_back(body) for body in result.bodies):
+        caution = (
+            "the residual stress exceeds the yield strength, so that the bodies would flow again "
+            "on unloading: end the path at zero load (--unload on the command line) to see "
+            "what stays"
+        )
+    return Statement("Path of loads", text, caution)
+
+
+def _flows_back(body: PlasticBody) -> bool:
+    law = law_of(body.material)
+    over = body.residual_von_mises > (1 + _ROUNDING) * law.strength(body.accumulated)
+    return bool(over.any())
+
+
+# Share of the yield strength by which the iteration may miss it.
+_ROUNDING = 1e-3

@@ -1,0 +1,1 @@
+"""Solvers of bounded contact problems, on arrays."""

@@ -1,0 +1,131 @@
+"""Anderson's acceleration of a fixed point."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.halfspace import plastic
+from roughcontact.halfspace.convolution import Workspace
+
+Array = NDArray[Any]
+Parts = list[Array]
+
+# Iterates that Anderson's acceleration remembers; growth of the defect at which it forgets.
+_MEMORY = 6
+_GROWTH = 3.0
+# Iterations without a smaller defect after which plain steps take over, and how many of these.
+_PATIENCE = 10
+_PLAIN_STEPS = 8
+# Relative size below which directions of the memory count as linearly dependent.
+_DEPENDENT = 1e-7
+
+
+class Mixer:
+    """Anderson's acceleration of a fixed point y = x(y) whose unknowns may become more.
+
+    The next iterate is the combination of the last ones whose defect f = x - y would be the
+    smallest if x were linear (Anderson 1965, doi:10.1145/321296.321305; Walker and Ni 2011,
+    doi:10.1137/10078356X), in the norm of the energy: tensor product, thickness, modulus. Where
+    the defect grows the memory is cleared and a plain step follows; where it has not fallen for a
+    while, several. Plain steps never raise the defect: they are averaged nonexpansive.
+    """
+
+    def __init__(self, weights: list[float], workspace: Workspace) -> None:
+        self._weights, self._workspace = weights, workspace
+        self._last: tuple[Parts, Parts] | None = None
+        self._steps: list[tuple[Parts, Parts]] = []
+        self._gram = np.zeros((0, 0))
+        self._least = self._best = math.inf
+        self._fruitless = self._plain = 0
+
+    def grow(self, part: int, old: Array, new: Array) -> None:
+        """Make room for the unknowns that a part has won."""
+        place = np.searchsorted(new, old)
+        pairs = list(self._steps) if self._last is None else [*self._steps, self._last]
+        for pair in pairs:
+            for parts in pair:
+                parts[part] = embedded(parts[part], place, new.size)
+
+    def mix(self, x: Parts, defect: Parts) -> Parts:
+        """Return the next iterate."""
+        each, count = self._workspace.each, range(len(x))
+        size = math.sqrt(self._products([(defect, defect)])[0])
+        self._fruitless = 0 if size < self._best else self._fruitless + 1
+        self._best = min(self._best, size)
+        if self._fruitless == _PATIENCE:
+            self._fruitless, self._plain = 0, _PLAIN_STEPS
+        if self._plain or not size <= _GROWTH * self._least:
+            self._steps, self._last, self._gram = [], None, np.zeros((0, 0))
+            self._least = math.inf
+        if self._plain:
+            self._plain -= 1
+            return [part.copy() for part in x]
+        self._least = min(self._least, size)
+        if self._last is not None:
+            old_x, old_defect = self._last
+            if len(self._steps) == _MEMORY:
+                del self._steps[0]
+                self._gram = self._gram[1:, 1:]
+
+            def subtract(part: int) -> None:
+                np.subtract(x[part], old_x[part], out=old_x[part])
+                np.subtract(defect[part], old_defect[part], out=old_defect[part])
+
+            each(subtract, count)
+            self._steps.append((old_x, old_defect))
+            row = self._products([(old_defect, step[1]) for step in self._steps])
+            gram = np.empty((len(row), len(row)))
+            gram[:-1, :-1], gram[-1], gram[:, -1] = self._gram, row, row
+            self._gram = gram
+        self._last = x, defect
+        if not self._steps:
+            return [part.copy() for part in x]
+        right = self._products([(defect, step[1]) for step in self._steps])
+        share = _least_squares(self._gram, right)
+        mixed: Parts = [np.empty(0)] * len(x)
+
+        def combine(part: int) -> None:
+            result = x[part].copy()
+            for factor, (step, _) in zip(share, self._steps, strict=True):
+                result -= result.dtype.type(factor) * step[part]
+            mixed[part] = result
+
+        each(combine, count)
+        return mixed
+
+    def _products(self, pairs: list[tuple[Parts, Parts]]) -> NDArray[np.float64]:
+        """Return the inner products of pairs of vectors."""
+        sums = np.zeros((len(self._weights), len(pairs)))
+        tensor = np.array(plastic.WEIGHTS)
+
+        def add(part: int) -> None:
+            if pairs and pairs[0][0][part].size:
+                for number, (one, other) in enumerate(pairs):
+                    each = np.einsum("ki,ki->k", one[part], other[part], dtype=np.float64)
+                    sums[part, number] = self._weights[part] * (tensor @ each)
+
+        self._workspace.each(add, range(len(self._weights)))
+        total: NDArray[np.float64] = sums.sum(axis=0)
+        return total
+
+
+def embedded(values: Array, place: Array, size: int) -> Array:
+    """Return columns moved to some places among more of them, the new ones zero."""
+    wider = np.zeros((5, size), values.dtype)
+    wider[:, place] = values
+    return wider
+
+
+def _least_squares(gram: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Solve normal equations, leaving out directions that depend on others."""
+    scale = np.sqrt(np.diag(gram))
+    scale[scale == 0] = 1
+    value, vector = np.linalg.eigh(gram / scale / scale[:, None])
+    keep = value > _DEPENDENT * value[-1]
+    share = vector[:, keep] @ ((vector[:, keep].T @ (right / scale)) / value[keep])
+    result: NDArray[np.float64] = share / scale
+    return result

@@ -1,0 +1,95 @@
+"""Approximate inverse of the displacement operator on the pixels that are free to move.
+
+Two parts. Within a contact spot, the inverse wrapped around the unpadded map, about ``|q| E*/2``:
+spectrally as good as is known at the price of a small pair of transforms. Between spots, what that
+part cannot see: on a rough surface the other spots together press a spot down about as far as it
+presses itself. These few collective modes are handled on a coarse grid of blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.halfspace.convolution import Convolution
+
+Array = NDArray[np.float64]
+
+# Share of pixels that may be new before m is computed again.
+_STALE = 0.01
+
+
+class FreePixelInverse:
+    """Approximate inverse of K restricted to changing sets of pixels.
+
+    With M the wrapped inverse on the pixels, R the sum over the pixels of each block, and C the
+    displacement of a block by the force on another one, K ≈ M⁻¹ + Rᵀ C R. By Woodbury's identity,
+    and with M Rᵀ taken as diag(m) Rᵀ, m = M 1, its inverse is::
+
+        M - diag(m) Rᵀ (C⁻¹ + D)⁻¹ R diag(m),   D = R diag(m) Rᵀ
+
+    m and D are kept while the next sets hold few other pixels: where m counts more than M gives,
+    the inverse would not be positive.
+
+    Parameters
+    ----------
+    wrapped : Convolution
+        ``displacement / K₀₀ → pressure``; see `Convolution.approximate_inverse`.
+    response : ndarray, shape (by, bx), optional
+        Displacement over K₀₀ of the pixels of each block under unit pressure on one pixel of the
+        first block; without it only the wrapped inverse is used.
+    """
+
+    def __init__(self, wrapped: Convolution, response: Array | None = None) -> None:
+        self._wrapped, self._response = wrapped, response
+        self._weights = np.full(wrapped.shape[0] * wrapped.shape[1], np.nan, np.float16)
+        self._coarse = np.empty((0, 0))
+
+    def on(self, index: NDArray[np.int64]) -> Callable[[Array], Array]:
+        """Return the inverse on some pixels, ``displacement / K₀₀ → pressure``, shapes ``(n,)``.
+
+        Parameters
+        ----------
+        index : ndarray of int, shape (n,)
+            Flat indices of the pixels, ascending.
+        """
+        support = self._wrapped.support(index)
+        if self._response is None or index.size < 2:
+            return lambda displacement: self._wrapped.gather(support, displacement)
+        (ny, nx), (by, bx) = self._wrapped.shape, self._response.shape
+        row, column = np.divmod(index, nx)
+        block = row // -(-ny // by) * bx + column // -(-nx // bx)
+        weight = self._weights[index].astype(np.float64)
+        unknown = np.isnan(weight)
+        if np.count_nonzero(unknown) > _STALE * index.size:
+            # Positive but for rounding: a pixel is stiffer than its neighbours are soft.
+            weight = np.maximum(self._wrapped.gather(support, np.ones(index.size)), 1e-6)
+            self._weights[...] = np.nan
+            self._weights[index] = weight
+            self._coarse = self._collective(np.bincount(block, weight, minlength=by * bx))
+        else:
+            weight[unknown] = 1e-6
+        coarse = self._coarse
+
+        def apply(displacement: Array) -> Array:
+            pressure = self._wrapped.gather(support, displacement)
+            force = np.bincount(block, weight * displacement, minlength=by * bx)
+            # Not by BLAS: its threads spin for a while after each call.
+            pressure -= weight * np.einsum("ij,j->i", coarse, force)[block]
+            return pressure
+
+        return apply
+
+    def _collective(self, stiffness: NDArray[Any]) -> Array:
+        """Return (C⁻¹ + D)⁻¹ for the diagonal of D."""
+        assert self._response is not None
+        by, bx = self._response.shape
+        i, j = np.divmod(np.arange(by * bx), bx)
+        coupling = self._response[np.abs(i[:, None] - i), np.abs(j[:, None] - j)]
+        system = stiffness[:, None] * coupling
+        system[np.diag_indices_from(system)] += 1
+        inverse: Array = np.linalg.solve(system.T, coupling)
+        return inverse

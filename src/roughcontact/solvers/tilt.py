@@ -1,0 +1,327 @@
+"""Tilt of one body on another: which angles let the contact pressure balance given moments.
+
+Everything here is dimensionless but for lengths: a lever is a distance from the centre of the
+map over its longer side, a moment the mean lever of the pressure, and a tilt the difference in
+gap over the longer side [m].
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.solvers import bounded
+from roughcontact.solvers.bounded import Loaded, Operator, Problem, Solution, Status, Step
+
+Array = NDArray[np.float64]
+
+# A moment this far outside what can be balanced is taken as rounding.
+_EDGE = 1e-9
+_MOST_CUTS = 60
+# A step may overshoot by this part of the slope at its beginning.
+_OVERSHOOT = 0.8
+# Accuracy of a moment asked for, as a part of the error before.
+_PART = 0.01
+_HALVINGS = 60
+_FLATTEST = 1e-10
+# About ten steps serve but for contacts of a few pixels, which take some dozens.
+_MOST_STEPS = 200
+
+
+def levers(shape: tuple[int, ...], pixel: tuple[float, float]) -> tuple[Array, Array]:
+    """Return the levers of the rows and of the columns of a map.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+
+    Returns
+    -------
+    (ndarray, ndarray), shapes (ny, 1) and (nx,)
+        Distance of the pixel centres from the centre of the map, over its longer side.
+
+    Examples
+    --------
+    >>> levers((2, 4), (1e-6, 1e-6))[1]
+    array([-0.375, -0.125,  0.125,  0.375])
+    """
+    side = max(points * edge for points, edge in zip(shape, pixel, strict=True))
+    y, x = (
+        (np.arange(points, dtype=np.float64) - (points - 1) / 2) * (edge / side)
+        for points, edge in zip(shape, pixel, strict=True)
+    )
+    return y[:, None], x
+
+
+def excess(target: Array, y: Array, x: Array, share: float | Array) -> float:
+    """Return how far a moment lies outside what admissible pressures can balance.
+
+    Parameters
+    ----------
+    target : ndarray, shape (2,)
+        Moment (y, x) wanted.
+    y, x : ndarray, shape (n,)
+        Levers of the pixels that can touch.
+    share : float or ndarray, shape (n,)
+        Largest part of the load that a pixel can carry; ``inf`` without a ceiling.
+
+    Returns
+    -------
+    float
+        Distance of the moment from the nearest that can be balanced; 0 where it can be.
+
+    Notes
+    -----
+    The moments that can be balanced are convex. Their outermost points in one direction after
+    the other, found by loading the pixels furthest that way up to the ceiling, span more and
+    more of them: towards the moment, until it is inside, or a direction has no point as far out
+    (Gilbert, Johnson and Keerthi 1988, doi:10.1109/56.2083).
+
+    Examples
+    --------
+    >>> y, x = np.array([0.0, 0.0]), np.array([-0.5, 0.5])
+    >>> round(excess(np.array([0.0, 0.7]), y, x, math.inf), 9)
+    0.2
+    >>> round(excess(np.array([0.0, 0.7]), y, x, 0.5), 9)
+    0.7
+    """
+    nearest = _outermost(np.array([1.0, 0.0]), y, x, share) - target
+    cuts = [nearest]
+    while True:
+        distance = math.hypot(*nearest)
+        if distance <= _EDGE or len(cuts) == _MOST_CUTS:
+            return 0.0
+        cut = _outermost(-nearest, y, x, share) - target
+        # No point lies closer than this along the way.
+        if float(cut @ nearest) >= (distance - _EDGE) * distance:
+            return distance
+        cuts.append(cut)
+        nearest = _nearest(np.array(cuts))
+
+
+def _outermost(direction: Array, y: Array, x: Array, share: float | Array) -> Array:
+    """Return the moment that lies furthest in a direction."""
+    along = direction[0] * y + direction[1] * x
+    if np.isinf(share).all():
+        best = int(along.argmax())
+        return np.array([y[best], x[best]])
+    order = np.argsort(-along)
+    carried = np.cumsum(np.broadcast_to(share, along.shape)[order])
+    # Furthest out first, each as much as it can; the last takes what is left.
+    part = np.diff(np.minimum(carried, 1.0), prepend=0.0)
+    return np.array([part @ y[order], part @ x[order]])
+
+
+def _nearest(points: Array) -> Array:
+    """Return the point nearest to the origin of the convex hull of some points."""
+    angles = np.sort(np.arctan2(points[:, 0], points[:, 1]))
+    if np.diff(angles, append=angles[0] + 2 * math.pi).max() <= math.pi:
+        return np.zeros(2)
+    first, second = (points[index] for index in np.triu_indices(len(points)))
+    edge = second - first
+    length = (edge**2).sum(axis=1)
+    along = -(first * edge).sum(axis=1) / np.where(length > 0, length, 1)
+    nearest = first + np.clip(along, 0, 1)[:, None] * edge
+    best: Array = nearest[(nearest**2).sum(axis=1).argmin()]
+    return best
+
+
+def solve(
+    problem: Problem,
+    operator: Operator,
+    target: Array,
+    pixel: tuple[float, float],
+    slope: tuple[float, float],
+    *,
+    moment_tolerance: float,
+    tolerance: float,
+    max_iterations: int,
+    start: Loaded | None = None,
+    progress: Callable[[Step], None] | None = None,
+) -> tuple[Solution, tuple[float, float]]:
+    """Return the pressure and the tilt that balance a moment.
+
+    Parameters
+    ----------
+    problem : Problem
+        A problem under a given load on a map with free boundary; ``initial_gap`` is that
+        without tilt.
+    operator, tolerance, max_iterations, start, progress
+        As for `roughcontact.solvers.bounded.solve`.
+    target : ndarray, shape (2,)
+        Mean lever (y, x) wanted; `excess` tells whether any pressure has it.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    slope : (float, float)
+        Slopes of the gap along y and x to start from.
+    moment_tolerance : float
+        Largest error of the mean lever.
+
+    Returns
+    -------
+    Solution
+        The solution at that tilt, with the work of all; the last one tried if none balances.
+    (float, float)
+        Slopes of the gap along y and x that the tilt adds.
+    """
+    shape = problem.initial_gap.shape
+    y, x = levers(shape, pixel)
+    side = max(points * edge for points, edge in zip(shape, pixel, strict=True))
+    last: Solution | None = None
+    tilt = np.array(slope) * side
+    iterations = convolutions = 0
+
+    def respond(now: Array, accuracy: float) -> Array | None:
+        nonlocal last, tilt, iterations, convolutions
+        tilt = now
+        last = bounded.solve(
+            replace(problem, initial_gap=problem.initial_gap + now[0] * y + now[1] * x),
+            operator,
+            tolerance=min(accuracy, tolerance),
+            max_iterations=max_iterations,
+            start=start if last is None else (last.index, last.pressure),
+            progress=progress,
+        )
+        iterations += last.iterations
+        convolutions += last.convolutions
+        # More accuracy than the result needs may be out of reach; less would lead nowhere.
+        return None if last.certificate > tolerance else _mean(last, y, x) - target
+
+    error = respond(tilt, tolerance)
+    assert last is not None
+    if error is not None:
+        steepness, reach = _guess(problem, last, tilt, y, x)
+        balance(respond, tilt, error, steepness, reach, tolerance=0.9 * moment_tolerance)
+    status = Status.CONVERGED if last.certificate <= tolerance else last.status
+    found = replace(last, status=status, iterations=iterations, convolutions=convolutions)
+    return found, (float(tilt[0]) / side, float(tilt[1]) / side)
+
+
+def _mean(solution: Solution, y: Array, x: Array) -> Array:
+    """Return the mean lever of the pressure."""
+    row, column = np.divmod(solution.index, x.size)
+    share = solution.pressure / solution.pressure.sum()
+    return np.array([share @ y[row, 0], share @ x[column]])
+
+
+def _guess(
+    problem: Problem, solution: Solution, tilt: Array, y: Array, x: Array
+) -> tuple[Array, float]:
+    """Return how fast the moment may fall with the tilt, and how far that may hold.
+
+    A flat circle of radius a has the vertical stiffness 2 E* a, the tilting stiffness 4/3 E* a³
+    and the mean square lever a²/3 of its pressure: twice their product.
+    """
+    row, column = np.divmod(solution.index, x.size)
+    arms = np.stack([y[row, 0], x[column]])
+    share = solution.pressure / solution.pressure.sum()
+    opened = problem.initial_gap.ravel()[solution.index] + tilt @ arms
+    displacement = solution.gap.ravel()[solution.index] + solution.approach - opened
+    sunk = float(share @ displacement)
+    arms = arms - (arms @ share)[:, None]
+    # A pixel has some width even where it is alone.
+    spread = (share * arms) @ arms.T + np.diag([np.ptp(y) / y.size, np.ptp(x) / x.size]) ** 2 / 12
+    return 2 * spread / sunk, sunk / math.sqrt(np.trace(spread))
+
+
+def balance(
+    respond: Callable[[Array, float], Array | None],
+    tilt: Array,
+    error: Array,
+    steepness: Array,
+    reach: float,
+    *,
+    tolerance: float,
+) -> None:
+    """Change the tilt until the moment of the pressure is what it should be.
+
+    Parameters
+    ----------
+    respond : callable
+        ``respond(tilt, accuracy)`` returns the moment at a tilt less the moment wanted, shape
+        (2,), about as exactly as asked for, or None to give up. The last call is the solution
+        if the search succeeds.
+    tilt : ndarray, shape (2,)
+        Where to start.
+    error : ndarray, shape (2,)
+        What ``respond`` returned there.
+    steepness : ndarray, shape (2, 2)
+        A guess of how fast the moment falls with the tilt; symmetric, positive definite.
+    reach : float
+        Longest first step that the guess is good for.
+    tolerance : float
+        Largest component of the error at the end.
+
+    Notes
+    -----
+    The least energy at a given tilt is a concave function of the tilt, and the moment its
+    gradient: it never rises along a step. Its maximum less ``target · tilt`` is sought by
+    quasi-Newton steps in a trust region, with the symmetric rank-one formula where that keeps the
+    steepness positive and the BFGS formula elsewhere (Nocedal and Wright 2006, Numerical
+    Optimization, secs. 4.1 and 6.2, doi:10.1007/978-0-387-40065-5).
+    """
+    for _ in range(_MOST_STEPS):
+        size = float(np.abs(error).max())
+        if size <= tolerance:
+            return
+        # Flatter than this it would be lost in the rounding of the other direction.
+        values, axes = np.linalg.eigh(steepness)
+        values = np.maximum(values, _FLATTEST * values[1])
+        steepness = (axes * values) @ axes.T
+        step = axes @ _step(values, axes.T @ error, reach)
+        after = respond(tilt + step, _PART * size)
+        if after is None:
+            return
+        slope, end = float(error @ step), float(after @ step)
+        predicted = slope - 0.5 * float(step @ steepness @ step)
+        steepness = _updated(steepness, step, error - after)
+        # Along a step the gradient falls: the gain is positive as long as it is not negative at
+        # the end, and about the mean of both ends times the step where it is.
+        if end < -_OVERSHOOT * slope:
+            reach = 0.3 * math.hypot(*step)
+            continue
+        if 0.5 * (slope + end) >= 0.5 * predicted:
+            reach = max(reach, 3 * math.hypot(*step))
+        tilt, error = tilt + step, after
+
+
+def _step(steepness: Array, error: Array, reach: float) -> Array:
+    """Return the step at which the error vanishes, or the best one no longer than the reach.
+
+    Along the principal axes of the steepness.
+    """
+    low, high = 0.0, math.hypot(*error) / reach
+    if math.hypot(*(error / steepness)) <= reach:
+        return error / steepness
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if math.hypot(*(error / (steepness + middle))) > reach:
+            low = middle
+        else:
+            high = middle
+    return error / (steepness + high)
+
+
+def _updated(steepness: Array, step: Array, fall: Array) -> Array:
+    """Return the steepness with what was learnt from the fall of the moment along a step."""
+    image = steepness @ step
+    rest = fall - image
+    product = float(rest @ step)
+    if abs(product) > 1e-8 * math.hypot(*rest) * math.hypot(*step):
+        updated: Array = steepness + np.outer(rest, rest) / product
+        if np.linalg.eigvalsh(updated)[0] > 1e-4 * np.linalg.eigvalsh(steepness)[0]:
+            return updated
+    # Where the moment hardly falls, the steepness shrinks, but not to nothing at once.
+    curvature = float(step @ image)
+    lacking = max(1e-3 * curvature - float(fall @ step), 0.0)
+    fall = fall + lacking / float(step @ step) * step
+    return (
+        steepness - np.outer(image, image) / curvature + np.outer(fall, fall) / float(fall @ step)
+    )

@@ -1,0 +1,1 @@
+"""Maps of heights: preparation, parameters, shapes."""

@@ -1,0 +1,487 @@
+"""One map on the grid of another: offset, rotation, mirror and another pixel.
+
+A map has its origin in the middle of its outline. Laid on a grid, its origin comes to the middle
+of that grid; it is mirrored in x, then turned, then shifted. Angles are in degrees from the x axis
+towards the y axis, which is clockwise as a map prints or plots, row 0 on top.
+
+Where points of the one grid lie on the other is written as ``matrix @ (i, j) + start``: the
+indices on the old grid, fractions included, of point ``[i, j]`` of the new one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from numbers import Real
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import InputError, require_pixel
+from roughcontact.surface import filters, preparation
+
+Array = NDArray[np.float64]
+Placement = tuple[Array, Array]
+
+SIMILAR = math.sqrt(2)
+"""Pixels are of similar size, and interpolation needs no filter, up to this ratio."""
+
+# Relative difference at which two pixels are of one size, as `contact.solve` takes it; and the
+# fraction of a pixel to which a point lies on another point, or on the edge of a map.
+_SAME = 1e-9
+_SLACK = 1e-6
+
+
+def cosine_sine(angle: float) -> tuple[float, float]:
+    """Return cosine and sine of an angle in degrees, exact for multiples of 90.
+
+    Parameters
+    ----------
+    angle : float
+        Angle [degrees].
+
+    Returns
+    -------
+    (float, float)
+        Cosine and sine.
+
+    Raises
+    ------
+    InputError
+        If the angle is not a finite number.
+
+    Examples
+    --------
+    >>> cosine_sine(-90.0)
+    (0.0, -1.0)
+    """
+    if not isinstance(angle, Real) or isinstance(angle, bool) or not math.isfinite(angle):
+        raise InputError(f"angle must be a finite number of degrees, got {angle!r}")
+    quarters = round(float(angle) / 90)
+    rest = math.radians(float(angle) - 90 * quarters)
+    c, s = math.cos(rest), math.sin(rest)
+    turned = ((c, s), (-s, c), (-c, -s), (s, -c))[quarters % 4]
+    # No negative zeros.
+    return turned[0] + 0.0, turned[1] + 0.0
+
+
+def place(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    new_shape: tuple[int, int],
+    new_pixel: tuple[float, float],
+    offset: tuple[float, float] = (0.0, 0.0),
+    angle: float = 0.0,
+    mirrored: bool = False,
+) -> Placement:
+    """Return where the points of a grid lie on a map that is laid on it.
+
+    Parameters
+    ----------
+    shape, pixel : (int, int), (float, float)
+        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the map.
+    new_shape, new_pixel : (int, int), (float, float)
+        Points and pixel edges [m] of the grid.
+    offset : (float, float)
+        Shift ``(y, x)`` [m] of the map along the axes of the grid, from where the centres
+        coincide.
+    angle : float
+        Angle [degrees] by which the map is turned about its own centre, from x towards y.
+    mirrored : bool
+        Whether the map is mirrored in x first, as one measured from its own front must be when
+        it faces the other.
+
+    Returns
+    -------
+    matrix : ndarray, shape (2, 2)
+        Change of the index on the map with the index on the grid.
+    start : ndarray, shape (2,)
+        Index on the map of point ``[0, 0]`` of the grid.
+
+    Raises
+    ------
+    InputError
+        If a pixel is not positive, or offset or angle are not finite.
+
+    Examples
+    --------
+    >>> matrix, start = place((8, 8), (1e-6, 1e-6), (4, 4), (1e-6, 1e-6), offset=(2e-6, 0.0))
+    >>> (matrix @ (0, 0) + start).round(9)
+    array([0., 2.])
+    """
+    require_pixel(pixel)
+    require_pixel(new_pixel)
+    c, s = cosine_sine(angle)
+    # The inverse of the motion: from the grid to the map, in (y, x).
+    turn = np.array([[c, -s], [s, c]])
+    if mirrored:
+        turn[1] *= -1
+    matrix = turn * np.array(new_pixel) / np.array(pixel)[:, None]
+    # Where the points of both grids coincide, rounding must not make interpolation of it.
+    whole = np.rint(matrix)
+    singular = whole[0, 0] * whole[1, 1] == whole[0, 1] * whole[1, 0]
+    if np.abs(matrix - whole).max() < _SAME and not singular:
+        matrix = whole
+    shift = turn @ np.array(_checked_offset(offset)) / np.array(pixel)
+    start = (np.array(shape) - 1) / 2 - shift - matrix @ ((np.array(new_shape) - 1) / 2)
+    near = np.rint(start)
+    start = np.where(np.abs(start - near) < _SLACK, near, start)
+    return matrix, start
+
+
+def coincident(placement: Placement) -> bool:
+    """Tell whether every point of the grid is a point of the map, or beyond its edge.
+
+    Parameters
+    ----------
+    placement : (ndarray, ndarray)
+        As `place` returns it.
+
+    Returns
+    -------
+    bool
+        True for pixels of one size, shifts by whole pixels, mirrors and quarter turns.
+    """
+    whole = all(bool((part == np.rint(part)).all()) for part in placement)
+    return whole and bool((np.abs(placement[0]).sum(axis=1) == 1).all())
+
+
+def cutoffs(placement: Placement) -> tuple[float, float]:
+    """Return the S-filter that a map needs before it is sampled on a coarser grid.
+
+    Parameters
+    ----------
+    placement : (ndarray, ndarray)
+        As `place` returns it.
+
+    Returns
+    -------
+    (float, float)
+        Nesting index along y and along x of the map [its pixels]: two pixels of the grid, or 0
+        where these are not larger than `SIMILAR` pixels of the map.
+
+    Notes
+    -----
+    Waves shorter than two new pixels cannot be told from longer ones once they are sampled.
+    The Gaussian filter of ISO 16610 with this nesting index lets half of the shortest wave that
+    the new grid holds pass, and 6 % of the wave of one new pixel. Unlike the mean over the new
+    pixel, which lets 64 % and up to 22 % pass, it has no side lobes, does not depend on how the
+    grid is turned, and knows what to do at holes. The pixel of a turned grid counts with its
+    root-mean-square edge along the axis of the map.
+    """
+    along_y, along_x = (math.hypot(*row) for row in placement[0])
+    limit = SIMILAR * (1 + _SAME)
+    return 2 * along_y if along_y > limit else 0.0, 2 * along_x if along_x > limit else 0.0
+
+
+def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Array:
+    """Return a map on the points of another grid.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights, NaN where missing.
+    placement : (ndarray, ndarray)
+        Where the points of the grid lie on the map, see `place`.
+    shape : (int, int)
+        Points of the grid.
+
+    Returns
+    -------
+    ndarray, of that shape
+        NaN beyond the centres of the outer pixels of the map, since nothing is extrapolated, and
+        where one of the up to four points around is missing. The same bits where the points of
+        both grids coincide.
+
+    Raises
+    ------
+    InputError
+        If interpolation is needed and the map has fewer than 4 × 4 points.
+
+    Notes
+    -----
+    Where the pixel of the grid is larger, waves that it cannot hold are removed first, see
+    `cutoffs`; a least-squares plane is put aside meanwhile, because the filter bends slopes at
+    the edges. Then the bicubic spline through the points is evaluated, with not-a-knot ends: it
+    reproduces cubics up to the edge of the map. Holes are filled harmonically beforehand, so that
+    the spline does not swing at their rim.
+    """
+    heights = np.asarray(heights, dtype=np.float64)
+    if coincident(placement):
+        return _gathered(heights, placement, shape)
+    if min(heights.shape) < 4:
+        raise InputError(
+            f"a spline needs at least 4 × 4 points, got {heights.shape[0]} × {heights.shape[1]}"
+        )
+    # Imported late: most of the time of `import roughcontact` would be SciPy's.
+    from scipy import ndimage
+
+    matrix, start = placement
+    missing = np.isnan(heights)
+    holes = bool(missing.any())
+    smoothing = cutoffs(placement)
+    values = heights
+    if any(smoothing):
+        residual = preparation.level(heights)
+        values = filters.along_axes(residual, smoothing) + (heights - residual)
+    if holes:
+        from roughcontact.surface.filling import fill
+
+        values = fill(values, (1.0, 1.0))
+    coefficients = _coefficients(_coefficients(values).T).T
+    # Coefficient 0 belongs to the point before the first.
+    new: Array = ndimage.affine_transform(
+        coefficients, matrix, start + 1, shape, order=3, mode="mirror", prefilter=False
+    )
+    if holes:
+        weight = ndimage.affine_transform(
+            missing.astype(np.float32), matrix, start, shape, order=1, mode="nearest"
+        )
+        new[weight > _SLACK] = np.nan
+    first, last = spans(heights.shape, placement, shape)
+    columns = np.arange(shape[1])
+    new[(columns < first[:, None]) | (columns > last[:, None])] = np.nan
+    return new
+
+
+def spans(
+    shape: tuple[int, ...], placement: Placement, new_shape: tuple[int, int]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return which points of each row of a grid lie on a map.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Points of the map.
+    placement : (ndarray, ndarray)
+        Where the points of the grid lie on the map, see `place`.
+    new_shape : (int, int)
+        Points of the grid.
+
+    Returns
+    -------
+    first, last : ndarray of int, shape (new_shape[0],)
+        Columns of the first and of the last point between the centres of the outer pixels of the
+        map; ``last < first`` where the row misses it.
+    """
+    matrix, start = placement
+    rows = np.arange(new_shape[0])
+    low = np.zeros(new_shape[0])
+    high = np.full(new_shape[0], float(new_shape[1] - 1))
+    for axis, length in enumerate(shape):
+        index = matrix[axis, 0] * rows + start[axis]
+        step = matrix[axis, 1]
+        # A step that moves by less than the slack over the whole row is none.
+        if abs(step) * new_shape[1] < _SLACK:
+            off = (index < -_SLACK) | (index > length - 1 + _SLACK)
+            high[off] = -1.0
+            continue
+        ends = (-_SLACK - index) / step, (length - 1 + _SLACK - index) / step
+        low = np.maximum(low, np.minimum(*ends))
+        high = np.minimum(high, np.maximum(*ends))
+    # Far beyond the map, for any integer type.
+    first = np.ceil(np.clip(low, 0, new_shape[1])).astype(np.int64)
+    last = np.floor(np.clip(high, -1, new_shape[1] - 1)).astype(np.int64)
+    return first, last
+
+
+def common_rectangle(
+    maps: Sequence[tuple[tuple[int, int], Placement]], new_shape: tuple[int, int]
+) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return the largest rectangle of a grid that lies on all maps.
+
+    Parameters
+    ----------
+    maps : sequence of ((int, int), (ndarray, ndarray))
+        Points ``(ny, nx)`` and placement of each map, see `place`. Holes do not matter.
+    new_shape : (int, int)
+        Points of the grid.
+
+    Returns
+    -------
+    rows, columns : (int, int)
+        First index and the index after the last, most points.
+
+    Raises
+    ------
+    InputError
+        If they have no 2 × 2 points in common.
+
+    Notes
+    -----
+    What the maps have in common is convex. The first common column is therefore a convex function
+    of the row, the last one a concave function, and over a range of rows both are decided by its
+    first and its last row.
+    """
+    first, last = np.zeros(new_shape[0], np.int64), np.full(new_shape[0], new_shape[1] - 1)
+    for shape, placement in maps:
+        one_first, one_last = spans(shape, placement, new_shape)
+        first, last = np.maximum(first, one_first), np.minimum(last, one_last)
+    common = np.flatnonzero(last > first)
+    best, rows, columns = 0, (0, 0), (0, 0)
+    for row in common:
+        left = np.maximum(first[row], first[row + 1 : common[-1] + 1])
+        right = np.minimum(last[row], last[row + 1 : common[-1] + 1])
+        width = right - left + 1
+        points = np.where(width > 1, width * np.arange(2, width.size + 2), 0)
+        end = int(np.argmax(points)) if points.size else 0
+        if points.size and points[end] > best:
+            best = int(points[end])
+            rows = int(row), int(row) + end + 2
+            columns = int(left[end]), int(right[end]) + 1
+    if best == 0:
+        raise InputError(
+            "the maps do not overlap: they have no 2 × 2 points in common; check offset and angle, "
+            "and that the sizes are in metres"
+        )
+    return rows, columns
+
+
+def common_pixel(
+    pixel: tuple[float, float], other: tuple[float, float], angle: float = 0.0
+) -> tuple[float, float]:
+    """Return the pixel of a grid along the first map's axes that keeps the waves of both.
+
+    Parameters
+    ----------
+    pixel, other : (float, float)
+        Pixel edges ``(dy, dx)`` [m] of the first map and of the one that is laid on it.
+    angle : float
+        Angle [degrees] by which the other is turned.
+
+    Returns
+    -------
+    (float, float)
+        Per axis the edge of the first map, unless that of the other is smaller by more than
+        `SIMILAR`: then the latter.
+
+    Notes
+    -----
+    Along an axis at the angle to its own, a grid with the edges dy, dx has the edge
+    ``((cos/dy)² + (sin/dx)²)^(-1/2)``: that of its shortest wave.
+    """
+    require_pixel(pixel)
+    require_pixel(other)
+    c, s = cosine_sine(angle)
+    (dy, dx), limit = other, SIMILAR * (1 + _SAME)
+    seen = 1 / math.hypot(c / dy, s / dx), 1 / math.hypot(s / dy, c / dx)
+    along_y, along_x = (
+        own if own <= limit * edge else edge for own, edge in zip(pixel, seen, strict=True)
+    )
+    return along_y, along_x
+
+
+def align(
+    heights: Array,
+    pixel: tuple[float, float],
+    new_shape: tuple[int, int],
+    new_pixel: tuple[float, float],
+    offset: tuple[float, float] = (0.0, 0.0),
+    angle: float = 0.0,
+    mirrored: bool = False,
+) -> Array:
+    """Return a map on another grid, moved over it.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights, NaN where missing.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m] of the map.
+    new_shape, new_pixel : (int, int), (float, float)
+        Points and pixel edges [m] of the grid.
+    offset, angle, mirrored
+        The motion, see `place`.
+
+    Returns
+    -------
+    ndarray, shape new_shape
+        See `sample`.
+
+    Raises
+    ------
+    InputError
+        If no point of the grid lies on the map, or as for `place` and `sample`.
+
+    Examples
+    --------
+    >>> bump = np.zeros((5, 5))
+    >>> bump[2, 3] = 1.0
+    >>> align(bump, (1.0, 1.0), (3, 3), (1.0, 1.0), angle=90.0)
+    array([[0., 0., 0.],
+           [0., 0., 0.],
+           [0., 1., 0.]])
+    """
+    heights = np.asarray(heights, dtype=np.float64)
+    ny, nx = heights.shape
+    placement = place((ny, nx), pixel, new_shape, new_pixel, offset, angle, mirrored)
+    new = sample(heights, placement, new_shape)
+    if np.isnan(new).all():
+        old_size = ny * pixel[0], nx * pixel[1]
+        new_size = new_shape[0] * new_pixel[0], new_shape[1] * new_pixel[1]
+        raise InputError(
+            f"the maps do not overlap: a map of {old_size[0]:.6g} × {old_size[1]:.6g} m, shifted "
+            f"by {tuple(offset)} m, has no measured point on a grid of {new_size[0]:.6g} × "
+            f"{new_size[1]:.6g} m; check offset and angle"
+        )
+    return new
+
+
+def _checked_offset(offset: tuple[float, float]) -> tuple[float, float]:
+    try:
+        y, x = (float(shift) for shift in offset)
+    except (TypeError, ValueError):
+        raise InputError(f"offset must be a pair (y, x) in metres, got {offset!r}") from None
+    if not (math.isfinite(y) and math.isfinite(x)):
+        raise InputError(f"offset must be finite (y, x) [m], got {offset!r}")
+    return y, x
+
+
+def _gathered(heights: Array, placement: Placement, shape: tuple[int, int]) -> Array:
+    # Each axis of the map runs along one axis of the grid, forwards or backwards.
+    matrix, start = placement
+    along = np.abs(matrix).argmax(axis=1)
+    index = []
+    for axis in (0, 1):
+        step = int(matrix[axis, along[axis]])
+        index.append(int(start[axis]) + step * np.arange(shape[along[axis]]))
+    there = [(i >= 0) & (i < length) for i, length in zip(index, heights.shape, strict=True)]
+    part = heights[np.ix_(index[0][there[0]], index[1][there[1]])]
+    new = np.full(shape, np.nan)
+    if along[0] == 0:
+        new[np.ix_(*there)] = part
+    else:
+        new[np.ix_(*there[::-1])] = part.T
+    return new
+
+
+def _coefficients(values: Array) -> Array:
+    """Return the B-spline coefficients at points -1, 0, … n along y, of the not-a-knot spline.
+
+    The coefficients c meet ``c[i-1] + 4 c[i] + c[i+1] = 6 f[i]`` at all points. Not-a-knot means
+    that the third derivative does not jump at the second point, ``c[-1] - 4 c[0] + 6 c[1] - 4
+    c[2] + c[3] = 0``; with the first three equations that gives c[1] alone, and the same at the
+    other end leaves a tridiagonal system for those in between.
+    """
+    from scipy.linalg import solveh_banded
+
+    n = values.shape[0]
+    c = np.empty((n + 2, values.shape[1]))
+    c[2] = (8 * values[1] - values[0] - values[2]) / 6
+    c[-3] = (8 * values[-2] - values[-1] - values[-3]) / 6
+    if n > 4:
+        right = 6 * values[2:-2]
+        right[0] -= c[2]
+        right[-1] -= c[-3]
+        # LAPACK's routine for tridiagonal systems takes no single equation.
+        if n == 5:
+            c[3] = right[0] / 4
+        else:
+            bands = np.ones((2, n - 4))
+            bands[1] = 4
+            c[3:-3] = solveh_banded(bands, right, overwrite_b=True, check_finite=False)
+    c[1] = 6 * values[1] - 4 * c[2] - c[3]
+    c[0] = 6 * values[0] - 4 * c[1] - c[2]
+    c[-2] = 6 * values[-2] - 4 * c[-3] - c[-4]
+    c[-1] = 6 * values[-1] - 4 * c[-2] - c[-3]
+    return c

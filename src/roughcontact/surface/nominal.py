@@ -1,0 +1,526 @@
+"""Nominal bodies as surfaces, bodies written as text, and two maps brought together."""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import partial
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact import units
+from roughcontact.errors import InputError
+from roughcontact.surface import alignment, shapes
+from roughcontact.surface.surface import Provenance, Surface
+
+Array = NDArray[np.float64]
+
+
+class Body(Protocol):
+    """A nominal body that can be made on any grid, as `parse` returns it."""
+
+    def __call__(
+        self,
+        *,
+        shape: tuple[int, int],
+        pixel: tuple[float, float],
+        center: tuple[float, float] | None = None,
+    ) -> Surface:
+        """Return the body on a grid.
+
+        Parameters
+        ----------
+        shape : (int, int)
+            Grid points ``(ny, nx)``.
+        pixel : (float, float)
+            Pixel edges ``(dy, dx)`` [m].
+        center : (float, float), optional
+            Highest point ``(y, x)`` in pixels; by default the middle of the map.
+
+        Returns
+        -------
+        Surface
+            Heights [m], 0 at the highest point.
+        """
+
+
+def flat(
+    *,
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    center: tuple[float, float] | None = None,
+) -> Surface:
+    """Return a flat body.
+
+    Parameters
+    ----------
+    shape, pixel : (int, int), (float, float)
+        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
+    center : (float, float), optional
+        As for the other bodies; a flat has none.
+
+    Returns
+    -------
+    Surface
+        Heights 0 everywhere.
+
+    Raises
+    ------
+    InputError
+        As for `generate.flat`.
+    """
+    return Surface(shapes.flat(shape, pixel), pixel, Provenance("nominal flat"))
+
+
+def sphere(
+    *,
+    radius: float,
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    center: tuple[float, float] | None = None,
+) -> Surface:
+    """Return an exact sphere.
+
+    Parameters
+    ----------
+    radius : float
+        R [m].
+    shape, pixel : (int, int), (float, float)
+        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
+    center : (float, float), optional
+        Summit ``(y, x)`` in pixels; by default the middle of the map.
+
+    Returns
+    -------
+    Surface
+        Heights [m], 0 at the summit; points beyond the radius never touch.
+
+    Raises
+    ------
+    InputError
+        As for `generate.sphere`.
+
+    Examples
+    --------
+    >>> ball = sphere(radius=0.01, shape=(64, 64), pixel=(1e-6, 1e-6))
+    >>> ball.provenance.source
+    'nominal sphere of radius 10 mm'
+    """
+    heights = shapes.sphere(shape, pixel, radius, center)
+    return _nominal(heights, pixel, f"sphere of radius {_length(radius)}", center)
+
+
+def ellipsoid(
+    *,
+    radii: tuple[float, float],
+    angle: float = 0.0,
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    center: tuple[float, float] | None = None,
+) -> Surface:
+    """Return an ellipsoid near its summit: Hertz's paraboloid with two radii of curvature.
+
+    Parameters
+    ----------
+    radii : (float, float)
+        Principal radii of curvature ``(R_y, R_x)`` [m] of the sections along y and along x.
+    angle : float
+        Angle [degrees] by which the body is turned, from x towards y.
+    shape, pixel : (int, int), (float, float)
+        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
+    center : (float, float), optional
+        Summit ``(y, x)`` in pixels; by default the middle of the map.
+
+    Returns
+    -------
+    Surface
+        Heights [m], 0 at the summit.
+
+    Raises
+    ------
+    InputError
+        As for `generate.ellipsoid`.
+    """
+    heights = shapes.ellipsoid(shape, pixel, radii, angle, center)
+    name = (
+        f"ellipsoid of the radii of curvature {_length(radii[0])} along y and "
+        f"{_length(radii[1])} along x"
+    )
+    if angle:
+        name += f", turned by {angle:g} degrees from x towards y"
+    return _nominal(heights, pixel, name, center)
+
+
+def cylinder(
+    *,
+    radius: float,
+    angle: float = 0.0,
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    center: tuple[float, float] | None = None,
+) -> Surface:
+    """Return an exact lying cylinder; one on each body gives crossed or parallel cylinders.
+
+    Parameters
+    ----------
+    radius : float
+        R [m].
+    angle : float
+        Angle [degrees] of the axis from x towards y: 0 lies along x, 90 along y.
+    shape, pixel : (int, int), (float, float)
+        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
+    center : (float, float), optional
+        A point ``(y, x)`` under the axis in pixels; by default the middle of the map.
+
+    Returns
+    -------
+    Surface
+        Heights [m], 0 on the highest line; points beyond the radius never touch.
+
+    Raises
+    ------
+    InputError
+        As for `generate.cylinder`.
+    """
+    heights = shapes.cylinder(shape, pixel, radius, angle, center)
+    name = f"cylinder of radius {_length(radius)}, axis at {angle:g} degrees from x towards y"
+    return _nominal(heights, pixel, name, center)
+
+
+def punch(
+    *,
+    radius: float,
+    edge_radius: float = 0.0,
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    center: tuple[float, float] | None = None,
+) -> Surface:
+    """Return a flat-ended round punch.
+
+    Parameters
+    ----------
+    radius : float
+        Outer radius [m].
+    edge_radius : float
+        Radius of the rounded edge [m], inside the outer radius.
+    shape, pixel : (int, int), (float, float)
+        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
+    center : (float, float), optional
+        Axis ``(y, x)`` in pixels; by default the middle of the map.
+
+    Returns
+    -------
+    Surface
+        Heights [m], 0 on the flat; points outside never touch.
+
+    Raises
+    ------
+    InputError
+        As for `generate.punch`.
+    """
+    heights = shapes.punch(shape, pixel, radius, edge_radius, center)
+    name = f"round punch of radius {_length(radius)}{_edge(edge_radius)}"
+    return _nominal(heights, pixel, name, center)
+
+
+def rectangular_punch(
+    *,
+    sides: tuple[float, float],
+    edge_radius: float = 0.0,
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    center: tuple[float, float] | None = None,
+) -> Surface:
+    """Return a flat-ended punch with sides along y and x.
+
+    Parameters
+    ----------
+    sides : (float, float)
+        Full outer sides ``(l_y, l_x)`` [m].
+    edge_radius : float
+        Radius of the rounded edges [m], inside the outer sides.
+    shape, pixel : (int, int), (float, float)
+        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
+    center : (float, float), optional
+        Axis ``(y, x)`` in pixels; by default the middle of the map.
+
+    Returns
+    -------
+    Surface
+        Heights [m], 0 on the flat; points outside never touch.
+
+    Raises
+    ------
+    InputError
+        As for `generate.rectangular_punch`.
+    """
+    heights = shapes.rectangular_punch(shape, pixel, sides, edge_radius, center)
+    name = (
+        f"rectangular punch of {_length(sides[0])} along y by {_length(sides[1])} along x"
+        f"{_edge(edge_radius)}"
+    )
+    return _nominal(heights, pixel, name, center)
+
+
+def cone(
+    *,
+    slope: float,
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    center: tuple[float, float] | None = None,
+) -> Surface:
+    """Return a cone.
+
+    Parameters
+    ----------
+    slope : float
+        Slope of the flank: the cotangent of the half-angle at the tip.
+    shape, pixel : (int, int), (float, float)
+        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
+    center : (float, float), optional
+        Tip ``(y, x)`` in pixels; by default the middle of the map.
+
+    Returns
+    -------
+    Surface
+        Heights [m], 0 at the tip.
+
+    Raises
+    ------
+    InputError
+        As for `generate.cone`.
+    """
+    heights = shapes.cone(shape, pixel, slope, center)
+    return _nominal(heights, pixel, f"cone of slope {slope:g}", center)
+
+
+def wedge(
+    *,
+    slope: float,
+    angle: float = 0.0,
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    center: tuple[float, float] | None = None,
+) -> Surface:
+    """Return a symmetric wedge.
+
+    Parameters
+    ----------
+    slope : float
+        Slope of both faces: the cotangent of half the angle at the ridge.
+    angle : float
+        Angle [degrees] of the ridge from x towards y: 0 lies along x, 90 along y.
+    shape, pixel : (int, int), (float, float)
+        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
+    center : (float, float), optional
+        A point ``(y, x)`` of the ridge in pixels; by default the middle of the map.
+
+    Returns
+    -------
+    Surface
+        Heights [m], 0 on the ridge.
+
+    Raises
+    ------
+    InputError
+        As for `generate.wedge`.
+    """
+    heights = shapes.wedge(shape, pixel, slope, angle, center)
+    name = f"wedge of slope {slope:g}, ridge at {angle:g} degrees from x towards y"
+    return _nominal(heights, pixel, name, center)
+
+
+FORMS = (
+    "flat",
+    "sphere 10 mm",
+    "ellipsoid 10 mm 4 mm 30 deg",
+    "cylinder 5 mm 90 deg",
+    "punch 20 um",
+    "punch 20 um 10 um",
+    "punch 20 um edge 2 um",
+    "cone 0.01",
+    "wedge 0.01 90 deg",
+)
+"""Every form that `parse` takes, by example."""
+
+
+def parse(text: str, name: str = "body") -> Body:
+    """Return the nominal body that a text describes.
+
+    Parameters
+    ----------
+    text : str
+        Name and sizes, as in `FORMS`: the radius of a sphere, of a cylinder or of a round punch;
+        the two radii of curvature of an ellipsoid or the two full sides of a rectangular punch,
+        along y first; ``edge`` and the radius of a punch's edge; the slope of a cone or a wedge.
+        Lengths have a unit. An angle in ``deg``, from x towards y, may follow where the body has
+        a direction: it turns an ellipsoid, or is that of the axis or the ridge.
+    name : str
+        Name of the argument for the message, such as ``"--body"``.
+
+    Returns
+    -------
+    Body
+        To be called with ``shape`` and ``pixel``, and ``center`` if the body does not stand in
+        the middle.
+
+    Raises
+    ------
+    InputError
+        If the text describes no body, or a size is not positive.
+
+    Examples
+    --------
+    >>> ball = parse("sphere 10 mm")(shape=(64, 64), pixel=(1e-6, 1e-6))
+    >>> ball.provenance.source
+    'nominal sphere of radius 10 mm'
+    """
+    examples = ", ".join(repr(form) for form in FORMS)
+    wrong = InputError(f"{name} must read like one of {examples}, got {text!r}")
+    if not isinstance(text, str) or not text.strip():
+        raise wrong
+    word, *rest = text.split()
+    body, sizes = word.lower(), " ".join(rest)
+    angle = rho = 0.0
+    if body in ("ellipsoid", "cylinder", "wedge") and (found := _ANGLE.search(sizes)):
+        sizes, angle = sizes[: found.start()], float(found[1])
+    if body == "punch" and (found := _EDGE.search(sizes)):
+        sizes = sizes[: found.start()]
+        rho = units.parse(found[1], "length", f"{name}: the edge radius of the punch")
+    parts = _QUANTITY.findall(sizes)
+    if "".join(parts).replace(" ", "") != sizes.replace(" ", "") or not math.isfinite(angle):
+        raise wrong
+
+    def lengths(what: str) -> list[float]:
+        return [units.parse(part, "length", f"{name}: {what} of the {body}") for part in parts]
+
+    match body, len(parts):
+        case "flat", 0:
+            return flat
+        case "sphere", 1:
+            return partial(sphere, radius=lengths("the radius")[0])
+        case "cylinder", 1:
+            return partial(cylinder, radius=lengths("the radius")[0], angle=angle)
+        case "ellipsoid", 2:
+            along_y, along_x = lengths("each radius of curvature")
+            return partial(ellipsoid, radii=(along_y, along_x), angle=angle)
+        case "punch", 1:
+            return partial(punch, radius=lengths("the radius")[0], edge_radius=rho)
+        case "punch", 2:
+            along_y, along_x = lengths("each side")
+            return partial(rectangular_punch, sides=(along_y, along_x), edge_radius=rho)
+        case "cone", 1:
+            return partial(cone, slope=_slope(parts[0], f"{name}: the slope of the cone"))
+        case "wedge", 1:
+            slope = _slope(parts[0], f"{name}: the slope of the wedge")
+            return partial(wedge, slope=slope, angle=angle)
+    raise wrong
+
+
+def matched(
+    first: Surface,
+    second: Surface,
+    offset: tuple[float, float] = (0.0, 0.0),
+    angle: float = 0.0,
+    mirrored: bool = False,
+) -> tuple[Surface, Surface]:
+    """Return two maps on one grid, cropped to the rectangle that both cover.
+
+    Parameters
+    ----------
+    first : Surface
+        The map that stays.
+    second : Surface
+        The map that is laid on it.
+    offset, angle, mirrored
+        Motion of the second map, see `Surface.aligned`.
+
+    Returns
+    -------
+    first, second : Surface
+        Of the same shape and pixel, ready for `contact.solve`, along the axes of the first map.
+        Holes stay holes.
+
+    Raises
+    ------
+    InputError
+        If the maps have no 2 × 2 points in common.
+
+    Notes
+    -----
+    The grid is that of the first map, which then keeps its bits, unless along an axis the pixel
+    of the second is smaller by more than √2: then it has the finer edge. The finest waves of
+    either body carry the highest pressures, and a grid that cannot hold them would make the
+    contact too large; a coarse map on a fine grid is merely interpolated.
+    """
+    for name, body in (("first", first), ("second", second)):
+        if not isinstance(body, Surface):
+            raise InputError(f"{name} must be a Surface, got {type(body).__name__}")
+    pixel = alignment.common_pixel(first.pixel, second.pixel, angle)
+    # Points between the centres of the outer pixels of the first map, around the same middle.
+    ny, nx = (
+        points if edge == own else int((points - 1) * own / edge) + 1
+        for points, own, edge in zip(first.shape, first.pixel, pixel, strict=True)
+    )
+    shape = ny, nx
+    rows, columns = alignment.common_rectangle(
+        [
+            (first.shape, alignment.place(first.shape, first.pixel, shape, pixel)),
+            (
+                second.shape,
+                alignment.place(
+                    second.shape, second.pixel, shape, pixel, offset, angle, mirrored
+                ),
+            ),
+        ],
+        shape,
+    )  # fmt: skip
+    # From the middle of the rectangle to that of the whole grid.
+    back_y, back_x = (
+        ((points - 1) / 2 - (stop + start - 1) / 2) * edge
+        for points, (start, stop), edge in zip(shape, (rows, columns), pixel, strict=True)
+    )
+    grid = flat(shape=(rows[1] - rows[0], columns[1] - columns[0]), pixel=pixel)
+    return (
+        first.aligned(grid, (back_y, back_x)),
+        second.aligned(grid, (back_y + offset[0], back_x + offset[1]), angle, mirrored),
+    )
+
+
+_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+_QUANTITY = re.compile(rf"{_NUMBER}(?:\s*[A-Za-z\u00b5\u03bcÅ]+)?")
+_ANGLE = re.compile(rf"\s+({_NUMBER})\s*(?:deg|degrees?|°)$")
+_EDGE = re.compile(r"\s*\bedge\b\s*(.*)$")
+
+
+def _nominal(
+    heights: Array, pixel: tuple[float, float], name: str, center: tuple[float, float] | None
+) -> Surface:
+    steps = []
+    if center is not None:
+        steps.append(f"placed at the point ({center[0]:g}, {center[1]:g}) (y, x) in pixels")
+    beyond = int(np.count_nonzero(np.isnan(heights)))
+    if beyond:
+        steps.append(f"{beyond} points outside the body never touch")
+    origin = Provenance(f"nominal {name}", steps=tuple(steps))
+    return Surface(heights, pixel, origin, holes_masked=beyond > 0)
+
+
+def _slope(text: str, name: str) -> float:
+    try:
+        slope = float(text)
+    except ValueError:
+        raise InputError(f"{name} must be a number without a unit, got {text!r}") from None
+    if not 0 < slope < math.inf:
+        raise InputError(f"{name} must be positive and finite, got {text!r}")
+    return slope
+
+
+def _length(value: float) -> str:
+    return units.engineering(value, "m", 6)
+
+
+def _edge(edge_radius: float) -> str:
+    return f" with an edge radius of {_length(edge_radius)}" if edge_radius else ""

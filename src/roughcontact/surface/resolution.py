@@ -1,0 +1,266 @@
+"""Lateral resolution of a measured map: tip, smoothing, noise."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import InputError, require_pixel, require_positive
+from roughcontact.surface.preparation import level
+from roughcontact.surface.roughness import radial_spectrum
+
+Array = NDArray[np.float64]
+
+# Peaks sharper than this share of the tip's curvature are the tip's (Sanner et al. 2022).
+_SAFETY = 0.5
+
+# Local exponents of the spectrum. Self-affine surfaces have -2 (H = 0) to -4 (H = 1), white noise
+# 0; the margins are for the scatter of one map, and for surfaces that are only nearly self-affine.
+_NOISE_EXPONENT = -1.0
+_SMOOTH_EXPONENT = -6.0
+
+# Bins of the spectrum in an octave.
+_BINS = 6
+
+# Fewest points along a side whose spectrum has octaves to compare.
+_LEAST_POINTS = 32
+
+# Values per block of rows: temporaries of 8 MiB, whatever the size of the map.
+_BLOCK = 2**20
+
+
+def tip_cutoff(heights: Array, pixel: tuple[float, float], tip_radius: float) -> float | None:
+    """Return the lateral scale below which a map shows the tip that measured it.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights [m], positive out of the material, without form; NaN where missing.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    tip_radius : float
+        Radius of the tip's apex R [m].
+
+    Returns
+    -------
+    float or None
+        λ_c [m]. None if no peak is too sharp even at the scale of two pixels; half of the side
+        along x if peaks are too sharp at every scale up to it.
+
+    Raises
+    ------
+    InputError
+        If the pixel or the radius is not positive, or the map has fewer than three columns.
+
+    Notes
+    -----
+    A tip of radius R draws every peak with a radius of at least R. The curvature at the scale
+    λ = 2η is the second difference ``[h(x - η) - 2 h(x) + h(x + η)] / η²``; λ_c is the scale below
+    which its minimum over the map, that of the sharpest peak, lies under -1/(2R). The factor ½ is
+    the one found with simulated tips in the reference. Peaks at finer scales carry the curvature
+    of the tip or noise, not of the surface, and what lies between them was not reached.
+
+    The differences are along x, the fast axis of scanning instruments: between scan lines lie
+    jumps that are no peaks. Scales between two pixels are found by linear interpolation of the
+    curvature. One spike is enough to raise λ_c: remove outliers before.
+
+    References
+    ----------
+    Sanner, Nöhring, Thimons, Jacobs & Pastewka 2022, doi:10.1016/j.apsadv.2021.100190
+
+    Examples
+    --------
+    A spike of height d = 1 nm on a plain, as a tip of radius R = 10 nm draws it: λ_c = 4 √(R d).
+
+    >>> x = (np.arange(400) - 200) * 0.1e-9
+    >>> drawn = np.maximum(1e-9 - x**2 / (2 * 10e-9), 0.0) * np.ones((2, 1))
+    >>> round(tip_cutoff(drawn, (1e-10, 1e-10), tip_radius=10e-9) * 1e9, 2)
+    12.65
+    """
+    require_pixel(pixel)
+    require_positive(tip_radius=tip_radius)
+    if heights.shape[1] < 3:
+        raise InputError(f"heights must have at least 3 columns, got shape {heights.shape}")
+    dx = pixel[1]
+    limit = -_SAFETY / tip_radius
+    longest = max(heights.shape[1] // 4, 1)
+    # Reach η in pixels: too sharp at `fine`, not so at `coarse`.
+    fine, sharpest = 1, _sharpest(heights, dx, 1)
+    if sharpest >= limit:
+        return None
+    coarse = fine
+    while True:
+        if coarse >= longest:
+            return float(2 * longest * dx)
+        coarse = min(max(fine + 1, fine * 5 // 4), longest)
+        value = _sharpest(heights, dx, coarse)
+        if value >= limit:
+            break
+        fine, sharpest = coarse, value
+    while coarse - fine > 1:
+        middle = (fine + coarse) // 2
+        between = _sharpest(heights, dx, middle)
+        if between >= limit:
+            coarse, value = middle, between
+        else:
+            fine, sharpest = middle, between
+    part = (limit - sharpest) / (value - sharpest)
+    return float(2 * (fine + part * (coarse - fine)) * dx)
+
+
+def noise_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None:
+    """Return the wavelength below which a map holds more white noise than surface.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights [m] without holes.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+
+    Returns
+    -------
+    float or None
+        Wavelength [m]; None if the spectrum falls down to the shortest waves, or if the map has
+        fewer than 32 points along a side.
+
+    Raises
+    ------
+    InputError
+        If points are missing or the pixel is not positive.
+
+    Notes
+    -----
+    White noise of RMS height σ adds σ² Δx Δy to the spectral density C at every wave number.
+    Where C falls slower than q⁻¹ over the shortest octave, slower than any self-affine surface
+    (q^(-2-2H), 0 ≤ H ≤ 1), its mean there is taken as the noise, and the cut-off is where C falls
+    below twice that. Steps of a coarse digitisation count as noise. A surface that is white
+    itself, as above a roll-off wavelength, cannot be told from noise.
+
+    References
+    ----------
+    Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
+    """
+    spectrum = _binned_spectrum(heights, pixel)
+    if spectrum is None:
+        return None
+    q, C = spectrum
+    octave = q > q[-1] / 2
+    if _exponent(q[octave], C[octave]) <= _NOISE_EXPONENT:
+        return None
+    floor = float(np.mean(C[octave]))
+    above = np.flatnonzero(C > 2 * floor)
+    if above.size == 0:
+        return float(2 * math.pi / q[0])
+    last = int(above[-1])
+    return _crossing(q[last : last + 2], C[last : last + 2], 2 * floor)
+
+
+def smoothing_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None:
+    """Return the wavelength below which a map holds hardly any waves.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights [m] without holes.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+
+    Returns
+    -------
+    float or None
+        Wavelength [m]; None if the spectrum falls no faster than that of a rough surface, or if
+        the map has fewer than 32 points along a side.
+
+    Raises
+    ------
+    InputError
+        If points are missing or the pixel is not positive.
+
+    Notes
+    -----
+    From this wave on, the spectral density falls faster than q⁻⁶, two powers faster than that of
+    any self-affine surface, over an octave and a half or down to the shortest wave. (The flank of
+    a peak, as regular grooves make one, is narrower.) Optics that do not resolve shorter waves, an
+    instrument that interpolates between its points and a filter all do this; so does a surface
+    that is smooth itself. For a Gaussian filter it is about the cut-off at which 50 % of a wave's
+    amplitude pass.
+
+    References
+    ----------
+    Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
+    """
+    spectrum = _binned_spectrum(heights, pixel)
+    if spectrum is None:
+        return None
+    q, C = spectrum
+    half = _BINS // 2
+    start = None
+    for k in range(half, q.size - half):
+        octave = slice(k - half, k + half + 1)
+        if _exponent(q[octave], C[octave]) >= _SMOOTH_EXPONENT:
+            start = None
+        elif start is None:
+            start = k
+        elif k - start >= 3 * half:
+            break
+    return None if start is None else float(2 * math.pi / q[start])
+
+
+def _sharpest(heights: Array, dx: float, reach: int) -> float:
+    """Return the smallest curvature along x at a reach of so many pixels [1/m]."""
+    smallest = math.inf
+    step = max(1, _BLOCK // heights.shape[1])
+    for start in range(0, heights.shape[0], step):
+        rows = heights[start : start + step]
+        bend = rows[:, 2 * reach :] + rows[:, : -2 * reach]
+        bend -= 2 * rows[:, reach:-reach]
+        # fmin passes over NaN, and in silence where all is NaN.
+        smallest = float(np.fmin(smallest, np.fmin.reduce(bend, axis=None)))
+    return smallest / (reach * dx) ** 2
+
+
+def _binned_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array, Array] | None:
+    """Return wave numbers and spectral density in bins of equal width in log q."""
+    if min(heights.shape) < _LEAST_POINTS:
+        return None
+    # Hann's window squared: what leaks from the longest waves falls as q⁻¹⁰, faster than what is
+    # looked for. A map that is not periodic would hide it under q⁻².
+    window = [np.sin(math.pi * (np.arange(n) + 0.5) / n) ** 4 for n in heights.shape]
+    weighted = level(heights) * window[0][:, None] * window[1]
+    weight = float(np.mean(window[0] ** 2) * np.mean(window[1] ** 2))
+    q, C, waves = radial_spectrum(weighted, pixel)
+    # From where the window has blurred the longest waves to what both axes can hold.
+    low, high = 4 * q[0], math.pi / max(pixel) * (1 + 1e-9)
+    bins = max(int(_BINS * math.log2(high / low)), 1)
+    index = np.floor((np.log(q / high) / math.log(low / high)) * bins).astype(int)
+    inside = (index >= 0) & (index < bins) & (q <= high)
+    index = bins - 1 - index[inside]
+    count, power, place = (
+        np.bincount(index, waves[inside] * values, minlength=bins)
+        for values in (1.0, C[inside], np.log(q[inside]))
+    )
+    full = count > 0
+    if np.count_nonzero(full) <= 2 * _BINS:
+        return None
+    density = power[full] / count[full] / weight
+    # Nothing at all is as good as nothing that rounding could hold.
+    tiny = max(1e-30 * float(density.max()), np.finfo(float).tiny)
+    return np.exp(place[full] / count[full]), np.maximum(density, tiny)
+
+
+def _exponent(q: Array, C: Array) -> float:
+    """Return the least-squares slope of log C over log q."""
+    x, y = np.log(q), np.log(C)
+    x = x - x.mean()
+    return float((x @ y) / (x @ x))
+
+
+def _crossing(q: Array, C: Array, value: float) -> float:
+    """Return the wavelength at which C falls to a value between two wave numbers."""
+    if q.size < 2:
+        return float(2 * math.pi / q[0])
+    part = math.log(C[0] / value) / math.log(C[0] / C[1])
+    return float(2 * math.pi / math.exp(math.log(q[0]) + part * math.log(q[1] / q[0])))

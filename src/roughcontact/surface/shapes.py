@@ -1,0 +1,705 @@
+"""Made surfaces: self-affine random maps, waves, and the bodies that press on them.
+
+Heights [m] are positive out of the material, ``heights[y, x]``; pairs are ``(y, x)``.
+"""
+
+from __future__ import annotations
+
+import math
+from numbers import Real
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import InputError, require_pixel, require_positive
+from roughcontact.surface.alignment import cosine_sine
+
+Array = NDArray[np.float64]
+
+
+def self_affine(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    *,
+    rms_height: float,
+    rolloff_wavelength: float,
+    cutoff_wavelength: float,
+    hurst: float = 0.8,
+    rng: np.random.Generator,
+) -> Array:
+    """Return a periodic, isotropic, Gaussian self-affine map.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    rms_height : float
+        Root-mean-square height [m] of this map (not of the ensemble), met to rounding.
+    rolloff_wavelength : float
+        Wavelength [m] above which the spectrum is flat.
+    cutoff_wavelength : float
+        Shortest wavelength [m] in the map, at least two pixels.
+    hurst : float
+        Hurst exponent H, in [0, 1].
+    rng : numpy.random.Generator
+        Source of the amplitudes.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m] with zero mean.
+
+    Raises
+    ------
+    InputError
+        If a length is not positive, the Hurst exponent is outside [0, 1], the cut-off is finer
+        than the grid or coarser than the roll-off, or no wave fits on the map.
+
+    Notes
+    -----
+    Every wave vector q = (i/Ly, j/Lx) [waves/m] other than 0 gets a complex Gaussian amplitude of
+    variance ``max(|q|, 1/λ_rolloff)^(-2-2H)`` up to ``|q| = 1/λ_cutoff`` and none beyond; waves of
+    half a period per pixel are left out.
+
+    The amplitudes are drawn in shells of growing wave number (square ones on a square map:
+    ``max(|i|, |j|)`` = 1, 2, …) that know nothing of the grid. Equal generators, sides and
+    wavelengths therefore give the same body on every grid: point (y, x) of a map is point
+    (2y, 2x) of the map with half the pixel. With another cut-off the common waves agree up to
+    the factor that sets the RMS height.
+
+    References
+    ----------
+    Persson et al. 2005, doi:10.1088/0953-8984/17/1/R01
+
+    Examples
+    --------
+    >>> body = dict(rms_height=1e-7, rolloff_wavelength=2e-5, cutoff_wavelength=4e-6)
+    >>> coarse = self_affine((64, 64), (1e-6, 1e-6), **body, rng=np.random.default_rng(1))
+    >>> fine = self_affine((128, 128), (5e-7, 5e-7), **body, rng=np.random.default_rng(1))
+    >>> bool(np.allclose(fine[::2, ::2], coarse, rtol=0, atol=1e-20))
+    True
+    """
+    _require_grid(shape, pixel)
+    require_positive(
+        rms_height=rms_height,
+        rolloff_wavelength=rolloff_wavelength,
+        cutoff_wavelength=cutoff_wavelength,
+    )
+    if not 0 <= hurst <= 1:
+        raise InputError(f"hurst must lie in [0, 1], got {hurst!r}")
+    # The slack in the comparisons with wavelengths forgives the rounding of side / waves.
+    if cutoff_wavelength < 2 * max(pixel) * (1 - _SLACK):
+        raise InputError(
+            f"cutoff_wavelength must be at least two pixels = {2 * max(pixel):g} m, "
+            f"got {cutoff_wavelength!r}"
+        )
+    if cutoff_wavelength > rolloff_wavelength * (1 + _SLACK):
+        raise InputError(
+            f"cutoff_wavelength must not exceed rolloff_wavelength = {rolloff_wavelength!r} m, "
+            f"got {cutoff_wavelength!r}"
+        )
+    side = (shape[0] * pixel[0], shape[1] * pixel[1])
+    spectrum = _spectrum(shape, side, rolloff_wavelength, cutoff_wavelength, hurst, rng)
+    # Imported late: most of the time of `import roughcontact` would be SciPy's.
+    import scipy.fft
+
+    # Columns above the cut-off are zero: transforming y first leaves them out.
+    columns = scipy.fft.ifft(spectrum, axis=0, norm="forward", overwrite_x=True)
+    heights: Array = scipy.fft.irfft(columns, n=shape[1], axis=1, norm="forward")
+    rms = float(np.linalg.norm(heights)) / math.sqrt(heights.size)
+    if rms == 0:
+        raise InputError(
+            f"no wave between cutoff_wavelength = {cutoff_wavelength!r} m and the sides {side} m"
+        )
+    heights *= rms_height / rms
+    return heights
+
+
+def reference_map(n: int, rng_seed: int = 0) -> tuple[Array, tuple[float, float]]:
+    """Return the rough test problem R(n): side 0.1 mm, RMS height 0.2 µm, Hurst exponent 0.8.
+
+    Parameters
+    ----------
+    n : int
+        Grid points per side, at least 32; the cut-off is at n/8 waves per side, the roll-off at 4.
+    rng_seed : int
+        Seed of the amplitudes.
+
+    Returns
+    -------
+    heights : ndarray, shape (n, n)
+        Heights [m].
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+
+    Raises
+    ------
+    InputError
+        If n is below 32, where the cut-off would pass the roll-off.
+
+    Notes
+    -----
+    One seed gives one body: R(2n) is R(n) with finer waves added, times a factor just below 1
+    that keeps the RMS height.
+
+    Examples
+    --------
+    >>> heights, pixel = reference_map(64)
+    >>> round(float(heights.std() * 1e6), 6)
+    0.2
+    """
+    side = 1e-4
+    pixel = (side / n, side / n) if n > 0 else (0.0, 0.0)
+    heights = self_affine(
+        (n, n),
+        pixel,
+        rms_height=0.2e-6,
+        rolloff_wavelength=side / 4,
+        cutoff_wavelength=8 * pixel[0],
+        hurst=0.8,
+        rng=np.random.default_rng(rng_seed),
+    )
+    return heights, pixel
+
+
+def flat(shape: tuple[int, int], pixel: tuple[float, float]) -> Array:
+    """Return the heights of a flat.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Zeros [m].
+
+    Raises
+    ------
+    InputError
+        If the grid or the pixel is not positive.
+    """
+    _require_grid(shape, pixel)
+    return np.zeros(shape)
+
+
+def paraboloid(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    radius: float,
+    center: tuple[float, float] | None = None,
+) -> Array:
+    """Return the heights ``-r²/(2R)`` of a paraboloid, the shape of a sphere near its summit.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    radius : float
+        Radius of curvature R [m] at the summit.
+    center : (float, float), optional
+        Summit ``(y, x)`` in pixels, where ``(0, 0)`` is the centre of the first pixel. By default
+        the middle of the map, ``((ny-1)/2, (nx-1)/2)``, between pixels if a side is even.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m], 0 at the summit.
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel or the radius is not positive.
+
+    Examples
+    --------
+    >>> paraboloid((1, 3), (1e-6, 1e-6), radius=0.5e-6)
+    array([[-1.e-06, -0.e+00, -1.e-06]])
+    """
+    y, x = _from_center(shape, pixel, center)
+    require_positive(radius=radius)
+    return -(y**2 + x**2) / (2 * radius)
+
+
+def sphere(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    radius: float,
+    center: tuple[float, float] | None = None,
+) -> Array:
+    """Return the heights ``(R² - r²)^(1/2) - R`` of a sphere.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    radius : float
+        R [m].
+    center : (float, float), optional
+        Summit ``(y, x)`` in pixels, see `paraboloid`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m], 0 at the summit, NaN beyond the radius. The lower half is left out.
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel or the radius is not positive, or no point lies under the sphere.
+
+    Examples
+    --------
+    >>> sphere((1, 5), (1.0, 1.0), radius=1.25)
+    array([[ nan, -0.5, -0. , -0.5,  nan]])
+    """
+    y, x = _from_center(shape, pixel, center)
+    require_positive(radius=radius)
+    return _on_grid(_arc(y**2 + x**2, radius), "sphere")
+
+
+def ellipsoid(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    radii: tuple[float, float],
+    angle: float = 0.0,
+    center: tuple[float, float] | None = None,
+) -> Array:
+    """Return the heights ``-y²/(2R_y) - x²/(2R_x)`` of an ellipsoid near its summit.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    radii : (float, float)
+        Principal radii of curvature ``(R_y, R_x)`` [m] at the summit: those of the sections
+        along y and along x before the turn.
+    angle : float
+        Angle [degrees] by which the body is turned, from x towards y.
+    center : (float, float), optional
+        Summit ``(y, x)`` in pixels, see `paraboloid`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m], 0 at the summit.
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel or a radius is not positive.
+
+    Notes
+    -----
+    The body of Hertz's theory, an elliptic paraboloid: two radii of curvature do not determine
+    an ellipsoid, whose third axis is free. The neglected part is of the order of ``r⁴/(8R³)``,
+    a fraction (r/2R)² of the height at r.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), sec. 4.1, doi:10.1017/CBO9781139171731
+    """
+    y, x = _from_center(shape, pixel, center)
+    radius_y, radius_x = _pair("radii", radii)
+    along, across = _turned(y, x, angle)
+    return -(across**2 / (2 * radius_y) + along**2 / (2 * radius_x))
+
+
+def cylinder(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    radius: float,
+    angle: float = 0.0,
+    center: tuple[float, float] | None = None,
+) -> Array:
+    """Return the heights ``(R² - d²)^(1/2) - R`` of a lying cylinder, d from its highest line.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    radius : float
+        R [m].
+    angle : float
+        Angle [degrees] of the axis from x towards y: 0 lies along x, 90 along y.
+    center : (float, float), optional
+        A point ``(y, x)`` under the axis in pixels, see `paraboloid`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m], 0 on the highest line, NaN beyond the radius. The cylinder ends at the edge
+        of the map.
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel or the radius is not positive, or no point lies under the cylinder.
+
+    Examples
+    --------
+    >>> cylinder((1, 3), (1.0, 1.0), radius=1.25, angle=90)
+    array([[-0.5, -0. , -0.5]])
+    """
+    y, x = _from_center(shape, pixel, center)
+    require_positive(radius=radius)
+    return _on_grid(_arc(_turned(y, x, angle)[1] ** 2, radius), "cylinder")
+
+
+def punch(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    radius: float,
+    edge_radius: float = 0.0,
+    center: tuple[float, float] | None = None,
+) -> Array:
+    """Return the heights of a flat-ended round punch.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    radius : float
+        Outer radius a [m].
+    edge_radius : float
+        Radius ρ [m] of the rounded edge, at most a: the end is flat up to a - ρ.
+    center : (float, float), optional
+        Axis ``(y, x)`` in pixels, see `paraboloid`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m], 0 on the flat, NaN outside. The points on the outline belong to the punch.
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel or the radius is not positive, the edge radius is not between 0
+        and the radius, or no point lies under the punch.
+
+    Notes
+    -----
+    A pixel is under the punch if its centre is: the area is met to about a pixel along the rim.
+    """
+    y, x = _from_center(shape, pixel, center)
+    require_positive(radius=radius)
+    flat = radius - _checked_edge(edge_radius, radius)
+    return _on_grid(_rounded(np.hypot(y, x) - flat, edge_radius, radius), "punch")
+
+
+def rectangular_punch(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    sides: tuple[float, float],
+    edge_radius: float = 0.0,
+    center: tuple[float, float] | None = None,
+) -> Array:
+    """Return the heights of a flat-ended punch with sides along y and x.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    sides : (float, float)
+        Full outer sides ``(l_y, l_x)`` [m].
+    edge_radius : float
+        Radius ρ [m] of the rounded edges, at most half a side: a ball has rolled around the
+        flat, so that the corners are rounded in plan as well.
+    center : (float, float), optional
+        Axis ``(y, x)`` in pixels, see `paraboloid`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m], 0 on the flat, NaN outside. The points on the outline belong to the punch.
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel or a side is not positive, the edge radius is not between 0 and
+        half the shorter side, or no point lies under the punch.
+    """
+    y, x = _from_center(shape, pixel, center)
+    half_y, half_x = (side / 2 for side in _pair("sides", sides))
+    rho = _checked_edge(edge_radius, min(half_y, half_x))
+    beyond_y, beyond_x = np.abs(y) - (half_y - rho), np.abs(x) - (half_x - rho)
+    beyond = np.hypot(np.maximum(beyond_y, 0), np.maximum(beyond_x, 0))
+    return _on_grid(_rounded(beyond, edge_radius, max(half_y, half_x)), "punch")
+
+
+def cone(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    slope: float,
+    center: tuple[float, float] | None = None,
+) -> Array:
+    """Return the heights ``-m r`` of a cone.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    slope : float
+        Slope m: the cotangent of the half-angle at the tip, as in `analytic.cone_load`.
+    center : (float, float), optional
+        Tip ``(y, x)`` in pixels, see `paraboloid`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m], 0 at the tip.
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel or the slope is not positive.
+    """
+    y, x = _from_center(shape, pixel, center)
+    require_positive(slope=slope)
+    return -slope * np.hypot(y, x)
+
+
+def wedge(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    slope: float,
+    angle: float = 0.0,
+    center: tuple[float, float] | None = None,
+) -> Array:
+    """Return the heights ``-m d`` of a symmetric wedge, d from its ridge.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    slope : float
+        Slope m of both faces: the cotangent of half the angle at the ridge.
+    angle : float
+        Angle [degrees] of the ridge from x towards y: 0 lies along x, 90 along y.
+    center : (float, float), optional
+        A point ``(y, x)`` of the ridge in pixels, see `paraboloid`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m], 0 on the ridge.
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel or the slope is not positive.
+    """
+    y, x = _from_center(shape, pixel, center)
+    require_positive(slope=slope)
+    return -slope * np.abs(_turned(y, x, angle)[1])
+
+
+def wavy(
+    shape: tuple[int, int], pixel: tuple[float, float], amplitude: float, wavelength: float
+) -> Array:
+    """Return waves along x, ``Δ cos(2πx/λ)``, with a crest on the first column.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    amplitude : float
+        Δ [m], half the peak-to-valley height.
+    wavelength : float
+        λ [m]; the map is periodic if nx·dx is a multiple of it.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m].
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel, the amplitude or the wavelength is not positive.
+    """
+    _require_grid(shape, pixel)
+    require_positive(amplitude=amplitude, wavelength=wavelength)
+    return np.tile(amplitude * _wave(shape[1], pixel[1], wavelength), (shape[0], 1))
+
+
+def crossed_waves(
+    shape: tuple[int, int], pixel: tuple[float, float], amplitude: float, wavelength: float
+) -> Array:
+    """Return waves along both axes, ``Δ cos(2πx/λ) cos(2πy/λ)``, crest on the first pixel.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    amplitude : float
+        Δ [m], half the peak-to-valley height.
+    wavelength : float
+        λ [m]; the map is periodic if both sides are multiples of it.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m].
+
+    Raises
+    ------
+    InputError
+        If the grid, the pixel, the amplitude or the wavelength is not positive.
+    """
+    _require_grid(shape, pixel)
+    require_positive(amplitude=amplitude, wavelength=wavelength)
+    along_y, along_x = (_wave(n, d, wavelength) for n, d in zip(shape, pixel, strict=True))
+    return amplitude * along_y[:, None] * along_x
+
+
+_SLACK = 1e-9
+
+
+def _spectrum(
+    shape: tuple[int, int],
+    side: tuple[float, float],
+    rolloff_wavelength: float,
+    cutoff_wavelength: float,
+    hurst: float,
+    rng: np.random.Generator,
+) -> NDArray[np.complex128]:
+    # Fourier coefficients of real heights: rows in FFT order, columns 0, 1, … up to the cut-off.
+    shells = int(max(side) / cutoff_wavelength * (1 + _SLACK))
+    columns = min(int(side[1] / cutoff_wavelength * (1 + _SLACK)), (shape[1] - 1) // 2) + 1
+    spectrum = np.zeros((shape[0], columns), dtype=np.complex128)
+    for shell in range(1, shells + 1):
+        i, j = _half_shell(_box(shell - 1, side), _box(shell, side))
+        # The whole shell is drawn, though part of it may fall outside: see the Notes above.
+        noise = rng.standard_normal((i.size, 2)).view(np.complex128)[:, 0]
+        q = np.hypot(i / side[0], j / side[1])
+        keep = (q * cutoff_wavelength <= 1 + _SLACK) & (2 * np.abs(i) < shape[0]) & (j < columns)
+        i, j, q, noise = i[keep], j[keep], q[keep], noise[keep]
+        spectrum[i, j] = noise * np.maximum(q * rolloff_wavelength, 1) ** (-1 - hurst)
+    # Column 0 holds both signs of the row index; heights are real.
+    half = (shape[0] - 1) // 2
+    spectrum[shape[0] - half :, 0] = spectrum[1 : half + 1, 0][::-1].conj()
+    return spectrum
+
+
+def _box(shell: int, side: tuple[float, float]) -> tuple[int, int]:
+    # Largest |i| and |j| up to this shell: `shell` waves along the longer side, and as many per
+    # length along the other, else long narrow maps would draw mostly waves they cannot hold.
+    i, j = (math.ceil(shell * length / max(side) - _SLACK) for length in side)
+    return i, j
+
+
+def _half_shell(
+    inner: tuple[int, int], outer: tuple[int, int]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    # Wave vectors (i, j) in the outer box and not in the inner: j ≥ 0, and one of (±i, 0).
+    edge = np.arange(-outer[0], outer[0] + 1) if outer[1] > inner[1] else np.arange(0)
+    upper = np.arange(inner[1] + 1) if outer[0] > inner[0] else np.arange(0)
+    lower = upper[1:]
+    i = np.concatenate([edge, np.full(upper.size, outer[0]), np.full(lower.size, -outer[0])])
+    j = np.concatenate([np.full(edge.size, outer[1]), upper, lower])
+    return i, j
+
+
+def _wave(points: int, pixel: float, wavelength: float) -> Array:
+    wave: Array = np.cos(2 * math.pi * pixel / wavelength * np.arange(points))
+    return wave
+
+
+def _from_center(
+    shape: tuple[int, int], pixel: tuple[float, float], center: tuple[float, float] | None
+) -> tuple[Array, Array]:
+    # Positions [m] of rows, as a column, and of columns.
+    _require_grid(shape, pixel)
+    middle = ((shape[0] - 1) / 2, (shape[1] - 1) / 2)
+    try:
+        cy, cx = (float(c) for c in (middle if center is None else center))
+    except (TypeError, ValueError):
+        raise InputError(f"center must be a pair (y, x) in pixels, got {center!r}") from None
+    if not (math.isfinite(cy) and math.isfinite(cx)):
+        raise InputError(f"center must be finite (y, x), got {center!r}")
+    y: Array = pixel[0] * (np.arange(shape[0], dtype=np.float64) - cy)
+    x: Array = pixel[1] * (np.arange(shape[1], dtype=np.float64) - cx)
+    return y[:, None], x
+
+
+def _turned(y: Array, x: Array, angle: float) -> tuple[Array, Array]:
+    # Positions along and across a direction at the angle from x towards y.
+    c, s = cosine_sine(angle)
+    along: Array = c * x + s * y
+    across: Array = c * y - s * x
+    return along, across
+
+
+def _pair(name: str, values: tuple[float, float]) -> tuple[float, float]:
+    try:
+        along_y, along_x = values
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be a pair (y, x) in metres, got {values!r}") from None
+    require_positive(**{f"{name}[0]": along_y, f"{name}[1]": along_x})
+    return along_y, along_x
+
+
+def _checked_edge(edge_radius: float, largest: float) -> float:
+    if not isinstance(edge_radius, Real) or not 0 <= edge_radius <= largest:
+        raise InputError(
+            f"edge_radius must lie between 0 and {largest:g} m, which rounds the whole punch, "
+            f"got {edge_radius!r}"
+        )
+    return float(edge_radius)
+
+
+def _arc(square: Array, radius: float) -> Array:
+    # Height of a circle over the square of the distance from its summit, free of cancellation.
+    with np.errstate(invalid="ignore"):
+        root = np.sqrt(radius**2 - square)
+    return -square / (radius + root)
+
+
+def _rounded(beyond: Array, edge_radius: float, size: float) -> Array:
+    # Height over the distance from the flat; the slack forgives rounding on the outline.
+    distance = np.maximum(beyond, 0)
+    outside = distance > edge_radius + _SLACK * size
+    if edge_radius == 0:
+        return np.where(outside, np.nan, 0.0)
+    return np.where(outside, np.nan, _arc(np.minimum(distance, edge_radius) ** 2, edge_radius))
+
+
+def _on_grid(heights: Array, name: str) -> Array:
+    if np.isnan(heights).all():
+        raise InputError(
+            f"no point of the grid lies under the {name}: check its size and center against the "
+            "pixel"
+        )
+    return heights
+
+
+def _require_grid(shape: tuple[int, int], pixel: tuple[float, float]) -> None:
+    if len(shape) != 2 or min(shape) < 1:
+        raise InputError(f"shape must be (ny, nx), both at least 1, got {shape!r}")
+    require_pixel(pixel)

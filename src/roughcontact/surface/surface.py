@@ -1,0 +1,630 @@
+"""A map of heights on a regular grid, and where it came from."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact import units
+from roughcontact.errors import InputError, require_pixel
+from roughcontact.surface import alignment, filters, preparation, resolution, roughness
+
+# Names of formats that only scanning probes write, and what files of other formats may say.
+_SCANNING_PROBE = re.compile(
+    r"nanoscope|igor binary wave|jpk image scan|nt-mdt|nanosurf|molecular imaging|park systems"
+    r"|wsxm|\bafm\b|\bspm\b|\bstm\b|atomic force|scanning probe|scanning tunnel",
+    re.IGNORECASE,
+)
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where a map came from and what was done to it.
+
+    Parameters
+    ----------
+    source : str
+        File name, or how the map was made; empty if unknown.
+    instrument : str
+        Instrument or file format as the file names it; empty if unknown.
+    channel : str
+        Height channel that was read; empty if there is only one.
+    steps : tuple of str
+        Preparation steps in their order, each one sentence.
+    """
+
+    source: str = ""
+    instrument: str = ""
+    channel: str = ""
+    steps: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Heights of a surface on a regular grid, positive out of the material.
+
+    Parameters
+    ----------
+    heights : array_like, shape (ny, nx)
+        Heights [m], ``heights[y, x]``; NaN where missing. Kept as read-only float64.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    provenance : Provenance
+        Where the map came from.
+    holes_masked : bool
+        Whether missing points are accepted as points that never touch; see `masked`.
+
+    Raises
+    ------
+    InputError
+        If the heights are not a real 2-D array of at least 2 × 2 points, hold infinite values or
+        no finite one, or if a pixel edge is not positive and finite.
+    """
+
+    heights: NDArray[np.float64]
+    pixel: tuple[float, float]
+    provenance: Provenance = field(default_factory=Provenance)
+    holes_masked: bool = False
+
+    def __init__(
+        self,
+        heights: ArrayLike,
+        pixel: tuple[float, float],
+        provenance: Provenance | None = None,
+        holes_masked: bool = False,
+    ) -> None:
+        object.__setattr__(self, "heights", _checked_heights(heights))
+        object.__setattr__(self, "pixel", _checked_pixel(pixel))
+        object.__setattr__(self, "provenance", provenance or Provenance())
+        object.__setattr__(self, "holes_masked", bool(holes_masked))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Grid points ``(ny, nx)``."""
+        ny, nx = self.heights.shape
+        return ny, nx
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Lengths of the sides ``(ny·dy, nx·dx)`` [m]."""
+        return self.shape[0] * self.pixel[0], self.shape[1] * self.pixel[1]
+
+    @cached_property
+    def missing(self) -> int:
+        """Number of missing points."""
+        return int(np.count_nonzero(np.isnan(self.heights)))
+
+    @property
+    def Sq(self) -> float:  # noqa: N802 - the standard's symbol
+        """Root-mean-square height about the mean [m] (ISO 25178-2)."""
+        return roughness.rms_height(self.heights)
+
+    @property
+    def Sdq(self) -> float:  # noqa: N802 - the standard's symbol
+        """Root-mean-square gradient (ISO 25178-2)."""
+        return roughness.rms_gradient(self.heights, self.pixel)
+
+    def roughness(self) -> dict[str, float]:
+        """Return the roughness parameters of ISO 25178-2 under their symbols, in SI units.
+
+        Returns
+        -------
+        dict
+            ``Sq``, ``Sa``, ``Ssk``, ``Sku``, ``Sp``, ``Sv``, ``Sz``, ``Sdq``, ``Sdr``, ``Sal``,
+            ``Str``, ``Sk``, ``Spk``, ``Svk``, ``Smr1``, ``Smr2``, ``Vmp``, ``Vmc``, ``Vvc``,
+            ``Vvv``: see `roughcontact.surface.roughness.summary`. Nothing is levelled or
+            filtered first; missing points are left out.
+        """
+        return roughness.summary(self.heights, self.pixel)
+
+    def resolution_notes(self, tip_radius: float | None = None) -> tuple[str, ...]:
+        """Return what limits the lateral resolution of the map, each in one sentence.
+
+        Parameters
+        ----------
+        tip_radius : float, optional
+            Radius of the tip's apex [m], if a tip measured the map.
+
+        Returns
+        -------
+        tuple of str
+            On the tip: where its radius is given, the scale below which the map shows the tip
+            (`resolution.tip_cutoff`); where it is not, and the file is a scanning probe's, that
+            it is needed. On the waves below which the map holds noise
+            (`resolution.noise_cutoff`) or nothing (`resolution.smoothing_cutoff`), judged on the
+            largest rectangle without holes. Empty if nothing is to be said.
+
+        Raises
+        ------
+        InputError
+            If the radius is not positive.
+        """
+        notes = []
+        if tip_radius is not None:
+            scale = resolution.tip_cutoff(self.heights, self.pixel, tip_radius)
+            if scale is not None:
+                notes.append(
+                    f"heights below a lateral scale of {self._in_pixels(scale)} reflect the tip of "
+                    f"radius {units.engineering(tip_radius, 'm', 3)} and not the surface"
+                )
+        elif _SCANNING_PROBE.search(self.provenance.instrument):
+            notes.append(
+                f"measured with a scanning probe ({self.provenance.instrument}): peaks narrower "
+                "than its tip, usually 5 to 20 nm in radius, are drawn wider, and narrower valleys "
+                "are not reached; give tip_radius for the scale below which the map shows the tip"
+            )
+        try:
+            rows, columns = preparation.largest_rectangle(self.heights)
+        except InputError:
+            return tuple(notes)
+        part = self.heights[slice(*rows), slice(*columns)]
+        wave = resolution.noise_cutoff(part, self.pixel)
+        if wave is not None:
+            notes.append(
+                f"waves shorter than {self._in_pixels(wave)} cannot be told from noise: slopes, "
+                "curvatures and pressures at that scale are the noise's"
+            )
+        wave = resolution.smoothing_cutoff(part, self.pixel)
+        if wave is not None:
+            notes.append(
+                f"the map holds hardly any waves shorter than {self._in_pixels(wave)}: it was "
+                "smoothed, or sampled finer than the instrument resolves, or the surface is smooth"
+            )
+        return tuple(notes)
+
+    def leveled(
+        self, form: str = "plane", points: Sequence[tuple[int, int]] | None = None
+    ) -> Surface:
+        """Return a copy without its plane (or quadric, or mean).
+
+        Parameters
+        ----------
+        form : {"plane", "quadric", "mean", "robust", "three-point"}
+            What is fitted to the points that are there, and subtracted: by least squares a plane,
+            a quadric or the mean; a plane that outliers do not tilt; or the plane through three
+            points. See `preparation.level`.
+        points : three pairs of int, optional
+            Indices ``(y, x)`` of the points of "three-point", and only of that.
+
+        Returns
+        -------
+        Surface
+            The residual heights; least squares leaves a zero mean over the points that are there.
+        """
+        heights = preparation.level(self.heights, form, points)
+        if points is not None:
+            places = ", ".join(f"({int(y)}, {int(x)})" for y, x in points)
+            step = f"leveled: plane through the points {places} subtracted"
+        elif form == "robust":
+            step = "leveled: robust plane (Tukey's biweight) subtracted"
+        else:
+            step = f"leveled: least-squares {form} subtracted"
+        return self._prepared(heights, step)
+
+    def without_form(self, shape: str, degree: int | None = None) -> Surface:
+        """Return a copy without its least-squares sphere, cylinder or polynomial.
+
+        Parameters
+        ----------
+        shape : {"sphere", "cylinder", "polynomial"}
+            What is fitted to the points that are there, and subtracted.
+        degree : int, optional
+            Total degree of the polynomial, and only of that.
+
+        Returns
+        -------
+        Surface
+            The residual heights, with zero mean over the points that are there. The provenance
+            names the radius; `preparation.remove_form` returns it as a number.
+        """
+        heights, found = preparation.remove_form(self.heights, self.pixel, shape, degree)
+        if degree is not None:
+            what = f"polynomial of degree {degree}, {found['removed_rms']:.9g} m rms"
+        else:
+            side = "convex" if found["radius"] > 0 else "concave"
+            what = f"{side} {shape} of radius {abs(found['radius']):.9g} m"
+            if shape == "cylinder":
+                what += f", axis at {math.degrees(found['angle']):.6g} degrees from x towards y"
+        return self._prepared(heights, f"form removed: least-squares {what}")
+
+    def without_outliers(self, limit: float = 6.0, window: int = 5) -> Surface:
+        """Return a copy in which spikes are missing points.
+
+        Parameters
+        ----------
+        limit : float
+            Largest deviation from the local median that is kept, in robust standard deviations.
+        window : int
+            Points along each side of the square whose median is taken; odd, 3 to 31.
+
+        Returns
+        -------
+        Surface
+            What is kept keeps its bits. New holes have to be filled, cropped or masked, even if
+            the old ones were masked.
+        """
+        heights = preparation.remove_outliers(self.heights, limit, window)
+        count = int(np.count_nonzero(np.isnan(heights))) - self.missing
+        step = (
+            f"outliers removed: {count} points further than {limit:g} robust standard deviations "
+            f"from the median of {window} × {window} points"
+        )
+        copy = self._prepared(heights, step)
+        return replace(copy, holes_masked=False) if count else copy
+
+    def filled(self) -> Surface:
+        """Return a copy with its holes filled smoothly; measured points keep their bits.
+
+        Returns
+        -------
+        Surface
+            Each hole holds the solution of Laplace's equation with the measured rim as its
+            boundary values, hence stays between the lowest and the highest of them.
+        """
+        if self.missing == 0:
+            return self
+        # Imported late: sparse solvers double the time of the first import.
+        from roughcontact.surface.filling import fill
+
+        return self._prepared(
+            fill(self.heights, self.pixel),
+            f"filled: {self.missing} missing points by harmonic interpolation",
+        )
+
+    def masked(self) -> Surface:
+        """Return a copy whose missing points are accepted as points that never touch.
+
+        Returns
+        -------
+        Surface
+            The same heights; `solve` then keeps the pressure at zero where they are missing.
+        """
+        if self.missing == 0:
+            return self
+        step = f"masked: {self.missing} missing points never touch"
+        return replace(self, holes_masked=True, provenance=self._with_step(step))
+
+    def cropped(self, rows: tuple[int, int], columns: tuple[int, int]) -> Surface:
+        """Return the part of the map between two rows and two columns.
+
+        Parameters
+        ----------
+        rows, columns : (int, int)
+            First index and the index after the last, as in a slice; at least two points each.
+
+        Returns
+        -------
+        Surface
+            The part, with the same pixel.
+
+        Raises
+        ------
+        InputError
+            If the part does not lie on the map.
+        """
+        part = preparation.crop(self.heights, rows, columns)
+        return self._prepared(
+            part, f"cropped: rows {rows[0]}:{rows[1]}, columns {columns[0]}:{columns[1]}"
+        )
+
+    def largest_rectangle(self) -> Surface:
+        """Return the largest rectangular part without holes.
+
+        Returns
+        -------
+        Surface
+            The part, with the same pixel.
+
+        Raises
+        ------
+        InputError
+            If no 2 × 2 points without a hole are left.
+        """
+        rows, columns = preparation.largest_rectangle(self.heights)
+        return self._prepared(
+            preparation.crop(self.heights, rows, columns),
+            f"cropped to the largest rectangle without holes: rows {rows[0]}:{rows[1]}, "
+            f"columns {columns[0]}:{columns[1]}",
+        )
+
+    def rotated(self, quarter_turns: int = 1) -> Surface:
+        """Return the map turned by multiples of 90°.
+
+        Parameters
+        ----------
+        quarter_turns : int
+            Number of quarter turns, counter-clockwise as the array prints, row 0 on top;
+            negative for clockwise.
+
+        Returns
+        -------
+        Surface
+            The same heights to the bit; an odd number of turns swaps the edges of the pixel.
+        """
+        heights = preparation.rotate(self.heights, quarter_turns)
+        turns = int(quarter_turns) % 4
+        step = f"rotated: {90 * turns} degrees counter-clockwise, row 0 on top"
+        pixel = self.pixel[::-1] if turns % 2 else self.pixel
+        return replace(self._prepared(heights, step), pixel=pixel)
+
+    def resampled(
+        self,
+        shape: tuple[int, int] | None = None,
+        *,
+        pixel: tuple[float, float] | None = None,
+        method: str = "bandlimited",
+    ) -> Surface:
+        """Return the map on another grid over the same outline.
+
+        Parameters
+        ----------
+        shape : (int, int), optional
+            Points ``(ny, nx)`` of the new grid; this or ``pixel``.
+        pixel : (float, float), optional
+            Pixel edges ``(dy, dx)`` [m] to come as close to as the outline allows.
+        method : {"bandlimited", "spline"}
+            Trigonometric (the map is taken as periodic, waves too short for the new grid are
+            left out) or cubic spline (no period, but nothing is left out); see
+            `filters.resample`.
+
+        Returns
+        -------
+        Surface
+            The same size on the new grid, with pixels of size / shape.
+
+        Raises
+        ------
+        InputError
+            If there are missing points, or if not exactly one of shape and pixel is given.
+        """
+        if shape is None:
+            if pixel is None:
+                raise InputError("shape or pixel of the new grid must be given")
+            require_pixel(pixel)
+            shape = (round(self.size[0] / pixel[0]), round(self.size[1] / pixel[1]))
+            if min(shape) < 2:
+                raise InputError(
+                    f"pixel must be at most half the size of the map, {self.size} m, got {pixel!r}"
+                )
+        elif pixel is not None:
+            raise InputError("shape and pixel exclude each other; give one of them")
+        heights = filters.resample(self.heights, shape, method)
+        edges = (self.size[0] / heights.shape[0], self.size[1] / heights.shape[1])
+        how = "band-limited, taken as periodic" if method == "bandlimited" else "by a cubic spline"
+        step = (
+            f"resampled: {how}, from {self.shape[0]} × {self.shape[1]} to {heights.shape[0]} × "
+            f"{heights.shape[1]} points, pixel {edges[0]:.6g} × {edges[1]:.6g} m"
+        )
+        return replace(self._prepared(heights, step), pixel=edges)
+
+    def filtered(self, s: float | None = None, l: float | None = None) -> Surface:  # noqa: E741
+        """Return a copy without its short waves, its long waves, or both (ISO 16610-61).
+
+        Parameters
+        ----------
+        s : float, optional
+            Nesting index of the S-filter [m]: waves shorter than this are removed.
+        l : float, optional
+            Nesting index of the L-filter [m]: waves longer than this are removed, and the mean.
+
+        Returns
+        -------
+        Surface
+            50 % of a wave's amplitude pass at the cut-off. Missing points stay missing; near
+            edges and holes the weights are scaled to those that are there, which draws slopes
+            towards the mean: level the map and remove its form first.
+
+        Raises
+        ------
+        InputError
+            If neither is given, or a cut-off is below two pixels or above a side of the map.
+        """
+        heights = filters.band(self.heights, self.pixel, s, l)
+        parts = [
+            f"{name}-filter at {value:.6g} m"
+            for name, value in (("S", s), ("L", l))
+            if value is not None
+        ]
+        step = f"filtered: Gaussian {' and '.join(parts)} (ISO 16610-61, edges of order zero)"
+        return self._prepared(heights, step)
+
+    def with_form(self, form: Surface) -> Surface:
+        """Return a copy with the heights of a body added: roughness on a nominal form.
+
+        Parameters
+        ----------
+        form : Surface
+            Heights of the body on the same grid, such as `bodies.sphere` makes them.
+
+        Returns
+        -------
+        Surface
+            The sum along z (not along the normal of the body). A point that is missing in either
+            is missing. The points outside a nominal body, which never touch, need no further
+            word; holes of a measurement still have to be handled, unless they lie outside of the
+            body anyway.
+
+        Raises
+        ------
+        InputError
+            If the grids differ, if nothing is left, or if a body that ends on the map meets a
+            measurement with unhandled holes: later, filling these would fill the outside too.
+        """
+        if not isinstance(form, Surface):
+            raise InputError(f"form must be a Surface, got {type(form).__name__}")
+        if form.shape != self.shape or not np.allclose(form.pixel, self.pixel, rtol=1e-9, atol=0):
+            raise InputError(
+                f"form has {form.shape} pixels of {form.pixel} m, the surface {self.shape} of "
+                f"{self.pixel} m: make it with shape=surface.shape, pixel=surface.pixel, or bring "
+                "it there with form.aligned(surface)"
+            )
+        heights = self.heights + form.heights
+        accepted = np.zeros(self.shape, dtype=bool)
+        for body in (self, form):
+            if body.holes_masked:
+                accepted |= np.isnan(body.heights)
+        outside = int(np.count_nonzero(accepted))
+        holes = int(np.count_nonzero(np.isnan(heights))) - outside
+        if holes and outside:
+            raise InputError(
+                f"{holes} missing points of one map lie inside the other, which ends on the grid; "
+                "fill, crop or mask them first, e.g. surface.filled()"
+            )
+        step = f"form added: {form.provenance.source or 'another map'}"
+        if form.provenance.steps:
+            step += f" ({'; '.join(form.provenance.steps)})"
+        return replace(self._prepared(heights, step), holes_masked=outside > 0)
+
+    def aligned(
+        self,
+        grid: Surface,
+        offset: tuple[float, float] = (0.0, 0.0),
+        angle: float = 0.0,
+        mirrored: bool = False,
+    ) -> Surface:
+        """Return the map on the grid of another one, mirrored, turned and shifted.
+
+        Parameters
+        ----------
+        grid : Surface
+            The map whose shape and pixel are taken; its heights do not matter. The centres of
+            both outlines coincide before the shift.
+        offset : (float, float)
+            Shift ``(y, x)`` [m] along the axes of the grid, the last of the three motions.
+        angle : float
+            Angle [degrees] by which this map is turned about its own centre, from x towards y:
+            clockwise as a map prints or plots, row 0 on top, so ``angle=-90`` is `rotated`.
+        mirrored : bool
+            Whether x is mirrored first: a map that was measured from its own front has to be when
+            it is laid on the other.
+
+        Returns
+        -------
+        Surface
+            Bicubic spline; the same bits where the points of both grids coincide. Onto a pixel
+            larger by more than √2 only after an S-filter of two such pixels, see
+            `alignment.cutoffs`. Points beyond the centres of the outer pixels and on holes are
+            missing; `bodies.matched` crops two maps to what they share.
+
+        Raises
+        ------
+        InputError
+            If the maps do not overlap, or the motion is not finite.
+        """
+        if not isinstance(grid, Surface):
+            raise InputError(f"grid must be a Surface, got {type(grid).__name__}")
+        motion = (grid.shape, grid.pixel, offset, angle, mirrored)
+        heights = alignment.align(self.heights, self.pixel, *motion)
+        placement = alignment.place(self.shape, self.pixel, *motion)
+        first, last = alignment.spans(self.shape, placement, grid.shape)
+        outside = grid.heights.size - int(np.maximum(last - first + 1, 0).sum())
+        moved = [
+            words
+            for said, words in (
+                (mirrored, "mirrored in x"),
+                (angle, f"turned by {angle:g} degrees from x towards y"),
+                (any(offset), f"shifted by ({offset[0]:.6g}, {offset[1]:.6g}) m (y, x)"),
+            )
+            if said
+        ]
+        how = "point by point"
+        if not alignment.coincident(placement):
+            how = "by a bicubic spline"
+            smoothing = alignment.cutoffs(placement)
+            if any(smoothing):
+                lengths = (
+                    f"{cutoff * edge:.6g} m along {axis}"
+                    for axis, cutoff, edge in zip("yx", smoothing, self.pixel, strict=True)
+                    if cutoff
+                )
+                how += f" after a Gaussian S-filter at {' and '.join(lengths)}"
+        step = (
+            f"aligned: {', '.join([*moved, how])} onto {grid.shape[0]} × {grid.shape[1]} points "
+            f"of {grid.pixel[0]:.6g} × {grid.pixel[1]:.6g} m"
+        )
+        if outside:
+            step += f", {outside} of them off the map"
+        copy = replace(self._prepared(heights, step), pixel=grid.pixel)
+        # Who accepted the holes has not accepted what the map does not cover.
+        return replace(copy, holes_masked=False) if outside else copy
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the map in the format that the suffix of the file names.
+
+        Parameters
+        ----------
+        path : str or path
+            File to write; it appears only once it is complete. ``.npz``, ``.nc``, ``.x3p`` and
+            ``.csv`` keep every bit of the heights, ``.sur`` 32 of them; ``.vti`` is for ParaView.
+            `roughcontact.read_surface` reads all but the last. See `roughcontact.formats.export`.
+
+        Raises
+        ------
+        InputError
+            If the suffix is none of these, or the map does not fit into the format.
+        OSError
+            If the file cannot be written; an old file survives.
+        """
+        from roughcontact.formats import export
+
+        export.save_surface(self, path)
+
+    def _in_pixels(self, length: float) -> str:
+        return f"{units.engineering(length, 'm', 3)} ({length / self.pixel[1]:.1f} pixels along x)"
+
+    def _prepared(self, heights: NDArray[np.float64], step: str) -> Surface:
+        return replace(self, heights=heights, provenance=self._with_step(step))
+
+    def _with_step(self, step: str) -> Provenance:
+        return replace(self.provenance, steps=(*self.provenance.steps, step))
+
+
+def _checked_heights(heights: ArrayLike) -> NDArray[np.float64]:
+    if isinstance(heights, np.ma.MaskedArray):
+        heights = np.ma.filled(heights.astype(np.float64), np.nan)
+    try:
+        array = np.asarray(heights)
+    except ValueError:
+        raise InputError("heights must be a 2-D array [y, x], got rows of unequal length") from None
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"heights must be real numbers in metres, got dtype {array.dtype}")
+    if array.ndim != 2 or min(array.shape) < 2:
+        raise InputError(
+            f"heights must be a 2-D array [y, x] of at least 2 × 2 points, got shape {array.shape}"
+        )
+    # Whoever locks an array that owns its data means it: a map of gigabytes is not copied then.
+    if (
+        array.dtype == np.float64
+        and array.flags.c_contiguous
+        and array.flags.owndata
+        and not array.flags.writeable
+    ):
+        copy = array
+    else:
+        copy = np.array(array, dtype=np.float64, order="C")
+        copy.flags.writeable = False
+    infinite = int(np.count_nonzero(np.isinf(copy)))
+    if infinite:
+        raise InputError(
+            f"heights has {infinite} infinite values; mark missing points as NaN instead"
+        )
+    if np.isnan(copy).all():
+        raise InputError("heights has no finite value: every point is missing")
+    return copy
+
+
+def _checked_pixel(pixel: tuple[float, float]) -> tuple[float, float]:
+    try:
+        dy, dx = (float(edge) for edge in pixel)
+    except (TypeError, ValueError):
+        raise InputError(f"pixel must be a pair (dy, dx) in metres, got {pixel!r}") from None
+    if not (0 < dy < np.inf and 0 < dx < np.inf):
+        raise InputError(f"pixel must be positive and finite (dy, dx) [m], got {pixel!r}")
+    return dy, dx

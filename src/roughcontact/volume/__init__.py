@@ -1,0 +1,1 @@
+"""Contact with plasticity of the volume."""

@@ -1,0 +1,475 @@
+"""The ceiling beside plasticity of the volume: the same contact by both, and which ceiling fits.
+
+A ceiling has one free number, its height over the yield strength. Three is right for metals in
+full plasticity; before that the plateau of the pressure is lower, and where the metal hardens it
+rises. What it is depends on how far a contact is beyond first yield, and that can be read from
+the solution with any ceiling: see `recommended_ceiling`.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.contact import solve as contact
+from roughcontact.contact.archive import replacing
+from roughcontact.contact.result import ContactResult
+from roughcontact.errors import ConvergenceError, InputError, require_positive
+from roughcontact.formats import export
+from roughcontact.material.material import CEILING_FACTOR, RIGID, Material, softer
+from roughcontact.surface.surface import Surface
+from roughcontact.volume import solve as elastoplastic
+from roughcontact.volume.loop import Progress
+from roughcontact.volume.solve import ElastoplasticResult
+
+Array = NDArray[np.float64]
+
+QUANTITIES = {
+    "approach": "m",
+    "contact_area": "m²",
+    "mean_pressure": "Pa",
+    "plateau_pressure": "Pa",
+    "max_pressure": "Pa",
+}
+"""What is compared, with units."""
+
+# Plateau of a perfectly plastic sphere over its yield strength, a line in log₁₀(load/first yield)
+# through solutions with plasticity of the volume; benchmarks/ceiling_error.py fits it again.
+_PLATEAU, _PER_DECADE = 1.44, 0.48
+# Change of a relative error that is no more than the tolerance of the solver.
+_NOTHING = 1e-5
+# Strain whose flow stress counts, over the slope a/R: between 0.1 for Swift's law, which is steep
+# at small strains, and 0.2 for a linear one, which is Tabor's for full indentation.
+_STRAIN = 0.15
+# Error of a height difference over the largest height, at most.
+_ROUNDING = 16 * float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class ModelComparison:
+    """The same loads by ceilings and by plasticity of the volume.
+
+    Arrays over ceilings and loads have the shape (k, n).
+
+    Parameters
+    ----------
+    factors : tuple of float
+        Ceilings over the yield strength at first yield, k of them, ascending.
+    ceiling : tuple of tuple of ContactResult
+        For each factor, the solution at each load.
+    volume : tuple of ElastoplasticResult
+        State of the volume model after each of the n loads, which follow each other.
+    yield_strength : float
+        σ_Y of the softer body [Pa]; of one that hardens, before any plastic strain.
+    """
+
+    factors: tuple[float, ...]
+    ceiling: tuple[tuple[ContactResult, ...], ...]
+    volume: tuple[ElastoplasticResult, ...]
+    yield_strength: float
+
+    @property
+    def loads(self) -> Array:
+        """Loads W [N], shape (n,)."""
+        return np.array([state.contact.load for state in self.volume])
+
+    def column(self, model: str, name: str) -> Array:
+        """Return one quantity of one model at all loads.
+
+        Parameters
+        ----------
+        model : {"ceiling", "volume"}
+            The model.
+        name : {"approach", "contact_area", "mean_pressure", "plateau_pressure", "max_pressure"}
+            The quantity. Areas are without the excess of an elastic rim. The plateau pressure
+            is the mean of the pressure over the load, Σp²/Σp: with perfect plasticity the largest
+            pressure is that of a pixel that scatters, and this is not.
+
+        Returns
+        -------
+        ndarray, shape (k, n) of the ceilings or (n,) of the volume
+            Its values [SI].
+
+        Raises
+        ------
+        InputError
+            If there is no such model or quantity.
+        """
+        if model not in ("ceiling", "volume"):
+            raise InputError(f"model must be 'ceiling' or 'volume', got {model!r}")
+        if name not in QUANTITIES:
+            raise InputError(f"name must be one of {', '.join(QUANTITIES)}, got {name!r}")
+        if model == "volume":
+            return np.array([_value(state.contact, state, name) for state in self.volume])
+        return np.array([[_value(found, found, name) for found in row] for row in self.ceiling])
+
+    def excess(self, name: str) -> Array:
+        """Return what the ceilings give too much of a quantity, over what the volume gives.
+
+        Parameters
+        ----------
+        name : str
+            As for `column`.
+
+        Returns
+        -------
+        ndarray, shape (k, n)
+            Relative error of the ceiling model.
+        """
+        ratio: Array = self.column("ceiling", name) / self.column("volume", name)
+        return ratio - 1
+
+    def map_error(self) -> Array:
+        """Return by how much the maps of pressure differ.
+
+        Returns
+        -------
+        ndarray, shape (k, n)
+            Σ abs(p - q)/Σp with p by the ceiling and q by the volume, which carry the same load;
+            0 to 2. With perfect
+            plasticity about 0.05 to 0.1 of it is the scatter of the pixels of q.
+        """
+        return np.array(
+            [
+                [
+                    np.abs(found.pressure - state.contact.pressure).sum() / found.pressure.sum()
+                    for found, state in zip(row, self.volume, strict=True)
+                ]
+                for row in self.ceiling
+            ]
+        )
+
+    def best_factor(self, name: str) -> Array:
+        """Return the factor at which the ceiling gives what the volume gives.
+
+        Parameters
+        ----------
+        name : str
+            As for `column`.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Between two factors whose errors differ in sign, by linear interpolation; else the
+            factor with the smallest error. NaN where no factor makes a difference.
+        """
+        factors, error = np.array(self.factors), self.excess(name)
+        best = []
+        for row in error.T:
+            change = np.flatnonzero(row[:-1] * row[1:] < 0)
+            if len(row) > 1 and np.ptp(row) < _NOTHING:
+                best.append(math.nan)
+            elif change.size:
+                # The first: higher up, where a ceiling is hardly reached, errors may be near zero.
+                i = change[0]
+                share = row[i] / (row[i] - row[i + 1])
+                best.append(factors[i] + share * (factors[i + 1] - factors[i]))
+            else:
+                best.append(factors[np.argmin(np.abs(row))])
+        return np.array(best)
+
+    @property
+    def mean_pressure_ratio(self) -> Array:
+        """Mean pressure of the volume model over the yield strength, shape (n,).
+
+        The factor that a ceiling would need to carry the load on the same area if all of it
+        were saturated.
+        """
+        return self.column("volume", "mean_pressure") / self.yield_strength
+
+    def summary(self) -> dict[str, Any]:
+        """Return both models by name, in SI units, ready for JSON."""
+        return {
+            "load": self.loads.tolist(),
+            "yield_strength": self.yield_strength,
+            "factors": list(self.factors),
+            "mean_pressure_ratio": self.mean_pressure_ratio.tolist(),
+            **{
+                f"{model}_{name}": self.column(model, name).tolist()
+                for name in QUANTITIES
+                for model in ("ceiling", "volume")
+            },
+            **{f"{name}_excess": self.excess(name).tolist() for name in QUANTITIES},
+            "pressure_map_error": self.map_error().tolist(),
+            "max_plastic_strain": [state.max_plastic_strain for state in self.volume],
+        }
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the comparison to a JSON file.
+
+        Parameters
+        ----------
+        path : str or path
+            A name that ends in ``.json``.
+
+        Raises
+        ------
+        InputError
+            If it ends otherwise.
+        """
+        if Path(path).suffix.lower() != ".json":
+            raise InputError(f"path must end in .json, got {str(path)!r}")
+        with replacing(path) as temporary:
+            temporary.write_text(export.to_json(self.summary()) + "\n", encoding="utf-8")
+
+
+def _value(found: ContactResult, area_of: ContactResult | ElastoplasticResult, name: str) -> float:
+    if name == "contact_area":
+        return area_of.corrected_contact_area
+    if name == "mean_pressure":
+        return found.load / area_of.corrected_contact_area
+    if name == "plateau_pressure":
+        return float((found.pressure**2).sum() / found.pressure.sum())
+    return float(getattr(found, name))
+
+
+def compare_models(
+    surface: Surface,
+    *,
+    material: Material,
+    loads: Sequence[float],
+    factors: Sequence[float] = (CEILING_FACTOR,),
+    counter_material: Material = RIGID,
+    counter_surface: Surface | None = None,
+    boundary: str = "free",
+    progress: Callable[[Progress], None] | None = None,
+) -> ModelComparison:
+    """Solve the same loads with ceilings and with plasticity of the volume.
+
+    Parameters
+    ----------
+    surface, material, counter_material, counter_surface, boundary
+        As for `solve`; at least one body has a yield strength.
+    loads : sequence of float
+        Normal loads [N], ascending. The volume model follows them one after the other: a first
+        load far beyond first yield wants smaller ones before it.
+    factors : sequence of float
+        Ceilings to try, over the yield strength of the softer body, ascending.
+    progress : callable, optional
+        Called with the `Progress` of the volume model.
+
+    Returns
+    -------
+    ModelComparison
+        Both models at each load.
+
+    Raises
+    ------
+    InputError
+        If no body yields, or the loads or factors do not ascend.
+    CapacityError
+        If the lowest ceiling cannot carry the largest load.
+    ConvergenceError
+        If one of the solves did not reach its tolerance.
+
+    Notes
+    -----
+    The volume model is followed by `solve_elastoplastic`, which takes minutes on large maps.
+    Where the contact yields below its surface but is far from full plasticity, the ceiling of
+    three yield strengths is too high: by a quarter to a third in the mean pressure of a sphere at
+    10 to 100 times the load of its first yield. `recommended_ceiling` tells the better one
+    beforehand.
+    """
+    contact.check_bodies(surface, material, counter_material, counter_surface)
+    body = softer(material, counter_material)
+    if body is None or body.yield_strength is None:
+        raise InputError("no body has a yield strength: there is no plasticity to compare")
+    given = _ascending("loads", loads)
+    tried = _ascending("factors", factors)
+    bodies: dict[str, Any] = {
+        "material": material,
+        "counter_material": counter_material,
+        "counter_surface": counter_surface,
+        "boundary": boundary,
+    }
+    lowest = tried[0] * body.yield_strength
+    contact.check(surface, load=given[-1], ceiling=lowest, **bodies)
+    states: list[ElastoplasticResult] = []
+    for load in given:
+        state = elastoplastic.solve_elastoplastic(
+            surface, loads=[load], start=states[-1] if states else None, progress=progress, **bodies
+        )
+        if not state.converged:
+            raise ConvergenceError(f"volume model at {load:.6g} N: {state.status}", state)
+        states.append(state)
+    rows: list[tuple[ContactResult, ...]] = []
+    for factor in tried:
+        row: list[ContactResult] = []
+        for load in given:
+            row.append(
+                contact.solve(
+                    surface,
+                    load=load,
+                    ceiling=factor * body.yield_strength,
+                    start=row[-1] if row else None,
+                    **bodies,
+                )
+            )
+        rows.append(tuple(row))
+    return ModelComparison(tuple(tried), tuple(rows), tuple(states), body.yield_strength)
+
+
+def _ascending(name: str, values: Sequence[float]) -> list[float]:
+    try:
+        given = np.array(values, float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be a row of numbers, got {values!r}") from None
+    steps = np.diff(given, prepend=0.0) if given.ndim == 1 else given
+    if given.ndim != 1 or not given.size or not ((steps > 0) & np.isfinite(given)).all():
+        raise InputError(f"{name} must be positive and ascend, got {values!r}")
+    return [float(value) for value in given]
+
+
+@dataclass(frozen=True)
+class RecommendedCeiling:
+    """The ceiling that gives the contact area of plasticity in the volume.
+
+    Parameters
+    ----------
+    load_ratio : float
+        How far beyond first yield the contact spots are: load over the load of first yield of
+        the sphere with the same slope and mean pressure in contact, its yield strength the flow
+        stress.
+    slope : float
+        Contact radius over radius of that sphere, a/R.
+    flow_stress : float
+        Yield strength at the strain 0.15 a/R [Pa]; σ_Y if the material does not harden.
+    ceiling : float
+        The recommended ceiling [Pa].
+    factor : float
+        The same over the yield strength before any plastic strain.
+    """
+
+    load_ratio: float
+    slope: float
+    flow_stress: float
+    ceiling: float
+    factor: float
+
+
+def ceiling_factor(load_ratio: float, first_yield: float = 1.615) -> float:
+    """Return the ceiling of a perfectly plastic sphere over its yield strength.
+
+    Parameters
+    ----------
+    load_ratio : float
+        Load P over the load P_c of first yield.
+    first_yield : float
+        Hertz peak pressure at first yield over the yield strength; 1.615 at ν = 0.3.
+
+    Returns
+    -------
+    float
+        1.44 + 0.48 log₁₀(P/P_c), not below ``first_yield`` and not above 3.
+
+    Raises
+    ------
+    InputError
+        If the ratio is not positive.
+
+    Notes
+    -----
+    Fitted to solutions with plasticity of the volume, ν = 0.3 and P/P_c from 6 to 700, such that
+    the contact area agrees: it does to 1 %, the approach to 6 %. The form is that of cavity models
+    (Johnson 1985, section 6.3): in the transition the plateau grows with the logarithm of the
+    size of the plastic zone. On a half-space with small strains nothing else enters: E*, R and σ_Y
+    only set the scale of the load.
+
+    Examples
+    --------
+    >>> [round(ceiling_factor(ratio), 2) for ratio in (1, 12, 40, 300, 3000)]
+    [1.61, 1.96, 2.21, 2.63, 3.0]
+    """
+    require_positive(load_ratio=load_ratio, first_yield=first_yield)
+    plateau = _PLATEAU + _PER_DECADE * math.log10(load_ratio)
+    return min(max(plateau, first_yield), CEILING_FACTOR)
+
+
+def recommended_ceiling(result: ContactResult) -> RecommendedCeiling | None:
+    """Return the ceiling that a contact should be solved with, judged from one solution.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution with any ceiling, three yield strengths for instance.
+
+    Returns
+    -------
+    RecommendedCeiling or None
+        ``None`` if no yield strength is known, or if the spots have no slope but their tilt:
+        pixels on their own, and flats without a step at their rim.
+
+    Notes
+    -----
+    The spots are taken for one sphere. On a disc of radius a the slope of a paraboloid of radius R
+    has the root mean square g = a/(√2 R), so that a/R = √2 g of any contact, g the slope of the
+    initial gap over the contact spots, less the mean of each spot. With the mean pressure p̄ the
+    load P = π a² p̄ is, over that of first yield P_c = π³ R² p_y³/(6 E*²),
+
+        P/P_c = 6 (E* a/R)² p̄/(π² p_y³),
+
+    p_y the Hertz peak pressure at first yield: whatever the ceiling of the solution, a lower one
+    gives more area and so more slope. A material that hardens is taken at the strain 0.15 a/R.
+    Tabor (1951) has 0.2 for full indentation; 0.15 does better before, where much of the plastic
+    zone has strained less. On spheres and rough maps with two laws the area then agrees to 8 %.
+
+    Examples
+    --------
+    >>> from roughcontact import solve
+    >>> y, x = np.mgrid[-24:24, -24:24] * 1e-6
+    >>> ball = Surface(-(x**2 + y**2) / (2 * 1e-3), pixel=(1e-6, 1e-6))
+    >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1e9)
+    >>> found = recommended_ceiling(solve(ball, material=steel, load=2.5))
+    >>> round(found.load_ratio), round(found.factor, 1)
+    (6, 1.8)
+    """
+    body = softer(result.material, result.counter_material)
+    if body is None or body.yield_strength is None or body.first_yield_pressure is None:
+        return None
+    slope = math.sqrt(2) * _contact_slope(result)
+    if slope == 0:
+        return None
+    flow = body.yield_strength
+    if body.hardening is not None:
+        flow = float(body.hardening.strength(np.array(_STRAIN * slope)))
+    first_yield = body.first_yield_pressure / body.yield_strength
+    mean = result.load / result.corrected_contact_area
+    index = result.contact_modulus * slope / (math.pi * first_yield * flow)
+    ratio = 6 * index**2 * mean / (first_yield * flow)
+    ceiling = flow * ceiling_factor(ratio, first_yield)
+    return RecommendedCeiling(ratio, slope, flow, ceiling, ceiling / body.yield_strength)
+
+
+def _contact_slope(result: ContactResult) -> float:
+    """Return the root-mean-square slope within the contact spots, each less its mean."""
+    label = result.spots().label
+    places = np.nonzero(label)
+    bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
+    pixel = result.surface.pixel
+    # What a flat has that is tilted, by the rounding of its heights.
+    rounding = _ROUNDING * sum(float(np.nanmax(np.abs(b.heights))) for b in bodies) / min(pixel)
+    gap, spot = result.initial_gap, label[places]
+    if not spot.size:
+        return 0.0
+    count = np.bincount(spot)
+    square = np.zeros(spot.size)
+    for axis, edge in enumerate(pixel):
+        before, after = list(places), list(places)
+        before[axis] = np.maximum(places[axis] - 1, 0)
+        after[axis] = np.minimum(places[axis] + 1, gap.shape[axis] - 1)
+        apart = np.maximum(after[axis] - before[axis], 1) * edge
+        slope = (gap[tuple(after)] - gap[tuple(before)]) / apart
+        # Missing points never touch; at their rim the slope counts as that of the spot.
+        known = ~np.isnan(slope)
+        total = np.bincount(spot[known], slope[known], count.size)
+        mean = total / np.maximum(np.bincount(spot[known], minlength=count.size), 1)
+        square += np.where(known, slope - mean[spot], 0.0) ** 2
+    slope = math.sqrt(float(square.mean()))
+    return slope if slope > rounding else 0.0

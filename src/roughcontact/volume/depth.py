@@ -1,0 +1,345 @@
+"""Sections and profiles through bodies that have yielded: plastic strain and stress over depth.
+
+Coordinates are those of the map, counted from its corner; rows and columns that the volume has
+beyond the map are left out. Strain and stress are averages over a layer, at the centre of a pixel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import InputError
+from roughcontact.halfspace import plastic
+from roughcontact.volume.loop import PlasticBody, law_of
+
+if TYPE_CHECKING:
+    from roughcontact.volume.solve import ElastoplasticResult
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class DepthProfile:
+    """Plastic strain and stress over the depth below one point.
+
+    Parameters
+    ----------
+    point : (int, int)
+        Row and column on the map.
+    place : (float, float)
+        Its coordinates (y, x) [m].
+    faces : ndarray, shape (nz + 1,)
+        Depths of the faces of the layers [m], from 0 on.
+    accumulated : ndarray, shape (nz,)
+        Accumulated plastic strain.
+    strength : ndarray, shape (nz,)
+        Yield strength at that strain [Pa].
+    stress, residual_stress : ndarray, shape (nz, 3, 3)
+        Stress under load, and that by the plastic strain alone [Pa]; axes x, y, z, tension is
+        positive.
+    """
+
+    point: tuple[int, int]
+    place: tuple[float, float]
+    faces: NDArray[np.float64]
+    accumulated: Array
+    strength: Array
+    stress: Array
+    residual_stress: Array
+
+    @property
+    def depth(self) -> NDArray[np.float64]:
+        """Depth of the middle of each layer [m], shape (nz,)."""
+        return _middles(self.faces)
+
+    @property
+    def von_mises(self) -> Array:
+        """Von Mises stress under load [Pa], shape (nz,)."""
+        return _von_mises(self.stress)
+
+    @property
+    def residual_von_mises(self) -> Array:
+        """Von Mises stress by the plastic strain alone [Pa], shape (nz,)."""
+        return _von_mises(self.residual_stress)
+
+
+@dataclass(frozen=True, eq=False)
+class DepthSection:
+    """Plastic strain and stress on a vertical plane along a row or a column of the map.
+
+    Parameters
+    ----------
+    along : {"x", "y"}
+        The horizontal axis of the plane.
+    index : int
+        The row that it follows, or the column with ``along="y"``.
+    across : float
+        Where the plane lies on the other axis [m].
+    edges : ndarray, shape (n + 1,)
+        Edges of the pixels along the plane [m].
+    faces : ndarray, shape (nz + 1,)
+        Depths of the faces of the layers [m], from 0 on.
+    pressure, residual_displacement : ndarray, shape (n,)
+        On the surface above: pressure [Pa], and what plastic strain adds to the gap [m].
+    accumulated : ndarray, shape (nz, n)
+        Accumulated plastic strain.
+    strength : ndarray, shape (nz, n)
+        Yield strength at that strain [Pa].
+    stress, residual_stress : ndarray, shape (nz, n, 3, 3)
+        Stress under load, and that by the plastic strain alone [Pa]; axes x, y, z, tension is
+        positive.
+    """
+
+    along: str
+    index: int
+    across: float
+    edges: NDArray[np.float64]
+    faces: NDArray[np.float64]
+    pressure: NDArray[np.float64]
+    residual_displacement: NDArray[np.float64]
+    accumulated: Array
+    strength: Array
+    stress: Array
+    residual_stress: Array
+
+    @property
+    def place(self) -> NDArray[np.float64]:
+        """Centres of the pixels along the plane [m], shape (n,)."""
+        return _middles(self.edges)
+
+    @property
+    def depth(self) -> NDArray[np.float64]:
+        """Depth of the middle of each layer [m], shape (nz,)."""
+        return _middles(self.faces)
+
+    @property
+    def von_mises(self) -> Array:
+        """Von Mises stress under load [Pa], shape (nz, n)."""
+        return _von_mises(self.stress)
+
+    @property
+    def residual_von_mises(self) -> Array:
+        """Von Mises stress by the plastic strain alone [Pa], shape (nz, n)."""
+        return _von_mises(self.residual_stress)
+
+
+@dataclass(frozen=True, eq=False)
+class LayerProfile:
+    """What each layer below the map holds at most.
+
+    Parameters
+    ----------
+    faces : ndarray, shape (nz + 1,)
+        Depths of the faces of the layers [m], from 0 on.
+    plastic_fraction : ndarray, shape (nz,)
+        Share of the layer that has plastic strain.
+    max_accumulated : ndarray, shape (nz,)
+        Largest accumulated plastic strain.
+    max_von_mises, max_residual_von_mises : ndarray, shape (nz,)
+        Largest von Mises stress under load, and of that by the plastic strain alone [Pa].
+    """
+
+    faces: NDArray[np.float64]
+    plastic_fraction: NDArray[np.float64]
+    max_accumulated: Array
+    max_von_mises: Array
+    max_residual_von_mises: Array
+
+    @property
+    def depth(self) -> NDArray[np.float64]:
+        """Depth of the middle of each layer [m], shape (nz,)."""
+        return _middles(self.faces)
+
+
+def most_strained(result: ElastoplasticResult, body: int = 0) -> tuple[int, int, int]:
+    """Return where the plastic strain is largest below the map.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        A state of the volume.
+    body : int
+        Which of its bodies.
+
+    Returns
+    -------
+    (int, int, int)
+        Layer, row and column on the map; those of the largest von Mises stress where nothing
+        has yielded.
+
+    Raises
+    ------
+    InputError
+        If there is no such body.
+    """
+    held = _body(result, body)
+    values = _on_map(result, held, held.accumulated)
+    if not values.any():
+        values = _on_map(result, held, held.von_mises)
+    layer, row, column = (int(i) for i in np.unravel_index(values.argmax(), values.shape))
+    return layer, row, column
+
+
+def profile(
+    result: ElastoplasticResult, point: tuple[int, int] | None = None, body: int = 0
+) -> DepthProfile:
+    """Return plastic strain and stress over the depth below a point.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        A state of the volume.
+    point : (int, int), optional
+        Row and column on the map; by default those of the largest plastic strain.
+    body : int
+        Which of the bodies that yield, the rough one first.
+
+    Returns
+    -------
+    DepthProfile
+        From the surface down.
+
+    Raises
+    ------
+    InputError
+        If there is no such body, or the point does not lie on the map.
+    """
+    held = _body(result, body)
+    row, column = most_strained(result, body)[1:] if point is None else point
+    shape = result.contact.pressure.shape
+    if not (0 <= row < shape[0] and 0 <= column < shape[1]):
+        raise InputError(f"point must lie on the map of {shape} points, got {point!r}")
+    dy, dx = result.contact.surface.pixel
+    where = np.s_[..., row + held.margin, column + held.margin]
+    return DepthProfile(
+        (int(row), int(column)), ((row + 0.5) * dy, (column + 0.5) * dx), *_fields(held, where)
+    )
+
+
+def section(
+    result: ElastoplasticResult, along: str = "x", index: int | None = None, body: int = 0
+) -> DepthSection:
+    """Return plastic strain and stress on a vertical plane.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        A state of the volume.
+    along : {"x", "y"}
+        The horizontal axis of the plane.
+    index : int, optional
+        Row of the map that it follows, or its column with ``along="y"``; by default that of the
+        largest plastic strain.
+    body : int
+        Which of the bodies that yield, the rough one first.
+
+    Returns
+    -------
+    DepthSection
+        Over the length of the map.
+
+    Raises
+    ------
+    InputError
+        If there is no such body, ``along`` is something else, or the plane misses the map.
+    """
+    held = _body(result, body)
+    if along not in ("x", "y"):
+        raise InputError(f"along must be 'x' or 'y', got {along!r}")
+    axis = 1 if along == "x" else 0
+    contact = result.contact
+    shape, pixel = contact.pressure.shape, contact.surface.pixel
+    chosen = most_strained(result, body)[2 - axis] if index is None else index
+    if not 0 <= chosen < shape[1 - axis]:
+        line = "row" if along == "x" else "column"
+        raise InputError(f"index must be a {line} of {shape[1 - axis]}, got {index!r}")
+    ends = slice(held.margin, held.margin + shape[axis])
+    at = chosen + held.margin
+    on_map = np.s_[chosen, :] if along == "x" else np.s_[:, chosen]
+    faces, *fields = _fields(held, np.s_[..., at, ends] if along == "x" else np.s_[..., ends, at])
+    return DepthSection(
+        along,
+        int(chosen),
+        (chosen + 0.5) * pixel[1 - axis],
+        np.arange(shape[axis] + 1) * pixel[axis],
+        faces,
+        contact.pressure[on_map],
+        result.residual_displacement[on_map],
+        *fields,
+    )
+
+
+def layers(result: ElastoplasticResult, body: int = 0) -> LayerProfile:
+    """Return the largest plastic strain and stresses of each layer below the map.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        A state of the volume.
+    body : int
+        Which of the bodies that yield, the rough one first.
+
+    Returns
+    -------
+    LayerProfile
+        From the surface down.
+
+    Raises
+    ------
+    InputError
+        If there is no such body.
+    """
+    held = _body(result, body)
+    accumulated, loaded, residual = (
+        _on_map(result, held, values)
+        for values in (held.accumulated, held.von_mises, held.residual_von_mises)
+    )
+    return LayerProfile(
+        _faces(held),
+        (accumulated > 0).mean(axis=(1, 2)),
+        *(values.max(axis=(1, 2)) for values in (accumulated, loaded, residual)),
+    )
+
+
+def _body(result: ElastoplasticResult, body: int) -> PlasticBody:
+    if not 0 <= body < len(result.bodies):
+        raise InputError(f"body must be one of {len(result.bodies)} that yield, got {body!r}")
+    return result.bodies[body]
+
+
+def _on_map(result: ElastoplasticResult, body: PlasticBody, values: Array) -> Array:
+    ny, nx = result.contact.pressure.shape
+    first = body.margin
+    part: Array = values[:, first : first + ny, first : first + nx]
+    return part
+
+
+def _faces(body: PlasticBody) -> NDArray[np.float64]:
+    return np.append(0.0, np.cumsum(body.thickness))
+
+
+def _fields(body: PlasticBody, where: Any) -> tuple[Array, Array, Array, Array, Array]:
+    """Return faces, accumulated strain, strength and both stresses at some pixels."""
+    law = law_of(body.material)
+    accumulated = body.accumulated[where].copy()
+    stress, residual = (
+        plastic.tensor(np.moveaxis(deviator[where], 1, 0), mean[where])
+        for deviator, mean in (
+            (body.stress, body.mean_stress),
+            (body.residual_stress, body.mean_residual_stress),
+        )
+    )
+    return _faces(body), accumulated, law.strength(accumulated), stress, residual
+
+
+def _middles(edges: NDArray[np.float64]) -> NDArray[np.float64]:
+    middles: NDArray[np.float64] = (edges[1:] + edges[:-1]) / 2
+    return middles
+
+
+def _von_mises(tensor: Array) -> Array:
+    return plastic.equivalent(plastic.components(tensor))
