@@ -130,7 +130,7 @@ def run_roughcontact(case: Case, folder: Path, *, quick: bool) -> dict[str, Any]
     options = arguments(case, quick=quick)
     told: list[int] = []
 
-    def progress(step: rc.increments.Progress) -> None:
+    def progress(step: rc.volume.loop.Progress) -> None:
         told.append(step.iteration)
 
     cpu, began = time.process_time(), time.perf_counter()

@@ -130,7 +130,7 @@ def test_module_runs_as_a_program() -> None:
 
 def test_importing_the_command_line_leaves_heavy_packages_alone() -> None:
     code = (
-        "import sys, roughcontact.cli; "
+        "import sys, roughcontact.cli.app; "
         "sys.exit(bool({'matplotlib', 'xarray', 'pint', 'SurfaceTopography'} & set(sys.modules)))"
     )
     assert python("-c", code).returncode == 0
@@ -576,7 +576,7 @@ def interrupted_solver() -> Callable[..., Any]:
 def test_an_interrupted_solve_writes_nothing(
     rough: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(contact.solver, "solve", interrupted_solver())
+    monkeypatch.setattr(contact.bounded, "solve", interrupted_solver())
     output = tmp_path / "out.nc"
     output.write_text("an older result")
     assert solve(rough, *STEEL, "--output", str(output)) == app.INTERRUPTED

@@ -76,7 +76,9 @@ def test_gap_certificate_and_load(loaded) -> None:
     area = PIXEL**2
     assert contact.pressure.sum() * area == pytest.approx(0.65, rel=1e-10)
     # The gap again, from pressure and residual displacement alone.
-    elastic = rc.convolution.free(contact.pressure.shape, (PIXEL, PIXEL), contact.contact_modulus)
+    elastic = rc.halfspace.convolution.free(
+        contact.pressure.shape, (PIXEL, PIXEL), contact.contact_modulus
+    )
     gap = contact.initial_gap + elastic(contact.pressure) + loaded.residual_displacement
     gap -= contact.approach
     np.testing.assert_allclose(contact.gap, gap, atol=1e-15)
@@ -378,7 +380,7 @@ def test_acceleration_of_a_linear_map() -> None:
     matrix = rotation @ np.diag(np.linspace(0, 0.98, 20)) @ rotation.T
     offset = rng.normal(size=20)
     exact = np.linalg.solve(np.eye(20) - matrix, offset)
-    mixer = anderson.Mixer([1.0, 2.0], rc.convolution.Workspace(2))
+    mixer = anderson.Mixer([1.0, 2.0], rc.halfspace.convolution.Workspace(2))
     sizes = (1, 3)
     y = [np.zeros((5, size)) for size in sizes]
     for iteration in range(80):
@@ -397,7 +399,7 @@ def test_acceleration_of_a_linear_map() -> None:
 
 
 def test_unknowns_that_join_keep_the_memory() -> None:
-    small, large = (anderson.Mixer([1.0], rc.convolution.Workspace(1)) for _ in range(2))
+    small, large = (anderson.Mixer([1.0], rc.halfspace.convolution.Workspace(1)) for _ in range(2))
     rng = np.random.default_rng(5)
     place = np.array([0, 2, 3])
     for step in range(6):
@@ -567,7 +569,7 @@ def test_memory_estimate_is_in_proportion() -> None:
 
 @pytest.mark.parametrize(
     ("boundary", "precision", "counter_material"),
-    [("free", "single", rc.material.RIGID), ("periodic", "double", SWIFT)],
+    [("free", "single", rc.RIGID), ("periodic", "double", SWIFT)],
     ids=["free", "periodic"],
 )
 def test_memory_estimate_is_what_arrays_take(boundary, precision, counter_material) -> None:

@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 
 import roughcontact as rc
 from roughcontact.contact.archive import load_elastoplastic
+from roughcontact.files import to_json
 from roughcontact.formats import export
 from roughcontact.material.hardening import Linear
 
@@ -731,7 +732,7 @@ def test_json_of_two_bodies(pair: rc.ContactResult, tmp_path: Path) -> None:
 
 def test_what_is_not_finite_is_null() -> None:
     values = {"a": [math.nan, (math.inf, 1.5)], "b": {"c": -math.inf}, "d": "nan", "e": np.inf}
-    read = json.loads(export.to_json(values), parse_constant=refuse)
+    read = json.loads(to_json(values), parse_constant=refuse)
     assert read == {"a": [None, [None, 1.5]], "b": {"c": None}, "d": "nan", "e": None}
 
 
@@ -831,7 +832,7 @@ def test_an_old_file_survives_a_failure(
             raise OSError(28, "No space left on device")
 
         with monkeypatch.context() as patch:
-            patch.setattr("roughcontact.contact.archive.os.replace", full)
+            patch.setattr("roughcontact.files.os.replace", full)
             with pytest.raises(OSError, match="No space left"):
                 source.save(path)
         assert path.read_text() == "old"

@@ -118,7 +118,7 @@ def test_solve_refuses_before_it_computes(
 
     surface = rc.Surface(np.eye(40, 50) * 1e-6, (1e-6, 1e-6))
     options = {"boundary": boundary, "precision": precision}
-    for module, name in ((solve.solver, "solve"), (solve, "initial_gap")):
+    for module, name in ((solve.bounded, "solve"), (solve, "initial_gap")):
         monkeypatch.setattr(module, name, touched)
     leave(monkeypatch, memory_estimate(surface.shape, **options) - 1)
     with pytest.raises(rc.InsufficientMemoryError, match="40 × 50"):

@@ -1,18 +1,98 @@
-"""Errors that a caller may want to tell apart; each message says what, found, do."""
+"""Kinds of failure and the checks of arguments; each message says what, found, do.
+
+An error is data: which argument, which value, and a sentence in which other arguments are
+mentioned, not spelled. Each edge (Python, an option, a key of a project file, a web form) has
+its own words for them; `str` gives those of Python.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from numbers import Real
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from roughcontact.contact.result import ContactResult
-    from roughcontact.volume.solve import ElastoplasticResult
+
+@dataclass(frozen=True)
+class Mention:
+    """An argument of the public face within a sentence.
+
+    Parameters
+    ----------
+    name : str
+        As Python spells it: ``"max_iterations"``.
+    value : object, optional
+        A setting of it that the sentence advises or speaks of.
+    """
+
+    name: str
+    value: object = None
+
+    def __str__(self) -> str:
+        """Return it as Python writes it: ``precision="single"``."""
+        if self.value is None:
+            return self.name
+        value = f'"{self.value}"' if isinstance(self.value, str) else repr(self.value)
+        return f"{self.name}={value}"
+
+
+Part = str | Mention
+
+
+def worded(parts: tuple[Part, ...], spell: Callable[[Mention], str] = str) -> str:
+    """Return a sentence in the words of one edge.
+
+    Parameters
+    ----------
+    parts : tuple of str and Mention
+        What it says.
+    spell : callable
+        ``spell(mention)`` returns the words for an argument; those of Python without.
+
+    Returns
+    -------
+    str
+        The sentence.
+
+    Examples
+    --------
+    >>> worded(("give ", Mention("precision", "single")))
+    'give precision="single"'
+    """
+    return "".join(part if isinstance(part, str) else spell(part) for part in parts)
 
 
 class RoughcontactError(Exception):
-    """Base of every error that this package raises on purpose."""
+    """Base of every error that this package raises on purpose.
+
+    Parameters
+    ----------
+    *parts : str or Mention
+        The sentence, in pieces; where ``argument`` is given, without its name in front.
+    argument : str, optional
+        The argument that cannot be used, as Python spells it.
+    value : object, optional
+        What was given for it.
+    """
+
+    def __init__(self, *parts: Part, argument: str | None = None, value: object = None) -> None:
+        super().__init__(*parts)
+        self.parts: tuple[Part, ...] = parts
+        self.argument = argument
+        self.value = value
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Let it travel between processes."""
+        return (_again, (type(self), self.args, self.__dict__))
+
+    def worded(self, spell: Callable[[Mention], str] = str) -> str:
+        """Return the message in the words of one edge; see `worded`."""
+        text = worded(self.parts, spell)
+        return text if self.argument is None else f"{spell(Mention(self.argument))} {text}"
+
+    def __str__(self) -> str:
+        """Return the message in the words of Python."""
+        return self.worded()
 
 
 class InputError(RoughcontactError, ValueError):
@@ -40,23 +120,42 @@ class ConvergenceError(RoughcontactError, RuntimeError):
         The best result found; its ``status`` says why the solver stopped.
     """
 
-    def __init__(self, message: str, result: ContactResult | ElastoplasticResult) -> None:
-        super().__init__(message, result)
+    def __init__(self, message: str, result: object) -> None:
+        super().__init__(message)
         self.result = result
-
-    def __str__(self) -> str:
-        """Return the message alone."""
-        return str(self.args[0])
 
 
 def require_positive(**values: float) -> None:
     """Raise `InputError`, naming argument and value, unless all values are positive and finite."""
     for name, value in values.items():
         if not isinstance(value, Real) or not 0 < value < math.inf:
-            raise InputError(f"{name} must be positive and finite, got {value!r}")
+            raise InputError(
+                f"must be positive and finite, got {value!r}", argument=name, value=value
+            )
+
+
+def require_choice(known: tuple[str, ...], **values: str) -> None:
+    """Raise `InputError`, naming argument and value, unless all values are among those known."""
+    for name, value in values.items():
+        if value not in known:
+            choices = " or ".join(repr(choice) for choice in known)
+            raise InputError(f"must be {choices}, got {value!r}", argument=name, value=value)
 
 
 def require_pixel(pixel: tuple[float, float]) -> None:
     """Raise `InputError` unless both edges of a pixel are positive and finite."""
     if len(pixel) != 2 or not all(0 < edge < math.inf for edge in pixel):
-        raise InputError(f"pixel must be positive and finite (dy, dx) [m], got {pixel!r}")
+        raise InputError(
+            f"must be positive and finite (dy, dx) [m], got {pixel!r}",
+            argument="pixel",
+            value=pixel,
+        )
+
+
+def _again(
+    kind: type[RoughcontactError], args: tuple[Part, ...], state: dict[str, object]
+) -> RoughcontactError:
+    error = kind.__new__(kind, *args)
+    error.args = args
+    error.__dict__.update(state)
+    return error

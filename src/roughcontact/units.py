@@ -108,7 +108,9 @@ def parse(text: str, dimension: str, name: str, positive: bool = True) -> float:
     if not math.isfinite(value):
         raise InputError(f"{wanted}, got {shown} which is not a finite number")
     if positive and not value > 0:
-        raise InputError(f"{name} must be positive, got {shown}; write {_EXAMPLES[dimension]}")
+        raise InputError(
+            f"must be positive, got {shown}; write {_EXAMPLES[dimension]}", argument=name
+        )
     return value
 
 

@@ -18,6 +18,7 @@ import typer
 from roughcontact._version import __version__
 from roughcontact.cli import console
 from roughcontact.errors import InputError, RoughcontactError
+from roughcontact.files import to_json
 from roughcontact.formats import export
 from roughcontact.request import job
 from roughcontact.request.job import BODIES, MAP, OPTIONS, OUTPUT, SOLVER, Job
@@ -225,7 +226,7 @@ def _solve(asked: Job, as_json: _Json = False, quiet: _Quiet = False) -> None:
         told = {**export.record(volume or result), "resolution_notes": list(outcome.notes)}
         if outcome.study is not None:
             told["study"] = outcome.study.summary()
-        print(export.to_json({**told, "written": [str(path) for path in outcome.written]}))
+        print(to_json({**told, "written": [str(path) for path in outcome.written]}))
     elif not quiet and volume is not None:
         console.show_volume(volume, outcome.notes, outcome.written)
     elif not quiet:
@@ -330,7 +331,7 @@ def _sweep(
             tasks.append((asked.report, job.curve_report(asked, maps, curve)))
         written = job.write(tasks, say)
     if as_json:
-        print(export.to_json({**curve.summary(), "written": [str(path) for path in written]}))
+        print(to_json({**curve.summary(), "written": [str(path) for path in written]}))
     elif not quiet:
         console.show_curve(curve, written)
 
@@ -442,7 +443,7 @@ def _stress(
         told = {**export.record(found.contact), "stress": found.summary()}
         if first is not None:
             told["first_yield"] = first.summary()
-        print(export.to_json({**told, "written": [str(path) for path in written]}))
+        print(to_json({**told, "written": [str(path) for path in written]}))
     elif not quiet:
         console.show_solution(outcome, str(asked.given.get("ceiling", "auto")))
         console.show_stress(found, first, written)
@@ -547,7 +548,7 @@ def _history(
             tasks.append((asked.report, lambda place: found.last.report(place, command, sections)))
         written = job.write(tasks, say)
     if as_json:
-        print(export.to_json({**found.summary(), "written": [str(place) for place in written]}))
+        print(to_json({**found.summary(), "written": [str(place) for place in written]}))
     elif not quiet:
         console.show_history(found, written)
 
@@ -583,7 +584,7 @@ def _run(
     except KeyboardInterrupt:
         raise job.UnfinishedError(project.finished(entries)) from None
     if as_json:
-        print(export.to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
+        print(to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
     elif not quiet:
         console.show_reports(reports)
     failed = [report for report in reports if report.state == project.FAILED]
@@ -614,7 +615,7 @@ def _info(
             {"name": c.name, "unit": c.unit, "is_height": c.is_height, "shape": list(c.shape)}
             for c in channels
         ]
-        print(export.to_json({**facts, "channels": listed}))
+        print(to_json({**facts, "channels": listed}))
     else:
         console.show_info(surface, facts, channels)
 
@@ -633,7 +634,7 @@ def _materials(
 
     found = catalogue.entries() if name is None else (catalogue.entry(name),)
     if as_json:
-        print(export.to_json({"materials": [dataclasses.asdict(entry) for entry in found]}))
+        print(to_json({"materials": [dataclasses.asdict(entry) for entry in found]}))
     elif name is None:
         console.show_catalogue(found)
     else:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from roughcontact import netcdf
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import FormatError, InputError
+from roughcontact.files import replacing
 from roughcontact.material import hardening
 from roughcontact.material.material import Material
 from roughcontact.surface.surface import Provenance, Surface
@@ -48,29 +49,6 @@ _WORDS = ("boundary", "precision", "control", "status", "version")
 _COUNTS = ("iterations", "convolutions")
 _PAIRS = {"tilt": "1", "moments": "N m"}
 _BODIES = ("material", "counter_material")
-
-
-@contextmanager
-def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a temporary name beside a file and move it there at the end.
-
-    Parameters
-    ----------
-    path : str or path
-        The file wanted.
-
-    Yields
-    ------
-    Path
-        Where to write. If the block fails nothing new stays behind, and an old file survives.
-    """
-    target = Path(path)
-    temporary = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
-    try:
-        yield temporary
-        os.replace(temporary, target)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def surface_to_dataset(surface: Surface) -> xarray.Dataset:
@@ -254,7 +232,7 @@ def load_result(path: str | os.PathLike[str]) -> ContactResult:
 
 def _require_suffix(path: str | os.PathLike[str]) -> None:
     if Path(path).suffix.lower() != ".nc":
-        raise InputError(f"path must end in .nc, got {str(path)!r}")
+        raise InputError(f"must end in .nc, got {str(path)!r}", argument="path", value=str(path))
 
 
 def _opened(path: str | os.PathLike[str]) -> xarray.Dataset:

@@ -17,10 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._version import __version__
 from roughcontact.contact import result, resume, solve
-from roughcontact.contact.archive import replacing
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError, FormatError, InputError
-from roughcontact.formats import export
+from roughcontact.files import replacing, to_json
 from roughcontact.material.material import RIGID, Material, contact_modulus
 from roughcontact.solvers.bounded import Step
 from roughcontact.surface import roughness
@@ -132,7 +131,9 @@ class LoadCurve:
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `LoadStep` for names and units."""
         if name not in UNITS:
-            raise InputError(f"name must be one of {', '.join(UNITS)}, got {name!r}")
+            raise InputError(
+                f"must be one of {', '.join(UNITS)}, got {name!r}", argument="name", value=name
+            )
         return np.array([getattr(step, name) for step in self.steps], dtype=float)
 
     @property
@@ -198,7 +199,9 @@ class LoadCurve:
         """
         suffix = Path(path).suffix.lower()
         if suffix not in (".csv", ".json"):
-            raise InputError(f"path must end in .csv or .json, got {str(path)!r}")
+            raise InputError(
+                f"must end in .csv or .json, got {str(path)!r}", argument="path", value=str(path)
+            )
         contact_area, saturated_area = self.persson
         extra = {
             "constriction_length": ("m", self.constriction_length),
@@ -214,7 +217,7 @@ class LoadCurve:
                 lines.append(",".join(repr(value) for value in values))
             text = "\n".join(lines) + "\n"
         else:
-            text = export.to_json(self.summary()) + "\n"
+            text = to_json(self.summary()) + "\n"
         with replacing(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
 
@@ -392,11 +395,13 @@ def spaced(first: float, last: float, number: int, spacing: str = "log") -> list
     ([1.0, 10.0, 100.0], [1.0, 3.0, 5.0])
     """
     if spacing not in ("log", "linear"):
-        raise InputError(f"spacing must be 'log' or 'linear', got {spacing!r}")
+        raise InputError(
+            f"must be 'log' or 'linear', got {spacing!r}", argument="spacing", value=spacing
+        )
     if not (0 < first < last < math.inf):
         raise InputError(f"the first value must be positive and below the last: {first}, {last}")
     if number < 2:
-        raise InputError(f"number must be at least 2, got {number}")
+        raise InputError(f"must be at least 2, got {number}", argument="number")
     values = (np.geomspace if spacing == "log" else np.linspace)(first, last, number)
     return [float(value) for value in values]
 
@@ -406,12 +411,12 @@ def _ascending(
 ) -> list[float]:
     given = list(loads if loads is not None else approaches or ())
     if not given:
-        raise InputError(f"{name} is empty: give at least one value")
+        raise InputError("is empty: give at least one value", argument=name)
     if not all(isinstance(value, Real) and 0 < value < math.inf for value in given):
-        raise InputError(f"{name} must be positive and finite, got {given}")
+        raise InputError(f"must be positive and finite, got {given}", argument=name)
     values = [float(value) for value in given]
     if any(second <= first for first, second in pairwise(values)):
-        raise InputError(f"{name} must ascend, got {given}; sort them")
+        raise InputError(f"must ascend, got {given}; sort them", argument=name)
     return values
 
 

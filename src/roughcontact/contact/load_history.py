@@ -19,9 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._version import __version__
 from roughcontact.contact import solve
-from roughcontact.contact.archive import replacing
 from roughcontact.contact.result import ContactResult, initial_gap
 from roughcontact.errors import CapacityError, ConvergenceError, InputError
+from roughcontact.files import replacing
 from roughcontact.material.material import RIGID, Material, contact_modulus, softer
 from roughcontact.solvers.bounded import Step
 from roughcontact.surface.surface import Provenance, Surface
@@ -83,15 +83,27 @@ class Stage:
         if (self.load is None) == (self.approach is None):
             raise InputError("a stage needs either a load or an approach, and only one of them")
         if self.load is not None and not (_is_finite(self.load) and self.load >= 0):
-            raise InputError(f"load must be finite and not negative [N], got {self.load!r}")
+            raise InputError(
+                f"must be finite and not negative [N], got {self.load!r}",
+                argument="load",
+                value=self.load,
+            )
         if self.approach is not None and not _is_finite(self.approach):
-            raise InputError(f"approach must be finite [m], got {self.approach!r}")
+            raise InputError(
+                f"must be finite [m], got {self.approach!r}",
+                argument="approach",
+                value=self.approach,
+            )
         try:
             y, x = (float(length) for length in self.shift)
         except (TypeError, ValueError):
             y = x = math.nan
         if not (math.isfinite(y) and math.isfinite(x)):
-            raise InputError(f"shift must be a pair (y, x) of lengths [m], got {self.shift!r}")
+            raise InputError(
+                f"must be a pair (y, x) of lengths [m], got {self.shift!r}",
+                argument="shift",
+                value=self.shift,
+            )
         object.__setattr__(self, "shift", (y, x))
 
 
@@ -185,7 +197,9 @@ class LoadHistory:
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `HistoryStep` for names and units."""
         if name not in UNITS:
-            raise InputError(f"name must be one of {', '.join(UNITS)}, got {name!r}")
+            raise InputError(
+                f"must be one of {', '.join(UNITS)}, got {name!r}", argument="name", value=name
+            )
         return np.array([getattr(step, name) for step in self.steps], dtype=float)
 
     @property
@@ -271,7 +285,9 @@ class LoadHistory:
         """
         suffix = Path(path).suffix.lower()
         if suffix not in (".csv", ".json"):
-            raise InputError(f"path must end in .csv or .json, got {str(path)!r}")
+            raise InputError(
+                f"must end in .csv or .json, got {str(path)!r}", argument="path", value=str(path)
+            )
         if suffix == ".csv":
             table = io.StringIO()
             writer = csv.writer(table, lineterminator="\n")
@@ -451,7 +467,9 @@ def passes(
     (0.0, 4e-06)
     """
     if not isinstance(count, int) or count < 1:
-        raise InputError(f"count must be a positive integer, got {count!r}")
+        raise InputError(
+            f"must be a positive integer, got {count!r}", argument="count", value=count
+        )
     step = Stage(load=0.0, shift=shift).shift
     return [
         Stage(load=load, shift=(number * step[0], number * step[1]))
@@ -477,7 +495,7 @@ def _stages(path: Sequence[Stage | float]) -> tuple[Stage, ...]:
         except InputError as error:
             raise InputError(f"stage {number}: {error}") from None
     if not stages:
-        raise InputError("path is empty: give at least one load")
+        raise InputError("is empty: give at least one load", argument="path")
     return tuple(stages)
 
 

@@ -103,7 +103,9 @@ class ResolutionStudy:
     def changes(self, name: str) -> tuple[float, ...]:
         """Return the relative changes of a quantity from each grid to the next finer one."""
         if name not in QUANTITIES:
-            raise InputError(f"name must be one of {', '.join(QUANTITIES)}, got {name!r}")
+            raise InputError(
+                f"must be one of {', '.join(QUANTITIES)}, got {name!r}", argument="name", value=name
+            )
         values = [getattr(grid, name) for grid in self.grids]
         return tuple(_change(old, new) for old, new in pairwise(values))
 
@@ -223,8 +225,9 @@ contact area, maximum pressure, mean pressure.
     """
     if min(surface.shape) < 2 * _FEWEST_POINTS:
         raise InputError(
-            f"surface has {surface.shape[0]} × {surface.shape[1]} points: a study of the "
-            f"resolution needs at least {2 * _FEWEST_POINTS} along each side"
+            f"has {surface.shape[0]} × {surface.shape[1]} points: a study of the "
+            f"resolution needs at least {2 * _FEWEST_POINTS} along each side",
+            argument="surface",
         )
     options: dict[str, Any] = {
         "load": load,

@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 
 from roughcontact._version import __version__
-from roughcontact.contact.archive import replacing
 from roughcontact.errors import FormatError, InputError
-from roughcontact.formats.export import to_json
+from roughcontact.files import replacing, to_json
 from roughcontact.material.material import Material
 from roughcontact.surface.surface import Surface
 
@@ -64,7 +63,7 @@ def claim(
     # As it reads back from the file.
     described: dict[str, Any] = json.loads(to_json(problem))
     if folder.exists() and not folder.is_dir():
-        raise InputError(f"folder {folder} is a file; give the name of a folder")
+        raise InputError(f"{folder} is a file; give the name of a folder", argument="folder")
     if path.exists():
         try:
             before = json.loads(path.read_text(encoding="utf-8"))
@@ -74,21 +73,27 @@ def claim(
         if other:
             verb = "differs" if len(other) == 1 else "differ"
             raise InputError(
-                f"folder {folder} holds another {kind}: {', '.join(other)} {verb}; give another "
-                "folder, or remove this one to start again"
+                f"{folder} holds another {kind}: {', '.join(other)} {verb}; give another "
+                "folder, or remove this one to start again",
+                argument="folder",
             )
         if not os.access(folder, os.W_OK | os.X_OK):
-            raise InputError(f"folder {folder} cannot be written to; give another folder")
+            raise InputError(
+                f"{folder} cannot be written to; give another folder", argument="folder"
+            )
         return folder
     if any(folder.glob(pattern)):
-        raise InputError(f"folder {folder} holds steps without {record}; give another folder")
+        raise InputError(
+            f"{folder} holds steps without {record}; give another folder", argument="folder"
+        )
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with replacing(path) as temporary:
             temporary.write_text(to_json(described), encoding="utf-8")
     except OSError as error:
         raise InputError(
-            f"folder {folder} cannot be written to ({error.strerror}); give another folder"
+            f"{folder} cannot be written to ({error.strerror}); give another folder",
+            argument="folder",
         ) from None
     return folder
 

@@ -367,7 +367,11 @@ def _stated(
         tolerance = 1e-6 if precision == "double" else 1e-4
     require_positive(tolerance=tolerance)
     if not isinstance(max_iterations, Integral) or max_iterations < 1:
-        raise InputError(f"max_iterations must be a positive integer, got {max_iterations!r}")
+        raise InputError(
+            f"must be a positive integer, got {max_iterations!r}",
+            argument="max_iterations",
+            value=max_iterations,
+        )
     if (load is None) == (approach is None):
         raise InputError("give either load or approach, and only one of them")
     if moments is not None:
@@ -404,8 +408,9 @@ def _stated(
             full = float(gap.mean())
             if approach >= full:
                 raise CapacityError(
-                    f"approach = {approach:.6g} m is beyond full contact of this periodic "
-                    f"surface at {full:.6g} m, where the load is undefined; give a load instead"
+                    f"= {approach:.6g} m is beyond full contact of this periodic "
+                    f"surface at {full:.6g} m, where the load is undefined; give a load instead",
+                    argument="approach",
                 )
     if precision == "single":
         gap = gap.astype(np.float32)
@@ -426,13 +431,19 @@ def _checked_moments(
     except (TypeError, ValueError):
         about_y = about_x = math.nan
     if not (math.isfinite(about_y) and math.isfinite(about_x)):
-        raise InputError(f"moments must be a pair (y, x) of numbers [N m], got {moments!r}")
+        raise InputError(
+            f"must be a pair (y, x) of numbers [N m], got {moments!r}",
+            argument="moments",
+            value=moments,
+        )
     if load is None:
-        raise InputError("moments need a load to balance; give load instead of approach")
+        raise InputError(
+            "need a load to balance; give load instead of approach", argument="moments"
+        )
     if boundary == "periodic":
-        raise InputError("moments need boundary='free': a tilt has no period")
+        raise InputError("need boundary='free': a tilt has no period", argument="moments")
     if precision == "single":
-        raise InputError("moments need precision='double' to be balanced to 1e-8")
+        raise InputError("need precision='double' to be balanced to 1e-8", argument="moments")
     return about_y, about_x
 
 
@@ -504,7 +515,7 @@ def check_choice(name: str, value: str, known: tuple[str, ...]) -> None:
     """Raise `InputError` unless a value is one of those known."""
     if value not in known:
         choices = " or ".join(repr(choice) for choice in known)
-        raise InputError(f"{name} must be {choices}, got {value!r}")
+        raise InputError(f"must be {choices}, got {value!r}", argument=name, value=value)
 
 
 def check_bodies(
@@ -538,8 +549,9 @@ def check_surfaces(surface: Surface, counter_surface: Surface | None) -> None:
         counter_surface.pixel, surface.pixel, rtol=1e-9, atol=0
     ):
         raise InputError(
-            f"counter_surface has {counter_surface.shape} pixels of {counter_surface.pixel} m, "
-            f"surface {surface.shape} of {surface.pixel} m: both bodies need the same grid"
+            f"has {counter_surface.shape} pixels of {counter_surface.pixel} m, "
+            f"surface {surface.shape} of {surface.pixel} m: both bodies need the same grid",
+            argument="counter_surface",
         )
 
 
@@ -547,15 +559,17 @@ def _check_start(start: ContactResult | ArrayLike, shape: tuple[int, int]) -> No
     pressure = np.asarray(start.pressure if isinstance(start, ContactResult) else start)
     if pressure.dtype.kind not in "fiu":
         raise InputError(
-            f"start must be a ContactResult or a map of pressures [Pa], got {type(start).__name__}"
+            f"must be a ContactResult or a map of pressures [Pa], got {type(start).__name__}",
+            argument="start",
         )
     if pressure.shape != shape:
         raise InputError(
-            f"start has {pressure.shape} pixels and the surface {shape}; "
-            "start from a solution on the same grid"
+            f"has {pressure.shape} pixels and the surface {shape}; "
+            "start from a solution on the same grid",
+            argument="start",
         )
     if not (np.isfinite(pressure).all() and (pressure >= 0).all()):
-        raise InputError("start must hold finite pressures that are not negative")
+        raise InputError("must hold finite pressures that are not negative", argument="start")
 
 
 def resolved_ceiling(
@@ -594,18 +608,24 @@ def resolved_ceiling(
     try:
         given = np.asarray(ceiling)
     except ValueError:
-        raise InputError("ceiling must be a number or a map, got rows of unequal length") from None
+        raise InputError(
+            "must be a number or a map, got rows of unequal length", argument="ceiling"
+        ) from None
     if given.dtype.kind not in "fiu" or isinstance(ceiling, np.ma.MaskedArray):
-        raise InputError(f"ceiling must be real numbers [Pa], got {type(ceiling).__name__}")
+        raise InputError(
+            f"must be real numbers [Pa], got {type(ceiling).__name__}", argument="ceiling"
+        )
     values = given.astype(np.float64)
     if values.ndim == 0:
         require_positive(ceiling=float(values))
         return float(values)
     if values.shape != shape:
-        raise InputError(f"ceiling has shape {values.shape}, the surface {shape}")
+        raise InputError(f"has shape {values.shape}, the surface {shape}", argument="ceiling")
     if not (values > 0).all():
         smallest = float(values.min())
-        raise InputError(f"ceiling must be positive everywhere [Pa], its smallest is {smallest!r}")
+        raise InputError(
+            f"must be positive everywhere [Pa], its smallest is {smallest!r}", argument="ceiling"
+        )
     if np.isinf(values).all():
         return None
     values.flags.writeable = False
@@ -629,8 +649,9 @@ def _capacity(
     # The full capacity is a load like any other; rounding must not refuse it.
     if load > capacity * (1 + 1e-12):
         raise CapacityError(
-            f"load = {load:.6g} N is more than the surface can carry: the ceiling times the "
-            f"area of its valid pixels is {capacity:.6g} N"
+            f"= {load:.6g} N is more than the surface can carry: the ceiling times the "
+            f"area of its valid pixels is {capacity:.6g} N",
+            argument="load",
         )
     return capacity
 

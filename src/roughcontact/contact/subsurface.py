@@ -24,6 +24,7 @@ from roughcontact.errors import (
     InsufficientMemoryError,
     require_positive,
 )
+from roughcontact.files import replacing
 from roughcontact.halfspace import stress
 from roughcontact.halfspace.tensors import COMPONENTS, von_mises
 from roughcontact.material.material import RIGID, Material
@@ -152,7 +153,7 @@ class StressResult:
             If ``along`` is something else.
         """
         if along not in ("x", "y"):
-            raise InputError(f"along must be 'x' or 'y', got {along!r}")
+            raise InputError(f"must be 'x' or 'y', got {along!r}", argument="along", value=along)
         return von_mises(self.section_x if along == "x" else self.section_y)
 
     def summary(self) -> dict[str, Any]:
@@ -196,10 +197,12 @@ class StressResult:
             If the file cannot be written; an old file survives.
         """
         if Path(path).suffix.lower() != ".nc":
-            raise InputError(f"path must end in .nc, got {str(path)!r}")
+            raise InputError(
+                f"must end in .nc, got {str(path)!r}", argument="path", value=str(path)
+            )
         dataset = to_dataset(self)
         packed = {name: {"zlib": True, "complevel": 1} for name in ("pressure", "saturated")}
-        with archive.replacing(path) as temporary:
+        with replacing(path) as temporary:
             dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
 
 
@@ -256,14 +259,16 @@ def subsurface_stress(
     0.62
     """
     if not isinstance(result, ContactResult):
-        raise InputError(f"result must be a ContactResult, got {type(result).__name__}")
+        raise InputError(f"must be a ContactResult, got {type(result).__name__}", argument="result")
     material = _body(result, body)
     if math.isinf(material.young):
         raise InputError(f"the {body} body is rigid: there is no stress in it to compute")
     if depths is not None and not (np.asarray(depths, dtype=float) > 0).all():
         raise InputError(
-            f"depths must lie below the surface, got {float(np.min(depths))!r} m; the "
-            "surface itself is `stress.slices` at 0"
+            f"must lie below the surface, got {float(np.min(depths))!r} m; the "
+            "surface itself is `stress.slices` at 0",
+            argument="depths",
+            value=float(np.min(depths)),
         )
     _check_memory(result, precision, friction)
     pull = friction if body == "first" else -friction
@@ -381,7 +386,7 @@ def yield_onset(
     if start is not None:
         require_positive(start=start)
     if body not in _BODIES:
-        raise InputError(f"body must be 'first' or 'second', got {body!r}")
+        raise InputError(f"must be 'first' or 'second', got {body!r}", argument="body", value=body)
     yielding = material if body == "first" else counter_material
     strength = yielding.yield_strength
     if strength is None or math.isinf(yielding.young):
@@ -523,5 +528,5 @@ def _check_memory(result: ContactResult, precision: str, friction: float) -> Non
 
 def _body(result: ContactResult, body: str) -> Material:
     if body not in _BODIES:
-        raise InputError(f"body must be 'first' or 'second', got {body!r}")
+        raise InputError(f"must be 'first' or 'second', got {body!r}", argument="body", value=body)
     return result.material if body == "first" else result.counter_material

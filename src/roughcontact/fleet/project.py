@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from roughcontact._version import __version__
-from roughcontact.contact.archive import replacing
 from roughcontact.errors import FormatError, InputError, RoughcontactError
+from roughcontact.files import replacing, to_json
 from roughcontact.formats import export
 from roughcontact.halfspace import convolution
 from roughcontact.request import job
@@ -211,7 +211,7 @@ def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
     if outcome.study is not None:
         told["study"] = outcome.study.summary()
     told |= {"written": [str(path) for path in outcome.written], "run": digest}
-    text = export.to_json(told)
+    text = to_json(told)
     with replacing(entry.summary) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
     return SOLVED, json.loads(text), ""

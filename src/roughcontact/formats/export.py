@@ -24,7 +24,6 @@ from __future__ import annotations
 import base64
 import csv
 import hashlib
-import json
 import math
 import os
 import struct
@@ -41,13 +40,13 @@ from numpy.typing import NDArray
 
 from roughcontact._version import __version__
 from roughcontact.contact.archive import (
-    replacing,
     save_elastoplastic,
     save_result,
     surface_to_dataset,
 )
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
+from roughcontact.files import replacing, to_json
 from roughcontact.formats.read import TEXT_MARK
 from roughcontact.halfspace import plastic
 from roughcontact.surface.surface import Surface
@@ -245,7 +244,9 @@ def save_csv(
         field = "height" if isinstance(source, Surface) else "pressure"
     known = _names(source)
     if field not in known:
-        raise InputError(f"field must be one of {', '.join(known)}, got {field!r}")
+        raise InputError(
+            f"must be one of {', '.join(known)}, got {field!r}", argument="field", value=field
+        )
     (dy, dx), values = _surface_of(source).pixel, _values(source, field)
     if values.dtype == np.bool_:
         values = values.astype(np.uint8)
@@ -364,31 +365,6 @@ def record(result: Result) -> dict[str, Any]:
         "counter_source": None if other is None else other.provenance.source,
         "counter_preparation": None if other is None else list(other.provenance.steps),
     }
-
-
-def to_json(values: Mapping[str, Any]) -> str:
-    """Return JSON text.
-
-    Parameters
-    ----------
-    values : mapping
-        Numbers, words, lists and dictionaries of them.
-
-    Returns
-    -------
-    str
-        Text that every reader of JSON takes: what is not finite, of which JSON knows nothing,
-        is ``null``.
-
-    Examples
-    --------
-    >>> print(to_json({"young": float("inf"), "poisson": 0.5}))
-    {
-      "young": null,
-      "poisson": 0.5
-    }
-    """
-    return json.dumps(_finite(values), indent=2, allow_nan=False)
 
 
 def save_vtk(source: Surface | Result, path: str | os.PathLike[str]) -> None:
@@ -682,15 +658,19 @@ def _writer(
     suffix = Path(path).suffix.lower()
     if suffix not in writers:
         raise InputError(
-            f"path must end in one of {', '.join(writers)} for {what}, got {str(path)!r}; figures "
-            "are written by roughcontact.plots.maps"
+            f"must end in one of {', '.join(writers)} for {what}, got {str(path)!r}; figures "
+            "are written by roughcontact.plots.maps",
+            argument="path",
+            value=str(path),
         )
     return writers[suffix]
 
 
 def _require_suffix(path: str | os.PathLike[str], suffix: str) -> None:
     if Path(path).suffix.lower() != suffix:
-        raise InputError(f"path must end in {suffix}, got {str(path)!r}")
+        raise InputError(
+            f"must end in {suffix}, got {str(path)!r}", argument="path", value=str(path)
+        )
 
 
 # Maps and numbers
@@ -729,14 +709,6 @@ def _values(source: Surface | Result, name: str) -> NDArray[Any]:
         return source.counter_surface.heights
     values: NDArray[Any] = getattr(source, name)
     return values
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _finite(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _cell(value: Any) -> str:

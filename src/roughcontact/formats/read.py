@@ -329,8 +329,9 @@ def pixel_of(
     ny, nx = shape
     if size is None:
         raise InputError(
-            f"{name} gives no lengths of its sides; give them in the order (y, x), e.g. "
-            "size='0.1 mm x 0.2 mm'"
+            "gives no lengths of its sides; give them in the order (y, x), e.g. "
+            "size='0.1 mm x 0.2 mm'",
+            argument=name,
         )
     if isinstance(size, str):
         # An x before no number is part of a unit.
@@ -340,16 +341,20 @@ def pixel_of(
         try:
             sides = tuple(float(side) for side in np.atleast_1d(np.asarray(size, dtype=float)))
         except (TypeError, ValueError):
-            raise InputError(f"size must be a pair (y, x) in metres, got {size!r}") from None
+            raise InputError(
+                f"must be a pair (y, x) in metres, got {size!r}", argument="size", value=size
+            ) from None
     if len(sides) == 1 and ny == nx:
         sides *= 2
     if len(sides) != 2:
         raise InputError(
-            f"size must give both sides (y, x) of a grid of {ny} × {nx} points, got {size!r}; "
-            "write e.g. '0.1 mm x 0.2 mm'"
+            f"must give both sides (y, x) of a grid of {ny} × {nx} points, got {size!r}; "
+            "write e.g. '0.1 mm x 0.2 mm'",
+            argument="size",
+            value=size,
         )
     if not all(0 < side < math.inf for side in sides):
-        raise InputError(f"size must be positive and finite, got {size!r}")
+        raise InputError(f"must be positive and finite, got {size!r}", argument="size", value=size)
     return sides[0] / ny, sides[1] / nx
 
 
@@ -587,7 +592,8 @@ def _chosen(path: Path, found: list[Channel], channel: str | int | None, default
         raise InputError(f"{path.name} has no channel {channel!r}; its channels are {listing}")
     if index not in heights:
         raise InputError(
-            f"channel {channel!r} of {path.name} is not a height; its channels are {listing}"
+            f"{channel!r} of {path.name} is not a height; its channels are {listing}",
+            argument="channel",
         )
     return index
 

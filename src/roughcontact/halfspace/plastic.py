@@ -734,9 +734,17 @@ class HalfSpace:
         require_positive(shear_modulus=shear_modulus)
         layers = np.asarray(thickness, np.float64)
         if layers.ndim != 1 or not layers.size or not (layers > 0).all():
-            raise InputError(f"thickness must be a row of positive numbers [m], got {thickness!r}")
+            raise InputError(
+                f"must be a row of positive numbers [m], got {thickness!r}",
+                argument="thickness",
+                value=thickness,
+            )
         if boundary not in ("free", "periodic"):
-            raise InputError(f"boundary must be 'free' or 'periodic', got {boundary!r}")
+            raise InputError(
+                f"must be 'free' or 'periodic', got {boundary!r}",
+                argument="boundary",
+                value=boundary,
+            )
         self.shape, self.thickness = shape, layers
         self.workspace = workspace or Workspace()
         free = boundary == "free"

@@ -91,7 +91,7 @@ def graded_depths(
     require_pixel(pixel)
     total = float(pressure.sum())
     if not total > 0:
-        raise InputError("pressure is zero everywhere: there is no stress to look at")
+        raise InputError("is zero everywhere: there is no stress to look at", argument="pressure")
     reach = 0.0
     for axis, edge in enumerate(pixel):
         weights = pressure.sum(axis=1 - axis) / total
@@ -234,7 +234,11 @@ def sections(
     )
     listed, (ny, nx) = _depth_list(depths), field.shape
     if not (0 <= point[0] < ny and 0 <= point[1] < nx):
-        raise InputError(f"point must lie on the map of {ny} × {nx} pixels, got {point!r}")
+        raise InputError(
+            f"must lie on the map of {ny} × {nx} pixels, got {point!r}",
+            argument="point",
+            value=point,
+        )
     along_x: NDArray[Any] = np.empty((6, listed.size, nx), field.real)
     along_y: NDArray[Any] = np.empty((6, listed.size, ny), field.real)
     for number, depth in enumerate(listed.tolist()):
@@ -704,5 +708,9 @@ def _between(layers: dict[float, _Layer]) -> float | None:
 def _depth_list(depths: ArrayLike) -> Array:
     listed = np.asarray(depths, dtype=np.float64)
     if listed.ndim != 1 or not listed.size or not (listed >= 0).all() or np.isinf(listed).any():
-        raise InputError(f"depths must be a list of finite depths ≥ 0 [m], got {depths!r}")
+        raise InputError(
+            f"must be a list of finite depths ≥ 0 [m], got {depths!r}",
+            argument="depths",
+            value=depths,
+        )
     return listed

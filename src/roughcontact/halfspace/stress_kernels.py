@@ -85,10 +85,14 @@ def coefficients(
     """
     require_pixel(pixel)
     if not 0 <= depth < math.inf:
-        raise InputError(f"depth must be finite and ≥ 0 [m], got {depth!r}")
+        raise InputError(
+            f"must be finite and ≥ 0 [m], got {depth!r}", argument="depth", value=depth
+        )
     require_poisson(poisson)
     if direction not in ("x", "y", "z"):
-        raise InputError(f"direction must be 'z', 'x' or 'y', got {direction!r}")
+        raise InputError(
+            f"must be 'z', 'x' or 'y', got {direction!r}", argument="direction", value=direction
+        )
     y = (np.arange(shape[0] + 1, dtype=np.float64) - 0.5) * pixel[0]
     x = (np.arange(shape[1] + 1, dtype=np.float64) - 0.5) * pixel[1]
     if direction == "z":
@@ -346,4 +350,6 @@ def waves(
 def require_poisson(poisson: float) -> None:
     """Raise `InputError` unless Poisson's ratio is that of a stable isotropic body."""
     if not -1 < poisson <= 0.5:
-        raise InputError(f"poisson must lie in (-1, 0.5], got {poisson!r}")
+        raise InputError(
+            f"must lie in (-1, 0.5], got {poisson!r}", argument="poisson", value=poisson
+        )

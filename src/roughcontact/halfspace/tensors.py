@@ -135,8 +135,9 @@ def _tensor(stress: ArrayLike) -> NDArray[Any]:
         array = array.astype(np.float64)
     if array.ndim < 1 or array.shape[0] != 6:
         raise InputError(
-            f"stress must hold the components {', '.join(COMPONENTS)} along its first axis, "
-            f"got shape {array.shape}"
+            f"must hold the components {', '.join(COMPONENTS)} along its first axis, "
+            f"got shape {array.shape}",
+            argument="stress",
         )
     return array
 

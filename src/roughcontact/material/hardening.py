@@ -84,8 +84,10 @@ class Linear:
         require_positive(initial=self.initial)
         if not isinstance(self.modulus, Real) or not 0 <= self.modulus < math.inf:
             raise InputError(
-                f"modulus must be zero or positive and finite [Pa], got {self.modulus!r}: "
-                "a material that softens has no unique solution here"
+                f"must be zero or positive and finite [Pa], got {self.modulus!r}: "
+                "a material that softens has no unique solution here",
+                argument="modulus",
+                value=self.modulus,
             )
 
     def strength(self, strain: Array) -> Array:
@@ -136,7 +138,11 @@ class Swift:
         """Refuse constants that no material has."""
         require_positive(coefficient=self.coefficient, offset=self.offset)
         if not isinstance(self.exponent, Real) or not 0 <= self.exponent <= 1:
-            raise InputError(f"exponent must lie in [0, 1], got {self.exponent!r}")
+            raise InputError(
+                f"must lie in [0, 1], got {self.exponent!r}",
+                argument="exponent",
+                value=self.exponent,
+            )
 
     @property
     def initial(self) -> float:
@@ -186,20 +192,31 @@ class Tabulated:
         try:
             strain, stress = (np.array(row, float) for row in (self.strain, self.stress))
         except (TypeError, ValueError):
-            raise InputError("strain and stress must be rows of numbers") from None
+            raise InputError("and stress must be rows of numbers", argument="strain") from None
         if strain.ndim != 1 or strain.shape != stress.shape or strain.size < 2:
             raise InputError(
-                "strain and stress must be rows of the same length, two or more; got shapes "
-                f"{strain.shape} and {stress.shape}"
+                "and stress must be rows of the same length, two or more; got shapes "
+                f"{strain.shape} and {stress.shape}",
+                argument="strain",
             )
         if strain[0] != 0 or not (np.diff(strain) > 0).all() or not np.isfinite(strain).all():
-            raise InputError(f"strain must increase from 0 on, got {self.strain!r}")
+            raise InputError(
+                f"must increase from 0 on, got {self.strain!r}",
+                argument="strain",
+                value=self.strain,
+            )
         if not stress[0] > 0 or not np.isfinite(stress).all():
-            raise InputError(f"stress must be positive and finite [Pa], got {self.stress!r}")
+            raise InputError(
+                f"must be positive and finite [Pa], got {self.stress!r}",
+                argument="stress",
+                value=self.stress,
+            )
         if (np.diff(stress) < 0).any():
             raise InputError(
-                f"stress must not decrease, got {self.stress!r}: a material that softens has no "
-                "unique solution here"
+                f"must not decrease, got {self.stress!r}: a material that softens has no "
+                "unique solution here",
+                argument="stress",
+                value=self.stress,
             )
         object.__setattr__(self, "strain", tuple(strain.tolist()))
         object.__setattr__(self, "stress", tuple(stress.tolist()))

@@ -181,7 +181,9 @@ def vickers(value: float, scale: str) -> float:
     if scale == "HV":
         return float(value)
     if scale not in _STEEL:
-        raise InputError(f"scale must be one of HV, {', '.join(_STEEL)}, got {scale!r}")
+        raise InputError(
+            f"must be one of HV, {', '.join(_STEEL)}, got {scale!r}", argument="scale", value=scale
+        )
     numbers, equivalents = _STEEL[scale]
     if not numbers[0] <= value <= numbers[-1]:
         raise InputError(

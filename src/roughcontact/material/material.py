@@ -56,33 +56,46 @@ class Material:
             value = getattr(self, name)
             optional = name in ("yield_strength", "hardness")
             if not isinstance(value, Real) and not (optional and value is None):
-                raise InputError(f"{name} must be a number in SI units, got {value!r}")
+                raise InputError(
+                    f"must be a number in SI units, got {value!r}", argument=name, value=value
+                )
         if not self.young > 0:
-            raise InputError(f"young must be positive [Pa], got {self.young!r}")
+            raise InputError(
+                f"must be positive [Pa], got {self.young!r}", argument="young", value=self.young
+            )
         if not -1 < self.poisson <= 0.5:
-            raise InputError(f"poisson must lie in (-1, 0.5], got {self.poisson!r}")
+            raise InputError(
+                f"must lie in (-1, 0.5], got {self.poisson!r}",
+                argument="poisson",
+                value=self.poisson,
+            )
         if self.yield_strength is not None and not 0 < self.yield_strength < math.inf:
             raise InputError(
-                f"yield_strength must be positive and finite [Pa], got {self.yield_strength!r}; "
-                "leave it out for a body that does not yield"
+                f"must be positive and finite [Pa], got {self.yield_strength!r}; "
+                "leave it out for a body that does not yield",
+                argument="yield_strength",
+                value=self.yield_strength,
             )
         if self.hardness is not None and not 0 < self.hardness < math.inf:
             raise InputError(
-                f"hardness must be positive and finite [Pa], got {self.hardness!r}; "
-                "leave it out where it is unknown"
+                f"must be positive and finite [Pa], got {self.hardness!r}; "
+                "leave it out where it is unknown",
+                argument="hardness",
+                value=self.hardness,
             )
         if self.hardening is None:
             return
         if not isinstance(self.hardening, Perfect | Linear | Swift | Tabulated):
             raise InputError(
-                "hardening must be Perfect, Linear, Swift or Tabulated, got "
-                f"{type(self.hardening).__name__}"
+                f"must be Perfect, Linear, Swift or Tabulated, got {type(self.hardening).__name__}",
+                argument="hardening",
             )
         first = self.hardening.initial
         if self.yield_strength is not None and not math.isclose(self.yield_strength, first):
             raise InputError(
-                f"yield_strength = {self.yield_strength:.6g} Pa, but hardening starts at "
-                f"{first:.6g} Pa; leave one of them out"
+                f"= {self.yield_strength:.6g} Pa, but hardening starts at "
+                f"{first:.6g} Pa; leave one of them out",
+                argument="yield_strength",
             )
         object.__setattr__(self, "yield_strength", first)
 
@@ -205,14 +218,18 @@ def _checked_ceiling(name: str, ceiling: float | ArrayLike) -> NDArray[np.float6
     try:
         values = np.asarray(ceiling)
     except ValueError:
-        raise InputError(f"{name} ceiling must be a number or a map, got uneven rows") from None
+        raise InputError(
+            "ceiling must be a number or a map, got uneven rows", argument=name
+        ) from None
     if values.dtype.kind not in "fiu" or values.ndim not in (0, 2) or not values.size:
         raise InputError(
-            f"{name} ceiling must be a number or a map [y, x] in Pa, got dtype {values.dtype} and "
-            f"shape {values.shape}"
+            f"ceiling must be a number or a map [y, x] in Pa, got dtype {values.dtype} and "
+            f"shape {values.shape}",
+            argument=name,
         )
     if not (values > 0).all():
         raise InputError(
-            f"{name} ceiling must be positive everywhere [Pa], its smallest is {values.min()}"
+            f"ceiling must be positive everywhere [Pa], its smallest is {values.min()}",
+            argument=name,
         )
     return values.astype(np.float64)

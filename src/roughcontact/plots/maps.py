@@ -238,7 +238,7 @@ def pressure_histogram(
         results = [results]
     names = _names(results, labels)
     if scale not in ("linear", "log"):
-        raise InputError(f"scale must be 'linear' or 'log', got {scale!r}")
+        raise InputError(f"must be 'linear' or 'log', got {scale!r}", argument="scale", value=scale)
     figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
     axes = figure.subplots()
     _draw_histogram(axes, results, names, scale)
@@ -400,7 +400,9 @@ def stress_section(result: StressResult, along: str = "x", depth: float | None =
         weak = min(strong + 1, profile.depths.size - 1)
         depth = max(float(profile.depths[weak]), 0.2 * side)
     if not 0 < depth < math.inf:
-        raise InputError(f"depth must be positive and finite [m], got {depth!r}")
+        raise InputError(
+            f"must be positive and finite [m], got {depth!r}", argument="depth", value=depth
+        )
     depth = min(depth, float(profile.depths[-1]))
     block = max(math.ceil(values.shape[1] / CELLS_ALONE), 1)
     cells = reduced(np.maximum, values, (1, block))
@@ -602,7 +604,11 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
 
     require_positive(width=width)
     if not all(0 <= index < points for index, points in zip(point, result.gap.shape, strict=True)):
-        raise InputError(f"point must lie on the map of {result.gap.shape} points, got {point!r}")
+        raise InputError(
+            f"must lie on the map of {result.gap.shape} points, got {point!r}",
+            argument="point",
+            value=point,
+        )
     rows, columns = (
         slice(*_window(point[axis], result.surface.pixel[axis], result.surface.shape[axis], width))
         for axis in (0, 1)
@@ -1274,7 +1280,9 @@ _SHOWN = 0.995
 def _limit(results: Sequence[ContactResult], limit: float | None) -> float:
     if limit is not None:
         if not 0 < limit < math.inf:
-            raise InputError(f"limit must be positive and finite [Pa], got {limit!r}")
+            raise InputError(
+                f"must be positive and finite [Pa], got {limit!r}", argument="limit", value=limit
+            )
         return float(limit)
     # Where next to nothing is saturated, one spike would leave a single shade for all the rest.
     reached = [
@@ -1287,11 +1295,15 @@ def _limit(results: Sequence[ContactResult], limit: float | None) -> float:
 
 def _names(results: Sequence[ContactResult], labels: Sequence[str] | None) -> list[str]:
     if not results:
-        raise InputError("results is empty: give at least one")
+        raise InputError("is empty: give at least one", argument="results")
     if labels is None:
         return [""] if len(results) == 1 else [f"result {i + 1}" for i in range(len(results))]
     if isinstance(labels, str) or len(labels) != len(results):
-        raise InputError(f"labels must hold one text a result, got {labels!r} for {len(results)}")
+        raise InputError(
+            f"must hold one text a result, got {labels!r} for {len(results)}",
+            argument="labels",
+            value=labels,
+        )
     return list(labels)
 
 

@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roughcontact._version import __version__
-from roughcontact.contact.archive import replacing
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
 from roughcontact.errors import InputError
+from roughcontact.files import replacing
 from roughcontact.material.material import Material
 from roughcontact.plots import maps
 from roughcontact.plots.style import DPI
@@ -176,9 +176,13 @@ def check_path(path: str | os.PathLike[str]) -> None:
     """Raise `InputError` unless a report can have this name, before anything is computed."""
     target = Path(path)
     if target.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"path of a report must end in .html, got {str(target)!r}")
+        raise InputError(
+            f"of a report must end in .html, got {str(target)!r}",
+            argument="path",
+            value=str(target),
+        )
     if target.is_dir():
-        raise InputError(f"path {str(target)!r} is a folder; give the name of a file")
+        raise InputError(f"{str(target)!r} is a folder; give the name of a file", argument="path")
     if not target.parent.is_dir():
         raise InputError(
             f"the folder of the report {str(target)!r} does not exist; create it first"

@@ -74,8 +74,9 @@ def render(
     """
     if elastic is not None and elastic.pressure.shape != result.pressure.shape:
         raise InputError(
-            f"elastic has {elastic.pressure.shape} pixels and the result {result.pressure.shape}; "
-            "give the solution of the same problem, result.elastic()"
+            f"has {elastic.pressure.shape} pixels and the result {result.pressure.shape}; "
+            "give the solution of the same problem, result.elastic()",
+            argument="elastic",
         )
     spots = result.spots()
     stated = assumptions.statements(result, spots)

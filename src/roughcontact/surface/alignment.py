@@ -56,7 +56,9 @@ def cosine_sine(angle: float) -> tuple[float, float]:
     (0.0, -1.0)
     """
     if not isinstance(angle, Real) or isinstance(angle, bool) or not math.isfinite(angle):
-        raise InputError(f"angle must be a finite number of degrees, got {angle!r}")
+        raise InputError(
+            f"must be a finite number of degrees, got {angle!r}", argument="angle", value=angle
+        )
     quarters = round(float(angle) / 90)
     rest = math.radians(float(angle) - 90 * quarters)
     c, s = math.cos(rest), math.sin(rest)
@@ -431,9 +433,13 @@ def _checked_offset(offset: tuple[float, float]) -> tuple[float, float]:
     try:
         y, x = (float(shift) for shift in offset)
     except (TypeError, ValueError):
-        raise InputError(f"offset must be a pair (y, x) in metres, got {offset!r}") from None
+        raise InputError(
+            f"must be a pair (y, x) in metres, got {offset!r}", argument="offset", value=offset
+        ) from None
     if not (math.isfinite(y) and math.isfinite(x)):
-        raise InputError(f"offset must be finite (y, x) [m], got {offset!r}")
+        raise InputError(
+            f"must be finite (y, x) [m], got {offset!r}", argument="offset", value=offset
+        )
     return y, x
 
 

@@ -51,7 +51,9 @@ def fill(heights: Array, pixel: tuple[float, float]) -> Array:
     heights = np.asarray(heights, dtype=np.float64)
     missing = np.isnan(heights)
     if missing.all():
-        raise InputError("heights has no finite value: there is nothing to fill the holes from")
+        raise InputError(
+            "has no finite value: there is nothing to fill the holes from", argument="heights"
+        )
     filled = heights.copy()
     if not missing.any():
         return filled

@@ -93,7 +93,11 @@ def along_axes(heights: Array, cutoffs: tuple[float, float]) -> Array:
     """
     for cutoff in cutoffs:
         if not (cutoff == 0 or 2 * (1 - 1e-12) <= cutoff < math.inf):
-            raise InputError(f"cutoffs must be 0 or at least two pixels, got {cutoffs!r}")
+            raise InputError(
+                f"must be 0 or at least two pixels, got {cutoffs!r}",
+                argument="cutoffs",
+                value=cutoffs,
+            )
     return _smoothed(np.asarray(heights, dtype=np.float64), cutoffs)
 
 
@@ -128,12 +132,16 @@ def band(
     """
     require_pixel(pixel)
     if s is None and l is None:
-        raise InputError("s or l must be given: the cut-off below or above which waves are removed")
+        raise InputError(
+            "or l must be given: the cut-off below or above which waves are removed", argument="s"
+        )
     for cutoff in (s, l):
         if cutoff is not None:
             _check_cutoff(heights.shape, pixel, cutoff)
     if s is not None and l is not None and not s < l:
-        raise InputError(f"s must be below l, got s = {s!r} and l = {l!r} m: no waves are left")
+        raise InputError(
+            f"must be below l, got s = {s!r} and l = {l!r} m: no waves are left", argument="s"
+        )
     if s is not None:
         heights = gaussian(heights, pixel, s)
     return heights if l is None else heights - gaussian(heights, pixel, l)
@@ -167,13 +175,16 @@ def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited"
         than four points along a side.
     """
     if method not in ("bandlimited", "spline"):
-        raise InputError(f"method must be one of bandlimited, spline, got {method!r}")
+        raise InputError(
+            f"must be one of bandlimited, spline, got {method!r}", argument="method", value=method
+        )
     heights = np.asarray(heights, dtype=np.float64)
     new = _checked_shape(shape)
     missing = int(np.count_nonzero(np.isnan(heights)))
     if missing:
         raise InputError(
-            f"heights has {missing} missing points; fill or crop them first, e.g. surface.filled()"
+            f"has {missing} missing points; fill or crop them first, e.g. surface.filled()",
+            argument="heights",
         )
     if method == "spline" and min(heights.shape) < 4:
         raise InputError(
@@ -196,7 +207,11 @@ def _checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
         isinstance(points, (int, np.integer)) and not isinstance(points, bool) for points in pair
     )
     if len(pair) != 2 or not whole or min(pair) < 2:
-        raise InputError(f"shape must be two integers (ny, nx) of at least 2, got {shape!r}")
+        raise InputError(
+            f"must be two integers (ny, nx) of at least 2, got {shape!r}",
+            argument="shape",
+            value=shape,
+        )
     return int(pair[0]), int(pair[1])
 
 
@@ -235,8 +250,10 @@ def _check_cutoff(shape: tuple[int, ...], pixel: tuple[float, float], cutoff: fl
     # Rounding of a cut-off that is meant to be just two pixels, or the whole side.
     if not shortest * (1 - 1e-12) <= cutoff <= longest * (1 + 1e-12):
         raise InputError(
-            f"cutoff must lie between two pixels and the shorter side of the map, {shortest:.6g} m "
-            f"to {longest:.6g} m, got {cutoff!r} m"
+            f"must lie between two pixels and the shorter side of the map, {shortest:.6g} m "
+            f"to {longest:.6g} m, got {cutoff!r} m",
+            argument="cutoff",
+            value=cutoff,
         )
 
 

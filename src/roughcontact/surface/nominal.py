@@ -512,9 +512,11 @@ def _slope(text: str, name: str) -> float:
     try:
         slope = float(text)
     except ValueError:
-        raise InputError(f"{name} must be a number without a unit, got {text!r}") from None
+        raise InputError(
+            f"must be a number without a unit, got {text!r}", argument=name, value=text
+        ) from None
     if not 0 < slope < math.inf:
-        raise InputError(f"{name} must be positive and finite, got {text!r}")
+        raise InputError(f"must be positive and finite, got {text!r}", argument=name, value=text)
     return slope
 
 

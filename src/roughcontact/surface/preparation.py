@@ -85,11 +85,16 @@ def level(
     True
     """
     if form not in _LEVELS:
-        raise InputError(f"form must be one of {', '.join(sorted(_LEVELS))}, got {form!r}")
+        raise InputError(
+            f"must be one of {', '.join(sorted(_LEVELS))}, got {form!r}",
+            argument="form",
+            value=form,
+        )
     if (points is not None) != (form == "three-point"):
         raise InputError(
-            "points must be given with the form 'three-point' and only with it, "
-            f"got form {form!r} and points {points!r}"
+            "must be given with the form 'three-point' and only with it, "
+            f"got form {form!r} and points {points!r}",
+            argument="points",
         )
     heights = np.asarray(heights, dtype=np.float64)
     if points is not None:
@@ -154,12 +159,17 @@ def remove_form(
     require_pixel(pixel)
     if (degree is not None) != (shape == "polynomial"):
         raise InputError(
-            "degree must be given with the shape 'polynomial' and only with it, "
-            f"got shape {shape!r} and degree {degree!r}"
+            "must be given with the shape 'polynomial' and only with it, "
+            f"got shape {shape!r} and degree {degree!r}",
+            argument="degree",
         )
     if degree is not None:
         if not isinstance(degree, (int, np.integer)) or not 0 <= degree <= _MAX_DEGREE:
-            raise InputError(f"degree must be an integer from 0 to {_MAX_DEGREE}, got {degree!r}")
+            raise InputError(
+                f"must be an integer from 0 to {_MAX_DEGREE}, got {degree!r}",
+                argument="degree",
+                value=degree,
+            )
         terms = tuple((b, n - b) for n in range(degree + 1) for b in range(n + 1))
         residual = _without_terms(heights, terms, f"polynomial of degree {degree}")
         removed = float(np.nanstd(heights - residual))
@@ -168,7 +178,9 @@ def remove_form(
         return _remove_sphere(heights, pixel)
     if shape == "cylinder":
         return _remove_cylinder(heights, pixel)
-    raise InputError(f"shape must be one of cylinder, polynomial, sphere, got {shape!r}")
+    raise InputError(
+        f"must be one of cylinder, polynomial, sphere, got {shape!r}", argument="shape", value=shape
+    )
 
 
 def remove_outliers(heights: Array, limit: float = 6.0, window: int = 5) -> Array:
@@ -204,7 +216,11 @@ def remove_outliers(heights: Array, limit: float = 6.0, window: int = 5) -> Arra
     """
     require_positive(limit=limit)
     if not isinstance(window, (int, np.integer)) or not (3 <= window <= 31 and window % 2):
-        raise InputError(f"window must be an odd number of points from 3 to 31, got {window!r}")
+        raise InputError(
+            f"must be an odd number of points from 3 to 31, got {window!r}",
+            argument="window",
+            value=window,
+        )
     heights = np.asarray(heights, dtype=np.float64)
     deviation = np.abs(heights - _local_median(heights, int(window)))
     there = deviation[np.isfinite(deviation)]
@@ -262,8 +278,8 @@ def largest_rectangle(heights: Array) -> tuple[tuple[int, int], tuple[int, int]]
             columns = (int(left[x]), int(right[x]))
     if best == 0:
         raise InputError(
-            "heights has no 2 × 2 points without a hole; fill the holes instead, "
-            "e.g. surface.filled()"
+            "has no 2 × 2 points without a hole; fill the holes instead, e.g. surface.filled()",
+            argument="heights",
         )
     return rows, columns
 
@@ -290,7 +306,11 @@ def rotate(heights: Array, quarter_turns: int = 1) -> Array:
         If the number of turns is not an integer.
     """
     if isinstance(quarter_turns, bool) or not isinstance(quarter_turns, (int, np.integer)):
-        raise InputError(f"quarter_turns must be an integer, got {quarter_turns!r}")
+        raise InputError(
+            f"must be an integer, got {quarter_turns!r}",
+            argument="quarter_turns",
+            value=quarter_turns,
+        )
     turned: Array = np.rot90(heights, int(quarter_turns) % 4).copy()
     return turned
 
@@ -347,17 +367,25 @@ def _three_point(heights: Array, points: Sequence[tuple[int, int]]) -> Array:
     except (TypeError, ValueError):
         corners = np.empty((0, 2), dtype=np.int64)
     if corners.shape != (3, 2):
-        raise InputError(f"points must be three pairs (y, x) of indices, got {points!r}")
+        raise InputError(
+            f"must be three pairs (y, x) of indices, got {points!r}",
+            argument="points",
+            value=points,
+        )
     ny, nx = heights.shape
     for y, x in corners:
         if not (0 <= y < ny and 0 <= x < nx):
-            raise InputError(f"points must lie on the map of {ny} × {nx} points, got ({y}, {x})")
+            raise InputError(
+                f"must lie on the map of {ny} × {nx} points, got ({y}, {x})", argument="points"
+            )
         if not np.isfinite(heights[y, x]):
             raise InputError(f"points: the height at ({y}, {x}) is missing; choose another point")
     (ay, ax), (by, bx) = corners[1:] - corners[0]
     determinant = int(ay * bx - ax * by)
     if determinant == 0:
-        raise InputError(f"points must not lie on one line, got {points!r}")
+        raise InputError(
+            f"must not lie on one line, got {points!r}", argument="points", value=points
+        )
     origin, first, second = (float(heights[y, x]) for y, x in corners)
     slope_y = ((first - origin) * bx - (second - origin) * ax) / determinant
     slope_x = ((second - origin) * ay - (first - origin) * by) / determinant
@@ -690,8 +718,9 @@ def _remove_cylinder(heights: Array, pixel: tuple[float, float]) -> tuple[Array,
     fit.require_curved(-across, float(weights @ covariance @ weights))
     if abs(along) > 0.95 * abs(across):
         raise InputError(
-            "heights is curved alike in both directions, which leaves the axis of a cylinder "
-            "open; fit a sphere or a polynomial"
+            "is curved alike in both directions, which leaves the axis of a cylinder "
+            "open; fit a sphere or a polynomial",
+            argument="heights",
         )
     x, y = (float(value) for value in directions[:, axis])
     angle = math.atan2(y, x)

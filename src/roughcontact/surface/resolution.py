@@ -82,7 +82,9 @@ def tip_cutoff(heights: Array, pixel: tuple[float, float], tip_radius: float) ->
     require_pixel(pixel)
     require_positive(tip_radius=tip_radius)
     if heights.shape[1] < 3:
-        raise InputError(f"heights must have at least 3 columns, got shape {heights.shape}")
+        raise InputError(
+            f"must have at least 3 columns, got shape {heights.shape}", argument="heights"
+        )
     dx = pixel[1]
     limit = -_SAFETY / tip_radius
     longest = max(heights.shape[1] // 4, 1)

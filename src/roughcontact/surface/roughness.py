@@ -171,7 +171,7 @@ def rms_height(heights: NDArray[np.float64]) -> float:
         count += int(np.count_nonzero(~np.isnan(heights[rows])))
         total += float(np.nansum(heights[rows]))
     if count == 0:
-        raise InputError("heights has no finite value: every point is missing")
+        raise InputError("has no finite value: every point is missing", argument="heights")
     mean = total / count
     squares, rest = 0.0, 0.0
     for rows in _blocks(heights.shape):
@@ -232,7 +232,9 @@ def rms_gradient(heights: NDArray[np.float64], pixel: tuple[float, float]) -> fl
         count += int(np.count_nonzero(~np.isnan(squares)))
         total += float(np.nansum(squares))
     if count == 0:
-        raise InputError("heights has no point with both neighbours there: no gradient is defined")
+        raise InputError(
+            "has no point with both neighbours there: no gradient is defined", argument="heights"
+        )
     return float(np.sqrt(total / count))
 
 
@@ -290,7 +292,9 @@ def developed_area_ratio(heights: Array, pixel: tuple[float, float]) -> float:
         count += int(np.count_nonzero(~np.isnan(excess)))
         total += float(np.nansum(excess)) / 4
     if count == 0:
-        raise InputError("heights has no cell with all four corners there: no area is defined")
+        raise InputError(
+            "has no cell with all four corners there: no area is defined", argument="heights"
+        )
     return total / count
 
 
@@ -420,7 +424,9 @@ def autocorrelation_lengths(
     """
     require_pixel(pixel)
     if not 0 < threshold < 1:
-        raise InputError(f"threshold must lie between 0 and 1, got {threshold!r}")
+        raise InputError(
+            f"must lie between 0 and 1, got {threshold!r}", argument="threshold", value=threshold
+        )
     function = autocorrelation(heights)
     half_y, half_x = function.shape[0] // 2, function.shape[1] - 1
     if np.isnan(function[half_y, 0]):
@@ -606,7 +612,11 @@ def volume_parameters(
     {'Vmp': 0.005, 'Vmc': 0.315, 'Vvc': 0.385, 'Vvv': 0.02}
     """
     if not 0 < peak < core < 1:
-        raise InputError(f"peak and core must fulfil 0 < peak < core < 1, got {peak!r}, {core!r}")
+        raise InputError(
+            f"and core must fulfil 0 < peak < core < 1, got {peak!r}, {core!r}",
+            argument="peak",
+            value=peak,
+        )
 
     def material(r: float) -> float:
         part, c = _section(ratio, height, 0.0, r)
@@ -676,7 +686,8 @@ def radial_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array, 
     missing = int(np.count_nonzero(np.isnan(heights)))
     if missing:
         raise InputError(
-            f"heights has {missing} missing points; fill or crop them first, e.g. surface.filled()"
+            f"has {missing} missing points; fill or crop them first, e.g. surface.filled()",
+            argument="heights",
         )
     # Imported late: most of the time of `import roughcontact` would be SciPy's.
     import scipy.fft
@@ -712,7 +723,7 @@ def _mean(heights: Array) -> tuple[float, int]:
         count += int(np.count_nonzero(~np.isnan(heights[rows])))
         total += float(np.nansum(heights[rows]))
     if count == 0:
-        raise InputError("heights has no finite value: every point is missing")
+        raise InputError("has no finite value: every point is missing", argument="heights")
     mean = total / count
     # Once more, for what rounding took from the mean of a map far from zero height.
     rest = sum(float(np.nansum(heights[rows] - mean)) for rows in _blocks(heights.shape))

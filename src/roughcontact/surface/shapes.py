@@ -88,17 +88,20 @@ def self_affine(
         cutoff_wavelength=cutoff_wavelength,
     )
     if not 0 <= hurst <= 1:
-        raise InputError(f"hurst must lie in [0, 1], got {hurst!r}")
+        raise InputError(f"must lie in [0, 1], got {hurst!r}", argument="hurst", value=hurst)
     # The slack in the comparisons with wavelengths forgives the rounding of side / waves.
     if cutoff_wavelength < 2 * max(pixel) * (1 - _SLACK):
         raise InputError(
-            f"cutoff_wavelength must be at least two pixels = {2 * max(pixel):g} m, "
-            f"got {cutoff_wavelength!r}"
+            f"must be at least two pixels = {2 * max(pixel):g} m, got {cutoff_wavelength!r}",
+            argument="cutoff_wavelength",
+            value=cutoff_wavelength,
         )
     if cutoff_wavelength > rolloff_wavelength * (1 + _SLACK):
         raise InputError(
-            f"cutoff_wavelength must not exceed rolloff_wavelength = {rolloff_wavelength!r} m, "
-            f"got {cutoff_wavelength!r}"
+            f"must not exceed rolloff_wavelength = {rolloff_wavelength!r} m, "
+            f"got {cutoff_wavelength!r}",
+            argument="cutoff_wavelength",
+            value=cutoff_wavelength,
         )
     side = (shape[0] * pixel[0], shape[1] * pixel[1])
     spectrum = _spectrum(shape, side, rolloff_wavelength, cutoff_wavelength, hurst, rng)
@@ -640,9 +643,11 @@ def _from_center(
     try:
         cy, cx = (float(c) for c in (middle if center is None else center))
     except (TypeError, ValueError):
-        raise InputError(f"center must be a pair (y, x) in pixels, got {center!r}") from None
+        raise InputError(
+            f"must be a pair (y, x) in pixels, got {center!r}", argument="center", value=center
+        ) from None
     if not (math.isfinite(cy) and math.isfinite(cx)):
-        raise InputError(f"center must be finite (y, x), got {center!r}")
+        raise InputError(f"must be finite (y, x), got {center!r}", argument="center", value=center)
     y: Array = pixel[0] * (np.arange(shape[0], dtype=np.float64) - cy)
     x: Array = pixel[1] * (np.arange(shape[1], dtype=np.float64) - cx)
     return y[:, None], x
@@ -660,7 +665,9 @@ def _pair(name: str, values: tuple[float, float]) -> tuple[float, float]:
     try:
         along_y, along_x = values
     except (TypeError, ValueError):
-        raise InputError(f"{name} must be a pair (y, x) in metres, got {values!r}") from None
+        raise InputError(
+            f"must be a pair (y, x) in metres, got {values!r}", argument=name, value=values
+        ) from None
     require_positive(**{f"{name}[0]": along_y, f"{name}[1]": along_x})
     return along_y, along_x
 
@@ -668,8 +675,10 @@ def _pair(name: str, values: tuple[float, float]) -> tuple[float, float]:
 def _checked_edge(edge_radius: float, largest: float) -> float:
     if not isinstance(edge_radius, Real) or not 0 <= edge_radius <= largest:
         raise InputError(
-            f"edge_radius must lie between 0 and {largest:g} m, which rounds the whole punch, "
-            f"got {edge_radius!r}"
+            f"must lie between 0 and {largest:g} m, which rounds the whole punch, "
+            f"got {edge_radius!r}",
+            argument="edge_radius",
+            value=edge_radius,
         )
     return float(edge_radius)
 
@@ -701,5 +710,7 @@ def _on_grid(heights: Array, name: str) -> Array:
 
 def _require_grid(shape: tuple[int, int], pixel: tuple[float, float]) -> None:
     if len(shape) != 2 or min(shape) < 1:
-        raise InputError(f"shape must be (ny, nx), both at least 1, got {shape!r}")
+        raise InputError(
+            f"must be (ny, nx), both at least 1, got {shape!r}", argument="shape", value=shape
+        )
     require_pixel(pixel)

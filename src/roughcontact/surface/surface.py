@@ -386,15 +386,17 @@ class Surface:
         """
         if shape is None:
             if pixel is None:
-                raise InputError("shape or pixel of the new grid must be given")
+                raise InputError("or pixel of the new grid must be given", argument="shape")
             require_pixel(pixel)
             shape = (round(self.size[0] / pixel[0]), round(self.size[1] / pixel[1]))
             if min(shape) < 2:
                 raise InputError(
-                    f"pixel must be at most half the size of the map, {self.size} m, got {pixel!r}"
+                    f"must be at most half the size of the map, {self.size} m, got {pixel!r}",
+                    argument="pixel",
+                    value=pixel,
                 )
         elif pixel is not None:
-            raise InputError("shape and pixel exclude each other; give one of them")
+            raise InputError("and pixel exclude each other; give one of them", argument="shape")
         heights = filters.resample(self.heights, shape, method)
         edges = (self.size[0] / heights.shape[0], self.size[1] / heights.shape[1])
         how = "band-limited, taken as periodic" if method == "bandlimited" else "by a cubic spline"
@@ -458,12 +460,13 @@ class Surface:
             measurement with unhandled holes: later, filling these would fill the outside too.
         """
         if not isinstance(form, Surface):
-            raise InputError(f"form must be a Surface, got {type(form).__name__}")
+            raise InputError(f"must be a Surface, got {type(form).__name__}", argument="form")
         if form.shape != self.shape or not np.allclose(form.pixel, self.pixel, rtol=1e-9, atol=0):
             raise InputError(
-                f"form has {form.shape} pixels of {form.pixel} m, the surface {self.shape} of "
+                f"has {form.shape} pixels of {form.pixel} m, the surface {self.shape} of "
                 f"{self.pixel} m: make it with shape=surface.shape, pixel=surface.pixel, or bring "
-                "it there with form.aligned(surface)"
+                "it there with form.aligned(surface)",
+                argument="form",
             )
         heights = self.heights + form.heights
         accepted = np.zeros(self.shape, dtype=bool)
@@ -519,7 +522,7 @@ class Surface:
             If the maps do not overlap, or the motion is not finite.
         """
         if not isinstance(grid, Surface):
-            raise InputError(f"grid must be a Surface, got {type(grid).__name__}")
+            raise InputError(f"must be a Surface, got {type(grid).__name__}", argument="grid")
         motion = (grid.shape, grid.pixel, offset, angle, mirrored)
         heights = alignment.align(self.heights, self.pixel, *motion)
         placement = alignment.place(self.shape, self.pixel, *motion)
@@ -592,12 +595,17 @@ def _checked_heights(heights: ArrayLike) -> NDArray[np.float64]:
     try:
         array = np.asarray(heights)
     except ValueError:
-        raise InputError("heights must be a 2-D array [y, x], got rows of unequal length") from None
+        raise InputError(
+            "must be a 2-D array [y, x], got rows of unequal length", argument="heights"
+        ) from None
     if array.dtype.kind not in "fiu":
-        raise InputError(f"heights must be real numbers in metres, got dtype {array.dtype}")
+        raise InputError(
+            f"must be real numbers in metres, got dtype {array.dtype}", argument="heights"
+        )
     if array.ndim != 2 or min(array.shape) < 2:
         raise InputError(
-            f"heights must be a 2-D array [y, x] of at least 2 × 2 points, got shape {array.shape}"
+            f"must be a 2-D array [y, x] of at least 2 × 2 points, got shape {array.shape}",
+            argument="heights",
         )
     # Whoever locks an array that owns its data means it: a map of gigabytes is not copied then.
     if (
@@ -613,10 +621,11 @@ def _checked_heights(heights: ArrayLike) -> NDArray[np.float64]:
     infinite = int(np.count_nonzero(np.isinf(copy)))
     if infinite:
         raise InputError(
-            f"heights has {infinite} infinite values; mark missing points as NaN instead"
+            f"has {infinite} infinite values; mark missing points as NaN instead",
+            argument="heights",
         )
     if np.isnan(copy).all():
-        raise InputError("heights has no finite value: every point is missing")
+        raise InputError("has no finite value: every point is missing", argument="heights")
     return copy
 
 
@@ -624,7 +633,13 @@ def _checked_pixel(pixel: tuple[float, float]) -> tuple[float, float]:
     try:
         dy, dx = (float(edge) for edge in pixel)
     except (TypeError, ValueError):
-        raise InputError(f"pixel must be a pair (dy, dx) in metres, got {pixel!r}") from None
+        raise InputError(
+            f"must be a pair (dy, dx) in metres, got {pixel!r}", argument="pixel", value=pixel
+        ) from None
     if not (0 < dy < np.inf and 0 < dx < np.inf):
-        raise InputError(f"pixel must be positive and finite (dy, dx) [m], got {pixel!r}")
+        raise InputError(
+            f"must be positive and finite (dy, dx) [m], got {pixel!r}",
+            argument="pixel",
+            value=pixel,
+        )
     return dy, dx

@@ -651,8 +651,9 @@ def persson_fractions(
     require_positive(ceiling=ceiling)
     if mean_pressure > ceiling:
         raise InputError(
-            f"mean_pressure = {mean_pressure:.6g} Pa exceeds the ceiling of {ceiling:.6g} Pa: "
-            "no such load can be carried"
+            f"= {mean_pressure:.6g} Pa exceeds the ceiling of {ceiling:.6g} Pa: "
+            "no such load can be carried",
+            argument="mean_pressure",
         )
     # Terms beyond exp(-40) do not count; the plain part of the yielded series is p̄/p_lim.
     last = math.ceil(math.sqrt(80) * ceiling / (math.pi * deviation)) + 1

@@ -19,10 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact import solve as contact
-from roughcontact.contact.archive import replacing
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError, InputError, require_positive
-from roughcontact.formats import export
+from roughcontact.files import replacing, to_json
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material, softer
 from roughcontact.surface.surface import Surface
 from roughcontact.volume import solve as elastoplastic
@@ -103,9 +102,13 @@ class ModelComparison:
             If there is no such model or quantity.
         """
         if model not in ("ceiling", "volume"):
-            raise InputError(f"model must be 'ceiling' or 'volume', got {model!r}")
+            raise InputError(
+                f"must be 'ceiling' or 'volume', got {model!r}", argument="model", value=model
+            )
         if name not in QUANTITIES:
-            raise InputError(f"name must be one of {', '.join(QUANTITIES)}, got {name!r}")
+            raise InputError(
+                f"must be one of {', '.join(QUANTITIES)}, got {name!r}", argument="name", value=name
+            )
         if model == "volume":
             return np.array([_value(state.contact, state, name) for state in self.volume])
         return np.array([[_value(found, found, name) for found in row] for row in self.ceiling])
@@ -215,9 +218,11 @@ class ModelComparison:
             If it ends otherwise.
         """
         if Path(path).suffix.lower() != ".json":
-            raise InputError(f"path must end in .json, got {str(path)!r}")
+            raise InputError(
+                f"must end in .json, got {str(path)!r}", argument="path", value=str(path)
+            )
         with replacing(path) as temporary:
-            temporary.write_text(export.to_json(self.summary()) + "\n", encoding="utf-8")
+            temporary.write_text(to_json(self.summary()) + "\n", encoding="utf-8")
 
 
 def _value(found: ContactResult, area_of: ContactResult | ElastoplasticResult, name: str) -> float:
@@ -320,10 +325,14 @@ def _ascending(name: str, values: Sequence[float]) -> list[float]:
     try:
         given = np.array(values, float)
     except (TypeError, ValueError):
-        raise InputError(f"{name} must be a row of numbers, got {values!r}") from None
+        raise InputError(
+            f"must be a row of numbers, got {values!r}", argument=name, value=values
+        ) from None
     steps = np.diff(given, prepend=0.0) if given.ndim == 1 else given
     if given.ndim != 1 or not given.size or not ((steps > 0) & np.isfinite(given)).all():
-        raise InputError(f"{name} must be positive and ascend, got {values!r}")
+        raise InputError(
+            f"must be positive and ascend, got {values!r}", argument=name, value=values
+        )
     return [float(value) for value in given]
 
 

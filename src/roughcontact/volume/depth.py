@@ -212,7 +212,9 @@ def profile(
     row, column = most_strained(result, body)[1:] if point is None else point
     shape = result.contact.pressure.shape
     if not (0 <= row < shape[0] and 0 <= column < shape[1]):
-        raise InputError(f"point must lie on the map of {shape} points, got {point!r}")
+        raise InputError(
+            f"must lie on the map of {shape} points, got {point!r}", argument="point", value=point
+        )
     dy, dx = result.contact.surface.pixel
     where = np.s_[..., row + held.margin, column + held.margin]
     return DepthProfile(
@@ -249,14 +251,16 @@ def section(
     """
     held = _body(result, body)
     if along not in ("x", "y"):
-        raise InputError(f"along must be 'x' or 'y', got {along!r}")
+        raise InputError(f"must be 'x' or 'y', got {along!r}", argument="along", value=along)
     axis = 1 if along == "x" else 0
     contact = result.contact
     shape, pixel = contact.pressure.shape, contact.surface.pixel
     chosen = most_strained(result, body)[2 - axis] if index is None else index
     if not 0 <= chosen < shape[1 - axis]:
         line = "row" if along == "x" else "column"
-        raise InputError(f"index must be a {line} of {shape[1 - axis]}, got {index!r}")
+        raise InputError(
+            f"must be a {line} of {shape[1 - axis]}, got {index!r}", argument="index", value=index
+        )
     ends = slice(held.margin, held.margin + shape[axis])
     at = chosen + held.margin
     on_map = np.s_[chosen, :] if along == "x" else np.s_[:, chosen]
@@ -307,7 +311,11 @@ def layers(result: ElastoplasticResult, body: int = 0) -> LayerProfile:
 
 def _body(result: ElastoplasticResult, body: int) -> PlasticBody:
     if not 0 <= body < len(result.bodies):
-        raise InputError(f"body must be one of {len(result.bodies)} that yield, got {body!r}")
+        raise InputError(
+            f"must be one of {len(result.bodies)} that yield, got {body!r}",
+            argument="body",
+            value=body,
+        )
     return result.bodies[body]
 
 

@@ -259,8 +259,8 @@ class ElastoplasticResult:
         path : str or path
             File to write; it appears only once it is complete. ``.nc``: everything, see
             `roughcontact.contact.archive.load_elastoplastic`. ``.vtr``: strain and stress of
-            the volume, ``.vti``: the maps of the surface, both for ParaView. ``.csv``: the pressure.
-            ``.json``: the summary.
+            the volume, ``.vti``: the maps of the surface, both for ParaView. ``.csv``: the
+            pressure. ``.json``: the summary.
 
         Raises
         ------
@@ -489,7 +489,9 @@ def _check_arguments(
     precision, tolerance = problem.precision, problem.tolerance
     check_bodies(surface, material, counter_material, counter_surface)
     if not (start is None or isinstance(start, ElastoplasticResult)):
-        raise InputError(f"start must be an ElastoplasticResult, got {type(start).__name__}")
+        raise InputError(
+            f"must be an ElastoplasticResult, got {type(start).__name__}", argument="start"
+        )
     check_choice("boundary", problem.boundary, ("free", "periodic"))
     check_choice("precision", precision, ("double", "single"))
     check_choice("on_failure", on_failure, ("raise", "return"))
@@ -507,8 +509,9 @@ def _check_arguments(
         require_positive(depth=depth)
         if depth < min(surface.pixel):
             raise InputError(
-                f"depth = {depth!r} m is less than a pixel, {min(surface.pixel):.4g} m: give some "
-                "radii of a contact spot, or leave it out"
+                f"= {depth!r} m is less than a pixel, {min(surface.pixel):.4g} m: give some "
+                "radii of a contact spot, or leave it out",
+                argument="depth",
             )
         if layers is not None:
             raise InputError("give either depth or layers, not both")
@@ -516,11 +519,15 @@ def _check_arguments(
         try:
             thickness = np.array(layers, float)
         except (TypeError, ValueError):
-            raise InputError("layers must be a row of numbers [m]") from None
+            raise InputError("must be a row of numbers [m]", argument="layers") from None
         if thickness.ndim != 1 or not thickness.size or not (thickness > 0).all():
-            raise InputError(f"layers must be a row of positive numbers [m], got {layers!r}")
+            raise InputError(
+                f"must be a row of positive numbers [m], got {layers!r}",
+                argument="layers",
+                value=layers,
+            )
         if not np.isfinite(thickness).all():
-            raise InputError(f"layers must be finite [m], got {layers!r}")
+            raise InputError(f"must be finite [m], got {layers!r}", argument="layers", value=layers)
     check_surfaces(surface, counter_surface)
     for body in (material, counter_material):
         if body.yield_strength is not None and math.isinf(body.young):
@@ -530,7 +537,7 @@ def _check_arguments(
     if start is None:
         return
     if depth is not None or layers is not None:
-        raise InputError("start brings its layers along: leave out depth and layers")
+        raise InputError("brings its layers along: leave out depth and layers", argument="start")
     problem.check_same("start", start)
 
 
@@ -564,9 +571,10 @@ def _check_capacity(problem: Problem, contact: Contact, load: float) -> None:
     )
     if load > capacity:
         raise CapacityError(
-            f"load = {load:.6g} N is more than the map can carry: even in full contact its body "
+            f"= {load:.6g} N is more than the map can carry: even in full contact its body "
             f"flows without end above {capacity:.4g} N, {_PUNCH} times the largest yield strength "
-            "on its area"
+            "on its area",
+            argument="load",
         )
 
 
@@ -589,9 +597,10 @@ def _first_volume(
     thickness = np.array(layers, float)
     if thickness.sum() < radius:
         raise InputError(
-            f"layers reach {thickness.sum():.4g} m deep, less than the radius {radius:.4g} m of "
+            f"reach {thickness.sum():.4g} m deep, less than the radius {radius:.4g} m of "
             "the largest contact spot: plastic strain would pass through them; reach "
-            f"{_DEPTH * radius:.4g} m, or leave them out"
+            f"{_DEPTH * radius:.4g} m, or leave them out",
+            argument="layers",
         )
     return thickness, margin
 
@@ -679,11 +688,15 @@ def _path(
     try:
         path = np.array(loads, float)
     except (TypeError, ValueError):
-        raise InputError("loads must be a row of numbers [N]") from None
+        raise InputError("must be a row of numbers [N]", argument="loads") from None
     if path.ndim != 1 or not path.size or not ((path >= 0) & np.isfinite(path)).all():
-        raise InputError(f"loads must be finite and not negative [N], got {loads!r}")
+        raise InputError(
+            f"must be finite and not negative [N], got {loads!r}", argument="loads", value=loads
+        )
     if not path.any() and first == 0:
-        raise InputError("loads are all zero: at least one must press the bodies together")
+        raise InputError(
+            "are all zero: at least one must press the bodies together", argument="loads"
+        )
     return [float(value) for value in path]
 
 
