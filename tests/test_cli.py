@@ -565,7 +565,7 @@ def interrupt(*_: object, **__: object) -> None:
 
 
 def interrupted_solver() -> Callable[..., Any]:
-    original = contact.solver.solve
+    original = contact.bounded.solve
 
     def solver(*arguments: Any, progress: Callable[[Step], None], **options: Any) -> Any:
         return original(*arguments, progress=interrupt, **options)
