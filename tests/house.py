@@ -1,0 +1,74 @@
+"""The house as its own imports tell it: wings, rooms, and who imports whom.
+
+`test_layers` holds the order, and the documentation draws it.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
+
+# From the ground up; what stands beside the wings is a module of its own.
+WINGS = (
+    "_version", "errors", "units", "files", "memory", "netcdf",
+    "material", "theory", "halfspace", "solvers", "surface", "contact", "volume",
+    "formats", "plots", "report", "request", "fleet", "cli",
+    "__init__", "__main__",
+)  # fmt: skip
+
+# One-line methods of the public face that pass `self` on to a wing above, inside the function.
+DELEGATIONS: dict[str, set[str]] = {}
+
+
+def rooms() -> dict[str, Path]:
+    """Return the modules of the package by dotted name, without the package's own."""
+    return {
+        ".".join(path.relative_to(PACKAGE).with_suffix("").parts): path
+        for path in sorted(PACKAGE.rglob("*.py"))
+    }
+
+
+def imports(path: Path) -> Iterator[tuple[str, bool]]:
+    """Yield (room, deferred) for every import of the package's own modules, type-only ones too."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    inside = {
+        id(node)
+        for function in ast.walk(tree)
+        if isinstance(function, ast.FunctionDef)
+        for node in ast.walk(function)
+    }
+    known = rooms()
+    for node in ast.walk(tree):
+        names: list[str] = []
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "roughcontact":
+            base = (node.module or "").removeprefix("roughcontact").strip(".")
+            for alias in node.names:
+                full = f"{base}.{alias.name}" if base else alias.name
+                names.append(full if full in known else base or "__init__")
+        elif isinstance(node, ast.Import):
+            names = [
+                alias.name.removeprefix("roughcontact.")
+                for alias in node.names
+                if alias.name.startswith("roughcontact.")
+            ]
+        for name in names:
+            room = name if name in known else f"{name}.__init__"
+            if room in known:
+                yield room, id(node) in inside
+
+
+def wing_of(room: str) -> str:
+    return room.split(".")[0]
+
+
+def floor_of(room: str) -> int:
+    wing = wing_of(room)
+    assert wing in WINGS, f"{wing} has no place in the house: add it to WINGS"
+    return WINGS.index(wing)
+
+
+def delegated(room: str, other: str, deferred: bool) -> bool:
+    return deferred and other in DELEGATIONS.get(room, set())
