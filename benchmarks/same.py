@@ -1,0 +1,756 @@
+"""Whether a change of the code changed any result: some sixty cases, digest by digest.
+
+    python benchmarks/same.py store before        # before the change: before/digests.json
+    python benchmarks/same.py compare before      # after it; exit status 1 on any difference
+    python benchmarks/same.py compare before --to after   # two stored states
+    python benchmarks/same.py store before --only 'cli-*' # some cases
+
+Arrays are compared bit by bit, numbers by every digit, files by what they hold, and reports and
+console by their text; wall times, dates, versions and temporary folders are taken out first. Bits
+depend on processor, FFT and BLAS, so only two states of the code on one machine can be compared.
+Everything goes through the public face: the names of ``roughcontact``, the methods of what they
+return, and ``python -m roughcontact``. Set ``PYTHONPATH`` to try another checkout.
+"""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import dataclasses
+import difflib
+import fnmatch
+import functools
+import hashlib
+import html
+import io
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+import time
+import zipfile
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from matplotlib.image import imread
+
+import roughcontact as rc
+
+Items = dict[str, str]
+"""Text of every item of a case by name; an array's text is its type, shape and digest."""
+
+MEASUREMENTS = Path(__file__).parents[2] / "shared" / "measurements"
+STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
+ALUMINA = rc.Material(370e9, 0.22, name="alumina", hardness=15e9)
+MATERIAL = {"material": STEEL}
+SIDE = 1e-4  # of the square maps [m]
+
+# What differs between two runs of the same code. Numbers of a result stay as they are.
+VOLATILE = re.compile(r"_.*|(.*_)?(seconds|version)(\.npy| \[s\])?")  # fields, keys, columns
+_NORMAL = [
+    (re.compile(r"\x1b\[[0-9;]*m"), ""),
+    (
+        re.compile(r"\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d(?::\d\d(?:\.\d+)?)?)?(?:Z|[+-]\d\d:\d\d)?"),
+        "<date>",
+    ),
+    (re.compile(r"(\"seconds\": )[-+.e\d]+"), r"\1<time>"),
+    (re.compile(r"\b[\d.]+(?:e[-+]\d+)? ?(?:s|ms|min|seconds|minutes)\b"), "<time>"),
+    (re.compile(r"\b[\d.]+ [KMGT]iB (free|available|of memory)"), r"<memory> \1"),
+    (re.compile(r" at 0x[0-9a-f]+"), " at <address>"),
+    (re.compile(r"[ \t]+$", re.MULTILINE), ""),
+]
+
+
+def normal(text: str, folder: Path) -> str:
+    """Return a text without times, dates, versions and the temporary folder."""
+    for place in {str(folder), str(folder.resolve())}:
+        text = text.replace(place, "<folder>")
+    text = text.replace(rc.__version__, "<version>")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    for pattern, word in _NORMAL:
+        text = pattern.sub(word, text)
+    return text
+
+
+def digest(content: bytes) -> str:
+    """Return the first 16 hexadecimal digits of the SHA-256."""
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+# What a value is as text --------------------------------------------------------------------------
+
+
+def plain(value: Any) -> Any:
+    """Return a value as JSON can write it: arrays by digest, dataclasses by their fields."""
+    if isinstance(value, np.ndarray):
+        if value.dtype == object:
+            return [plain(entry) for entry in value.ravel()]
+        held = repr(value.item()) if value.size == 1 else digest(value.tobytes())
+        return f"{value.dtype.str} {value.shape} {held}"
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    if isinstance(value, dict):
+        return {str(key): plain(entry) for key, entry in value.items() if kept(str(key))}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    if isinstance(value, bytes):
+        return f"bytes {digest(value)}"
+    if value is None or isinstance(value, str | bool | int | float):
+        return value
+    return repr(value)
+
+
+def kept(name: str) -> bool:
+    """Return whether a field is compared: public, and the same in every run."""
+    return not VOLATILE.fullmatch(name)
+
+
+def written(value: Any) -> str:
+    """Return a value as text: a string as it is, everything else as JSON."""
+    found = plain(value)
+    return found if isinstance(found, str) else json.dumps(found, indent=1, ensure_ascii=False)
+
+
+def items_of(value: Any) -> Items:
+    """Return fields, properties and summary of a result, each as an item of its own."""
+    if not dataclasses.is_dataclass(value) or isinstance(value, type):
+        return {"": written(value)}
+    found = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    for name in dir(type(value)):
+        if isinstance(getattr(type(value), name), property | functools.cached_property):
+            try:
+                found[name] = getattr(value, name)
+            except Exception as error:
+                found[name] = f"{type(error).__name__}: {error}"
+    if hasattr(value, "summary"):
+        found["summary"] = value.summary()
+    return {name: written(entry) for name, entry in found.items() if kept(name)}
+
+
+# What a file holds --------------------------------------------------------------------------------
+
+
+def read_html(path: Path) -> Items:
+    """Return the readable text of a report, and its pictures."""
+    text = path.read_text(encoding="utf-8")
+    pictures = re.findall(r"data:image/png;base64,([A-Za-z0-9+/=\s]+)", text)
+    pixels = [imread(io.BytesIO(base64.b64decode(entry))) for entry in pictures]
+    text = re.sub(r"<(script|style)\b.*?</\1>", "", text, flags=re.DOTALL)
+    text = re.sub(r"<svg\b.*?</svg>", "[svg]", text, flags=re.DOTALL)
+    text = re.sub(r"[ \t]*\n\s*", "\n", html.unescape(re.sub(r"<[^>]*>", " ", text)))
+    return {"": re.sub(r"[ \t]+", " ", text), "pictures": written(pixels)}
+
+
+def read_netcdf(path: Path) -> Items:
+    """Return variables and attributes, less what the format keeps for itself."""
+    found: dict[str, Any] = {}
+    own = ("DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME")
+
+    def visit(name: str, node: Any) -> None:
+        for key, entry in node.attrs.items():
+            if kept(key) and key not in own:
+                found[f"{name}@{key}"] = entry
+        if isinstance(node, h5py.Dataset) and kept(name.rpartition("/")[2]):
+            found[name] = node[()]
+
+    with h5py.File(path, "r") as file:
+        visit("", file)
+        file.visititems(visit)
+    return {"": written(dict(sorted(found.items())))}
+
+
+def read_zip(path: Path) -> Items:
+    """Return the members of an archive: X3P without its checksum, which covers the date."""
+    found: dict[str, Any] = {}
+    with zipfile.ZipFile(path) as archive:
+        for name in sorted(archive.namelist()):
+            content = archive.read(name)
+            if not kept(name):
+                continue
+            if name.endswith(".npy"):
+                found[name] = np.load(io.BytesIO(content))
+            elif not name.endswith("md5checksum.hex"):
+                found[name] = content.decode() if name.endswith(".xml") else content
+    return {"": "\n".join(f"{name}\n{written(entry)}" for name, entry in found.items())}
+
+
+def read_csv(path: Path) -> Items:
+    """Return a table without the columns of times."""
+    lines = [line.split(",") for line in path.read_text(encoding="utf-8").splitlines()]
+    columns = [n for n, name in enumerate(lines[0]) if kept(name.strip())]
+    if len(columns) == len(lines[0]):
+        return {"": path.read_text(encoding="utf-8")}
+    return {"": "\n".join(",".join(line[n] for n in columns) for line in lines)}
+
+
+def read_svg(path: Path) -> Items:
+    """Return a drawing with its random names numbered in their order."""
+    text = path.read_text(encoding="utf-8")
+    names: dict[str, str] = {}
+    for name in re.findall(r"\bid=\"([^\"]+)\"", text):
+        names.setdefault(name, f"name{len(names)}")
+    return {"": re.sub(r"(?<=[\"#])[\w-]+(?=[\")])", lambda m: names.get(m[0], m[0]), text)}
+
+
+def read_vtk(path: Path) -> Items:
+    """Return the header as text and everything as bytes."""
+    content = path.read_bytes().replace(rc.__version__.encode(), b"<version>")
+    head = content.partition(b"<AppendedData")[0][:4000].decode("utf-8", "replace")
+    return {"": f"{head}\nbytes {digest(content)}"}
+
+
+READERS: dict[str, Callable[[Path], Items]] = {
+    ".html": read_html,
+    ".nc": read_netcdf,
+    ".csv": read_csv,
+    ".npz": read_zip,
+    ".x3p": read_zip,
+    ".svg": read_svg,
+    ".vti": read_vtk,
+    ".vtr": read_vtk,
+    ".png": lambda path: {"": written(imread(path))},
+    ".pdf": lambda path: {"": path.read_bytes()[:5].decode()},
+    ".npy": lambda path: {"": written(np.load(path))},
+    ".json": lambda path: {"": written(json.loads(path.read_text(encoding="utf-8")))},
+}
+
+
+def items_of_file(path: Path) -> Items:
+    """Return what a file holds; text and unknown formats as they are."""
+    if path.suffix in READERS:
+        return READERS[path.suffix](path)
+    content = path.read_bytes()
+    try:
+        return {"": content.decode("utf-8")}
+    except UnicodeDecodeError:
+        return {"": written(content)}
+
+
+# Maps ---------------------------------------------------------------------------------------------
+
+
+def rough(
+    shape: tuple[int, int] = (64, 64), seed: int = 1, pixel: tuple[float, float] | None = None
+) -> rc.Surface:
+    """Return a self-affine map of 0.1 mm unless a pixel is given."""
+    pixel = pixel or (SIDE / shape[0], SIDE / shape[1])
+    heights = rc.self_affine(
+        shape, pixel, rms_height=2e-7, rolloff_wavelength=5e-5,
+        cutoff_wavelength=max(6e-6, 3 * max(pixel)),
+        rng=np.random.default_rng(seed),
+    )  # fmt: skip
+    return rc.Surface(heights, pixel)
+
+
+def holed() -> rc.Surface:
+    """Return a map with a spike, a round hole and single missing points."""
+    heights = np.array(rough(seed=4).heights)
+    y, x = np.mgrid[:64, :64]
+    heights[(y - 20) ** 2 + (x - 45) ** 2 < 30] = np.nan
+    heights[[3, 40, 60], [5, 17, 63]] = np.nan
+    heights[50, 12] += 5e-6
+    return rc.Surface(heights, (SIDE / 64, SIDE / 64))
+
+
+def ball(points: int = 64, radius: float = 1e-2) -> rc.Surface:
+    """Return a sphere on a map of 0.4 mm."""
+    pixel = 4e-4 / points
+    x = (np.arange(points) - (points - 1) / 2) * pixel
+    return rc.Surface(-(x[:, None] ** 2 + x**2) / (2 * radius), (pixel, pixel))
+
+
+def write_inputs(folder: Path) -> None:
+    """Write the maps that the commands read, heights in µm, without the program."""
+    maps = {
+        "rough.npy": rough().heights,
+        "wide.npy": rough((48, 80), 2, (1.5e-6, 1e-6)).heights,
+        "other.npy": rough((72, 72), 3).heights,
+        "holes.npy": holed().heights,
+        "small.npy": rough((32, 32), 5).heights,
+    }
+    for name, heights in maps.items():
+        np.save(folder / name, 1e6 * heights)
+    np.savetxt(folder / "rough.txt", 1e6 * rough().heights)
+    np.savetxt(folder / "rough.csv", 1e6 * rough().heights, delimiter=";")
+    (folder / "broken.csv").write_text("1,2,3\n4,five,6\n7,8,9\n", encoding="utf-8")
+    (folder / "broken.nc").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(64))
+    (folder / "project.toml").write_text(PROJECT, encoding="utf-8")
+    bad = PROJECT.replace("poisson = 0.3", "poison = 0.3")
+    (folder / "bad.toml").write_text(bad, encoding="utf-8")
+
+
+PROJECT = """\
+folder = "results"
+write = ["nc", "csv", "vti"]
+materials.steel = {young = "210 GPa", poisson = 0.3, yield-strength = "1 GPa"}
+defaults = {unit = "um", size = "0.1 mm", material = "steel"}
+contact = [
+  {name = "one", file = "rough.npy", load = ["0.1 N", "0.5 N"]},
+  {name = "two", file = "other.npy", load = "0.2 N", ceiling = "none"},
+  {name = "three", file = "holes.npy", load = "0.2 N"},
+]
+"""
+
+# Cases in Python ----------------------------------------------------------------------------------
+
+Case = Callable[[Path], dict[str, Any]]
+CASES: dict[str, Case] = {}
+
+
+def case(function: Case) -> Case:
+    """Take a function as a case: it is given a folder and returns its results by name."""
+    CASES["py-" + function.__name__.replace("_", "-")] = function
+    return function
+
+
+@case
+def reading(folder: Path) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, surface in (("wide", rough((48, 80), 2, (1.5e-6, 1e-6))), ("holes", holed())):
+        for suffix in ("csv", "npz", "x3p", "sur", "nc", "vti"):
+            path = folder / f"{name}.{suffix}"
+            surface.save(path)
+            if suffix != "vti":
+                found[f"{name}-{suffix}"] = rc.read_surface(path)
+    options: dict[str, Any] = {"unit": "um", "size": (SIDE, 2 * SIDE)}
+    micrometres = 1e6 * holed().heights
+    np.save(folder / "bare.npy", micrometres)
+    np.savez(folder / "bare.npz", heights=micrometres)
+    np.savetxt(folder / "bare.txt", micrometres)
+    np.savetxt(folder / "bare.asc", micrometres, delimiter="\t")
+    np.savetxt(folder / "bare.csv", micrometres, delimiter=",")
+    for suffix in ("npy", "npz", "txt", "asc", "csv"):
+        found[f"bare-{suffix}"] = rc.read_surface(folder / f"bare.{suffix}", **options)
+    for path in folder.glob("bare.*"):
+        path.unlink()
+    return found
+
+
+@case
+def measurements(folder: Path) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for path in sorted(MEASUREMENTS.glob("*.*")):
+        if path.suffix == ".md":
+            continue
+        try:
+            surface = rc.read_surface(path).cropped((10, 106), (20, 116))
+        except rc.RoughcontactError as error:
+            found[path.name] = f"{type(error).__name__}: {error}".replace(str(MEASUREMENTS), "")
+            continue
+        part = surface.leveled("plane").filled()
+        area = part.heights.size * part.pixel[0] * part.pixel[1]
+        found[path.name] = surface
+        found[f"{path.name}-contact"] = rc.solve(part, material=STEEL, load=1e7 * area)
+    return found
+
+
+@case
+def preparation(folder: Path) -> dict[str, Any]:
+    whole, gaps = rough((64, 80), 6), holed()
+    found = {
+        f"level-{form}": whole.leveled(form) for form in ("plane", "quadric", "mean", "robust")
+    }
+    found["level-points"] = whole.leveled("three-point", points=[(0, 0), (60, 3), (5, 70)])
+    found |= {f"form-{shape}": whole.without_form(shape) for shape in ("sphere", "cylinder")}
+    found["form-polynomial"] = whole.without_form("polynomial", 4)
+    found["outliers"] = gaps.without_outliers(6.0)
+    found["filled"] = gaps.leveled("robust").without_outliers(5.0, 7).filled()
+    found["masked"] = gaps.leveled().masked()
+    found["rectangle"] = gaps.largest_rectangle()
+    found["cropped"] = whole.cropped((4, 60), (3, 55))
+    found["rotated"] = whole.rotated(1).rotated(2)
+    found["with-form"] = rough().with_form(rc.Surface(ball().heights, rough().pixel))
+    for method in ("bandlimited", "spline"):
+        found[f"resampled-{method}"] = whole.resampled((48, 90), method=method)
+    found["resampled-pixel"] = whole.resampled(pixel=(2e-6, 2e-6))
+    found["s-filter"] = whole.filtered(s=5e-6)
+    found["l-filter"] = whole.filtered(l=4e-5)
+    found["both-filters"] = gaps.filled().filtered(s=5e-6, l=4e-5)
+    found["aligned"] = rough((72, 72), 3).aligned(rough(), (3e-6, -5e-6), 2.0, mirrored=True)
+    found["roughness"] = [whole.roughness(), gaps.filled().roughness()]
+    found["notes"] = [whole.resolution_notes(), whole.resolution_notes(1e-5)]
+    return found
+
+
+WIDE = rough((48, 80), 2, (1.5e-6, 1e-6))
+SOLVED: dict[str, tuple[rc.Surface, dict[str, Any]]] = {
+    "elastic": (rough((96, 96)), {"load": 0.3, "ceiling": None}),
+    "large": (rough((128, 128)), {"load": 0.2}),
+    "wide": (WIDE, {"load": 0.2}),
+    "odd": (rough((51, 77), 8), {"load": 0.2}),
+    "ball": (ball(), {"load": 20.0}),
+    "ceiling-auto": (rough(), {"load": 0.5}),
+    "ceiling-scalar": (rough(), {"load": 0.5, "ceiling": 2.5e9}),
+    "ceiling-map": (rough(), {"load": 0.5, "ceiling": np.linspace(2e9, 4e9, 4096).reshape(64, 64)}),
+    "ceiling-hardness": (rough(), {"load": 2.0, "material": ALUMINA}),
+    "approach": (rough(), {"approach": 3e-7}),
+    "tilt": (rough(), {"load": 0.2, "moments": (2e-7, -1e-6)}),
+    "tilt-elastic": (WIDE, {"load": 0.2, "moments": (2e-7, -1e-6), "ceiling": None}),
+    "periodic": (WIDE, {"load": 0.2, "boundary": "periodic"}),
+    "single": (rough(), {"load": 0.2, "precision": "single"}),
+    "masked": (holed().masked(), {"load": 0.2}),
+    "two-bodies": (
+        rough(), {"load": 0.2, "counter_surface": rough(seed=9), "counter_material": ALUMINA}
+    ),
+    "tolerance": (rough(), {"load": 0.2, "tolerance": 1e-10}),
+    "unfinished": (rough(), {"load": 0.2, "max_iterations": 2, "on_failure": "return"}),
+}  # fmt: skip
+
+
+def solved(surface: rc.Surface, options: dict[str, Any], folder: Path) -> dict[str, Any]:
+    return {"": rc.solve(surface, **MATERIAL | options)}
+
+
+CASES |= {f"py-solve-{name}": functools.partial(solved, *SOLVED[name]) for name in SOLVED}
+
+
+@case
+def followed(folder: Path) -> dict[str, Any]:
+    steps: list[rc.Step] = []
+    found = rc.solve(rough(), material=STEEL, load=0.2, progress=steps.append)
+    warm = rc.solve(rough(), material=STEEL, load=0.25, start=found)
+    from_array = rc.solve(rough(), material=STEEL, load=0.25, start=found.pressure)
+    words = {"steps": steps, "spots": found.spots(), "stiffness": found.stiffness()}
+    return {"warm": warm, "warm-array": from_array, "elastic": found.elastic(), **words}
+
+
+@case
+def results(folder: Path) -> dict[str, Any]:
+    found = rc.solve(holed().masked(), material=STEEL, load=0.2, counter_material=ALUMINA)
+    rc.save_result(found, folder / "first.nc")
+    for suffix in ("nc", "vti", "csv", "json"):
+        found.save(folder / f"second.{suffix}")
+    found.report(folder / "report.html", command="the command")
+    return {"loaded": rc.load_result(folder / "first.nc")}
+
+
+@case
+def curve(folder: Path) -> dict[str, Any]:
+    loads = [0.02, 0.1, 0.5]
+    kept_in = folder / "steps"
+    first = rc.load_curve(rough(), material=STEEL, loads=loads[:2], folder=kept_in)
+    try:
+        longer: Any = rc.load_curve(rough(), material=STEEL, loads=loads, folder=kept_in)
+    except rc.RoughcontactError as error:
+        longer = f"{type(error).__name__}: {error}"
+    again = rc.load_curve(rough(), material=STEEL, loads=loads[:2], folder=kept_in)
+    found = rc.load_curve(rough(), material=STEEL, loads=loads, ceiling=None)
+    found.save(folder / "curve.csv")
+    found.save(folder / "curve.json")
+    by_approach = rc.load_curve(rough(), material=STEEL, approaches=[1e-7, 2e-7, 3e-7])
+    return {"": found, "first": first, "longer": longer, "again": again, "approach": by_approach}
+
+
+@case
+def history(folder: Path) -> dict[str, Any]:
+    dx = rough().pixel[1]
+    path = [0.5, 0.1, 0.0, rc.Stage(load=0.5, shift=(0.0, 2 * dx)), rc.Stage(approach=2e-7)]
+    found = rc.load_history(rough(), path, material=STEEL)
+    found.save(folder / "history.csv")
+    found.residual.save(folder / "residual.x3p")
+    return {"": found, "elastic": rc.load_history(rough(), [0.2, 0.0], material=ALUMINA)}
+
+
+@case
+def stress(folder: Path) -> dict[str, Any]:
+    contact = rc.solve(ball(), material=STEEL, load=10.0, ceiling=None)
+    found = rc.subsurface_stress(contact)
+    found.save(folder / "stress.nc")
+    sliding = rc.subsurface_stress(
+        contact, [1e-5, 3e-5], friction=0.2, direction=0.5, precision="double"
+    )
+    onset = rc.yield_onset(ball(48), material=STEEL, friction=0.1)
+    sections = [found.von_mises_section("x"), sliding.von_mises_section("y")]
+    return {"": found, "sliding": sliding, "onset": onset, "sections": sections}
+
+
+@case
+def volume(folder: Path) -> dict[str, Any]:
+    options: dict[str, Any] = {"material": STEEL, "increments": 3, "tolerance": 1e-3}
+    found = rc.solve_elastoplastic(ball(32), load=80.0, **options)
+    for suffix in ("nc", "vtr", "vti", "csv", "json"):
+        found.save(folder / f"volume.{suffix}")
+    found.report(folder / "volume.html")
+    path = rc.solve_elastoplastic(
+        rough((32, 32), 5), loads=[0.1, 0.3, 0.0], boundary="periodic", **options
+    )
+    return {"": found, "path": path, "profile": found.profile(), "layers": found.layers(),
+            "section": found.section("y")}  # fmt: skip
+
+
+@case
+def studies(folder: Path) -> dict[str, Any]:
+    found = rc.compare_models(ball(32), material=STEEL, loads=[30.0, 60.0], factors=[2.8, 3.0])
+    found.save(folder / "models.json")
+    study = rc.resolution_study(rough(), material=STEEL, load=0.2)
+    modulus = [rc.contact_modulus(STEEL, rc.RIGID), rc.contact_modulus(STEEL, ALUMINA)]
+    return {"models": found, "errors": found.map_error(), "study": study, "modulus": modulus,
+            "reference": rc.reference_map(96)}  # fmt: skip
+
+
+REFUSED: dict[str, dict[str, Any]] = {  # options of `solve`
+    "load": {"load": -1.0}, "both": {"approach": 1e-7}, "neither": {"load": None},
+    "boundary": {"boundary": "closed"}, "precision": {"precision": "half"},
+    "ceiling": {"ceiling": np.ones((3, 3))}, "ceiling-word": {"ceiling": "high"},
+    "capacity": {"load": 1e4}, "convergence": {"max_iterations": 2},
+    "rigid": {"material": rc.RIGID}, "grids": {"counter_surface": ball(32)},
+    "start": {"start": np.ones(3)}, "moments": {"moments": (1.0, 1.0)},
+}  # fmt: skip
+FAILURES: dict[str, Callable[[], Any]] = {
+    "poisson": lambda: rc.Material(210e9, 0.7),
+    "young": lambda: rc.Material(-1.0, 0.3),
+    "young-text": lambda: rc.Material("210 GPa", 0.3),  # type: ignore[arg-type]
+    "yield-strength": lambda: rc.Material(210e9, 0.3, 0.0),
+    "heights": lambda: rc.Surface([1.0, 2.0], (1.0, 1.0)),
+    "pixel": lambda: rc.Surface(np.zeros((4, 4)), (1.0, -1.0)),
+    "infinite": lambda: rc.Surface(np.full((4, 4), np.inf), (1.0, 1.0)),
+    "holes": lambda: rc.solve(holed(), material=STEEL, load=0.1),
+    "missing-file": lambda: rc.read_surface("nowhere.csv"),
+    "form": lambda: rough().without_form("torus"),
+    "level": lambda: rough().leveled("wave"),
+    "crop": lambda: rough().cropped((0, 900), (0, 4)),
+    "filter": lambda: rough().filtered(s=1.0),
+    "save": lambda: rough().save("map.docx"),
+    "loads": lambda: rc.load_curve(rough(), material=STEEL, loads=[]),
+    "stage": lambda: rc.Stage(load=1.0, approach=1.0),
+    "volume": lambda: rc.solve_elastoplastic(rough(), material=ALUMINA, load=1.0),
+    "stress": lambda: rc.subsurface_stress(rc.solve(rough(), material=STEEL, load=0.1), [-1.0]),
+}
+
+
+@case
+def errors(folder: Path) -> dict[str, Any]:
+    calls = dict(FAILURES)
+    for name, options in REFUSED.items():
+        all_options = {"material": STEEL, "load": 0.1} | options
+        calls[f"solve-{name}"] = functools.partial(rc.solve, rough(), **all_options)
+    found = {}
+    for name, call in calls.items():
+        try:
+            found[name] = f"no error: {plain(call())}"
+        except Exception as error:
+            found[name] = f"{type(error).__name__}: {error}"
+    return found
+
+
+# Cases on the command line ------------------------------------------------------------------------
+
+_MAP = "--unit um --size '0.1 mm'"
+_STEEL = "--young '210 GPa' --poisson 0.3 --yield-strength '1 GPa'"
+_ON = f"rough.npy {_MAP} {_STEEL}"
+_SOLVE, _HALF = f"solve {_ON} --load '0.2 N'", f"solve {_ON} --load '0.5 N'"
+_HOLES = _SOLVE.replace("rough.npy", "holes.npy")
+_WIDE = f"solve wide.npy --unit um --size '72 um x 80 um' {_STEEL}"
+_BALL = "--points 48 --size '0.4 mm' --material 100Cr6"
+_SPHERE = f"{_BALL} --body 'sphere 10 mm'"
+_PERFECT = "--model volume --increments 2 --tolerance 1e-3"
+_VOLUME = f"solve {_SPHERE.replace('48', '32')} --load '80 N' {_PERFECT}"
+_SWEEP = f"sweep {_ON} --from '20 mN' --to '1 N' --steps 4 --folder kept"
+_FORMS = ("sphere 10 mm", "cylinder 5 mm 90 deg", "ellipsoid 10 mm 4 mm", "punch 20 um",
+          "cone 0.01", "wedge 0.01")  # fmt: skip
+
+COMMANDS: dict[str, tuple[str, ...]] = {
+    "plain": (_SOLVE, f"{_SOLVE} --json", f"{_SOLVE} --quiet"),
+    "exports": (f"{_SOLVE} --output a.nc --output a.vti --output a.csv --output a.json "
+                "--report a.html", "info a.nc"),
+    "figures": (f"{_SOLVE} --figures out.png", f"{_WIDE} --load '0.2 N' --figures out.svg",
+                f"{_SOLVE} --figures out.pdf"),
+    "prepared": (f"{_HOLES} --crop 2:62,0:60 --outliers 6 --level robust --form 'polynomial 3' "
+                 "--holes fill --s-filter '4 um' --l-filter '60 um' --pixel '1.2 um' --rotate 90 "
+                 "--tip-radius '2 um' --report a.html",),
+    "holes": (f"{_HOLES} --holes mask --output a.nc", f"{_HOLES} --holes crop", _HOLES),
+    "ceilings": (f"{_HALF} --ceiling none", f"{_HALF} --ceiling '2 GPa'",
+                 f"{_HALF} --ceiling '62 HRC'", f"{_HALF} --hardening 'linear 2 GPa'"),
+    "approach": (f"{_WIDE} --approach '0.3 um' --boundary periodic --precision single",),
+    "materials": ("materials", "materials 100Cr6", "materials --json", "materials 'bearing steel'"),
+    "catalogue": (f"solve rough.npy {_MAP} --load '0.3 N' --material 100Cr6 "
+                  "--counter-material alumina --json",),
+    "counter": (f"{_SOLVE} --counter-surface rough.npy --counter-young '70 GPa' "
+                "--counter-poisson 0.33 --output a.nc",),
+    "aligned": (f"{_SOLVE} --counter-surface other.npy --align --offset '2 um, -3 um' --angle 3 "
+                "--mirror --output a.nc --report a.html",),
+    "bodies": tuple(f"solve {_BALL} --body '{form}' --load '2 N' --output {form.split()[0]}.json"
+                    for form in _FORMS),
+    "rough-ball": (f"solve {_ON} --body 'sphere 1 mm' --counter-body 'sphere 5 mm' --load '1 N'",),
+    "tilt": (f"{_SOLVE} --load-point '0 um, 5 um' --output a.nc",),
+    "study": (f"{_SOLVE} --study --report a.html",),
+    "texts": (_SOLVE.replace(".npy", ".txt"), _SOLVE.replace(".npy", ".csv")),
+    "info": (f"info rough.npy {_MAP}", f"info holes.npy {_MAP} --json", "info broken.nc"),
+    "sweep": (f"{_SWEEP} --output c.csv --report a.html --figure c.png",
+              f"{_SWEEP} --output c.json", _SWEEP.replace("20 mN", "10 mN")),
+    "sweep-approach": (f"sweep {_ON} --from '0.1 um' --to '0.3 um' --steps 3 --spacing linear "
+                       "--json",),
+    "history": (f"history {_ON} --path '0.5 N, 0 N, 0.5 N' --passes 2 --shift '0 um, 3.125 um' "
+                "--output h.csv --residual r.x3p --figure h.png --report a.html",
+                f"history {_ON} --path '0.5 N, 0 N' --residual r.sur --output h.json --json",
+                f"history {_ON} --path '0.5 N, 0 N' --residual r.npz --quiet"),
+    "stress": (f"stress {_SPHERE} --load '5 N' --output s.nc --report a.html --figures s.png",
+               f"stress {_ON} --load '0.2 N' --friction 0.2 --direction 30 --depths '1 um, 2 um' "
+               "--json"),
+    "stress-onset": (f"stress {_SPHERE} --load '5 N' --onset", f"stress {_SPHERE} --onset"),
+    "volume": (f"{_VOLUME} --report a.html --output v.nc --output v.vtr --figures v.png",),
+    "volume-linear": (f"{_VOLUME} --hardening 'linear 20 GPa' --unload --folder kept --json",
+                      f"{_VOLUME} --hardening 'linear 20 GPa' --unload --folder kept"),
+    "volume-swift": (f"{_VOLUME} --hardening 'swift 945 MPa 20 0.121'",),
+    "volume-periodic": (f"solve small.npy {_MAP} {_STEEL} --load '0.3 N' {_PERFECT} "
+                        "--boundary periodic --output v.json",),
+    "demo": ("demo --points 64 --folder out",),
+    "project": ("run project.toml", "run project.toml --json", "run bad.toml"),
+    "help": ("--help", "--version", *(f"{name} --help" for name in (
+        "solve", "sweep", "stress", "history", "run", "info", "materials", "demo"))),
+    "errors-usage": ("squeeze", f"solve {_ON}", f"solve {_ON} --load 1", f"{_SOLVE} --lod '1 N'",
+                     f"solve {_ON} --load '1 Pa'", f"solve {_ON} --load '90 N'"),
+    "errors-map": ("solve nowhere.npy --load '1 N' --material 100Cr6", f"{_SOLVE} --crop 0:900,0:9",
+                   "solve rough.npy --load '1 N' --material 100Cr6", "info rough.csv",
+                   f"solve broken.csv {_MAP} --load '1 N' --material 100Cr6"),
+    "errors-bodies": (f"solve rough.npy {_MAP} --load '1 N' --material cheese",
+                      f"{_SOLVE} --body 'torus 3 mm'", f"{_SOLVE} --counter-surface other.npy",
+                      f"{_SOLVE} --poisson 0.8", f"{_SOLVE} --max-iterations 2"),
+    "errors-options": (f"{_SOLVE} --output a.doc", f"history {_ON} --path '1 N, x'",
+                       f"stress {_ON} --load '1 N' --depths '-1 um'"),
+}  # fmt: skip
+ENVIRONMENT = {"COLUMNS": "200", "LINES": "50", "NO_COLOR": "1", "TERM": "dumb",
+               "LC_ALL": "C.UTF-8", "PYTHONIOENCODING": "utf-8"}  # fmt: skip
+# The commands run the code that was imported here, also where PYTHONPATH is relative or not set.
+ENVIRONMENT["PYTHONPATH"] = os.pathsep.join(
+    filter(None, [str(Path(rc.__file__).parents[1]), os.environ.get("PYTHONPATH")])
+)
+
+
+def run_commands(name: str, folder: Path) -> dict[str, Any]:
+    """Run the commands of a case one after the other and return what each printed."""
+    found = {}
+    for number, command in enumerate(COMMANDS[name], 1):
+        done = subprocess.run(
+            [sys.executable, "-m", "roughcontact", *shlex.split(command)],
+            cwd=folder, env=os.environ | ENVIRONMENT, capture_output=True, encoding="utf-8",
+        )  # fmt: skip
+        out = done.stdout
+        if "--json" in command and done.returncode == 0:
+            out = written(json.loads(out))
+        found[f"console-{number}"] = (
+            f"$ {command}\nexit status {done.returncode}\n{out}\n--- errors\n{done.stderr}"
+        )
+    return found
+
+
+# Running, storing and comparing -------------------------------------------------------------------
+
+
+def collected(call: Callable[[], dict[str, Any]], folder: Path, inputs: dict[str, bytes]) -> Items:
+    """Return the normalised text of what a case returns and of the files that it writes."""
+    found: list[tuple[str, str, str]] = []
+    try:
+        for key, value in call().items():
+            found += [(key, item, text) for item, text in items_of(value).items()]
+        for path in sorted(entry for entry in folder.rglob("*") if entry.is_file()):
+            name = path.relative_to(folder).as_posix()
+            if inputs.get(name) != path.read_bytes():
+                found += [(name, item, text) for item, text in items_of_file(path).items()]
+    except Exception as error:  # a state of the code that cannot do it is a difference too
+        found.append(("failed", "", f"{type(error).__name__}: {error}"))
+        print(f"failed: {type(error).__name__}: {error}")
+    return {".".join(filter(None, names)): normal(text, folder) for *names, text in found}
+
+
+def run_all(only: str, place: Path) -> Iterator[tuple[str, Items]]:
+    """Run every case whose name matches, the commands two at a time, and give its items.
+
+    HDF5 and Matplotlib do not like threads: the threads only wait for the commands.
+    """
+    names = [f"cli-{name}" for name in COMMANDS]
+    python, shell = (fnmatch.filter(group, only) for group in (CASES, names))
+    print(f"{len(python) + len(shell)} cases of roughcontact in {Path(rc.__file__).parent}")
+    if not MEASUREMENTS.is_dir() and "py-measurements" in python:
+        python.remove("py-measurements")
+        print("py-measurements: skipped, the instruments' files are not here")
+    for name in python:
+        folder = place / name
+        folder.mkdir()
+        yield name, collected(functools.partial(CASES[name], folder), folder, {})
+    write_inputs(place)
+    inputs = {path.name: path.read_bytes() for path in place.iterdir() if path.is_file()}
+    for name in shell:
+        (place / name).mkdir()
+        for file, content in inputs.items():
+            (place / name / file).write_bytes(content)
+    with ThreadPoolExecutor(2) as pool:
+        printed = pool.map(lambda name: run_commands(name[4:], place / name), shell)
+        for name, values in zip(shell, printed, strict=True):
+            yield name, collected(functools.partial(dict, values), place / name, inputs)
+
+
+def file_of(folder: Path, name: str, item: str) -> Path:
+    """Return where the text of an item is stored."""
+    return folder / name / (item.replace("/", "+") + ".txt")
+
+
+def store(folder: Path, only: str) -> None:
+    """Run the cases and write digests and texts."""
+    began = last = time.perf_counter()
+    digests = {}
+    with tempfile.TemporaryDirectory(prefix="same-") as place:
+        for name, items in run_all(only, Path(place)):
+            for item, text in items.items():
+                path = file_of(folder, name, item)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text, encoding="utf-8")
+                digests[f"{name}/{item}"] = digest(text.encode())
+            now = time.perf_counter()
+            print(f"{name}: {len(items)} items after {now - last:.1f} s", flush=True)
+            last = now
+    content = json.dumps(digests, indent=1, sort_keys=True, ensure_ascii=False)
+    (folder / "digests.json").write_text(content, encoding="utf-8")
+    print(f"{len(digests)} items in {time.perf_counter() - began:.0f} s")
+
+
+def differences(old: Path, new: Path, only: str) -> Iterator[str]:
+    """Give a paragraph on each item that differs, is missing or is new."""
+    states = []
+    for folder in (old, new):
+        digests = json.loads((folder / "digests.json").read_text(encoding="utf-8"))
+        states.append({k: v for k, v in digests.items() if fnmatch.fnmatch(k.split("/")[0], only)})
+    for key in sorted(states[0].keys() | states[1].keys()):
+        first, second = (state.get(key) for state in states)
+        if first == second:
+            continue
+        if first is None or second is None:
+            yield f"{key}: {'new' if first is None else 'missing'}"
+            continue
+        texts = [file_of(folder, *key.split("/", 1)).read_text("utf-8") for folder in (old, new)]
+        lines = difflib.unified_diff(
+            *(text.splitlines() for text in texts), "old", "new", n=1, lineterm=""
+        )
+        yield "\n    ".join([f"{key}: differs", *(line[:160] for line in list(lines)[:20])])
+
+
+def main() -> int:
+    """Store or compare."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("what", choices=("store", "compare"))
+    parser.add_argument("folder", type=Path, help="where digests and texts are kept")
+    parser.add_argument("--to", type=Path, help="compare with this folder instead of a new run")
+    parser.add_argument("--only", default="*", help="cases to take, such as 'cli-*'")
+    options = parser.parse_args()
+    if options.what == "store":
+        store(options.folder, options.only)
+        return 0
+    with tempfile.TemporaryDirectory() as place:
+        if options.to is None:
+            store(Path(place), options.only)
+        found = list(differences(options.folder, options.to or Path(place), options.only))
+    print("\n".join([*found, f"{len(found)} differences" if found else "no difference"]))
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
