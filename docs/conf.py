@@ -126,7 +126,12 @@ def _typeset(app: Sphinx, name: str, source: list[str]) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Connect the preparation."""
+    """Write the pages of the modules, which Sphinx has to find, and connect the preparation."""
+    import wings
+
+    (HERE / "api" / "generated").mkdir(exist_ok=True)
+    (HERE / "api" / "modules.rst").write_text(wings.modules(), encoding="utf-8")
+    (HERE / "api" / "generated" / "face.txt").write_text(wings.face(), encoding="utf-8")
     app.connect("source-read", _typeset)
     app.connect("builder-inited", _prepare, priority=100)
     return {"parallel_read_safe": True}
