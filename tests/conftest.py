@@ -47,3 +47,28 @@ def released(pressed):
     return rc.solve_elastoplastic(
         pressed.contact.surface, material=pressed.contact.material, loads=[0.0], start=pressed
     )
+
+
+@pytest.fixture(params=["ducc0", "scipy"])
+def backend(request, monkeypatch):
+    """Run a test with each of the FFT libraries."""
+    from roughcontact.halfspace import fft
+
+    if request.param == "ducc0":
+        if fft._ducc0 is None:
+            pytest.skip("ducc0 is not installed")
+    else:
+        monkeypatch.setattr(fft, "_ducc0", None)
+    return request.param
+
+
+@pytest.fixture
+def small_blocks(monkeypatch):
+    """Give a small map many row and column blocks, of so many bytes."""
+    from roughcontact.halfspace import fft
+
+    def small_blocks(size):
+        for name in ("ROW_BYTES", "COLUMN_BYTES"):
+            monkeypatch.setattr(fft, name, size)
+
+    return small_blocks

@@ -14,25 +14,9 @@ SHAPES = [(2, 2), (3, 5), (8, 8), (7, 13), (12, 31), (29, 6), (2, 33), (41, 2)]
 BOUNDARIES = ["free", "periodic"]
 
 
-@pytest.fixture(params=["ducc0", "scipy"])
-def backend(request, monkeypatch):
-    if request.param == "ducc0":
-        if convolution._ducc0 is None:
-            pytest.skip("ducc0 is not installed")
-    else:
-        monkeypatch.setattr(convolution, "_ducc0", None)
-    return request.param
-
-
 def make(boundary, shape, pixel=PIXEL, **options):
     options.setdefault("workers", 1)
     return getattr(convolution, boundary)(shape, pixel, MODULUS, **options)
-
-
-def small_blocks(monkeypatch, size):
-    """Give a small map many row and column blocks."""
-    for name in ("_ROW_BYTES", "_COLUMN_BYTES"):
-        monkeypatch.setattr(convolution, name, size)
 
 
 def direct(independent, boundary, pressure, pixel=PIXEL):
@@ -146,8 +130,8 @@ def loads(shape):
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 @pytest.mark.parametrize("kind", ["one", "rows", "corners", "stripes", "random"])
 @pytest.mark.parametrize("shape", [(23, 41), (2, 2), (64, 32)])
-def test_gather_and_spread_equal_the_dense_map(monkeypatch, backend, boundary, kind, shape):
-    small_blocks(monkeypatch, 1 << 11)
+def test_gather_and_spread_equal_the_dense_map(small_blocks, backend, boundary, kind, shape):
+    small_blocks(1 << 11)
     operator = make(boundary, shape, workers=2)
     mask = loads(shape)[kind]
     index = np.flatnonzero(mask)
@@ -186,8 +170,8 @@ def test_no_load_no_displacement(backend, boundary):
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 @pytest.mark.parametrize("workers", [2, 3, 8])
-def test_any_number_of_threads_gives_the_same_answer(monkeypatch, boundary, workers):
-    small_blocks(monkeypatch, 1 << 12)
+def test_any_number_of_threads_gives_the_same_answer(small_blocks, boundary, workers):
+    small_blocks(1 << 12)
     pressure = random_pressure((61, 97), fill=0.3)
     alone = make(boundary, pressure.shape, workers=1)(pressure)
     together = make(boundary, pressure.shape, workers=workers)
@@ -233,8 +217,8 @@ def test_approximate_inverse_takes_the_mean_for_the_softest_wave():
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_an_error_in_a_visitor_reaches_the_caller(monkeypatch, workers):
-    small_blocks(monkeypatch, 1 << 10)
+def test_an_error_in_a_visitor_reaches_the_caller(small_blocks, workers):
+    small_blocks(1 << 10)
     operator = make("free", (32, 32), workers=workers)
     support = operator.support(np.array([5]))
 
@@ -255,176 +239,3 @@ def test_operators_leave_no_threads_behind():
         make("free", (8, 8), workers=2)(np.ones((8, 8)))
     # The pool of a dropped operator ends with it; a few may still be on their way out.
     assert threading.active_count() <= before + 6
-
-
-PARITIES = [(False, False), (True, False), (False, True), (True, True)]
-
-
-def parity_kernel(shape, odd, rng):
-    """A random periodic map that is even or odd along each axis."""
-    kernel = rng.standard_normal(shape)
-    for axis, sign in enumerate(odd):
-        mirrored = np.roll(np.flip(kernel, axis), 1, axis)
-        kernel = 0.5 * (kernel - mirrored if sign else kernel + mirrored)
-    return kernel
-
-
-def circular(source, kernel):
-    """Sum over all pairs of points; no transform."""
-    ny, nx = source.shape
-    return sum(
-        source[i, j] * np.roll(kernel, (i, j), (0, 1))[:ny, :nx]
-        for i, j in np.ndindex(source.shape)
-    )
-
-
-def responses_to(source, padded, terms, **options):
-    workspace = convolution.Workspace(options.pop("workers", 1))
-    options.setdefault("precision", "double")
-    return convolution.Responses(source, padded, terms, workspace=workspace, **options)
-
-
-def streamed(operator, symbols, first_row=0):
-    found = np.full((operator.count, *operator.shape), np.nan)
-
-    def visit(rows, block):
-        found[:, rows] = block
-
-    operator.stream(symbols, visit, first_row)
-    return found
-
-
-@pytest.mark.parametrize("workers", [1, 3])
-@pytest.mark.parametrize(
-    ("shape", "padded"), [((5, 7), (10, 14)), ((9, 3), (24, 8)), ((1, 2), (2, 4))]
-)
-def test_responses_to_sampled_kernels(backend, monkeypatch, shape, padded, workers):
-    small_blocks(monkeypatch, 512)
-    rng = np.random.default_rng(0)
-    source = rng.standard_normal(shape)
-    # Three responses: one term, two terms, one term, in mixed order.
-    terms = [convolution.Term(n, odd) for n, odd in zip((1, 0, 1, 2), PARITIES, strict=True)]
-    kernels = [parity_kernel(padded, term.odd, rng) for term in terms]
-    expected = np.zeros((3, *shape))
-    for term, kernel in zip(terms, kernels, strict=True):
-        expected[term.response] += circular(source, kernel)
-    operator = responses_to(source, padded, terms, workers=workers)
-    symbols = operator.sampled(lambda rows, columns: [k[np.ix_(rows, columns)].T for k in kernels])
-    size = np.abs(expected).max()
-    for first in (0, shape[0] - 1):
-        np.testing.assert_allclose(
-            streamed(operator, symbols, first), expected, rtol=0, atol=1e-14 * size
-        )
-    point = shape[0] // 2, shape[1] - 1
-    along_x, along_y = operator.cross(symbols, point)
-    np.testing.assert_allclose(along_x, expected[:, point[0]], rtol=0, atol=1e-14 * size)
-    np.testing.assert_allclose(along_y, expected[:, :, point[1]], rtol=0, atol=1e-14 * size)
-
-
-@pytest.mark.parametrize("padded", [(6, 8), (7, 9), (1, 5)])
-def test_responses_to_symbols_of_any_period(backend, padded):
-    # Odd periods have no wave of two points; symbols are the transforms of the kernels.
-    rng = np.random.default_rng(1)
-    source = rng.standard_normal(padded)
-    terms = [convolution.Term(n, odd) for n, odd in enumerate(PARITIES)]
-    kernels = [parity_kernel(padded, odd, rng) for odd in PARITIES]
-    factors = [1, 1j, 1j, -1]
-    highest = padded[0] // 2, padded[1] // 2
-    quadrants = [
-        (factor * np.fft.fft2(kernel)).real[: highest[0] + 1, : highest[1] + 1]
-        for factor, kernel in zip(factors, kernels, strict=True)
-    ]
-    operator = responses_to(source, padded, terms)
-    symbols = convolution.Symbols(
-        highest, lambda columns: np.stack([quadrant[:, columns] for quadrant in quadrants])
-    )
-    expected = [circular(source, kernel) for kernel in kernels]
-    np.testing.assert_allclose(streamed(operator, symbols), expected, rtol=0, atol=1e-13)
-
-
-def test_responses_leave_out_waves_beyond_the_highest(backend):
-    rng = np.random.default_rng(2)
-    padded = (12, 16)
-    source = rng.standard_normal(padded)
-    operator = responses_to(source, padded, [convolution.Term(0, (False, False))])
-    symbols = convolution.Symbols((2, 3), lambda c: np.ones((1, 3, c.stop - c.start)))
-    spectrum = np.fft.fft2(source)
-    fy, fx = np.fft.fftfreq(12, 1 / 12), np.fft.fftfreq(16, 1 / 16)
-    spectrum[(np.abs(fy)[:, None] > 2) | (np.abs(fx) > 3)] = 0
-    expected = np.fft.ifft2(spectrum).real
-    np.testing.assert_allclose(streamed(operator, symbols)[0], expected, rtol=0, atol=1e-14)
-    along_x, along_y = operator.cross(symbols, (5, 4))
-    np.testing.assert_allclose(along_x[0], expected[5], rtol=0, atol=1e-14)
-    np.testing.assert_allclose(along_y[0], expected[:, 4], rtol=0, atol=1e-14)
-
-
-@pytest.mark.parametrize("every", [(2, 1), (2, 4), (3, 2)])
-def test_smooth_kernels_need_few_samples(backend, every):
-    # Kernels of few waves: samples in steps of ``every`` hold them all.
-    padded, source = (24, 32), np.random.default_rng(3).standard_normal((12, 16))
-    y, x = (2 * np.pi * np.arange(n) / n for n in padded)
-    kernels = [
-        np.outer(1 + np.cos(2 * y), np.cos(3 * x)),
-        np.outer(np.sin(3 * y), 0.2 + np.cos(x)),
-    ]
-    terms = [convolution.Term(0, (False, False)), convolution.Term(1, (True, False))]
-    operator = responses_to(source, padded, terms)
-
-    def sample(rows, columns):
-        return [kernel[np.ix_(rows, columns)].T for kernel in kernels]
-
-    expected = np.array([circular(source, kernel) for kernel in kernels])
-    found = streamed(operator, operator.sampled(sample, every))
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
-
-
-def test_responses_in_single_precision(backend):
-    rng = np.random.default_rng(4)
-    source, kernel = rng.random((20, 30)), parity_kernel((40, 60), (False, True), rng)
-    operator = responses_to(
-        source, (40, 60), [convolution.Term(0, (False, True))], precision="single"
-    )
-    symbols = operator.sampled(lambda rows, columns: [kernel[np.ix_(rows, columns)].T])
-    expected = circular(source, kernel)
-    found = streamed(operator, symbols)[0]
-    # Single precision's ε is 1.2e-7; and it is not double.
-    error = np.abs(found - expected).max() / np.abs(expected).max()
-    assert 1e-9 < error < 2e-6
-
-
-def test_free_period_is_even_and_long_enough(backend):
-    for shape in SHAPES:
-        period = convolution.free_period(shape)
-        assert all(p % 2 == 0 and p >= 2 * n for p, n in zip(period, shape, strict=True))
-
-
-@pytest.mark.parametrize("padded", [(7, 9), (10, 16), (15, 9)], ids=str)
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_half_spectrum_and_back(backend, padded, dtype) -> None:
-    values = np.random.default_rng(8).normal(size=(7, 9)).astype(dtype)
-    values[:2] = values[6:] = 0
-    out = np.full((padded[0], padded[1] // 2 + 1), np.nan + 0j, np.result_type(dtype, np.complex64))
-    spectrum = convolution.half_spectrum(values, slice(2, 6), padded, out)
-    # The textbook sum, by matrices.
-    y, x = np.arange(7), np.arange(9)
-    qy = 2 * np.pi * np.arange(padded[0]) / padded[0]
-    qx = 2 * np.pi * np.arange(padded[1] // 2 + 1) / padded[1]
-    exact = np.exp(-1j * np.outer(qy, y)) @ values @ np.exp(-1j * np.outer(x, qx))
-    rounding = 100 * np.finfo(dtype).eps
-    assert spectrum.dtype == out.dtype
-    np.testing.assert_allclose(spectrum, exact, atol=rounding)
-    back = convolution.from_half_spectrum(spectrum, (7, 9), padded)
-    assert back.dtype == dtype
-    np.testing.assert_allclose(back / (padded[0] * padded[1]), values, atol=rounding)
-
-
-def test_fast_lengths(backend) -> None:
-    for points in (1, 2, 7, 17, 61, 127, 1025):
-        length = convolution.fast_length(points)
-        assert points <= length <= 1.3 * points + 1
-        while length % 2 == 0:
-            length //= 2
-        for factor in (3, 5, 7, 11):
-            while length % factor == 0:
-                length //= factor
-        assert length == 1

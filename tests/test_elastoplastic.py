@@ -16,7 +16,7 @@ from roughcontact.errors import (
     InsufficientMemoryError,
 )
 from roughcontact.halfspace import plastic
-from roughcontact.halfspace.convolution import Workspace
+from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.hardening import Linear, Perfect, Swift, Tabulated
 from roughcontact.solvers import anderson
 from roughcontact.surface import shapes
@@ -380,7 +380,7 @@ def test_acceleration_of_a_linear_map() -> None:
     matrix = rotation @ np.diag(np.linspace(0, 0.98, 20)) @ rotation.T
     offset = rng.normal(size=20)
     exact = np.linalg.solve(np.eye(20) - matrix, offset)
-    mixer = anderson.Mixer([1.0, 2.0], rc.halfspace.convolution.Workspace(2))
+    mixer = anderson.Mixer([1.0, 2.0], rc.halfspace.fft.Workspace(2))
     sizes = (1, 3)
     y = [np.zeros((5, size)) for size in sizes]
     for iteration in range(80):
@@ -399,7 +399,7 @@ def test_acceleration_of_a_linear_map() -> None:
 
 
 def test_unknowns_that_join_keep_the_memory() -> None:
-    small, large = (anderson.Mixer([1.0], rc.halfspace.convolution.Workspace(1)) for _ in range(2))
+    small, large = (anderson.Mixer([1.0], rc.halfspace.fft.Workspace(1)) for _ in range(2))
     rng = np.random.default_rng(5)
     place = np.array([0, 2, 3])
     for step in range(6):

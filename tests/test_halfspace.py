@@ -7,7 +7,7 @@ import pytest
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace import plastic
-from roughcontact.halfspace.convolution import Workspace
+from roughcontact.halfspace.fft import Workspace
 
 MU, NU = 2.0, 0.3
 

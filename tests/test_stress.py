@@ -10,21 +10,12 @@ from hypothesis import strategies as st
 from scipy.signal import convolve
 
 from roughcontact.errors import InputError
-from roughcontact.halfspace import convolution, stress, stress_kernels, tensors
+from roughcontact.halfspace import fft, stress, stress_kernels, tensors
+from roughcontact.halfspace.responses import Term
 
 PIXEL = (0.8, 1.3)
 ODD = [(0, 0), (0, 0), (0, 0), (1, 0), (0, 1), (1, 1)]
 FRICTIONS = [(0.0, 0.0), (0.3, 0.0), (0.4, math.pi / 2), (0.2, 2.0)]
-
-
-@pytest.fixture(params=["ducc0", "scipy"])
-def backend(request, monkeypatch):
-    if request.param == "ducc0":
-        if convolution._ducc0 is None:
-            pytest.skip("ducc0 is not installed")
-    else:
-        monkeypatch.setattr(convolution, "_ducc0", None)
-    return request.param
 
 
 def all_offsets(quadrant, odd):
@@ -145,7 +136,7 @@ def test_kernels_go_over_smoothly_into_their_images():
     # Random kernels on 0 to 47 × 0 to 63, the period of a map of 16 × 24 points.
     rng = np.random.default_rng(5)
     shape, period = (16, 24), (48, 64)
-    terms = [convolution.Term(n, odd) for n, odd in enumerate([(0, 0), (1, 0), (0, 1), (1, 1)])]
+    terms = [Term(n, odd) for n, odd in enumerate([(0, 0), (1, 0), (0, 1), (1, 1)])]
     tables = rng.standard_normal((4, 65, 49))
 
     def kernels(rows, columns):
@@ -229,7 +220,7 @@ def summed_up(pressure, depths, limit, **options):
 @pytest.mark.parametrize("boundary", ["free", "periodic"])
 def test_summary_is_what_whole_slices_give(monkeypatch, boundary, workers):
     # Several row blocks, whose order must not matter.
-    monkeypatch.setattr(convolution, "_ROW_BYTES", 1 << 13)
+    monkeypatch.setattr(fft, "ROW_BYTES", 1 << 13)
     rng = np.random.default_rng(4)
     pressure = 1e9 * rng.random((40, 30)) * (rng.random((40, 30)) < 0.2)
     depths = [0.0, 0.5, 2.0, 30.0]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from roughcontact.halfspace import plastic
-from roughcontact.halfspace.convolution import Workspace
+from roughcontact.halfspace.fft import Workspace
 
 MU, NU = 1.7, 0.3
 WIDTH, DEPTH = 1.0, 5.5

@@ -11,7 +11,7 @@ import pytest
 from scipy.linalg import block_diag, expm, schur
 
 from roughcontact.halfspace import plastic
-from roughcontact.halfspace.convolution import Workspace
+from roughcontact.halfspace.fft import Workspace
 
 MU, NU = 1.7, 0.3
 LAME = 2 * MU * NU / (1 - 2 * NU)

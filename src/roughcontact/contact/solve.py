@@ -22,7 +22,7 @@ from roughcontact.errors import (
     require_positive,
 )
 from roughcontact.halfspace import convolution
-from roughcontact.halfspace.convolution import Workspace
+from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material, contact_modulus, softer
 from roughcontact.solvers import bounded, tilt
 from roughcontact.solvers.bounded import Step

@@ -20,7 +20,7 @@ from roughcontact._version import __version__
 from roughcontact.errors import FormatError, InputError, RoughcontactError
 from roughcontact.files import replacing, to_json
 from roughcontact.formats import export
-from roughcontact.halfspace import convolution
+from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import job
 from roughcontact.request.job import Job
 
@@ -130,7 +130,7 @@ def run(
         In the order of the entries. A contact that fails, even by a crash, does not stop the
         others; one that was solved before from the same options and files is kept.
     """
-    cores = convolution.default_workers()
+    cores = default_workers()
     at_once = max(1, min(processes or cores, len(entries)))
     for folder in {entry.summary.parent for entry in entries}:
         folder.mkdir(parents=True, exist_ok=True)

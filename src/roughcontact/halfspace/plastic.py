@@ -26,10 +26,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.errors import InputError, require_pixel, require_positive
-from roughcontact.halfspace.convolution import (
+from roughcontact.halfspace.fft import (
     Workspace,
     fast_length,
+    frequencies,
     from_half_spectrum,
+    half_frequencies,
     half_spectrum,
 )
 
@@ -228,8 +230,8 @@ class Layers:
         self._quiet = True
         (my, mx), (dy, dx) = padded, pixel
         self._half, self._width = my // 2 + 1, mx // 2 + 1
-        qy = 2 * math.pi * np.fft.fftfreq(my, dy)[:, None]
-        qx = 2 * math.pi * np.fft.rfftfreq(mx, dx)
+        qy = 2 * math.pi * frequencies(my, dy)[:, None]
+        qx = 2 * math.pi * half_frequencies(mx, dx)
         q = np.hypot(qy, qx)
         q[0, 0] = 1
         cosine, sine = qx / q, qy / q
@@ -252,7 +254,7 @@ class Layers:
         if smooth:
             from scipy.special import erfc
 
-            waves = np.fft.fftfreq(my), np.fft.rfftfreq(mx)
+            waves = frequencies(my), half_frequencies(mx)
             fade = [erfc(_FADE * (2 * np.abs(wave) - 0.5)) / 2 for wave in waves]
             self._fade = np.outer(*fade).astype(self.real)
         self._fill_tables(q[: self._half])

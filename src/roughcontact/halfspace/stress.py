@@ -23,8 +23,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.errors import InputError, require_pixel, require_positive
-from roughcontact.halfspace import convolution, stress_kernels
-from roughcontact.halfspace.convolution import Responses, Symbols, Term, Workspace
+from roughcontact.halfspace import stress_kernels
+from roughcontact.halfspace.fft import Workspace, free_period
+from roughcontact.halfspace.responses import Responses, Symbols, Term
 from roughcontact.halfspace.tensors import XZ, YZ, tresca, von_mises_squared
 
 Array = NDArray[np.float64]
@@ -491,7 +492,7 @@ def _field(
             period.real,
             lambda depth: (period, _waves(loads, terms, shape, depth, damped)),
         )
-    near = responses(convolution.free_period(shape))
+    near = responses(free_period(shape))
     far: list[Responses] = []
 
     def free(depth: float) -> tuple[Responses, Symbols]:
@@ -562,7 +563,7 @@ def _steps(shape: tuple[int, int], pixel: tuple[float, float], depth: float) -> 
 def _blended_period(shape: tuple[int, int]) -> tuple[int, int]:
     """Return a period that leaves room to blend kernels, and is a multiple of all steps."""
     y, x = (math.ceil(_BLEND * n / _COARSEST) for n in shape)
-    period = convolution.free_period((y, x))
+    period = free_period((y, x))
     return _COARSEST * period[0], _COARSEST * period[1]
 
 

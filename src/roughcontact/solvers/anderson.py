@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.halfspace import plastic
-from roughcontact.halfspace.convolution import Workspace
+from roughcontact.halfspace.fft import Workspace
 
 Array = NDArray[Any]
 Parts = list[Array]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import InputError, require_pixel, require_positive
+from roughcontact.halfspace import fft
 
 Array = NDArray[np.float64]
 
@@ -285,10 +286,8 @@ def _matched_width(cutoff: float) -> float:
 
 def _convolve(values: Array, weights: Array, axis: int) -> Array:
     """Return the convolution with symmetric weights along an axis, zero beyond the edge."""
-    from scipy import fft
-
     length, reach = values.shape[axis], weights.size - 1
-    points = fft.next_fast_len(length + reach, real=True)
+    points = fft.fast_length(length + reach)
     circle = np.zeros(points)
     circle[: reach + 1] = weights
     circle[points - reach :] = weights[:0:-1]
@@ -298,10 +297,10 @@ def _convolve(values: Array, weights: Array, axis: int) -> Array:
         spectrum = spectrum[:, None]
     result = np.empty_like(values)
     for part in _parts(values.shape, axis, points):
-        transformed = fft.rfft(values[part], n=points, axis=axis)
+        transformed = fft.rfft(values[part], points, axis)
         transformed *= spectrum
         kept = (slice(length), slice(None)) if axis == 0 else (slice(None), slice(length))
-        result[part] = fft.irfft(transformed, n=points, axis=axis)[kept]
+        result[part] = fft.irfft(transformed, points, axis)[kept]
     return result
 
 
@@ -313,8 +312,6 @@ def _parts(shape: tuple[int, ...], axis: int, points: int) -> list[tuple[slice, 
 
 
 def _change_waves(values: Array, points: int, axis: int) -> Array:
-    from scipy import fft
-
     old = values.shape[axis]
     spectrum = np.moveaxis(fft.rfft(values, axis=axis, norm="forward"), axis, -1)
     kept = min(old, points) // 2 + 1
@@ -325,7 +322,7 @@ def _change_waves(values: Array, points: int, axis: int) -> Array:
         # The wave of two pixels: both its signs share one coefficient on the coarser grid, and
         # have one each on the finer.
         factor[-1] *= 0.5 if old < points else 2.0
-    changed = fft.irfft(spectrum[..., :kept] * factor, n=points, axis=-1, norm="forward")
+    changed = fft.irfft(spectrum[..., :kept] * factor, points, norm="forward")
     return np.ascontiguousarray(np.moveaxis(changed, -1, axis))
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import InputError, require_pixel
+from roughcontact.halfspace import fft
 
 Array = NDArray[np.float64]
 
@@ -336,9 +337,6 @@ def autocorrelation(heights: Array) -> Array:
     >>> autocorrelation(stripes)[2].round(12) + 0.0
     array([ 1., -1.,  1.])
     """
-    # Imported late: most of the time of `import roughcontact` would be SciPy's.
-    import scipy.fft
-
     ny, nx = heights.shape
     half_y, half_x = ny // 2, nx // 2
     mean, count = _mean(heights)
@@ -346,15 +344,15 @@ def autocorrelation(heights: Array) -> Array:
     if Sq == 0 or np.nanmax(heights) == np.nanmin(heights):
         return np.full((2 * half_y + 1, half_x + 1), math.nan)
     padded = (
-        scipy.fft.next_fast_len(ny + half_y, real=True),
-        scipy.fft.next_fast_len(nx + half_x, real=True),
+        fft.fast_length(ny + half_y),
+        fft.fast_length(nx + half_x),
     )
 
     def correlate(scratch: Array) -> Array:
-        spectrum = scipy.fft.rfft2(scratch)
+        spectrum = fft.rfft2(scratch)
         for rows in _blocks(spectrum.shape):
             spectrum[rows] = np.square(spectrum[rows].real) + np.square(spectrum[rows].imag)
-        sums: Array = scipy.fft.irfft2(spectrum, s=padded, overwrite_x=True)
+        sums: Array = fft.irfft2(spectrum, padded)
         return np.concatenate([sums[padded[0] - half_y :, : half_x + 1],
                                sums[: half_y + 1, : half_x + 1]])  # fmt: skip
 
@@ -689,13 +687,10 @@ def radial_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array, 
             f"has {missing} missing points; fill or crop them first, e.g. surface.filled()",
             argument="heights",
         )
-    # Imported late: most of the time of `import roughcontact` would be SciPy's.
-    import scipy.fft
-
     (ny, nx), (dy, dx) = heights.shape, pixel
-    spectrum = scipy.fft.rfft2(heights - _mean(heights)[0])
-    qy = 2 * np.pi * np.fft.fftfreq(ny, dy)
-    qx = 2 * np.pi * np.fft.rfftfreq(nx, dx)
+    spectrum = fft.rfft2(heights - _mean(heights)[0])
+    qy = 2 * np.pi * fft.frequencies(ny, dy)
+    qx = 2 * np.pi * fft.half_frequencies(nx, dx)
     delta = 2 * np.pi / min(ny * dy, nx * dx)
     shells = int(math.hypot(np.abs(qy).max(), qx.max()) / delta + 0.5) + 1
     # The half spectrum stands for both signs of q_x, but for its first and, if even, last column.

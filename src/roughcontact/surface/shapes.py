@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import InputError, require_pixel, require_positive
+from roughcontact.halfspace import fft
 from roughcontact.surface.alignment import cosine_sine
 
 Array = NDArray[np.float64]
@@ -105,12 +106,9 @@ def self_affine(
         )
     side = (shape[0] * pixel[0], shape[1] * pixel[1])
     spectrum = _spectrum(shape, side, rolloff_wavelength, cutoff_wavelength, hurst, rng)
-    # Imported late: most of the time of `import roughcontact` would be SciPy's.
-    import scipy.fft
-
     # Columns above the cut-off are zero: transforming y first leaves them out.
-    columns = scipy.fft.ifft(spectrum, axis=0, norm="forward", overwrite_x=True)
-    heights: Array = scipy.fft.irfft(columns, n=shape[1], axis=1, norm="forward")
+    columns = fft.ifft(spectrum, axis=0, norm="forward")
+    heights: Array = fft.irfft(columns, shape[1], axis=1, norm="forward")
     rms = float(np.linalg.norm(heights)) / math.sqrt(heights.size)
     if rms == 0:
         raise InputError(

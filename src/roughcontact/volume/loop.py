@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from roughcontact.contact.result import initial_gap
 from roughcontact.errors import InputError
 from roughcontact.halfspace import plastic
-from roughcontact.halfspace.convolution import Workspace, default_workers
+from roughcontact.halfspace.fft import Workspace, default_workers
 from roughcontact.halfspace.plastic import HalfSpace
 from roughcontact.material.hardening import Hardening, Perfect, plastic_increment
 from roughcontact.material.material import CEILING_FACTOR, Material

@@ -1,0 +1,307 @@
+"""The one door to FFT libraries and threads: transforms, the threads that share them, memory.
+
+ducc0 where it is installed, else SciPy, transform maps for the displacement and the stress of a
+half-space: blocks of rows or columns, each on one thread of a `Workspace`. What prepares and
+judges surfaces takes `rfft`, `rfft2` and their like, which are SciPy's always: a filtered map
+does not depend on what else is installed.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Norm = Literal["backward", "forward"]
+
+try:
+    import ducc0 as _ducc0
+except ImportError:
+    _ducc0 = None
+
+# What one thread works on at a time: a usual second-level cache for the columns, which are read
+# twice and transformed twice, half of one for the rows.
+COLUMN_BYTES = 1 << 20
+ROW_BYTES = 1 << 19
+
+
+def default_workers() -> int:
+    """Return the number of processor cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+# SciPy's FFT is imported where needed: most of the time of `import roughcontact` would be its.
+
+
+def rfft_rows(rows: NDArray[Any], out: NDArray[Any]) -> None:
+    """Transform real rows into their half spectra."""
+    if _ducc0 is not None:
+        _ducc0.fft.r2c(rows, axes=(1,), out=out, nthreads=1)
+        return
+    import scipy.fft
+
+    out[...] = scipy.fft.rfft(rows, axis=1, workers=1)
+
+
+def irfft_rows(spectrum: NDArray[Any], length: int, out: NDArray[Any]) -> NDArray[Any]:
+    """Return the unnormalised inverse, in ``out`` where the library can."""
+    if _ducc0 is not None:
+        _ducc0.fft.c2r(
+            spectrum, axes=(1,), lastsize=length, forward=False, out=out, nthreads=1,
+            allow_overwriting_input=True,
+        )  # fmt: skip
+        return out
+    import scipy.fft
+
+    inverse: NDArray[Any] = scipy.fft.irfft(
+        spectrum, length, axis=1, norm="forward", overwrite_x=True, workers=1
+    )
+    return inverse
+
+
+def fft_columns(columns: NDArray[Any], forward: bool) -> NDArray[Any]:
+    """Return the transform along axis 0, in place where the library can; inverse unnormalised."""
+    if _ducc0 is not None:
+        _ducc0.fft.c2c(columns, axes=(0,), forward=forward, out=columns, nthreads=1)
+        return columns
+    import scipy.fft
+
+    transformed: NDArray[Any]
+    if forward:
+        transformed = scipy.fft.fft(columns, axis=0, overwrite_x=True, workers=1)
+    else:
+        transformed = scipy.fft.ifft(columns, axis=0, norm="forward", overwrite_x=True, workers=1)
+    return transformed
+
+
+def even_spectrum(quadrant: NDArray[np.float64], workers: int) -> NDArray[np.float64]:
+    """Return the discrete Fourier transform of an even sequence, from and as one quadrant."""
+    spectrum: NDArray[np.float64]
+    if _ducc0 is not None:
+        spectrum = _ducc0.fft.dct(quadrant, axes=(0, 1), type=1, out=quadrant, nthreads=workers)
+        return spectrum
+    import scipy.fft
+
+    spectrum = scipy.fft.dctn(quadrant, type=1, overwrite_x=True, workers=workers)
+    return spectrum
+
+
+def half_line_transform(columns: NDArray[Any], odd: bool) -> None:
+    """Transform, in place along axis 0, sequences of which 0 to half the period are given.
+
+    Even ones give their discrete Fourier transform, odd ones (0 at both ends) i times it.
+    """
+    part, kind = (columns[1:-1], "dst") if odd else (columns, "dct")
+    if odd:
+        columns[0] = columns[-1] = 0
+    if not part.size:
+        return
+    if _ducc0 is not None:
+        getattr(_ducc0.fft, kind)(part, axes=(0,), type=1, out=part, nthreads=1)
+        return
+    import scipy.fft
+
+    part[...] = getattr(scipy.fft, kind)(part, type=1, axis=0, workers=1)
+
+
+def free_period(shape: tuple[int, ...]) -> tuple[int, int]:
+    """Return the period to which zeros must pad a map so that its images do not meet it.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+
+    Returns
+    -------
+    (int, int)
+        Even lengths, at least twice the shape, that transform fast.
+    """
+    return 2 * fast_length(shape[0]), 2 * fast_length(shape[1])
+
+
+def half_spectrum(
+    values: NDArray[Any], rows: slice, padded: tuple[int, int], out: NDArray[Any]
+) -> NDArray[Any]:
+    """Return the transform of a real map that is padded with zeros.
+
+    Parameters
+    ----------
+    values : ndarray, shape (ny, nx)
+        The map.
+    rows : slice
+        Its rows that are not zero; the others are not read.
+    padded : (int, int)
+        Points ``(my, mx)`` of the transform.
+    out : ndarray of complex, shape (my, mx//2 + 1)
+        Memory for the result.
+
+    Returns
+    -------
+    ndarray of complex, shape (my, mx//2 + 1)
+        The sum over the map times ``exp(-i(qy·y + qx·x))`` for qx ≥ 0: ``out`` where the library
+        can work in place. One thread.
+    """
+    out[: rows.start] = 0
+    out[rows.stop :] = 0
+    wide = np.zeros((rows.stop - rows.start, padded[1]), values.dtype)
+    wide[:, : values.shape[1]] = values[rows]
+    rfft_rows(wide, out[rows])
+    return fft_columns(out, forward=True)
+
+
+def from_half_spectrum(
+    spectrum: NDArray[Any], shape: tuple[int, int], padded: tuple[int, int]
+) -> NDArray[Any]:
+    """Return the first points of the unnormalised inverse transform of a half spectrum.
+
+    Parameters
+    ----------
+    spectrum : ndarray of complex, shape (my, mx//2 + 1)
+        Half spectrum; it is overwritten.
+    shape : (int, int)
+        Points ``(ny, nx)`` wanted, from the first on.
+    padded : (int, int)
+        Points ``(my, mx)`` of the transform.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        ``my·mx`` times the map whose transform this is. One thread.
+    """
+    columns = fft_columns(spectrum, forward=False)
+    wide = np.empty((shape[0], padded[1]), spectrum.real.dtype)
+    return irfft_rows(columns[: shape[0]], padded[1], wide)[:, : shape[1]]
+
+
+def fast_length(points: int) -> int:
+    """Return the smallest length ≥ ``points`` that transforms fast."""
+    if _ducc0 is not None:
+        return int(_ducc0.fft.good_size(points, True))
+    import scipy.fft
+
+    return int(scipy.fft.next_fast_len(points, real=True))
+
+
+class Workspace:
+    """Threads and memory that operators use one after the other.
+
+    Parameters
+    ----------
+    workers : int, optional
+        Threads; by default one for each core that the process may use.
+    """
+
+    def __init__(self, workers: int | None = None) -> None:
+        self.workers = workers or default_workers()
+        self._pool = ThreadPoolExecutor(max(1, self.workers - 1))
+        self._memory = np.empty(0, np.uint8)
+        self._local = threading.local()
+
+    def each(self, task: Callable[[Any], None], items: Iterable[Any]) -> None:
+        """Call a task for every item, on all threads and this one."""
+        # One iterator for all: whoever is free takes the next item, and nothing is queued.
+        left = iter(items)
+
+        def work() -> None:
+            for item in left:
+                task(item)
+
+        helpers = [self._pool.submit(work) for _ in range(self.workers - 1)]
+        try:
+            work()
+        finally:
+            # result() hands an error inside a thread to the caller.
+            for helper in helpers:
+                helper.result()
+
+    def reserve(self, size: int) -> None:
+        """Make sure that `shared` arrays of so many bytes need no new memory."""
+        if self._memory.size < size:
+            self._memory = np.empty(size, np.uint8)
+
+    def shared(self, shape: tuple[int, int], dtype: type) -> NDArray[Any]:
+        """Return the one array that all operators share; its content is anything."""
+        size = shape[0] * shape[1] * np.dtype(dtype).itemsize
+        self.reserve(size)
+        return self._memory[:size].view(dtype).reshape(shape)
+
+    def scratch(self, name: str, shape: tuple[int, int], dtype: type) -> NDArray[Any]:
+        """Return an array of this thread: fresh memory would cost a page fault every 4 KiB."""
+        size = shape[0] * shape[1] * np.dtype(dtype).itemsize
+        memory = getattr(self._local, name, None)
+        if memory is None or memory.size < size:
+            memory = np.empty(size, np.uint8)
+            setattr(self._local, name, memory)
+        array: NDArray[Any] = memory[:size].view(dtype).reshape(shape)
+        return array
+
+
+# SciPy's own transforms, whichever library is installed; see the head of this module.
+
+
+def rfft(
+    values: NDArray[np.float64], points: int | None = None, axis: int = -1, norm: Norm = "backward"
+) -> NDArray[np.complex128]:
+    """Return SciPy's transform of real values along an axis, padded with zeros to ``points``."""
+    import scipy.fft
+
+    spectrum: NDArray[np.complex128] = scipy.fft.rfft(values, n=points, axis=axis, norm=norm)
+    return spectrum
+
+
+def irfft(
+    spectrum: NDArray[np.complex128], points: int, axis: int = -1, norm: Norm = "backward"
+) -> NDArray[np.float64]:
+    """Return the inverse of `rfft`, of ``points`` values."""
+    import scipy.fft
+
+    values: NDArray[np.float64] = scipy.fft.irfft(spectrum, n=points, axis=axis, norm=norm)
+    return values
+
+
+def ifft(
+    spectrum: NDArray[np.complex128], axis: int = -1, norm: Norm = "backward"
+) -> NDArray[np.complex128]:
+    """Return SciPy's inverse transform of complex values along an axis, which are overwritten."""
+    import scipy.fft
+
+    values: NDArray[np.complex128] = scipy.fft.ifft(
+        spectrum, axis=axis, norm=norm, overwrite_x=True
+    )
+    return values
+
+
+def rfft2(values: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Return SciPy's transform of a real map."""
+    import scipy.fft
+
+    spectrum: NDArray[np.complex128] = scipy.fft.rfft2(values)
+    return spectrum
+
+
+def irfft2(spectrum: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.float64]:
+    """Return the inverse of `rfft2`, of that shape; the spectrum is overwritten."""
+    import scipy.fft
+
+    values: NDArray[np.float64] = scipy.fft.irfft2(spectrum, s=shape, overwrite_x=True)
+    return values
+
+
+def frequencies(points: int, spacing: float = 1.0) -> NDArray[np.float64]:
+    """Return the frequencies of a transform: cycles per length in which ``spacing`` is given."""
+    found: NDArray[np.float64] = np.fft.fftfreq(points, spacing).astype(np.float64, copy=False)
+    return found
+
+
+def half_frequencies(points: int, spacing: float = 1.0) -> NDArray[np.float64]:
+    """Return the frequencies of the transform of real values, from 0 on."""
+    found: NDArray[np.float64] = np.fft.rfftfreq(points, spacing).astype(np.float64, copy=False)
+    return found
