@@ -785,7 +785,7 @@ def test_the_suffixes_are_told_where_none_fits(
             message = str(caught.value)
             assert name in message
             assert all(suffix in message for suffix in suffixes)
-            assert "roughcontact.plots.maps" in message
+            assert "roughcontact.plots" in message
     assert not any(tmp_path.iterdir())
 
 

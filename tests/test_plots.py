@@ -13,13 +13,13 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from numpy.typing import NDArray
 
+from roughcontact import plots
 from roughcontact.contact.load_curve import LoadCurve, LoadStep
 from roughcontact.contact.load_history import Stage, load_history
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import solve
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.material.material import RIGID, Material
-from roughcontact.plots import maps as plots
 from roughcontact.plots import style
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
@@ -111,7 +111,7 @@ def texts(figure: Figure) -> str:
 
 def rendered(figure: Figure) -> NDArray[np.float64]:
     stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=plots.DPI)
+    figure.savefig(stream, format="png", dpi=style.DPI)
     stream.seek(0)
     return np.asarray(imread(stream))[..., :3]
 
@@ -439,7 +439,9 @@ def test_figures_leave_no_global_state() -> None:
     # A fresh interpreter: no pyplot, no chosen backend, no changed setting, and a cheap import.
     code = """
 import sys
-from roughcontact import drawing, plots, roughness
+from roughcontact import plots
+from roughcontact.plots import style
+from roughcontact.surface import roughness
 assert not any(name.split(".")[0] == "matplotlib" for name in sys.modules)
 import matplotlib
 # Reading the entry "backend" chooses one and imports pyplot.
@@ -447,7 +449,7 @@ def settings():
     return {key: matplotlib.rcParams[key] for key in matplotlib.rcParams if key != "backend"}
 before = settings()
 import io, numpy
-from roughcontact.surface import Surface
+from roughcontact.surface.surface import Surface
 figure = plots.surface(Surface(numpy.eye(9), (1e-6, 1e-6)))
 figure.savefig(io.BytesIO(), format="png")
 assert "matplotlib.pyplot" not in sys.modules

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact import plots
 from roughcontact.contact import subsurface
-from roughcontact.plots import maps
 from roughcontact.surface import shapes
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
@@ -46,16 +46,16 @@ def test_every_figure_is_rendered_without_warnings(light, heavy):
     ]
     for result in cases:
         for figure in (
-            maps.stress_depth(result),
-            maps.stress_section(result),
-            maps.stress_section(result, "y", depth=3e-6),
-            maps.stress_map(result),
+            plots.stress_depth(result),
+            plots.stress_section(result),
+            plots.stress_section(result, "y", depth=3e-6),
+            plots.stress_map(result),
         ):
             figure.draw_without_rendering()
 
 
 def test_depth_draws_the_profile_in_its_units(light):
-    figure = maps.stress_depth(light)
+    figure = plots.stress_depth(light)
     (axes,) = figure.axes
     profile = light.profile
     mises, tresca, shear = axes.lines[:3]
@@ -69,20 +69,20 @@ def test_depth_draws_the_profile_in_its_units(light):
     assert axes.get_xlabel() == "depth [µm]"
     assert axes.get_ylabel() == "stress [GPa]"
     assert "yield strength 1 GPa" in texts(figure)
-    unknown = maps.stress_depth(below(0.2, material=rc.Material(210e9, 0.3)))
+    unknown = plots.stress_depth(below(0.2, material=rc.Material(210e9, 0.3)))
     assert "yield strength" not in texts(unknown)
 
 
 def test_depth_axis_shows_a_maximum_near_the_surface(light):
-    assert maps.stress_depth(light).axes[0].get_xscale() == "linear"
+    assert plots.stress_depth(light).axes[0].get_xscale() == "linear"
     near = below(0.2, friction=0.6)
     assert near.profile.depth_of_max < 1e-6
-    assert maps.stress_depth(near).axes[0].get_xscale() == "symlog"
+    assert plots.stress_depth(near).axes[0].get_xscale() == "symlog"
 
 
 @pytest.mark.parametrize("along", ["x", "y"])
 def test_section_shows_the_plane(light, along):
-    figure = maps.stress_section(light, along, depth=30e-6)
+    figure = plots.stress_section(light, along, depth=30e-6)
     axes = figure.axes[0]
     mesh = axes.collections[0]
     values = np.asarray(mesh.get_array())
@@ -103,41 +103,41 @@ def test_section_shows_the_plane(light, along):
 
 
 def test_default_section_holds_what_is_strong(light):
-    axes = maps.stress_section(light).axes[0]
+    axes = plots.stress_section(light).axes[0]
     deep = axes.get_ylim()[0] * 1e-6
     plane = light.von_mises_section("x").max(axis=1)
     assert np.interp(deep, light.profile.depths, plane) <= 0.26 * plane.max()
     shallow = below(0.2, depths=[1e-7, 2e-6])
-    assert maps.stress_section(shallow).axes[0].get_ylim()[0] == pytest.approx(2)
-    assert maps.stress_section(shallow, depth=1.0).axes[0].get_ylim()[0] == pytest.approx(2)
+    assert plots.stress_section(shallow).axes[0].get_ylim()[0] == pytest.approx(2)
+    assert plots.stress_section(shallow, depth=1.0).axes[0].get_ylim()[0] == pytest.approx(2)
 
 
 def test_map_shows_the_peak_and_what_yields(light, heavy):
-    figure = maps.stress_map(light)
+    figure = plots.stress_map(light)
     image = figure.axes[0].images[0]
     np.testing.assert_allclose(image.get_array(), light.profile.peak * 1e-6, rtol=1e-6)
     assert image.get_clim() == pytest.approx((0, light.max_von_mises * 1e-6))
     assert "exceeded" not in texts(figure)
-    figure = maps.stress_map(heavy)
+    figure = plots.stress_map(heavy)
     assert figure.axes[0].images[0].get_clim() == pytest.approx((0, 1))
     share = 100 * np.count_nonzero(heavy.profile.peak > 1e9) / heavy.profile.peak.size
     assert f"exceeded below {share:.1f} % of the map" in texts(figure)
-    assert "black: above yield" in texts(maps.stress_section(heavy))
+    assert "black: above yield" in texts(plots.stress_section(heavy))
     (cross,) = figure.axes[0].lines
     assert cross.get_xdata()[0] == pytest.approx(heavy.place[2] * 1e6)
     assert cross.get_ydata()[0] == pytest.approx(heavy.place[1] * 1e6)
 
 
 def test_bodies_are_told_apart(light):
-    assert "counter-body" not in texts(maps.stress_map(light))
-    assert "counter-body" in texts(maps.stress_map(below(0.2, body="second")))
+    assert "counter-body" not in texts(plots.stress_map(light))
+    assert "counter-body" in texts(plots.stress_map(below(0.2, body="second")))
 
 
 def test_bad_arguments(light):
     with pytest.raises(rc.InputError, match=r"along.*'z'"):
-        maps.stress_section(light, "z")
+        plots.stress_section(light, "z")
     for depth in (0.0, -1e-6, math.inf):
         with pytest.raises(rc.InputError, match="depth must be positive"):
-            maps.stress_section(light, depth=depth)
+            plots.stress_section(light, depth=depth)
     with pytest.raises(rc.InputError, match="two depths"):
-        maps.stress_section(below(0.2, depths=[1e-6]))
+        plots.stress_section(below(0.2, depths=[1e-6]))

@@ -1,4 +1,4 @@
-"""Let the gallery show figures of `roughcontact.plots.maps`, which pyplot does not know of."""
+"""Let the gallery show figures of `roughcontact.plots`, which pyplot does not know of."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ pressure, real contact area and gap, and how far the result may be trusted.
 # The map here is generated; ``rc.read_surface("ground.opd")`` reads a measured one.
 
 import roughcontact as rc
-from roughcontact.plots import maps
+from roughcontact import plots
 
 POINTS = 512
 
@@ -30,7 +30,7 @@ print(f"certificate        {result.certificate:.1e} ({result.status})")
 # One figure shows it all: about one part in thirty of the surface touches, on islands, and most
 # of that is at the ceiling of three yield strengths.
 
-figure = maps.overview(result)
+figure = plots.overview(result)
 
 # %%
 # The certificate is the number to look at first. It says how exactly the stated problem is

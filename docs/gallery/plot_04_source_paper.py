@@ -23,7 +23,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.plots import maps
+from roughcontact import plots
 from roughcontact.surface import roughness
 
 POINTS = 1024
@@ -32,7 +32,7 @@ side, load = 1e-4, 1.0
 steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 heights, pixel = rc.reference_map(POINTS)
 surface = rc.Surface(heights, pixel)
-figure = maps.surface(surface)
+figure = plots.surface(surface)
 
 # %%
 wave_number, density, _ = roughness.radial_spectrum(heights, pixel)
@@ -68,13 +68,13 @@ for name, result in (("elastic", elastic), ("ceiling 3 GPa", limited)):
         f"{name:14} contact {100 * result.contact_fraction:5.2f} %, largest pressure "
         f"{result.max_pressure / 1e9:6.1f} GPa, certificate {result.certificate:.0e}"
     )
-figure_comparison = maps.comparison([elastic, limited], ["elastic", "ceiling 3 GPa"])
+figure_comparison = plots.comparison([elastic, limited], ["elastic", "ceiling 3 GPa"])
 
 # %%
 # The elastic solution needs pressures that no steel bears. The ceiling spreads them over a larger
 # area.
 
-figure_histogram = maps.pressure_histogram(
+figure_histogram = plots.pressure_histogram(
     [elastic, limited], ["elastic", "ceiling 3 GPa"], scale="log"
 )
 

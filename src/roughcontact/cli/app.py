@@ -295,7 +295,7 @@ def _sweep(
     quiet: _Quiet = False,
 ) -> None:
     from roughcontact.contact import load_curve
-    from roughcontact.plots import maps as plots
+    from roughcontact.plots import curves
 
     if first is None or last is None:
         missing = "--from" if first is None else "--to"
@@ -326,7 +326,7 @@ def _sweep(
         )
         tasks: list[job.Task] = [] if output is None else [(output, curve.save)]
         if figure is not None:
-            tasks.append((figure, job.saver(lambda: plots.load_curve(curve))))
+            tasks.append((figure, job.saver(lambda: curves.load_curve(curve))))
         if asked.report is not None:
             tasks.append((asked.report, job.curve_report(asked, maps, curve)))
         written = job.write(tasks, say)
@@ -390,7 +390,7 @@ def _stress(
     quiet: _Quiet = False,
 ) -> None:  # fmt: skip
     from roughcontact.contact import subsurface
-    from roughcontact.plots import maps as plots
+    from roughcontact.plots import stress as stress_plots
 
     listed = (
         None
@@ -409,9 +409,9 @@ def _stress(
             raise InputError(f"--output must end in .nc, got '{output}'")
         job.check_place(output, "--output")
     draw: dict[str, Callable[[Any], Any]] = {
-        "stress-depth": plots.stress_depth,
-        "stress-section": plots.stress_section,
-        "stress-map": plots.stress_map,
+        "stress-depth": stress_plots.stress_depth,
+        "stress-section": stress_plots.stress_section,
+        "stress-map": stress_plots.stress_map,
     }
     report, asked = asked.report, dataclasses.replace(asked, report=None)
     if report is not None:
@@ -496,7 +496,7 @@ def _history(
     quiet: _Quiet = False,
 ) -> None:  # fmt: skip
     from roughcontact.contact import load_history
-    from roughcontact.plots import maps as plots
+    from roughcontact.plots import curves
 
     if path is None:
         raise InputError("--path is needed: loads in their order, such as '1 N, 0 N, 1 N'")
@@ -538,7 +538,7 @@ def _history(
         if residual is not None:
             tasks.append((residual, found.residual.save))
         if figure is not None:
-            tasks.append((figure, job.saver(lambda: plots.hysteresis(found))))
+            tasks.append((figure, job.saver(lambda: curves.hysteresis(found))))
         if asked.report is not None:
             sections = [
                 *job.sections(None, asked.resolution_notes(maps)),
@@ -702,7 +702,7 @@ def _check_folder(folder: Path) -> None:
 def _demo_files(
     folder: Path, results: Sequence[ContactResult], labels: Sequence[str]
 ) -> list[tuple[Path, Callable[[Path], object], str]]:
-    from roughcontact.plots import maps as plots
+    from roughcontact.plots import maps, profiles
 
     elastic, limited = results
     pair, names = list(results), list(labels)
@@ -711,22 +711,22 @@ def _demo_files(
         (folder / "ceiling.nc", limited.save, "solution with the ceiling"),
         (
             folder / "surface.png",
-            job.saver(lambda: plots.surface(limited.surface)),
+            job.saver(lambda: maps.surface(limited.surface)),
             "the generated heights",
         ),
         (
             folder / "comparison.png",
-            job.saver(lambda: plots.comparison(pair, names)),
+            job.saver(lambda: maps.comparison(pair, names)),
             "both pressure maps, same colours",
         ),
         (
             folder / "histogram.png",
-            job.saver(lambda: plots.pressure_histogram(pair, names)),
+            job.saver(lambda: profiles.pressure_histogram(pair, names)),
             "how often each pressure occurs",
         ),
         (
             folder / "overview.png",
-            job.saver(lambda: plots.overview(limited)),
+            job.saver(lambda: maps.overview(limited)),
             "with the ceiling: heights, pressure, contact, histogram",
         ),
     ]

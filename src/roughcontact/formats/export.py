@@ -16,7 +16,7 @@ suffix    of a surface of a result  what is kept
 Results are those of `roughcontact.solve` and of `roughcontact.solve_elastoplastic`; only these have
 a volume. A missing point is a missing point in each of them, and row 0 is the row of smallest y.
 What is written appears under its name only once it is complete. Figures are drawn by
-`roughcontact.plots.maps`.
+`roughcontact.plots`.
 """
 
 from __future__ import annotations
@@ -659,7 +659,7 @@ def _writer(
     if suffix not in writers:
         raise InputError(
             f"must end in one of {', '.join(writers)} for {what}, got {str(path)!r}; figures "
-            "are written by roughcontact.plots.maps",
+            "are written by roughcontact.plots",
             argument="path",
             value=str(path),
         )

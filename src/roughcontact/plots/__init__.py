@@ -1,1 +1,36 @@
-"""Figures."""
+"""Figures of surfaces and results."""
+
+from roughcontact.plots.curves import hysteresis, load_curve
+from roughcontact.plots.maps import (
+    close_up,
+    comparison,
+    contact,
+    gap,
+    overview,
+    pressure,
+    spots,
+    surface,
+)
+from roughcontact.plots.profiles import bearing_curve, pressure_histogram, section
+from roughcontact.plots.saving import save
+from roughcontact.plots.stress import stress_depth, stress_map, stress_section
+
+__all__ = [
+    "bearing_curve",
+    "close_up",
+    "comparison",
+    "contact",
+    "gap",
+    "hysteresis",
+    "load_curve",
+    "overview",
+    "pressure",
+    "pressure_histogram",
+    "save",
+    "section",
+    "spots",
+    "stress_depth",
+    "stress_map",
+    "stress_section",
+    "surface",
+]

@@ -25,7 +25,7 @@ from roughcontact.contact.spots import Spots
 from roughcontact.errors import InputError
 from roughcontact.files import replacing
 from roughcontact.material.material import Material
-from roughcontact.plots import maps
+from roughcontact.plots import maps, profiles
 from roughcontact.plots.style import DPI
 from roughcontact.report import assumptions
 from roughcontact.surface.surface import Surface
@@ -363,7 +363,7 @@ def prepared(result: ContactResult) -> list[Chapter]:
         roughness.add(
             "figure",
             picture(
-                maps.bearing_curve(surface),
+                profiles.bearing_curve(surface),
                 f"Material ratio curve{of}.",
                 f"Material ratio curve{of} (bearing curve): which share of the map lies above a "
                 "height. Steep ends mean few high peaks or deep dales; contact begins at the left "

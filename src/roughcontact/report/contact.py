@@ -18,7 +18,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE
 from roughcontact.contact.spots import Spots
 from roughcontact.errors import InputError
-from roughcontact.plots import maps
+from roughcontact.plots import curves, maps, profiles
 from roughcontact.report import assumptions, chapters, script
 from roughcontact.report.chapters import Chapter, Row, Section, Table
 from roughcontact.units import engineering, percent
@@ -296,7 +296,7 @@ def _result_pictures(result: ContactResult, spots: Spots) -> list[chapters.Pictu
             f"wider the gap: this is the room left for a fluid or for wear debris.{missing}",
         ),
         (
-            lambda: maps.pressure_histogram(result),
+            lambda: profiles.pressure_histogram(result),
             "Histogram of the contact pressure over the contact area.",
             "How the contact area is spread over the pressure. "
             + (
@@ -333,13 +333,15 @@ def _profiles(result: ContactResult, spots: Spots) -> Chapter:
     if result.saturated_fraction > 0:
         caption += " Dark red is saturated: that much material has to flow away."
     alt = "Sections along x and y through the highest peak: heights before and under load, pressure"
-    chapter.add("figure", chapters.picture(maps.section(result), f"{alt}; whole length.", caption))
+    chapter.add(
+        "figure", chapters.picture(profiles.section(result), f"{alt}; whole length.", caption)
+    )
     width = _close_up(result, spots)
     if width is not None:
         chapter.add(
             "figure",
             chapters.picture(
-                maps.section(result, width),
+                profiles.section(result, width),
                 f"{alt}; {engineering(width, 'm', 3)} around the peak.",
                 f"The same sections, {engineering(width, 'm', 3)} around the peak.",
             ),
@@ -428,7 +430,7 @@ def _comparison(result: ContactResult, elastic: ContactResult | None) -> Chapter
     chapter.add(
         "figure",
         chapters.picture(
-            maps.pressure_histogram(
+            profiles.pressure_histogram(
                 pair, ["elastic", label], scale="log" if wide else "linear"
             ),
             "Histograms of the contact pressure, elastic and with the ceiling.",
@@ -463,7 +465,7 @@ def _load_curve(curve: LoadCurve) -> Chapter:
     chapter.add(
         "figure",
         chapters.picture(
-            maps.load_curve(curve),
+            curves.load_curve(curve),
             "Four diagrams over the load: areas, approach and gap, stiffness, number of spots.",
             "Contact and saturated area beside Persson's theory; approach and mean gap; stiffness; "
             "number of spots. Stiffness is what the next small load meets: saturated points carry "

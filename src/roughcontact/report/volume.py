@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roughcontact.contact.solve import LOAD_TOLERANCE
-from roughcontact.plots import maps, volume
+from roughcontact.plots import maps, profiles, volume
 from roughcontact.report import assumptions, chapters, script
 from roughcontact.report.chapters import Chapter, Row, Section, Table
 from roughcontact.units import counted, engineering, percent
@@ -260,7 +260,7 @@ def _results(result: ElastoplasticResult) -> Chapter:
         )
         drawn.append(
             (
-                lambda: maps.pressure_histogram(contact),
+                lambda: profiles.pressure_histogram(contact),
                 "Histogram of the contact pressure over the contact area.",
                 "How the contact area is spread over the pressure. The right end is the largest "
                 "pressure of any pixel.",

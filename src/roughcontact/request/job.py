@@ -879,9 +879,9 @@ def write(tasks: Iterable[Task], say: Say) -> list[Path]:
 
 def saver(draw: Callable[[], Any]) -> Callable[[Path], object]:
     """Return what draws a figure and saves it."""
-    from roughcontact.plots import maps as plots
+    from roughcontact.plots import saving
 
-    return lambda path: plots.save(draw(), path)
+    return lambda path: saving.save(draw(), path)
 
 
 def figure_files(start: str | None, names: Sequence[str]) -> dict[str, Path]:
@@ -988,15 +988,15 @@ def _tasks(
 def _figure_tasks(
     job: Job, result: ContactResult, volume: ElastoplasticResult | None = None
 ) -> list[Task]:
-    from roughcontact.plots import maps as plots
+    from roughcontact.plots import maps, profiles
     from roughcontact.plots import volume as volume_plots
 
     draw: dict[str, Callable[[], Any]] = {
-        "surface": lambda: plots.surface(result.surface),
-        "pressure": lambda: plots.pressure(result),
-        "contact": lambda: plots.contact(result),
-        "gap": lambda: plots.gap(result),
-        "histogram": lambda: plots.pressure_histogram([result]),
+        "surface": lambda: maps.surface(result.surface),
+        "pressure": lambda: maps.pressure(result),
+        "contact": lambda: maps.contact(result),
+        "gap": lambda: maps.gap(result),
+        "histogram": lambda: profiles.pressure_histogram([result]),
     }
     if volume is not None:
         draw |= {
@@ -1056,7 +1056,7 @@ def first_yield(stress: StressResult) -> StressResult:
 
 def stress_section(stress: StressResult) -> Section:
     """Return the chapter of a report on the stress below the surface."""
-    from roughcontact.plots import maps as plots
+    from roughcontact.plots import stress as stress_plots
     from roughcontact.report.chapters import Section
 
     told = stress.summary()
@@ -1087,16 +1087,16 @@ def stress_section(stress: StressResult) -> Section:
         *(_sentence(note) for note in stress.warnings if note not in stress.contact.warnings),
     )
     figures = (
-        ("Largest equivalent stresses at each depth.", plots.stress_depth(stress)),
-        ("Von Mises stress on planes through its maximum.", plots.stress_section(stress)),
-        ("Largest von Mises stress over all depths.", plots.stress_map(stress)),
+        ("Largest equivalent stresses at each depth.", stress_plots.stress_depth(stress)),
+        ("Von Mises stress on planes through its maximum.", stress_plots.stress_section(stress)),
+        ("Largest von Mises stress over all depths.", stress_plots.stress_map(stress)),
     )
     return Section("Stress below the surface", text, tuple(rows), figures)
 
 
 def history_section(history: LoadHistory) -> Section:
     """Return the chapter of a report on a load history."""
-    from roughcontact.plots import maps as plots
+    from roughcontact.plots import curves
     from roughcontact.report.chapters import Section
 
     head = ("step", "load", "approach", "contact", "saturated", "newly indented", "dissipated")
@@ -1124,7 +1124,7 @@ def history_section(history: LoadHistory) -> Section:
         else "Not shaken down: the last pass still adds indentation.",
         str(told["volume_account"]),
     )
-    figures = (("Load against approach, and what each step costs.", plots.hysteresis(history)),)
+    figures = (("Load against approach, and what each step costs.", curves.hysteresis(history)),)
     return Section("Load history", text, (head, *rows), figures)
 
 

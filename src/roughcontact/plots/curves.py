@@ -1,0 +1,196 @@
+"""Curves over many loads: a load curve, a load history."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roughcontact.contact.load_curve import LoadCurve
+from roughcontact.contact.load_history import SHAKEN_DOWN, LoadHistory
+from roughcontact.plots.style import (
+    DPI,
+    ELASTIC,
+    LABEL,
+    NEUTRAL,
+    SATURATED,
+    SERIES,
+    TICK,
+    TITLE,
+    layout,
+    plain_axes,
+    prefixed,
+)
+from roughcontact.units import engineering
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def hysteresis(history: LoadHistory) -> Figure:
+    """Draw load against approach along a history, and what each step dissipates.
+
+    Parameters
+    ----------
+    history : LoadHistory
+        A solved path.
+
+    Returns
+    -------
+    Figure
+        The loop, with the parts that indent in another colour than the elastic ones; below it
+        the dissipated energy of every step and the volume indented so far.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
+
+    figure = Figure(figsize=(7.2, 8.6), dpi=DPI, layout=layout())
+    upper, lower = figure.subplots(2, 1, height_ratios=(1.7, 1.0))
+    _draw_loop(upper, history)
+
+    number = np.arange(1, len(history.steps) + 1)
+    energy = history.column("dissipated_energy")
+    volume = np.cumsum(history.column("indentation_volume"))
+    factor, unit = prefixed(float(energy.max()), "J")
+    lower.bar(number, energy * factor, width=0.7, color=SATURATED)
+    lower.set_xlabel("step", fontsize=LABEL)
+    lower.set_ylabel(f"dissipated energy [{unit}]", fontsize=LABEL, color=SATURATED)
+    lower.xaxis.set_major_locator(MaxNLocator(integer=True))
+    lower.set_xlim(0.3, number[-1] + 0.7)
+    lower.set_ylim(0, 1.15 * float(energy.max()) * factor or 1)
+    # Cubic micrometres: prefixes of m³ mislead.
+    total = lower.twinx()
+    total.plot(number, volume * 1e18, color=SERIES[0], marker="o", markersize=4, linewidth=1.8)
+    total.set_ylabel("indented volume so far [µm³]", fontsize=LABEL, color=SERIES[0])
+    total.set_ylim(0, 1.15 * float(volume[-1]) * 1e18 or 1)
+    for axes in (lower, total):
+        axes.tick_params(labelsize=TICK)
+        axes.spines["top"].set_visible(False)
+    lower.set_title(
+        f"{engineering(history.dissipated_energy, 'J', 3)} dissipated, "
+        + ("shaken down" if history.shaken_down else "shakedown not shown"),
+        fontsize=TITLE,
+    )
+    return figure
+
+
+def load_curve(curve: LoadCurve) -> Figure:
+    """Draw a load curve: areas, approach and mean gap, stiffness, and number of spots.
+
+    Parameters
+    ----------
+    curve : LoadCurve
+        The solved loads.
+
+    Returns
+    -------
+    Figure
+        Four panels over the load. Beside the areas stand Persson's theory and simple laws: the
+        line A = κ W/(E* h') through the low loads, see `LoadCurve.low_load_slope`, or load over
+        ceiling, where a ceiling is reached.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 9.4), dpi=DPI, layout=layout())
+    grid = figure.subplots(2, 2)
+    load = curve.column("load")
+    factor, unit = prefixed(float(load.max()), "N")
+    _draw_areas(grid[0, 0], curve, factor)
+    lengths = {
+        "approach": (curve.column("approach"), SERIES[0], "o-"),
+        "mean gap": (curve.column("mean_gap"), SERIES[1], "s-"),
+    }
+    longest = max(float(values.max()) for values, *_ in lengths.values())
+    scale, length_unit = prefixed(longest, "m")
+    for name, (values, colour, marker) in lengths.items():
+        grid[0, 1].plot(load * factor, values * scale, marker, color=colour, label=name)
+    grid[0, 1].set_ylim(0, 1.08 * (longest or 1.0) * scale)
+    grid[0, 1].set_ylabel(f"approach, mean gap [{length_unit}]", fontsize=LABEL)
+    grid[0, 1].set_title("Approach and mean open gap", fontsize=TITLE)
+    stiffness = curve.column("stiffness")
+    # Nothing but saturated pixels has none, full periodic contact has no bound.
+    stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
+    grid[1, 0].plot(load * factor, stiffness, "o-", color=SERIES[0])
+    if np.isfinite(stiffness).any():
+        grid[1, 0].set_yscale("log")
+    grid[1, 0].set_ylabel("stiffness dW/dω [N/m]", fontsize=LABEL)
+    grid[1, 0].set_title("Contact stiffness", fontsize=TITLE)
+    number = curve.column("spots")
+    grid[1, 1].plot(load * factor, number, "o-", color=SERIES[0])
+    grid[1, 1].set_ylim(0, 1.1 * max(float(number.max()), 1.0))
+    grid[1, 1].set_ylabel("number of contact spots", fontsize=LABEL)
+    grid[1, 1].set_title("Contact spots", fontsize=TITLE)
+    for axes in grid.ravel():
+        axes.set_xscale("log")
+        axes.set_xlabel(f"load [{unit}]", fontsize=LABEL)
+        plain_axes(axes)
+    for axes in grid[0]:
+        axes.legend(fontsize=TICK, frameon=False)
+    return figure
+
+
+def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
+    load, nominal, slope = curve.column("load"), curve.nominal_area, curve.low_load_slope
+    contact, saturated = curve.column("contact_area"), curve.column("saturated_area")
+    contact_theory, saturated_theory = curve.persson
+    # The law is one of elastic contact; the area of a saturated one is load over ceiling.
+    law = slope * load / (curve.contact_modulus * curve.rms_gradient)
+    lines = [(law, "--", NEUTRAL, f"κ W/(E* h′), κ = {slope:.2f}")]
+    if isinstance(curve.ceiling, float) and saturated.any():
+        lines.append((load / curve.ceiling, ":", NEUTRAL, "load / ceiling"))
+    lines += [
+        (contact_theory, "--", SERIES[5], "contact, Persson"),
+        (saturated_theory, "--", SERIES[3], "saturated, Persson"),
+        (contact, "o-", SERIES[0], "contact"),
+        (saturated, "s-", SATURATED, "saturated"),
+    ]
+    for values, marker, colour, name in lines:
+        share = 100 * values / nominal
+        share[~((share > 0) & (share <= 100 * (1 + 1e-9)))] = np.nan
+        if np.isfinite(share).any():
+            axes.plot(load * factor, share, marker, color=colour, label=name)
+    axes.set_yscale("log")
+    axes.set_ylabel("share of the map [%]", fontsize=LABEL)
+    axes.set_title("Contact and saturated area", fontsize=TITLE)
+
+
+def _draw_loop(axes: Axes, history: LoadHistory) -> None:
+    approach, load = history.hysteresis
+    indents = history.column("indentation_volume") > SHAKEN_DOWN * history.indentation_volume
+    if not any(history.path[0].shift):
+        # The bodies touch at the first position before the first step.
+        approach, load = np.append(0.0, approach), np.append(0.0, load)
+    else:
+        indents = indents[1:]
+    across, unit_across = prefixed(float(np.abs(approach).max()), "m")
+    up, unit_up = prefixed(float(load.max()), "N")
+    x, y = approach * across, load * up
+    for kind, colour, name in ((False, ELASTIC, "elastic"), (True, SATURATED, "new indentation")):
+        if not (indents == kind).any():
+            continue
+        # One line with gaps, so that the legend names each kind once.
+        gaps = np.full(indents.size, np.nan)
+        parts = np.where(indents == kind, [x[:-1], x[1:], gaps], np.nan)
+        axes.plot(parts.T.ravel(), np.array([y[:-1], y[1:], gaps]).T.ravel(),
+                  color=colour, linewidth=2.2 if kind else 1.8, label=name)  # fmt: skip
+    axes.plot(x, y, "o", color=NEUTRAL, markersize=4)
+    for place, text, side in ((0, "start ", "right"), (-1, " end", "left")):
+        axes.annotate(
+            text, (x[place], y[place]), xytext=(0, 3), textcoords="offset points", ha=side,
+            fontsize=TICK, color=NEUTRAL,
+        )  # fmt: skip
+    axes.margins(x=0.1)
+    axes.set_xlabel(f"approach from first touch [{unit_across}]", fontsize=LABEL)
+    axes.set_ylabel(f"load [{unit_up}]", fontsize=LABEL)
+    axes.set_ylim(bottom=0)
+    axes.tick_params(labelsize=TICK)
+    axes.grid(True, color="#dddddd", linewidth=0.8)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    if indents.size:
+        axes.legend(fontsize=TICK, frameon=False, loc="upper left")
+    positions = len({stage.shift for stage in history.path})
+    where = f", {positions} lateral positions" if positions > 1 else ""
+    axes.set_title(f"Load history, {len(history.steps)} steps{where}", fontsize=TITLE)

@@ -1,0 +1,56 @@
+"""Figures into files."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from roughcontact.errors import InputError, RoughcontactError
+from roughcontact.files import replacing
+from roughcontact.plots.style import DPI
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+_SUFFIXES = {".png": "png", ".svg": "svg", ".pdf": "pdf"}
+
+
+def save(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Write a figure to a PNG, SVG or PDF file.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+    path : str or path
+        File to write, its type told by the suffix; it appears only once it is complete, and a
+        file that was there stays as it was until then.
+
+    Raises
+    ------
+    InputError
+        If the suffix is none of ``.png``, ``.svg``, ``.pdf``, or the folder does not exist.
+    RoughcontactError
+        If the file cannot be written.
+    """
+    target = Path(path)
+    kind = _SUFFIXES.get(target.suffix.lower())
+    if kind is None:
+        raise InputError(
+            f"cannot tell the type of the figure {str(target)!r} from its suffix; "
+            f"use one of {', '.join(_SUFFIXES)}"
+        )
+    if not target.parent.is_dir():
+        raise InputError(
+            f"the folder of the figure {str(target)!r} does not exist; create it first"
+        )
+    try:
+        with replacing(target) as unfinished, unfinished.open("xb") as stream:
+            figure.savefig(stream, format=kind, dpi=DPI)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise RoughcontactError(
+            f"the figure {str(target)!r} could not be written: {reason}"
+        ) from error
