@@ -17,7 +17,9 @@ import roughcontact as rc
 from roughcontact.contact import archive, resume
 from roughcontact.contact.archive import load_elastoplastic
 from roughcontact.material.hardening import Swift
-from roughcontact.volume.solve import ElastoplasticResult, Progress, solve_elastoplastic
+from roughcontact.volume.loop import Progress
+from roughcontact.volume.result import ElastoplasticResult
+from roughcontact.volume.solve import solve_elastoplastic
 
 SWIFT = rc.Material(young=210e9, poisson=0.3, hardening=Swift(1240e6, 30, 0.085))
 PERFECT = rc.Material(young=210e9, poisson=0.3, yield_strength=1656e6)
@@ -160,7 +162,7 @@ CHILD = """
 import sys
 import numpy as np
 import roughcontact as rc
-from roughcontact.plasticity import Swift
+from roughcontact.material.hardening import Swift
 y, x = (1e-6 * (np.arange(n) - (n - 1) / 2) for n in (18, 16))
 ball = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 105e-6), pixel=(1e-6, 1e-6))
 swift = rc.Material(young=210e9, poisson=0.3, hardening=Swift(1240e6, 30, 0.085))

@@ -20,7 +20,9 @@ from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.hardening import Linear, Perfect, Swift, Tabulated
 from roughcontact.solvers import anderson
 from roughcontact.surface import shapes
-from roughcontact.volume import loop, solve
+from roughcontact.volume import checks, contact_solver, loop, solve
+from roughcontact.volume.memory import memory_estimate
+from roughcontact.volume.problem import Problem
 from roughcontact.volume.solve import solve_elastoplastic
 
 YOUNG, POISSON = 210e9, 0.3
@@ -515,7 +517,7 @@ def test_too_large_is_said_before_it_starts(monkeypatch) -> None:
         available = 1000
 
     monkeypatch.setattr("psutil.virtual_memory", Little)
-    monkeypatch.setattr(solve, "_untouched", pytest.fail)
+    monkeypatch.setattr(solve, "untouched", pytest.fail)
     with pytest.raises(InsufficientMemoryError, match="GiB"):
         solve_elastoplastic(ball(), material=SWIFT, loads=[0.1])
 
@@ -530,9 +532,9 @@ def test_more_than_a_map_can_carry_is_refused() -> None:
         solve_elastoplastic(
             ball(), material=PERFECT, counter_material=table, load=3.6 * 800e6 * area
         )
-    problem = loop.Problem(ball(), None, SWIFT, rc.RIGID, "free", 1e-4, 9, "single")
-    contact = solve._untouched(problem, Workspace())
-    solve._check_capacity(problem, contact, 10 * 1656e6 * area)
+    problem = Problem(ball(), None, SWIFT, rc.RIGID, "free", 1e-4, 9, "single")
+    contact = contact_solver.untouched(problem, Workspace())
+    checks.check_capacity(problem, contact, 10 * 1656e6 * area)
 
 
 def test_a_volume_that_would_not_fit_does_not_grow(monkeypatch) -> None:
@@ -552,7 +554,7 @@ def test_a_volume_that_would_not_fit_does_not_grow(monkeypatch) -> None:
 
 
 def test_a_contact_without_certificate_settles_nothing(monkeypatch) -> None:
-    monkeypatch.setattr(loop, "_CONTACT_CONVOLUTIONS", 2)
+    monkeypatch.setattr(contact_solver, "_CONTACT_CONVOLUTIONS", 2)
     monkeypatch.setattr(loop, "_CUTS", 0)
     with pytest.raises(ConvergenceError, match="the contact did not settle"):
         solve_elastoplastic(
@@ -561,10 +563,10 @@ def test_a_contact_without_certificate_settles_nothing(monkeypatch) -> None:
 
 
 def test_memory_estimate_is_in_proportion() -> None:
-    one = loop.memory_estimate((256, 256), 64)
+    one = memory_estimate((256, 256), 64)
     # Measured: 1.1 GB at 256 × 256 × 64 with a plastic zone of a tenth of the volume.
     assert 0.7e9 < one < 2e9
-    assert loop.memory_estimate((256, 256), 64, precision="double") > 1.9 * one
+    assert memory_estimate((256, 256), 64, precision="double") > 1.9 * one
 
 
 @pytest.mark.parametrize(
@@ -586,7 +588,7 @@ def test_memory_estimate_is_what_arrays_take(boundary, precision, counter_materi
     finally:
         tracemalloc.stop()
     accumulated = result.bodies[0].accumulated
-    estimate = loop.memory_estimate(
+    estimate = memory_estimate(
         accumulated.shape[1:], 12, bodies=len(result.bodies), boundary=boundary,
         precision=precision,
     )  # fmt: skip

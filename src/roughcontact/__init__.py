@@ -22,7 +22,8 @@ from roughcontact.solvers.bounded import Step
 from roughcontact.surface.shapes import reference_map, self_affine
 from roughcontact.surface.surface import Provenance, Surface
 from roughcontact.volume.comparison import ModelComparison, compare_models
-from roughcontact.volume.solve import ElastoplasticResult, solve_elastoplastic
+from roughcontact.volume.result import ElastoplasticResult
+from roughcontact.volume.solve import solve_elastoplastic
 
 __all__ = [
     "RIGID",

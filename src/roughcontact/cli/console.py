@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from roughcontact.request.job import Outcome, Say
     from roughcontact.solvers.bounded import Step
     from roughcontact.surface.surface import Surface
-    from roughcontact.volume.solve import ElastoplasticResult
+    from roughcontact.volume.result import ElastoplasticResult
 
 Row = tuple[str, ...]
 

@@ -20,8 +20,7 @@ from roughcontact.files import replacing
 from roughcontact.material import hardening
 from roughcontact.material.material import Material
 from roughcontact.surface.surface import Provenance, Surface
-from roughcontact.volume.loop import Increment, PlasticBody
-from roughcontact.volume.solve import ElastoplasticResult
+from roughcontact.volume.result import ElastoplasticResult, Increment, PlasticBody
 
 if TYPE_CHECKING:
     import xarray

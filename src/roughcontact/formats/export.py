@@ -50,8 +50,7 @@ from roughcontact.files import replacing, to_json
 from roughcontact.formats.read import TEXT_MARK
 from roughcontact.halfspace import plastic
 from roughcontact.surface.surface import Surface
-from roughcontact.volume.loop import PlasticBody
-from roughcontact.volume.solve import ElastoplasticResult
+from roughcontact.volume.result import ElastoplasticResult, PlasticBody
 
 Array = NDArray[np.float64]
 Result = ContactResult | ElastoplasticResult

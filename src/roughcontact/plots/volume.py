@@ -40,7 +40,7 @@ from roughcontact.plots.style import (
 )
 from roughcontact.units import counted, engineering, percent
 from roughcontact.volume import depth as sections
-from roughcontact.volume.solve import ElastoplasticResult
+from roughcontact.volume.result import ElastoplasticResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -24,11 +24,11 @@ from roughcontact.material.hardening import Linear, Perfect, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.surface import roughness
 from roughcontact.units import counted, engineering, percent
+from roughcontact.volume.body import law_of
 from roughcontact.volume.comparison import recommended_ceiling
-from roughcontact.volume.loop import PlasticBody, law_of
 
 if TYPE_CHECKING:
-    from roughcontact.volume.solve import ElastoplasticResult
+    from roughcontact.volume.result import ElastoplasticResult, PlasticBody
 
 SMALL_SLOPE, LARGE_SLOPE = 0.1, 0.3
 """Root-mean-square slopes at which the error of order slope² is 1 % and about 10 %."""

@@ -16,7 +16,7 @@ from roughcontact.material.material import RIGID, Material
 from roughcontact.surface.surface import Surface
 
 if TYPE_CHECKING:
-    from roughcontact.volume.solve import ElastoplasticResult
+    from roughcontact.volume.result import ElastoplasticResult
 
 _NUMBER = r"([\d.eE+-]+)"
 

@@ -18,7 +18,7 @@ from roughcontact.report import assumptions, chapters, script
 from roughcontact.report.chapters import Chapter, Row, Section, Table
 from roughcontact.units import counted, engineering, percent
 from roughcontact.volume import depth as sections
-from roughcontact.volume.solve import ElastoplasticResult
+from roughcontact.volume.result import ElastoplasticResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from roughcontact.solvers.bounded import Step
     from roughcontact.surface.nominal import Body
     from roughcontact.surface.surface import Surface
-    from roughcontact.volume.solve import ElastoplasticResult
+    from roughcontact.volume.result import ElastoplasticResult
 
 Say = Callable[[str], None]
 Task = tuple[Path, Callable[[Path], object]]

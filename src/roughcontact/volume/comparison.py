@@ -26,7 +26,7 @@ from roughcontact.material.material import CEILING_FACTOR, RIGID, Material, soft
 from roughcontact.surface.surface import Surface
 from roughcontact.volume import solve as elastoplastic
 from roughcontact.volume.loop import Progress
-from roughcontact.volume.solve import ElastoplasticResult
+from roughcontact.volume.result import ElastoplasticResult
 
 Array = NDArray[np.float64]
 

@@ -7,17 +7,15 @@ beyond the map are left out. Strain and stress are averages over a layer, at the
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace import plastic
-from roughcontact.volume.loop import PlasticBody, law_of
-
-if TYPE_CHECKING:
-    from roughcontact.volume.solve import ElastoplasticResult
+from roughcontact.volume.body import law_of
+from roughcontact.volume.result import ElastoplasticResult, PlasticBody
 
 Array = NDArray[Any]
 

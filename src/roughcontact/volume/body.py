@@ -1,0 +1,190 @@
+"""Plastic flow in one body: its strain, its volume operator, the return to the yield surface."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.halfspace import plastic
+from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.plastic import HalfSpace
+from roughcontact.material.hardening import Hardening, Perfect, plastic_increment
+from roughcontact.material.material import Material
+from roughcontact.solvers.anderson import Parts
+from roughcontact.volume.result import PlasticBody
+
+Array = NDArray[Any]
+
+
+class Body:
+    """A body that yields: its plastic strain up to now, and its volume operator."""
+
+    def __init__(
+        self,
+        material: Material,
+        pixel: tuple[float, float],
+        boundary: str,
+        precision: str,
+        workspace: Workspace,
+    ) -> None:
+        self.material, self.pixel = material, pixel
+        self.boundary, self.precision, self._workspace = boundary, precision, workspace
+        self.law = law_of(material)
+        self.shear_modulus = material.young / (2 * (1 + material.poisson))
+        self.real: type = np.float32 if precision == "single" else np.float64
+        self.strain: Array = np.zeros((0, 5, 0, 0), self.real)
+        self.accumulated: Array = np.zeros((0, 0), self.real)
+
+    def resize(self, thickness: NDArray[np.float64], shape: tuple[int, int]) -> None:
+        """Take on more layers below and more points around those there are."""
+        self.operator = HalfSpace(
+            shape, self.pixel, thickness,
+            shear_modulus=self.shear_modulus, poisson=self.material.poisson,
+            boundary=self.boundary, precision=self.precision, workspace=self._workspace,
+        )  # fmt: skip
+        old, accumulated = self.strain, self.accumulated
+        ny, nx = old.shape[-2:]
+        top, left = (shape[0] - ny) // 2, (shape[1] - nx) // 2
+        place = np.s_[: len(old), ..., top : top + ny, left : left + nx]
+        self.thickness, self.shape = thickness, shape
+        self.strain = np.zeros((thickness.size, 5, *shape), self.real)
+        self.strain[place] = old
+        fields: Array = np.zeros((thickness.size, *shape), self.real)
+        fields[place] = accumulated.reshape(len(old), ny, nx)
+        self.accumulated = fields.reshape(thickness.size, -1)
+        self._hardened(range(thickness.size))
+
+    def _hardened(self, layers: range) -> None:
+        if layers.start == 0:
+            self._square_strength: Array = np.empty_like(self.accumulated)
+            self._rows: list[slice | None] = [None] * len(layers)
+        for layer in layers:
+            strength = self.law.strength(self.accumulated[layer])
+            # A square beyond the range of the numbers is one that no stress reaches.
+            with np.errstate(over="ignore"):
+                np.square(strength, out=self._square_strength[layer])
+            rows = np.flatnonzero(self.strain[layer].any(axis=(0, 2)))
+            self._rows[layer] = slice(int(rows[0]), int(rows[-1]) + 1) if rows.size else None
+
+    def resume(self, old: PlasticBody) -> None:
+        """Take over the plastic strain of a result."""
+        self.strain[...] = old.plastic_strain
+        self.accumulated[...] = old.accumulated.reshape(self.accumulated.shape)
+        self._hardened(range(len(self.strain)))
+
+    def displacement(
+        self, places: Parts, added: Parts, *, trace: bool = False
+    ) -> NDArray[np.float64]:
+        """Return the surface displacement by the strain so far and some more."""
+        nx = self.shape[1]
+
+        def fill(layer: int, out: Array) -> slice | None:
+            rows, place = self._rows[layer], places[layer]
+            if not place.size:
+                if rows is not None:
+                    out[...] = self.strain[layer]
+                return rows
+            out[...] = self.strain[layer]
+            out.reshape(5, -1)[:, place] += added[layer]
+            low, high = int(place[0] // nx), int(place[-1] // nx) + 1
+            if rows is None:
+                return slice(low, high)
+            return slice(min(low, rows.start), max(high, rows.stop))
+
+        return self.operator.displacement(fill, trace=trace)
+
+    def flow(self, pressure: Array, places: Parts, added: Parts) -> tuple[Parts, Parts]:
+        """Return where the stress is returned to the yield surface, and the strain that does it.
+
+        Parameters
+        ----------
+        pressure : ndarray, shape (ny, nx)
+            Pressure on the surface [Pa].
+        places, added : list of ndarray, shapes (n,) and (5, n)
+            Pixels of each layer, ascending, and the strain of this increment in the stress.
+
+        Returns
+        -------
+        places, strain : list of ndarray
+            The same, after the return; no pixel is lost.
+        """
+        new_places: Parts = [np.empty(0, np.int64)] * len(places)
+        flowed: Parts = [np.empty((5, 0), self.real)] * len(places)
+        twice = self.real(2 * self.shear_modulus)
+
+        def visit(layer: int, stress: Array) -> None:
+            trial, place = stress.reshape(5, -1), places[layer]
+            if place.size:
+                trial[:, place] += twice * added[layer]
+            square = trial[1] * trial[1]
+            for component in trial[2:]:
+                square += component * component
+            square *= 3
+            square += self.real(2.25) * (trial[0] * trial[0])
+            yields = square > self._square_strength[layer]
+            yields[place] = True
+            place = np.flatnonzero(yields)
+            if not place.size:
+                return
+            q = np.sqrt(square[place])
+            step = plastic_increment(
+                q, self.accumulated[layer, place], self.law, self.shear_modulus
+            )
+            factor = self.real(1.5) * step / np.where(q > 0, q, 1)
+            new_places[layer], flowed[layer] = place, trial[:, place] * factor
+
+        self.operator.stress(pressure, visit)
+        return new_places, flowed
+
+    def accept(self, places: Parts, added: Parts) -> None:
+        """Add the strain of an increment."""
+        for layer, (place, strain) in enumerate(zip(places, added, strict=True)):
+            if place.size:
+                self.strain[layer].reshape(5, -1)[:, place] += strain
+                self.accumulated[layer, place] += equivalent_strain(strain)
+        self._hardened(range(len(self.strain)))
+
+    @property
+    def plastic_volume(self) -> float:
+        """Volume with plastic strain [m³]."""
+        cells = np.count_nonzero(self.accumulated, axis=1)
+        dy, dx = self.pixel
+        return float(cells @ self.thickness) * dy * dx
+
+    def finished(self, pressure: Array, margin: int) -> tuple[PlasticBody, float]:
+        """Return the body with its stresses, and how far the stress passes the yield strength."""
+        fields = self.strain.shape[0], *self.strain.shape[2:]
+        excess = np.full(fields[0], -1.0)
+        stress, residual = np.empty_like(self.strain), np.empty_like(self.strain)
+        mean, mean_residual = np.empty(fields, self.real), np.empty(fields, self.real)
+
+        def keep(layer: int, values: Array) -> None:
+            stress[layer] = values
+            q = plastic.equivalent(values).ravel()
+            excess[layer] = np.sqrt((q * q / self._square_strength[layer]).max()) - 1
+
+        nothing = np.zeros(fields[1:])
+        self.operator.stress(pressure, keep)
+        self.operator.mean_stress(pressure, lambda layer, v: np.copyto(mean[layer], v))
+        self.operator.stress(nothing, lambda layer, v: np.copyto(residual[layer], v))
+        self.operator.mean_stress(nothing, lambda layer, v: np.copyto(mean_residual[layer], v))
+        dy, dx = self.pixel
+        body = PlasticBody(
+            self.material, dy * dx, margin, self.thickness, self.strain,
+            self.accumulated.reshape(fields), stress, mean, residual, mean_residual,
+        )  # fmt: skip
+        return body, float(excess.max())
+
+
+def law_of(body: Material) -> Hardening:
+    """Return the law of hardening of a material, perfect plasticity without one."""
+    return body.hardening or Perfect(body.yield_strength or math.inf)
+
+
+def equivalent_strain(strain: Array) -> Array:
+    """Return √(2/3 e:e) of traceless strains, shape (5, n)."""
+    result: Array = plastic.equivalent(strain) * strain.dtype.type(2 / 3)
+    return result

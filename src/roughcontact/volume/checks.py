@@ -1,0 +1,131 @@
+"""What can be said of a path of loads before the first of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from numbers import Integral
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roughcontact.contact.solve import check_bodies, check_choice, check_surfaces
+from roughcontact.errors import CapacityError, InputError, require_positive
+from roughcontact.volume.body import law_of
+from roughcontact.volume.contact_solver import ContactSolver
+from roughcontact.volume.problem import Problem
+from roughcontact.volume.result import ElastoplasticResult
+
+# Mean pressure over the yield strength that no flat punch with the outline of a map reaches: it
+# flows at 2.97 on a strip and 3.28 on a disc (shear strength σ_Y/√3; Hill 1950, Shield 1955).
+_PUNCH = 3.5
+
+
+def check_arguments(
+    problem: Problem,
+    increments: int,
+    depth: float | None,
+    layers: ArrayLike | None,
+    start: ElastoplasticResult | None,
+    on_failure: str,
+) -> None:
+    """Raise `InputError` where an argument of `solve_elastoplastic` cannot be used."""
+    surface, counter_surface = problem.surface, problem.counter_surface
+    material, counter_material = problem.material, problem.counter_material
+    precision, tolerance = problem.precision, problem.tolerance
+    check_bodies(surface, material, counter_material, counter_surface)
+    if not (start is None or isinstance(start, ElastoplasticResult)):
+        raise InputError(
+            f"must be an ElastoplasticResult, got {type(start).__name__}", argument="start"
+        )
+    check_choice("boundary", problem.boundary, ("free", "periodic"))
+    check_choice("precision", precision, ("double", "single"))
+    check_choice("on_failure", on_failure, ("raise", "return"))
+    counts = ("increments", increments), ("max_iterations", problem.max_iterations)
+    for name, count in counts:
+        if not isinstance(count, Integral) or count < 1:
+            raise InputError(f"{name} must be a positive integer, got {count!r}")
+    require_positive(tolerance=tolerance)
+    if tolerance < 1e-6 and precision == "single":
+        raise InputError(
+            f"tolerance = {tolerance!r} lies below what single precision can reach; "
+            'ask for 1e-6 or more, or for precision="double"'
+        )
+    if depth is not None:
+        require_positive(depth=depth)
+        if depth < min(surface.pixel):
+            raise InputError(
+                f"= {depth!r} m is less than a pixel, {min(surface.pixel):.4g} m: give some "
+                "radii of a contact spot, or leave it out",
+                argument="depth",
+            )
+        if layers is not None:
+            raise InputError("give either depth or layers, not both")
+    if layers is not None:
+        try:
+            thickness = np.array(layers, float)
+        except (TypeError, ValueError):
+            raise InputError("must be a row of numbers [m]", argument="layers") from None
+        if thickness.ndim != 1 or not thickness.size or not (thickness > 0).all():
+            raise InputError(
+                f"must be a row of positive numbers [m], got {layers!r}",
+                argument="layers",
+                value=layers,
+            )
+        if not np.isfinite(thickness).all():
+            raise InputError(f"must be finite [m], got {layers!r}", argument="layers", value=layers)
+    check_surfaces(surface, counter_surface)
+    for body in (material, counter_material):
+        if body.yield_strength is not None and math.isinf(body.young):
+            raise InputError("a rigid material cannot yield: give it a Young's modulus")
+    if min(surface.shape) < 8:
+        raise InputError(f"surface has {surface.shape} pixels: give at least 8 × 8")
+    if start is None:
+        return
+    if depth is not None or layers is not None:
+        raise InputError("brings its layers along: leave out depth and layers", argument="start")
+    problem.check_same("start", start)
+
+
+def check_capacity(problem: Problem, contact: ContactSolver, load: float) -> None:
+    """Refuse a load under which a map that ends flows without end."""
+    if problem.boundary == "periodic":
+        return
+    strain = np.array(1e9)
+    strongest = min(float(law.strength(strain)) for law in map(law_of, problem.yielding))
+    capacity = (
+        _PUNCH * strongest * contact.area * np.count_nonzero(np.isfinite(contact.initial_gap))
+    )
+    if load > capacity:
+        raise CapacityError(
+            f"= {load:.6g} N is more than the map can carry: even in full contact its body "
+            f"flows without end above {capacity:.4g} N, {_PUNCH} times the largest yield strength "
+            "on its area",
+            argument="load",
+        )
+
+
+def path_of(
+    load: float | None, loads: Sequence[float] | None, increments: int, first: float
+) -> list[float]:
+    """Return the loads to visit, one after the other."""
+    if (load is None) == (loads is None):
+        raise InputError("give either load or loads, and only one of them")
+    if load is not None:
+        require_positive(load=load)
+        before = [first + (load - first) * i / increments for i in range(1, increments)]
+        # The last is as given, and not what rounding makes of it.
+        return [*before, float(load)]
+    try:
+        path = np.array(loads, float)
+    except (TypeError, ValueError):
+        raise InputError("must be a row of numbers [N]", argument="loads") from None
+    if path.ndim != 1 or not path.size or not ((path >= 0) & np.isfinite(path)).all():
+        raise InputError(
+            f"must be finite and not negative [N], got {loads!r}", argument="loads", value=loads
+        )
+    if not path.any() and first == 0:
+        raise InputError(
+            "are all zero: at least one must press the bodies together", argument="loads"
+        )
+    return [float(value) for value in path]

@@ -1,0 +1,103 @@
+"""The contact on surfaces that plastic strain has displaced, solved again in each iteration."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.contact.result import initial_gap
+from roughcontact.contact.solve import operators
+from roughcontact.errors import CapacityError, InputError
+from roughcontact.halfspace.fft import Workspace
+from roughcontact.material.material import CEILING_FACTOR, contact_modulus
+from roughcontact.solvers import bounded
+from roughcontact.volume.problem import Problem
+
+CONTACT_TOLERANCE = 1e-6
+"""Tolerance of the contact."""
+
+_CONTACT_CONVOLUTIONS = 500
+
+
+class ContactSolver:
+    """The contact solver, started each time from the pressure before."""
+
+    def __init__(self, gap: NDArray[np.float64], make: bounded.Operator, area: float) -> None:
+        self._map = gap
+        self._make, self.area = make, area
+        self.resize(0)
+        self.approach = 0.0
+        self.convolutions = 0
+        self.solution: bounded.Solution | None = None
+
+    def resize(self, margin: int) -> None:
+        """Add points that never touch around the map, and forget the pressure."""
+        self.initial_gap = np.pad(self._map, margin, constant_values=np.inf)
+        self.inside = tuple(slice(margin, margin + n) for n in self._map.shape)
+        self.loaded: bounded.Loaded | None = None
+        self.pressure = np.zeros(self.initial_gap.shape)
+
+    def resume(self, pressure: NDArray[np.float64]) -> None:
+        """Start from a pressure on the map."""
+        self.pressure[self.inside] = pressure
+        index = np.flatnonzero(self.pressure)
+        if index.size:
+            self.loaded = index, self.pressure.ravel()[index]
+
+    def pressed(self, load: float, strength: float) -> NDArray[np.bool_]:
+        """Return the contact under a ceiling of three yield strengths, roughly."""
+        total = load / self.area
+        limit = CEILING_FACTOR * strength
+        if total > 0.9 * limit * np.count_nonzero(np.isfinite(self.initial_gap)):
+            return np.isfinite(self.initial_gap)
+        problem = bounded.Problem(self.initial_gap, limit, total)
+        rough = bounded.solve(problem, self._make, tolerance=1e-2, max_iterations=200)
+        pressed = np.zeros(self.initial_gap.shape, bool)
+        pressed.ravel()[rough.index] = True
+        return pressed
+
+    @property
+    def solved(self) -> bool:
+        """Whether the last contact, if there is any, is within its tolerance."""
+        return self.solution is None or self.solution.status is bounded.Status.CONVERGED
+
+    def press(self, displacement: NDArray[np.float64], load: float, tolerance: float) -> None:
+        """Find the pressure that carries a load on the surface as plastic strain left it."""
+        gap = self.initial_gap + displacement
+        self.pressure = np.zeros(gap.shape)
+        if load == 0:
+            self.loaded, self.solution = None, None
+            self.approach = float(gap.min())
+            return
+        solution = bounded.solve(
+            bounded.Problem(gap, np.inf, load / self.area),
+            self._make,
+            tolerance=tolerance,
+            max_iterations=_CONTACT_CONVOLUTIONS,
+            start=self.loaded,
+        )
+        self.convolutions += solution.convolutions
+        self.loaded = solution.index, solution.pressure
+        self.pressure.ravel()[solution.index] = solution.pressure
+        self.approach, self.solution = solution.approach, solution
+
+
+def untouched(problem: Problem, workspace: Workspace) -> ContactSolver:
+    """Return the contact without pressure, if there can be one that yields."""
+    modulus = contact_modulus(problem.material, problem.counter_material)
+    if not problem.yielding:
+        raise InputError(
+            "neither material has a yield strength: nothing can yield; give one, or use solve"
+        )
+    gap = initial_gap(problem.surface, problem.counter_surface)
+    gap[np.isnan(gap)] = np.inf
+    if not np.isfinite(gap).any():
+        raise CapacityError(
+            "no contact is possible: together the holes of both bodies leave no point to touch"
+        )
+    pixel = problem.surface.pixel
+    # The contact is solved again and again on the same few grids.
+    make = lru_cache(maxsize=12)(operators(problem.boundary, pixel, modulus, "double", workspace))
+    return ContactSolver(gap, make, pixel[0] * pixel[1])

@@ -1,0 +1,391 @@
+"""What a contact is after a path of loads with plastic flow: data, and what follows from them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.contact.result import ContactResult, rim_excess
+from roughcontact.halfspace import plastic
+from roughcontact.material.material import Material
+
+if TYPE_CHECKING:
+    from roughcontact.report.chapters import Section
+    from roughcontact.volume.depth import DepthProfile, DepthSection, LayerProfile
+
+Array = NDArray[Any]
+
+GUARD = 2
+"""Rows and columns at the edge of the volume that plastic strain may not reach."""
+
+# Stress beyond the yield strength, over it, that is worth a word.
+_EXCESS = 0.05
+
+
+@dataclass(frozen=True)
+class Increment:
+    """What one load of the path gave.
+
+    Parameters
+    ----------
+    load : float
+        Normal load [N].
+    approach : float
+        Approach of the bodies from the first touch [m].
+    contact_area : float
+        Real contact area [m²].
+    max_pressure : float
+        Largest pressure [Pa].
+    max_plastic_strain : float
+        Largest accumulated plastic strain so far.
+    plastic_volume : float
+        Volume with plastic strain so far, of both bodies [m³].
+    residuals : tuple of float
+        Largest change of the plastic strain in each iteration over the largest of this increment,
+        or over the yield strain σ_Y/(2μ) if that is more.
+    convolutions : int
+        Convolutions of the contact solver.
+    """
+
+    load: float
+    approach: float
+    contact_area: float
+    max_pressure: float
+    max_plastic_strain: float
+    plastic_volume: float
+    residuals: tuple[float, ...]
+    convolutions: int
+
+    @property
+    def residual(self) -> float:
+        """Residual after the last iteration."""
+        return self.residuals[-1]
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the loop."""
+        return len(self.residuals)
+
+
+@dataclass(frozen=True, eq=False)
+class PlasticBody:
+    """Plastic strain and stress of one body; layers from its surface down.
+
+    Tensors without trace have the components zz, (xx - yy)/2, xy, xz, yz, z into the body;
+    `roughcontact.halfspace.plastic.tensor` makes matrices of them. Arrays are read-only.
+
+    Parameters
+    ----------
+    material : Material
+        Of the body.
+    pixel_area : float
+        Area of a pixel [m²].
+    margin : int
+        Rows and columns of the volume beyond each edge of the map, included in the arrays.
+    thickness : ndarray, shape (nz,)
+        Thickness of each layer [m].
+    plastic_strain : ndarray, shape (nz, 5, ny, nx)
+        Plastic strain, constant over each layer.
+    accumulated : ndarray, shape (nz, ny, nx)
+        Accumulated plastic strain e = ∫ √(2/3 dε:dε).
+    stress, mean_stress : ndarray, shapes (nz, 5, ny, nx) and (nz, ny, nx)
+        Deviator and a third of the trace of the stress under load, averages over the layers [Pa].
+    residual_stress, mean_residual_stress : ndarray
+        Those by the plastic strain alone [Pa]: what the load leaves when it is gone, unless the
+        body flows again on unloading.
+    """
+
+    material: Material
+    pixel_area: float
+    margin: int
+    thickness: NDArray[np.float64]
+    plastic_strain: Array
+    accumulated: Array
+    stress: Array
+    mean_stress: Array
+    residual_stress: Array
+    mean_residual_stress: Array
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        for value in vars(self).values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
+    @property
+    def depth(self) -> NDArray[np.float64]:
+        """Depth of the middle of each layer [m], shape (nz,)."""
+        middle: NDArray[np.float64] = np.cumsum(self.thickness) - self.thickness / 2
+        return middle
+
+    @property
+    def von_mises(self) -> Array:
+        """Von Mises stress under load [Pa], shape (nz, ny, nx)."""
+        return plastic.equivalent(self.stress.swapaxes(0, 1))
+
+    @property
+    def residual_von_mises(self) -> Array:
+        """Von Mises stress by the plastic strain alone [Pa], shape (nz, ny, nx)."""
+        return plastic.equivalent(self.residual_stress.swapaxes(0, 1))
+
+    @property
+    def elastic_stress(self) -> Array:
+        """Deviator of the stress by the pressure alone [Pa], shape (nz, 5, ny, nx)."""
+        elastic: Array = self.stress - self.residual_stress
+        return elastic
+
+    @cached_property
+    def max_plastic_strain(self) -> float:
+        """Largest accumulated plastic strain."""
+        return float(self.accumulated.max())
+
+    @cached_property
+    def plastic_volume(self) -> float:
+        """Volume with plastic strain [m³]."""
+        cells = np.count_nonzero(self.accumulated, axis=(1, 2))
+        return float(cells @ self.thickness) * self.pixel_area
+
+    @cached_property
+    def plastic_depth(self) -> float:
+        """Depth that plastic strain reaches [m]: the lower face of its lowest layer."""
+        layers = np.flatnonzero(self.accumulated.any(axis=(1, 2)))
+        return float(self.thickness[: layers[-1] + 1].sum()) if layers.size else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class ElastoplasticResult:
+    """A contact after a path of loads, with the plastic strain that it left.
+
+    Parameters
+    ----------
+    contact : ContactResult
+        Pressure, gap, approach and certificate at the last load; the gap includes the residual
+        displacement.
+    residual_displacement : ndarray, shape (ny, nx)
+        What plastic strain adds to the gap [m], positive into the bodies.
+    bodies : tuple of PlasticBody
+        Those that yield, the rough one first.
+    increments : tuple of Increment
+        The loads in order, those of a run continued included.
+    yield_excess : float
+        Largest von Mises stress over the yield strength at that place, less one; negative if
+        nothing is at yield.
+    precision : {"double", "single"}
+        Arithmetic of the volume; the contact is solved in double.
+    tolerance : float
+        Residual asked for.
+    status : str
+        ``"converged"``, or why the path was left.
+    seconds : float
+        Wall time.
+    """
+
+    contact: ContactResult
+    residual_displacement: NDArray[np.float64]
+    bodies: tuple[PlasticBody, ...]
+    increments: tuple[Increment, ...]
+    yield_excess: float
+    precision: str
+    tolerance: float
+    status: str
+    seconds: float
+    version: str = field(default="")
+
+    def __post_init__(self) -> None:
+        """Make the map read-only."""
+        self.residual_displacement.flags.writeable = False
+
+    @property
+    def converged(self) -> bool:
+        """Whether the whole path was followed within the tolerances."""
+        return self.status == "converged"
+
+    @property
+    def residual(self) -> float:
+        """Largest residual of the plastic strain along the path; see `Increment`."""
+        return max((step.residual for step in self.increments), default=0.0)
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the loop, all loads together."""
+        return sum(step.iterations for step in self.increments)
+
+    @property
+    def max_plastic_strain(self) -> float:
+        """Largest accumulated plastic strain in any body."""
+        return max(body.max_plastic_strain for body in self.bodies)
+
+    @property
+    def plastic_volume(self) -> float:
+        """Volume with plastic strain, of all bodies [m³]."""
+        return sum(body.plastic_volume for body in self.bodies)
+
+    @property
+    def plastic_depth(self) -> float:
+        """Depth that plastic strain reaches in any body [m]."""
+        return max(body.plastic_depth for body in self.bodies)
+
+    @property
+    def flowed(self) -> NDArray[np.bool_]:
+        """Pixels under which the uppermost layer of a body has flowed, shape (ny, nx)."""
+        first = self.bodies[0].margin
+        ny, nx = self.contact.pressure.shape
+        inside = slice(first, first + ny), slice(first, first + nx)
+        mask: NDArray[np.bool_] = np.any(
+            [b.accumulated[0][inside] > 0 for b in self.bodies], axis=0
+        )
+        return mask
+
+    @property
+    def corrected_contact_area(self) -> float:
+        """Contact area without the excess that an elastic rim gains from the pixels [m²].
+
+        See `ContactResult.corrected_contact_area`; the rim of pixels that have flowed, where the
+        pressure falls from the plateau to zero at once, is left alone.
+        """
+        contact = self.contact
+        elastic = contact.contact & ~self.flowed
+        excess = rim_excess(contact.contact, elastic, contact.boundary) * contact.pixel_area
+        return max(contact.contact_area - excess, 0.0)
+
+    @property
+    def regime(self) -> str:
+        """How far plastic strain has come, in words."""
+        if not self.plastic_volume:
+            return "elastic"
+        return f"plastic {'up to' if self.plastic_at_surface else 'below'} the surface"
+
+    @property
+    def plastic_at_surface(self) -> bool:
+        """Whether plastic strain has come up to the contact, or to the free surface without one."""
+        contact = self.contact.contact
+        flowed = self.flowed
+        return bool((flowed & contact if contact.any() else flowed).any())
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader of the numbers has to know, one sentence each."""
+        notes = [] if self.converged else [self.status]
+        if self.yield_excess > _EXCESS:
+            notes.append(
+                "the von Mises stress passes the yield strength by up to "
+                f"{100 * self.yield_excess:.3g} %: plastic strain is so large beside the yield "
+                "strain that it takes a smaller tolerance"
+            )
+        if self.contact.boundary == "free":
+            if _rim(self.contact.contact, 1):
+                notes.append(
+                    "contact reaches the edge of the map: either the map is too small for this "
+                    "load, or the body is meant to end there; the volume goes on beyond the edge"
+                )
+            if any(_rim(body.accumulated, GUARD) for body in self.bodies):
+                notes.append(
+                    "plastic strain reaches the edge of the volume: enlarge the map, or solve it "
+                    "as periodic"
+                )
+        if any(body.accumulated[-1].any() for body in self.bodies):
+            notes.append(
+                "plastic strain reaches the lowest layer: enlarge the map, or give a larger depth"
+            )
+        return tuple(notes)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the scalar results by name, in SI units, ready for JSON."""
+        contact = self.contact
+        return {
+            "status": self.status,
+            "residual": self.residual,
+            "yield_excess": self.yield_excess,
+            "tolerance": self.tolerance,
+            "certificate": contact.certificate,
+            "load": contact.load,
+            "load_error": contact.load_error,
+            "approach": contact.approach,
+            "contact_area": contact.contact_area,
+            "contact_fraction": contact.contact_fraction,
+            "max_pressure": contact.max_pressure,
+            "max_residual_displacement": float(self.residual_displacement.max()),
+            "max_plastic_strain": self.max_plastic_strain,
+            "plastic_volume": self.plastic_volume,
+            "plastic_depth": self.plastic_depth,
+            "regime": self.regime,
+            "warnings": list(self.warnings),
+            "boundary": contact.boundary,
+            "precision": self.precision,
+            "layers": [body.thickness.size for body in self.bodies],
+            "shape": list(contact.pressure.shape),
+            "pixel": list(contact.surface.pixel),
+            "increments": len(self.increments),
+            "iterations": self.iterations,
+            "seconds": self.seconds,
+            "version": self.version,
+        }
+
+    def save(self, path: str | Path) -> None:
+        """Write the result in the format that the suffix of the file names.
+
+        Parameters
+        ----------
+        path : str or path
+            File to write; it appears only once it is complete. ``.nc``: everything, see
+            `roughcontact.contact.archive.load_elastoplastic`. ``.vtr``: strain and stress of
+            the volume, ``.vti``: the maps of the surface, both for ParaView. ``.csv``: the
+            pressure. ``.json``: the summary.
+
+        Raises
+        ------
+        InputError
+            If the suffix is none of these.
+        OSError
+            If the file cannot be written; an old file survives.
+        """
+        from roughcontact.formats import export
+
+        export.save(self, path)
+
+    def profile(self, point: tuple[int, int] | None = None, body: int = 0) -> DepthProfile:
+        """Return plastic strain and stress over the depth; see `depth.profile`."""
+        from roughcontact.volume import depth
+
+        return depth.profile(self, point, body)
+
+    def section(self, along: str = "x", index: int | None = None, body: int = 0) -> DepthSection:
+        """Return them on a vertical plane; see `roughcontact.volume.depth.section`."""
+        from roughcontact.volume import depth
+
+        return depth.section(self, along, index, body)
+
+    def layers(self, body: int = 0) -> LayerProfile:
+        """Return what each layer holds at most; see `roughcontact.volume.depth.layers`."""
+        from roughcontact.volume import depth
+
+        return depth.layers(self, body)
+
+    def report(self, path: str | Path, command: str = "", sections: Sequence[Section] = ()) -> None:
+        """Write a report that needs no other file; see `roughcontact.report.volume.save`.
+
+        Parameters
+        ----------
+        path : str or path
+            HTML file to write; it appears only once it is complete.
+        command : str
+            What was typed to get this result.
+        sections : sequence of `roughcontact.report.chapters.Section`
+            Further chapters.
+        """
+        from roughcontact.report import volume as volume_report
+
+        volume_report.save(self, path, command=command, sections=sections)
+
+
+def _rim(values: Array, width: int) -> bool:
+    """Return whether anything but zero lies in the outer rows and columns."""
+    lines = (values[..., :width, :], values[..., -width:, :])
+    columns = (values[..., :width], values[..., -width:])
+    return any(bool(part.any()) for part in (*lines, *columns))
