@@ -8,6 +8,7 @@ import math
 import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich import box
@@ -18,8 +19,6 @@ from rich.text import Text
 from roughcontact.request import job
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from roughcontact.contact.load_curve import LoadCurve
     from roughcontact.contact.load_history import LoadHistory
     from roughcontact.contact.resolution_study import ResolutionStudy
@@ -235,6 +234,8 @@ def show_reports(reports: Sequence[Report]) -> None:
         )
     heads = ("contact", "state", "load", "max pressure", "contact", "saturated", "certificate")
     _print_table(rows, heads=heads)
+    paths = (Path(path) for report in reports for path in report.told.get("written", ()))
+    _print_written(dict.fromkeys(path.parent for path in paths), "written to:")
 
 
 def show_catalogue(entries: Sequence[Entry]) -> None:
@@ -295,9 +296,14 @@ def _print_study(study: ResolutionStudy) -> None:
     print()
 
 
-def _print_written(written: Sequence[Path]) -> None:
-    if written:
-        _print_table([("written" if path is written[0] else "", str(path)) for path in written])
+def _print_written(written: Iterable[Path], words: str = "written:") -> None:
+    # Each on a line of its own and never wrapped, so that it can be found and copied.
+    paths = list(written)
+    if paths:
+        print(words)
+        for path in paths:
+            print(_printable(str(path)))
+        print()
 
 
 def show_info(surface: Surface, found: dict[str, Any], channels: Sequence[Channel]) -> None:
@@ -348,7 +354,7 @@ def show_demo(
         for note in result.warnings:
             notes.setdefault(note, []).append(label)
     _print_warnings(f"{' and '.join(names)}: {note}" for note, names in notes.items())
-    _print(Text(f"Written to {_printable(str(folder))}:"))
+    _print_written([folder], "written to:")
     _print_table(files)
     print("The surface is generated, not measured; `roughcontact solve FILE` takes yours.")
 
