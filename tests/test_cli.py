@@ -20,7 +20,7 @@ from roughcontact.contact import archive
 from roughcontact.contact import solve as contact
 from roughcontact.material import catalogue, hardening
 from roughcontact.plots import maps
-from roughcontact.request import job
+from roughcontact.request import outputs
 from roughcontact.solvers.bounded import Step
 from roughcontact.theory import hertz
 from roughcontact.volume import loop
@@ -1285,7 +1285,7 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
     text = html.unescape(report.read_text(encoding="utf-8"))
     assert "Plastic strain and stress" in text
     assert "--model volume --increments 2" in text
-    assert files(figures) == {f"{name}.png" for name in job.FIGURES["volume"]}
+    assert files(figures) == {f"{name}.png" for name in outputs.FIGURES["volume"]}
     out, err = capsys.readouterr()
     assert err == ""
     assert "section-x.png" in out

@@ -12,7 +12,7 @@ import pytest
 import roughcontact as rc
 from roughcontact.cli import app
 from roughcontact.contact.archive import load_elastoplastic
-from roughcontact.fleet import project
+from roughcontact.fleet import engines, plan, project
 
 Capture = pytest.CaptureFixture[str]
 
@@ -116,7 +116,7 @@ def test_contacts_of_the_volume_model_are_kept_apart(tmp_path: Path, capsys: Cap
 def test_a_project_names_contacts_materials_and_files(folder: Path) -> None:
     entries = project.load(folder / "project.toml")
     assert [entry.name for entry in entries] == ["one 0.1 N", "one 1 N", "two"]
-    one, other, two = (entry.job for entry in entries)
+    one, other, two = (entry.request for entry in entries)
     assert (one.load, other.load, two.load) == (0.1, 1.0, 0.5)
     assert one.bodies() == (rc.Material(210e9, 0.3, 1e9), rc.RIGID)
     assert two.ceiling is None
@@ -175,13 +175,13 @@ def test_a_process_that_dies_is_a_failure(folder: Path) -> None:
     before = os.environ.get("PYTHONPATH")
     os.environ["PYTHONPATH"] = str(folder)
     try:
-        reports = project.run(entries, lambda report: None)
+        reports = engines.run(entries, lambda report: None)
     finally:
         if before is None:
             del os.environ["PYTHONPATH"]
         else:
             os.environ["PYTHONPATH"] = before
-    assert [report.state for report in reports] == [project.FAILED]
+    assert [report.state for report in reports] == [plan.FAILED]
     assert "status 9" in reports[0].reason
 
 
@@ -217,8 +217,8 @@ def test_an_interrupted_project_goes_on(folder: Path, number: int) -> None:
     done = {p: p.stat().st_mtime_ns for p in results.glob("*.json")}
     assert 2 <= len(done) < 41
     entries = project.load(path)[:12]
-    reports = project.run(entries, lambda report: None)
-    assert all(report.state != project.FAILED for report in reports)
+    reports = engines.run(entries, lambda report: None)
+    assert all(report.state != plan.FAILED for report in reports)
     assert all(p.stat().st_mtime_ns == stamp for p, stamp in done.items())
 
 

@@ -20,8 +20,9 @@ from roughcontact.cli import console
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.files import to_json
 from roughcontact.formats import export
-from roughcontact.request import job
-from roughcontact.request.job import BODIES, MAP, OPTIONS, OUTPUT, SOLVER, Job
+from roughcontact.request import options, outputs, parsing, run, sections
+from roughcontact.request.options import BODIES, MAP, OPTIONS, OUTPUT, SOLVER
+from roughcontact.request.request import Request, from_text
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
@@ -43,7 +44,7 @@ def _reporting(command: Command) -> Command:
             command(*args, **kwargs)
             sys.stdout.flush()
         except RoughcontactError as error:
-            console.complain(f"error: {job.in_options(str(error))}")
+            console.complain(f"error: {options.in_options(str(error))}")
             raise typer.Exit(BAD_INPUT) from None
         except MemoryError:
             console.complain(
@@ -61,7 +62,7 @@ def _reporting(command: Command) -> Command:
             raise typer.Exit(BAD_INPUT) from None
         except KeyboardInterrupt:
             # Versions of Typer differ in what they make of it; `main` says what happened.
-            raise job.UnfinishedError(()) from None
+            raise outputs.UnfinishedError(()) from None
 
     return reported  # type: ignore[return-value]
 
@@ -89,7 +90,7 @@ def main(argv: list[str] | None = None) -> int:
         status = _app(arguments or ["--help"], prog_name="roughcontact", standalone_mode=False)
     except SystemExit as stop:
         status = stop.code
-    except job.UnfinishedError as stop:
+    except outputs.UnfinishedError as stop:
         status, written = INTERRUPTED, stop.written
     except (KeyboardInterrupt, typer.Abort):
         status = INTERRUPTED
@@ -179,7 +180,7 @@ def _describing(*without: str) -> Callable[[Command], Command]:
         def described(file: Path | None, **words: Any) -> None:
             given = {key: words.pop(key.replace("-", "_")) for key in keys}
             given = {key: value for key, value in given.items() if value}
-            command(job.from_text(file, given, sweeps="load" in without), **words)
+            command(from_text(file, given, sweeps="load" in without), **words)
 
         hints = typing.get_type_hints(command, include_extras=True)
         own = list(inspect.signature(command).parameters.values())[1:]
@@ -218,9 +219,9 @@ roughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3 \\
 )
 @_reporting
 @_describing()
-def _solve(asked: Job, as_json: _Json = False, quiet: _Quiet = False) -> None:
+def _solve(asked: Request, as_json: _Json = False, quiet: _Quiet = False) -> None:
     with console.progress(quiet) as say:
-        outcome = job.run(asked, say, lambda step: say(console.described(step)))
+        outcome = run.run(asked, say, lambda step: say(console.described(step)))
     result, volume = outcome.result, outcome.volume
     if as_json:
         told = {**export.record(volume or result), "resolution_notes": list(outcome.notes)}
@@ -243,7 +244,7 @@ def _solve(asked: Job, as_json: _Json = False, quiet: _Quiet = False) -> None:
             else ""
         )
         console.complain(
-            f"error: not converged: {reached}{job.in_options(outcome.status)}"
+            f"error: not converged: {reached}{options.in_options(outcome.status)}"
             + ("; no file was written" if wanted else "")
             + (f"; the loads before it are kept in {asked.folder}" if asked.folder else "")
         )
@@ -266,7 +267,7 @@ roughcontact sweep ground.opd --from "10 mN" --to "10 N" --steps 13 --young "210
 @_reporting
 @_describing("load", "approach", "load-point", *_VOLUME, "study", "output", "figures")
 def _sweep(
-    asked: Job,
+    asked: Request,
     first: Annotated[
         str | None,
         _option("--from", "LOAD|APPROACH", 'First load "10 mN" or approach "0.1 um".', BODIES),
@@ -300,8 +301,8 @@ def _sweep(
     if first is None or last is None:
         missing = "--from" if first is None else "--to"
         raise InputError(f"{missing} is needed: a load such as '1 N' or an approach such as '1 um'")
-    control, low = job.load_or_approach(first, "--from")
-    other, high = job.load_or_approach(last, "--to")
+    control, low = parsing.load_or_approach(first, "--from")
+    other, high = parsing.load_or_approach(last, "--to")
     if control != other:
         raise InputError(
             f"--from and --to must both be loads or both approaches, got {first!r} and {last!r}"
@@ -310,7 +311,7 @@ def _sweep(
     values = load_curve.spaced(low, high, number, spacing)
     for path, option in ((output, "--output"), (figure, "--figure"), (asked.report, "--report")):
         if path is not None:
-            job.check_place(path, option)
+            outputs.check_place(path, option)
     if output is not None and output.suffix.lower() not in (".csv", ".json"):
         raise InputError(f"--output must end in .csv or .json, got '{output}'")
     with console.progress(quiet) as say:
@@ -324,12 +325,12 @@ def _sweep(
             folder=folder,
             progress=lambda n, step: say(f"{n} of {number}: {console.described(step)}"),
         )
-        tasks: list[job.Task] = [] if output is None else [(output, curve.save)]
+        tasks: list[outputs.Task] = [] if output is None else [(output, curve.save)]
         if figure is not None:
-            tasks.append((figure, job.saver(lambda: curves.load_curve(curve))))
+            tasks.append((figure, outputs.saver(lambda: curves.load_curve(curve))))
         if asked.report is not None:
-            tasks.append((asked.report, job.curve_report(asked, maps, curve)))
-        written = job.write(tasks, say)
+            tasks.append((asked.report, run.curve_report(asked, maps, curve)))
+        written = outputs.write(tasks, say)
     if as_json:
         print(to_json({**curve.summary(), "written": [str(path) for path in written]}))
     elif not quiet:
@@ -349,7 +350,7 @@ roughcontact stress ground.opd --load "1 N" --material 100Cr6 --holes fill \\
 @_reporting
 @_describing(*_VOLUME, "study", "output", "figures")
 def _stress(
-    asked: Job,
+    asked: Request,
     depths: Annotated[
         str | None,
         _option(
@@ -401,13 +402,13 @@ def _stress(
     angle = OPTIONS["angle"].parse(direction, "--direction")
     if which not in ("first", "second"):
         raise InputError(f"--which must be first or second, got {which!r}")
-    pictures = job.figure_files(figures, ("stress-depth", "stress-section", "stress-map"))
+    pictures = outputs.figure_files(figures, ("stress-depth", "stress-section", "stress-map"))
     for path in pictures.values():
-        job.check_place(path, "--figures")
+        outputs.check_place(path, "--figures")
     if output is not None:
         if output.suffix.lower() != ".nc":
             raise InputError(f"--output must end in .nc, got '{output}'")
-        job.check_place(output, "--output")
+        outputs.check_place(output, "--output")
     draw: dict[str, Callable[[Any], Any]] = {
         "stress-depth": stress_plots.stress_depth,
         "stress-section": stress_plots.stress_section,
@@ -415,11 +416,11 @@ def _stress(
     }
     report, asked = asked.report, dataclasses.replace(asked, report=None)
     if report is not None:
-        job.check_place(report, "--report")
+        outputs.check_place(report, "--report")
     with console.progress(quiet) as say:
-        outcome = job.run(asked, say, lambda step: say(console.described(step)))
+        outcome = run.run(asked, say, lambda step: say(console.described(step)))
         if not outcome.result.converged:
-            console.complain(f"error: not converged: {job.in_options(outcome.result.status)}")
+            console.complain(f"error: not converged: {options.in_options(outcome.result.status)}")
             raise typer.Exit(NOT_CONVERGED)
         say("stress below the surface")
         found = subsurface.subsurface_stress(
@@ -428,17 +429,17 @@ def _stress(
         first = None
         if onset:
             say("searching the load of first yield")
-            first = job.first_yield(found)
-        tasks: list[job.Task] = [] if output is None else [(output, found.save)]
+            first = run.first_yield(found)
+        tasks: list[outputs.Task] = [] if output is None else [(output, found.save)]
         tasks += [
-            (path, job.saver(functools.partial(draw[name], found)))
+            (path, outputs.saver(functools.partial(draw[name], found)))
             for name, path in pictures.items()
         ]
         if report is not None:
-            sections = [*job.sections(None, outcome.notes), job.stress_section(found)]
+            chapters = [*sections.sections(None, outcome.notes), sections.stress_section(found)]
             command = asked.command("stress")
-            tasks.append((report, lambda path: found.contact.report(path, command, sections)))
-        written = job.write(tasks, say)
+            tasks.append((report, lambda path: found.contact.report(path, command, chapters)))
+        written = outputs.write(tasks, say)
     if as_json:
         told = {**export.record(found.contact), "stress": found.summary()}
         if first is not None:
@@ -464,7 +465,7 @@ roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 --holes
 @_reporting
 @_describing("load", "approach", "load-point", *_VOLUME, "precision", "study", "output", "figures")
 def _history(
-    asked: Job,
+    asked: Request,
     path: Annotated[
         str | None,
         _option("--path", "LOADS", 'Loads or approaches in their order: "1 N, 0 N, 1 N".', BODIES),
@@ -500,7 +501,7 @@ def _history(
 
     if path is None:
         raise InputError("--path is needed: loads in their order, such as '1 N, 0 N, 1 N'")
-    points = [job.stage(word, "--path") for word in path.split(",")]
+    points = [parsing.stage(word, "--path") for word in path.split(",")]
     count = OPTIONS["max-iterations"].parse(passes, "--passes")
     if count < 1:
         raise InputError(f"--passes must be at least 1, got {count}")
@@ -515,7 +516,7 @@ def _history(
         (asked.report, "--report"),
     ):  # fmt: skip
         if place is not None:
-            job.check_place(place, option)
+            outputs.check_place(place, option)
     if output is not None and output.suffix.lower() not in (".csv", ".json"):
         raise InputError(f"--output must end in .csv or .json, got '{output}'")
     if residual is not None and residual.suffix.lower() not in export.SURFACE_SUFFIXES:
@@ -534,19 +535,19 @@ def _history(
             max_iterations=asked.max_iterations,
             progress=lambda n, step: say(f"{n} of {len(stages)}: {console.described(step)}"),
         )
-        tasks: list[job.Task] = [] if output is None else [(output, found.save)]
+        tasks: list[outputs.Task] = [] if output is None else [(output, found.save)]
         if residual is not None:
             tasks.append((residual, found.residual.save))
         if figure is not None:
-            tasks.append((figure, job.saver(lambda: curves.hysteresis(found))))
+            tasks.append((figure, outputs.saver(lambda: curves.hysteresis(found))))
         if asked.report is not None:
-            sections = [
-                *job.sections(None, asked.resolution_notes(maps)),
-                job.history_section(found),
+            chapters = [
+                *sections.sections(None, asked.resolution_notes(maps)),
+                sections.history_section(found),
             ]
             command = asked.command("history")
-            tasks.append((asked.report, lambda place: found.last.report(place, command, sections)))
-        written = job.write(tasks, say)
+            tasks.append((asked.report, lambda place: found.last.report(place, command, chapters)))
+        written = outputs.write(tasks, say)
     if as_json:
         print(to_json({**found.summary(), "written": [str(place) for place in written]}))
     elif not quiet:
@@ -568,28 +569,28 @@ def _run(
     One that fails does not stop the others. The same command goes on where it was interrupted:
     what was solved before from the same options and files is kept.
     """
-    from roughcontact.fleet import project
+    from roughcontact.fleet import engines, plan, project
 
     entries = project.load(file)
     names: list[str] = []
 
-    def told(report: project.Report) -> None:
+    def told(report: plan.Report) -> None:
         names.append(report.name)
         say(f"{len(names)} of {len(entries)} done, {report.name} {report.state}")
 
     try:
         with console.progress(quiet) as say:
             say(f"working through {len(entries)} contacts")
-            reports = project.run(entries, told)
+            reports = engines.run(entries, told)
     except KeyboardInterrupt:
-        raise job.UnfinishedError(project.finished(entries)) from None
+        raise outputs.UnfinishedError(plan.finished(entries)) from None
     if as_json:
         print(to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
     elif not quiet:
         console.show_reports(reports)
-    failed = [report for report in reports if report.state == project.FAILED]
+    failed = [report for report in reports if report.state == plan.FAILED]
     for report in failed:
-        console.complain(f"error: {report.name}: {job.in_options(report.reason)}")
+        console.complain(f"error: {report.name}: {options.in_options(report.reason)}")
     if failed:
         raise typer.Exit(NOT_CONVERGED)
 
@@ -686,17 +687,17 @@ def _demo(
             )
         folder.mkdir(exist_ok=True)
         described = _demo_files(folder, results, labels)
-        job.write([(path, write) for path, write, _ in described], say)
+        outputs.write([(path, write) for path, write, _ in described], say)
     console.show_demo(results, labels, folder, [(path.name, text) for path, _, text in described])
 
 
 def _check_folder(folder: Path) -> None:
     if folder.is_dir():
-        job.check_place(folder / "elastic.nc", "--folder")
+        outputs.check_place(folder / "elastic.nc", "--folder")
     elif folder.exists():
         raise InputError(f"--folder '{folder}' is a file; give the name of a folder")
     else:
-        job.check_place(folder, "--folder")
+        outputs.check_place(folder, "--folder")
 
 
 def _demo_files(
@@ -711,22 +712,22 @@ def _demo_files(
         (folder / "ceiling.nc", limited.save, "solution with the ceiling"),
         (
             folder / "surface.png",
-            job.saver(lambda: maps.surface(limited.surface)),
+            outputs.saver(lambda: maps.surface(limited.surface)),
             "the generated heights",
         ),
         (
             folder / "comparison.png",
-            job.saver(lambda: maps.comparison(pair, names)),
+            outputs.saver(lambda: maps.comparison(pair, names)),
             "both pressure maps, same colours",
         ),
         (
             folder / "histogram.png",
-            job.saver(lambda: profiles.pressure_histogram(pair, names)),
+            outputs.saver(lambda: profiles.pressure_histogram(pair, names)),
             "how often each pressure occurs",
         ),
         (
             folder / "overview.png",
-            job.saver(lambda: maps.overview(limited)),
+            outputs.saver(lambda: maps.overview(limited)),
             "with the ceiling: heights, pressure, contact, histogram",
         ),
     ]

@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from roughcontact.request import job
+from roughcontact.request import options
 
 if TYPE_CHECKING:
     from roughcontact.contact.load_curve import LoadCurve
@@ -24,11 +24,12 @@ if TYPE_CHECKING:
     from roughcontact.contact.resolution_study import ResolutionStudy
     from roughcontact.contact.result import ContactResult
     from roughcontact.contact.subsurface import StressResult
-    from roughcontact.fleet.project import Report
+    from roughcontact.fleet.plan import Report
     from roughcontact.formats.read import Channel
     from roughcontact.material.catalogue import Entry
     from roughcontact.material.material import Material
-    from roughcontact.request.job import Outcome, Say
+    from roughcontact.request.outputs import Say
+    from roughcontact.request.run import Outcome
     from roughcontact.solvers.bounded import Step
     from roughcontact.surface.surface import Surface
     from roughcontact.volume.result import ElastoplasticResult
@@ -134,7 +135,7 @@ def show_volume(volume: ElastoplasticResult, notes: Sequence[str], written: Sequ
         ("residual displacement", f"{_length(float(volume.residual_displacement.max()))} at most"),
         ("regime", volume.regime),
     ]
-    status = f"NOT CONVERGED: {job.in_options(volume.status)}"
+    status = f"NOT CONVERGED: {options.in_options(volume.status)}"
     trust: list[Row] = [
         ("status", "converged" if volume.converged else status),
         ("residual", f"{volume.residual:.1e} (tolerance {volume.tolerance:.0e})"),
@@ -432,7 +433,9 @@ def _tilt_in_words(result: ContactResult) -> str:
 
 
 def _trust_rows(result: ContactResult) -> list[Row]:
-    status = "converged" if result.converged else f"NOT CONVERGED: {job.in_options(result.status)}"
+    status = (
+        "converged" if result.converged else f"NOT CONVERGED: {options.in_options(result.status)}"
+    )
     return [
         ("status", status),
         ("certificate", f"{result.certificate:.1e} (tolerance {result.tolerance:.0e})"),
@@ -519,7 +522,7 @@ def _print_table(*blocks: Sequence[Row], heads: Row = ()) -> None:
 
 
 def _print_warnings(notes: Iterable[str], kind: str = "warning") -> None:
-    lines = [f"{kind}: {_printable(job.in_options(note))}" for note in notes]
+    lines = [f"{kind}: {_printable(options.in_options(note))}" for note in notes]
     for line in lines:
         _print(Text(line))
     if lines:

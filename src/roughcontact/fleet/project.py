@@ -1,78 +1,25 @@
-"""Project files: many contacts in one TOML file, worked through on all cores."""
+"""Project files: many contacts in one TOML file."""
 
 from __future__ import annotations
 
-import hashlib
-import json
-import multiprocessing
 import os
 import re
-import signal
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from roughcontact._version import __version__
-from roughcontact.errors import FormatError, InputError, RoughcontactError
-from roughcontact.files import replacing, to_json
-from roughcontact.formats import export
-from roughcontact.halfspace.fft import default_workers
-from roughcontact.request import job
-from roughcontact.request.job import Job
+from roughcontact.errors import FormatError, InputError
+from roughcontact.fleet.plan import Entry
+from roughcontact.request.options import OPTIONS
+from roughcontact.request.request import from_text
 
 WRITABLE = ("nc", "html", "png", "svg", "pdf", "vti", "vtr", "csv")
 """What a contact may write besides its ``.json``, by suffix."""
 
-SOLVED, KEPT, FAILED = "solved", "solved before", "failed"
-
 _OWN_KEYS = ("name", "file")
 _PLACED = ("output", "figures", "report")
 _MATERIAL_KEYS = ("young", "poisson", "yield-strength")
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One contact of a project.
-
-    Parameters
-    ----------
-    name : str
-        Its name, and that of its files.
-    job : Job
-        What to do.
-    summary : Path
-        The JSON file that is written last; with it the contact is complete.
-    """
-
-    name: str
-    job: Job
-    summary: Path
-
-
-@dataclass(frozen=True)
-class Report:
-    """How one contact of a project ended.
-
-    Parameters
-    ----------
-    name : str
-        Of the contact.
-    state : {"solved", "solved before", "failed"}
-        How it ended.
-    told : dict
-        What its JSON file says; empty if it failed.
-    reason : str
-        Why it failed, in a sentence.
-    """
-
-    name: str
-    state: str
-    told: Mapping[str, Any]
-    reason: str = ""
 
 
 def load(path: str | os.PathLike[str]) -> list[Entry]:
@@ -109,140 +56,6 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
         raise FormatError(f"{path.name} is no TOML file: {error}") from None
     return list(_entries(path, read, _lines(text)))
 
-
-def run(
-    entries: list[Entry], told: Callable[[Report], None], processes: int | None = None
-) -> list[Report]:
-    """Work through the contacts of a project, several at a time.
-
-    Parameters
-    ----------
-    entries : list of Entry
-        From `load`.
-    told : callable
-        Called with each `Report` as it comes.
-    processes : int, optional
-        How many at a time; by default one for each core. Cores that are left over are shared.
-
-    Returns
-    -------
-    list of Report
-        In the order of the entries. A contact that fails, even by a crash, does not stop the
-        others; one that was solved before from the same options and files is kept.
-    """
-    cores = default_workers()
-    at_once = max(1, min(processes or cores, len(entries)))
-    for folder in {entry.summary.parent for entry in entries}:
-        folder.mkdir(parents=True, exist_ok=True)
-    children: set[Any] = set()
-    reports: dict[int, Report] = {}
-    pool = ThreadPoolExecutor(at_once)
-    try:
-        futures = {
-            pool.submit(_finish, entry, max(1, cores // at_once), children): number
-            for number, entry in enumerate(entries)
-        }
-        for future in as_completed(futures):
-            report = future.result()
-            reports[futures[future]] = report
-            told(report)
-    finally:
-        # After Ctrl-C nothing new is begun, and what is under way ends.
-        pool.shutdown(wait=False, cancel_futures=True)
-        for child in list(children):
-            child.terminate()
-    return [reports[number] for number in range(len(entries))]
-
-
-def finished(entries: list[Entry]) -> list[Path]:
-    """Return the JSON files of the contacts that are complete."""
-    return [entry.summary for entry in entries if _complete(entry, _digest(entry)) is not None]
-
-
-def _finish(entry: Entry, threads: int, children: set[Any]) -> Report:
-    digest = _digest(entry)
-    before = _complete(entry, digest)
-    if before is not None:
-        return Report(entry.name, KEPT, before)
-    context = multiprocessing.get_context("spawn")
-    receiver, sender = context.Pipe(duplex=False)
-    child = context.Process(target=_work, args=(entry, digest, threads, sender), daemon=True)
-    child.start()
-    children.add(child)
-    sender.close()
-    try:
-        state, told, reason = receiver.recv()
-    except EOFError:
-        child.join()
-        state, told = FAILED, {}
-        reason = f"its process ended with status {child.exitcode}; is there enough memory?"
-    child.join()
-    children.discard(child)
-    return Report(entry.name, state, told, reason)
-
-
-def _work(entry: Entry, digest: str, threads: int, sender: Connection) -> None:
-    """Do one contact in a process of its own."""
-    # Ctrl-C reaches every process of the terminal; the first one ends the others.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if hasattr(os, "sched_setaffinity"):
-        # The transforms take a thread for each core that the process may use.
-        cores = sorted(os.sched_getaffinity(0))
-        first = os.getpid() * threads % len(cores)
-        os.sched_setaffinity(0, {cores[(first + k) % len(cores)] for k in range(threads)})
-    try:
-        sender.send(_done(entry, digest))
-    except RoughcontactError as error:
-        sender.send((FAILED, {}, job.in_options(str(error))))
-    except (OSError, MemoryError) as error:
-        sender.send((FAILED, {}, f"{type(error).__name__}: {error}"))
-
-
-def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
-    outcome = job.run(entry.job, lambda text: None)
-    result = outcome.result
-    if outcome.failure is not None:
-        raise outcome.failure
-    if outcome.status != "converged":
-        reached = "" if outcome.volume else f"certificate {result.certificate:.1e}; "
-        return FAILED, {}, f"not converged: {reached}{outcome.status}"
-    told = export.record(outcome.volume or result)
-    told["resolution_notes"] = list(outcome.notes)
-    if outcome.study is not None:
-        told["study"] = outcome.study.summary()
-    told |= {"written": [str(path) for path in outcome.written], "run": digest}
-    text = to_json(told)
-    with replacing(entry.summary) as temporary:
-        temporary.write_text(text + "\n", encoding="utf-8")
-    return SOLVED, json.loads(text), ""
-
-
-def _complete(entry: Entry, digest: str) -> dict[str, Any] | None:
-    """Return what an earlier run told, if it was the same and all of its files are there."""
-    try:
-        told = json.loads(entry.summary.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    same = isinstance(told, dict) and told.get("run") == digest
-    if not same or not all(Path(path).exists() for path in told.get("written", ())):
-        return None
-    return dict(told)
-
-
-def _digest(entry: Entry) -> str:
-    """Return a number for all that a contact depends on."""
-    digest = hashlib.sha256(__version__.encode())
-    digest.update(json.dumps(dict(entry.job.given), sort_keys=True).encode())
-    for path in entry.job.inputs:
-        try:
-            digest.update(path.read_bytes())
-        # Reading it will say what is wrong.
-        except OSError:
-            digest.update(b"absent")
-    return digest.hexdigest()
-
-
-# The file
 
 Lines = dict[tuple[str, ...], int]
 
@@ -316,8 +129,8 @@ def _entries(path: Path, read: dict[str, Any], lines: Lines) -> Iterator[Entry]:
         where |= {key: (*table, key) for key in contact}
         values = {**defaults, **contact}
         for key in values:
-            if key in _PLACED or (key not in job.OPTIONS and key not in _OWN_KEYS):
-                known = ", ".join(k for k in (*_OWN_KEYS, *job.OPTIONS) if k not in _PLACED)
+            if key in _PLACED or (key not in OPTIONS and key not in _OWN_KEYS):
+                known = ", ".join(k for k in (*_OWN_KEYS, *OPTIONS) if k not in _PLACED)
                 raise InputError(f"{place(*where[key])}: unknown key {key}; known are {known}")
         for key in _OWN_KEYS:
             if not isinstance(contact.get(key), str) or not contact[key].strip():
@@ -339,7 +152,7 @@ def _entries(path: Path, read: dict[str, Any], lines: Lines) -> Iterator[Entry]:
                 # One may be given to all contacts.
                 described["folder"] = str(path.parent / str(described["folder"]) / stem)
             try:
-                made = job.from_text(
+                made = from_text(
                     path.parent / contact["file"], described, _namer(place, where, table)
                 )
             except InputError as error:
@@ -389,7 +202,7 @@ def _described(
 
 
 def _word(value: Any, key: str, at: str) -> str | bool:
-    flag = key in job.OPTIONS and not job.OPTIONS[key].metavar
+    flag = key in OPTIONS and not OPTIONS[key].metavar
     if isinstance(value, bool) and flag:
         return value
     if flag or isinstance(value, bool) or not isinstance(value, (str, int, float)):

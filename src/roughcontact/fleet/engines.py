@@ -1,0 +1,123 @@
+"""Work through the contacts of a project: local processes."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from multiprocessing.connection import Connection
+from typing import Any
+
+from roughcontact.errors import RoughcontactError
+from roughcontact.files import replacing, to_json
+from roughcontact.fleet import plan
+from roughcontact.fleet.plan import FAILED, KEPT, SOLVED, Entry, Report
+from roughcontact.formats import export
+from roughcontact.halfspace.fft import default_workers
+from roughcontact.request import run as running
+from roughcontact.request.options import in_options
+
+
+def run(
+    entries: list[Entry], told: Callable[[Report], None], processes: int | None = None
+) -> list[Report]:
+    """Work through the contacts of a project, several at a time.
+
+    Parameters
+    ----------
+    entries : list of Entry
+        From `load`.
+    told : callable
+        Called with each `Report` as it comes.
+    processes : int, optional
+        How many at a time; by default one for each core. Cores that are left over are shared.
+
+    Returns
+    -------
+    list of Report
+        In the order of the entries. A contact that fails, even by a crash, does not stop the
+        others; one that was solved before from the same options and files is kept.
+    """
+    cores = default_workers()
+    at_once = max(1, min(processes or cores, len(entries)))
+    for folder in {entry.summary.parent for entry in entries}:
+        folder.mkdir(parents=True, exist_ok=True)
+    children: set[Any] = set()
+    reports: dict[int, Report] = {}
+    pool = ThreadPoolExecutor(at_once)
+    try:
+        futures = {
+            pool.submit(_finish, entry, max(1, cores // at_once), children): number
+            for number, entry in enumerate(entries)
+        }
+        for future in as_completed(futures):
+            report = future.result()
+            reports[futures[future]] = report
+            told(report)
+    finally:
+        # After Ctrl-C nothing new is begun, and what is under way ends.
+        pool.shutdown(wait=False, cancel_futures=True)
+        for child in list(children):
+            child.terminate()
+    return [reports[number] for number in range(len(entries))]
+
+
+def _finish(entry: Entry, threads: int, children: set[Any]) -> Report:
+    digest = plan.digest_of(entry)
+    before = plan.complete(entry, digest)
+    if before is not None:
+        return Report(entry.name, KEPT, before)
+    context = multiprocessing.get_context("spawn")
+    receiver, sender = context.Pipe(duplex=False)
+    child = context.Process(target=_work, args=(entry, digest, threads, sender), daemon=True)
+    child.start()
+    children.add(child)
+    sender.close()
+    try:
+        state, told, reason = receiver.recv()
+    except EOFError:
+        child.join()
+        state, told = FAILED, {}
+        reason = f"its process ended with status {child.exitcode}; is there enough memory?"
+    child.join()
+    children.discard(child)
+    return Report(entry.name, state, told, reason)
+
+
+def _work(entry: Entry, digest: str, threads: int, sender: Connection) -> None:
+    """Do one contact in a process of its own."""
+    # Ctrl-C reaches every process of the terminal; the first one ends the others.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "sched_setaffinity"):
+        # The transforms take a thread for each core that the process may use.
+        cores = sorted(os.sched_getaffinity(0))
+        first = os.getpid() * threads % len(cores)
+        os.sched_setaffinity(0, {cores[(first + k) % len(cores)] for k in range(threads)})
+    try:
+        sender.send(_done(entry, digest))
+    except RoughcontactError as error:
+        sender.send((FAILED, {}, in_options(str(error))))
+    except (OSError, MemoryError) as error:
+        sender.send((FAILED, {}, f"{type(error).__name__}: {error}"))
+
+
+def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
+    outcome = running.run(entry.request, lambda text: None)
+    result = outcome.result
+    if outcome.failure is not None:
+        raise outcome.failure
+    if outcome.status != "converged":
+        reached = "" if outcome.volume else f"certificate {result.certificate:.1e}; "
+        return FAILED, {}, f"not converged: {reached}{outcome.status}"
+    told = export.record(outcome.volume or result)
+    told["resolution_notes"] = list(outcome.notes)
+    if outcome.study is not None:
+        told["study"] = outcome.study.summary()
+    told |= {"written": [str(path) for path in outcome.written], "run": digest}
+    text = to_json(told)
+    with replacing(entry.summary) as temporary:
+        temporary.write_text(text + "\n", encoding="utf-8")
+    return SOLVED, json.loads(text), ""

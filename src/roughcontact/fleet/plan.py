@@ -1,0 +1,86 @@
+"""The contacts of a project, what each depends on, and which of them are complete."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from roughcontact._version import __version__
+from roughcontact.request.request import Request
+
+SOLVED, KEPT, FAILED = "solved", "solved before", "failed"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One contact of a project.
+
+    Parameters
+    ----------
+    name : str
+        Its name, and that of its files.
+    request : Request
+        What to do.
+    summary : Path
+        The JSON file that is written last; with it the contact is complete.
+    """
+
+    name: str
+    request: Request
+    summary: Path
+
+
+@dataclass(frozen=True)
+class Report:
+    """How one contact of a project ended.
+
+    Parameters
+    ----------
+    name : str
+        Of the contact.
+    state : {"solved", "solved before", "failed"}
+        How it ended.
+    told : dict
+        What its JSON file says; empty if it failed.
+    reason : str
+        Why it failed, in a sentence.
+    """
+
+    name: str
+    state: str
+    told: Mapping[str, Any]
+    reason: str = ""
+
+
+def finished(entries: list[Entry]) -> list[Path]:
+    """Return the JSON files of the contacts that are complete."""
+    return [entry.summary for entry in entries if complete(entry, digest_of(entry)) is not None]
+
+
+def complete(entry: Entry, digest: str) -> dict[str, Any] | None:
+    """Return what an earlier run told, if it was the same and all of its files are there."""
+    try:
+        told = json.loads(entry.summary.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    same = isinstance(told, dict) and told.get("run") == digest
+    if not same or not all(Path(path).exists() for path in told.get("written", ())):
+        return None
+    return dict(told)
+
+
+def digest_of(entry: Entry) -> str:
+    """Return a number for all that a contact depends on."""
+    digest = hashlib.sha256(__version__.encode())
+    digest.update(json.dumps(dict(entry.request.given), sort_keys=True).encode())
+    for path in entry.request.inputs:
+        try:
+            digest.update(path.read_bytes())
+        # Reading it will say what is wrong.
+        except OSError:
+            digest.update(b"absent")
+    return digest.hexdigest()
