@@ -24,7 +24,7 @@ import numpy as np
 
 import roughcontact as rc
 from roughcontact.material.hardening import Hardening, Linear, Perfect, Swift
-from roughcontact.surface import roughness, shapes
+from roughcontact.surface import roughness, shapes, synthetic
 from roughcontact.theory import hertz
 from roughcontact.volume import comparison
 
@@ -112,7 +112,7 @@ def rough(
 ) -> tuple[rc.Surface, rc.Material]:
     """Return a self-affine period with this plasticity index, its shortest wave eight pixels."""
     body, pixel = steel(law), (1e-6, 1e-6)
-    heights = shapes.self_affine(
+    heights = synthetic.self_affine(
         (points, points),
         pixel,
         rms_height=1e-7,

@@ -20,7 +20,9 @@ WINGS = (
 )  # fmt: skip
 
 # One-line methods of the public face that pass `self` on to a wing above, inside the function.
-DELEGATIONS: dict[str, set[str]] = {}
+DELEGATIONS: dict[str, set[str]] = {
+    "surface.surface": {"formats.export"},
+}
 
 
 def rooms() -> dict[str, Path]:

@@ -19,7 +19,7 @@ from roughcontact.halfspace import plastic
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.hardening import Linear, Perfect, Swift, Tabulated
 from roughcontact.solvers import anderson
-from roughcontact.surface import shapes
+from roughcontact.surface import synthetic
 from roughcontact.volume import checks, contact_solver, loop, solve
 from roughcontact.volume.memory import memory_estimate
 from roughcontact.volume.problem import Problem
@@ -303,7 +303,7 @@ def test_what_lies_beyond_the_edge_of_a_rough_map_does_not_matter() -> None:
     # In contact up to its edge, alone and framed by points that never touch: the same bodies, on
     # volumes of different size.
     points, frame, pixel = 32, 14, (0.6e-6, 0.6e-6)
-    heights = shapes.self_affine(
+    heights = synthetic.self_affine(
         (points, points), pixel, rms_height=1.0, rolloff_wavelength=points * pixel[0] / 2,
         cutoff_wavelength=6 * pixel[0], rng=np.random.default_rng(4),
     )  # fmt: skip

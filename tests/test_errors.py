@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.surface.shapes import reference_map
+from roughcontact.surface.synthetic import reference_map
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 

@@ -1,3 +1,4 @@
+import time
 from pathlib import Path
 
 import numpy as np
@@ -88,3 +89,20 @@ def test_fill_by_multigrid_agrees_with_the_direct_solution(monkeypatch: pytest.M
     monkeypatch.setattr(filling, "_DIRECT_LIMIT", 0)
     monkeypatch.setattr(filling, "_COARSEST", 500)
     np.testing.assert_allclose(filling.fill(heights, (1.0, 2.5)), direct, atol=1e-7)
+
+
+def test_fill_of_a_measured_map_with_large_holes() -> None:
+    path = MEASUREMENTS / "bullet_land_fixed.x3p"
+    if not path.exists():
+        pytest.skip("shared/measurements is absent")
+    pytest.importorskip("SurfaceTopography.IO", exc_type=ImportError)
+    from roughcontact.formats.read import read_surface
+
+    surface = read_surface(path)
+    start = time.perf_counter()
+    filled = surface.filled()
+    assert time.perf_counter() - start < 2
+    assert surface.missing == 25292
+    assert filled.missing == 0
+    there = ~np.isnan(surface.heights)
+    assert filled.heights[there].tobytes() == surface.heights[there].tobytes()

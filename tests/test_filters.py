@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from roughcontact.errors import InputError
 from roughcontact.surface import filters
-from roughcontact.surface.surface import Provenance, Surface
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
 
 PIXEL = (2e-6, 3e-6)
 

@@ -21,7 +21,7 @@ from roughcontact.contact.solve import solve
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.material.material import RIGID, Material
 from roughcontact.plots import style
-from roughcontact.surface import roughness
+from roughcontact.surface import bearing
 from roughcontact.surface.surface import Surface
 from roughcontact.units import percent
 
@@ -610,10 +610,10 @@ def test_bearing_curve_carries_the_areas_of_the_standard() -> None:
     surface = Surface(heights, (1e-6, 1e-6))
     figure = plots.bearing_curve(surface)
     (axes,) = figure.axes
-    ratio, height = roughness.material_ratio_curve(heights)
+    ratio, height = bearing.material_ratio_curve(heights)
     np.testing.assert_allclose(axes.lines[0].get_xdata(), 100 * ratio)
     np.testing.assert_allclose(np.diff(axes.lines[0].get_ydata()), 1e9 * np.diff(height), atol=1e-9)
-    core = roughness.core_parameters(ratio, height)
+    core = bearing.core_parameters(ratio, height)
     peaks, dales = (patch.get_path().vertices[:3] for patch in axes.patches)
     # The triangles have the areas of the peaks above and the dales below the core.
     upper = np.interp(core["Smr1"], ratio, height)

@@ -18,8 +18,9 @@ from roughcontact import units
 from roughcontact.cli import app
 from roughcontact.errors import InputError
 from roughcontact.formats.read import read_surface
-from roughcontact.surface import filters, preparation
+from roughcontact.surface import cleaning, filters, leveling
 from roughcontact.surface.filling import fill
+from roughcontact.surface.form import remove_form
 from roughcontact.surface.surface import Surface
 
 SEEDS = st.integers(0, 10_000)
@@ -62,10 +63,10 @@ def test_level_finds_nothing_the_second_time(seed: int, holes: float, form: str)
     points = [(0, 0), (3, 17), (14, 4)] if form == "three-point" else None
     for y, x in points or ():
         heights[y, x] = 1.0 + x
-    once = preparation.level(heights, form, points)
+    once = leveling.level(heights, form, points)
     # The weights of the robust fit settle to 1e-6 of its scatter.
     tolerance = 1e-5 if form == "robust" else 1e-13
-    np.testing.assert_allclose(preparation.level(once, form, points), once, atol=tolerance)
+    np.testing.assert_allclose(leveling.level(once, form, points), once, atol=tolerance)
 
 
 @UNHURRIED
@@ -76,8 +77,8 @@ def test_removed_forms_are_not_there_the_second_time(seed: int, holes: float, sh
     square = x**2 + (0 if shape == "cylinder" else y**2)
     heights = np.sqrt(50**2 - square) + 1e-3 * rough(seed, holes=holes)
     degree = 4 if shape == "polynomial" else None
-    once, _ = preparation.remove_form(heights, (1.0, 1.0), shape, degree)
-    answer = outcome(lambda: preparation.remove_form(once, (1.0, 1.0), shape, degree))
+    once, _ = remove_form(heights, (1.0, 1.0), shape, degree)
+    answer = outcome(lambda: remove_form(once, (1.0, 1.0), shape, degree))
     if isinstance(answer, str):
         assert "too flat" in answer or "curved alike" in answer
         return
@@ -93,9 +94,9 @@ def test_level_is_linear(
     first: int, second: int, holes: float, a: float, b: float, form: str
 ) -> None:
     u, v = rough(first, holes=holes), rough(second)
-    both = preparation.level(a * u + b * v + 0 * u, form)
+    both = leveling.level(a * u + b * v + 0 * u, form)
     # The fit to the points that u has.
-    parts = a * preparation.level(u, form) + b * preparation.level(v + 0 * u, form)
+    parts = a * leveling.level(u, form) + b * leveling.level(v + 0 * u, form)
     np.testing.assert_allclose(both, parts, atol=1e-12)
 
 
@@ -104,8 +105,8 @@ def test_level_is_linear(
 def test_level_commutes_with_turns(seed: int, holes: float, turns: int, form: str) -> None:
     heights = rough(seed, holes=holes)
     np.testing.assert_allclose(
-        preparation.level(preparation.rotate(heights, turns), form),
-        preparation.rotate(preparation.level(heights, form), turns),
+        leveling.level(cleaning.rotate(heights, turns), form),
+        cleaning.rotate(leveling.level(heights, form), turns),
         atol=1e-12,
     )
 
@@ -152,9 +153,9 @@ def test_a_part_of_a_part_is_a_part(
 ) -> None:
     heights = rough(seed)
     inner = [data.draw(parts(stop - start)) for start, stop in (rows, columns)]
-    twice = preparation.crop(preparation.crop(heights, rows, columns), inner[0], inner[1])
+    twice = cleaning.crop(cleaning.crop(heights, rows, columns), inner[0], inner[1])
     (r, s), (c, d) = inner
-    once = preparation.crop(heights, (rows[0] + r, rows[0] + s), (columns[0] + c, columns[0] + d))
+    once = cleaning.crop(heights, (rows[0] + r, rows[0] + s), (columns[0] + c, columns[0] + d))
     assert twice.tobytes() == once.tobytes()
 
 
@@ -169,7 +170,7 @@ def test_filling_is_linear_and_final(seed: int, holes: float, scale: float, offs
         fill(scale * heights + offset, PIXEL), scale * filled + offset, rtol=0, atol=1e-11 * size
     )
     np.testing.assert_allclose(
-        fill(preparation.rotate(heights), PIXEL[::-1]), preparation.rotate(filled), atol=1e-11
+        fill(cleaning.rotate(heights), PIXEL[::-1]), cleaning.rotate(filled), atol=1e-11
     )
 
 
@@ -193,9 +194,9 @@ def test_outliers_do_not_depend_on_unit_and_level(
     seed: int, holes: float, scale: float, offset: float
 ) -> None:
     heights = rough(seed, holes=holes)
-    kept = np.isfinite(preparation.remove_outliers(heights, 2.5))
+    kept = np.isfinite(cleaning.remove_outliers(heights, 2.5))
     # Only where a deviation meets the limit to the last bits could rounding decide.
-    again = np.isfinite(preparation.remove_outliers(scale * heights + offset * scale, 2.5))
+    again = np.isfinite(cleaning.remove_outliers(scale * heights + offset * scale, 2.5))
     np.testing.assert_array_equal(kept, again)
 
 

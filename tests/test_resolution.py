@@ -9,15 +9,16 @@ from scipy.ndimage import grey_dilation
 
 from roughcontact import units
 from roughcontact.errors import InputError
-from roughcontact.surface import filters, resolution, roughness, shapes
-from roughcontact.surface.surface import Provenance, Surface
+from roughcontact.surface import blocks, filters, resolution, spectrum, synthetic
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
 
 NM = 1e-9
 PIXEL = (1 * NM, 1 * NM)
 
 
 def rough(seed: int, hurst: float = 0.8, rms: float = 4 * NM, shortest: float = 2.5) -> np.ndarray:
-    return shapes.self_affine(
+    return synthetic.self_affine(
         (256, 256), PIXEL, rms_height=rms, rolloff_wavelength=100 * NM,
         cutoff_wavelength=shortest * NM, hurst=hurst, rng=np.random.default_rng(seed),
     )  # fmt: skip
@@ -90,7 +91,7 @@ def test_below_the_cutoff_is_the_tip_and_above_it_the_surface(seed: int, hurst: 
 
 
 def test_smooth_maps_are_the_surface_at_every_scale() -> None:
-    smooth = shapes.self_affine(
+    smooth = synthetic.self_affine(
         (128, 256), PIXEL, rms_height=NM, rolloff_wavelength=200 * NM,
         cutoff_wavelength=100 * NM, rng=np.random.default_rng(1),
     )  # fmt: skip
@@ -125,7 +126,7 @@ def test_holes_are_passed_over() -> None:
 def test_tip_by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     heights = drawn_by(5 * NM, rough(4))
     whole = resolution.tip_cutoff(heights, PIXEL, 5 * NM)
-    monkeypatch.setattr(resolution, "_BLOCK", 1000)
+    monkeypatch.setattr(blocks, "VALUES", 1000)
     assert resolution.tip_cutoff(heights, PIXEL, 5 * NM) == whole
 
 
@@ -172,7 +173,7 @@ def test_noise_is_found_where_it_equals_the_surface(
     seed: int, wave: float, part: tuple[slice, slice]
 ) -> None:
     heights = rough(seed, shortest=2.0000001)
-    q, C, _ = roughness.radial_spectrum(heights, PIXEL)
+    q, C, _ = spectrum.radial_spectrum(heights, PIXEL)
     near = np.abs(np.log(q * wave * NM / (2 * math.pi))) < 0.2
     # White noise of RMS height σ has the density σ² Δx Δy.
     sigma = math.sqrt(np.mean(C[near]) / (PIXEL[0] * PIXEL[1]))

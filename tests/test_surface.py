@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from roughcontact.errors import InputError
-from roughcontact.surface import preparation, roughness
-from roughcontact.surface.surface import Provenance, Surface
+from roughcontact.surface import leveling, roughness
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
 
 PIXEL = (2e-6, 3e-6)
 ORIGIN = Provenance("map.opd", "Wyko", "height", ("made",))
@@ -172,7 +173,7 @@ def test_leveled(form: str) -> None:
     after = before.leveled(form)
     assert_prepared(before, after, "leveled")
     assert form in after.provenance.steps[-1]
-    np.testing.assert_array_equal(after.heights, preparation.level(kept, form))
+    np.testing.assert_array_equal(after.heights, leveling.level(kept, form))
     np.testing.assert_array_equal(before.heights, kept)
     assert after.missing == before.missing == 2
 

@@ -15,7 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.surface import preparation
+from roughcontact.surface.form import remove_form
 
 POINTS = 256
 
@@ -68,7 +68,7 @@ figure.suptitle("Missing points in red", fontsize=10, x=0.01, ha="left")
 # %%
 # The radius comes back, in spite of roughness, tilt and holes:
 
-_, found = preparation.remove_form(clean.heights, pixel, "sphere")
+_, found = remove_form(clean.heights, pixel, "sphere")
 radius_error = abs(found["radius"] / radius - 1)
 print(
     f"radius {found['radius'] * 1e3:.3f} mm, true {radius * 1e3:.3f} mm: {100 * radius_error:.2f} % off"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from roughcontact.surface import shapes
+from roughcontact.surface import synthetic
 
 SIDE = 1e-4
 
@@ -51,14 +51,14 @@ def save(path: Path, heights: np.ndarray, pixel: float) -> None:
 def main() -> None:
     """Write all maps into the current folder."""
     points = 256
-    heights, (pixel, _) = shapes.reference_map(points)
+    heights, (pixel, _) = synthetic.reference_map(points)
     tilt = np.linspace(0, 1.5e-6, points)
     holes = np.random.default_rng(3).random(heights.shape) < 2e-3
     ground = np.where(holes, np.nan, heights + tilt)
     save(Path("ground.sdf"), ground, pixel)
     points = 200
     pixel = SIDE / points
-    lapped = shapes.self_affine(
+    lapped = synthetic.self_affine(
         (points, points),
         (pixel, pixel),
         rms_height=0.05e-6,

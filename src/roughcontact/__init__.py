@@ -19,8 +19,9 @@ from roughcontact.errors import (
 from roughcontact.formats.read import read_surface
 from roughcontact.material.material import RIGID, Material, contact_modulus
 from roughcontact.solvers.bounded import Step
-from roughcontact.surface.shapes import reference_map, self_affine
-from roughcontact.surface.surface import Provenance, Surface
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
+from roughcontact.surface.synthetic import reference_map, self_affine
 from roughcontact.volume.comparison import ModelComparison, compare_models
 from roughcontact.volume.result import ElastoplasticResult
 from roughcontact.volume.solve import solve_elastoplastic

@@ -666,15 +666,16 @@ def _demo(
 
     from roughcontact.contact import solve
     from roughcontact.material.material import Material
-    from roughcontact.surface import shapes
-    from roughcontact.surface.surface import Provenance, Surface
+    from roughcontact.surface import synthetic
+    from roughcontact.surface.provenance import Provenance
+    from roughcontact.surface.surface import Surface
 
     steel = Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel")
     labels = ("elastic", "ceiling 3 GPa")
     results: list[ContactResult] = []
     with console.progress() as say:
         say("generating the surface")
-        heights, pixel = shapes.reference_map(side)
+        heights, pixel = synthetic.reference_map(side)
         source = "generated self-affine surface, Hurst exponent 0.8"
         surface = Surface(heights, pixel, Provenance(source=source))
         for label, ceiling in zip(labels, (None, "auto"), strict=True):

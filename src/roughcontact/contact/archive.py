@@ -19,7 +19,8 @@ from roughcontact.errors import FormatError, InputError
 from roughcontact.files import replacing
 from roughcontact.material import hardening
 from roughcontact.material.material import Material
-from roughcontact.surface.surface import Provenance, Surface
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
 from roughcontact.volume.result import ElastoplasticResult, Increment, PlasticBody
 
 if TYPE_CHECKING:

@@ -24,7 +24,8 @@ from roughcontact.errors import CapacityError, ConvergenceError, InputError
 from roughcontact.files import replacing
 from roughcontact.material.material import RIGID, Material, contact_modulus, softer
 from roughcontact.solvers.bounded import Step
-from roughcontact.surface.surface import Provenance, Surface
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from roughcontact import netcdf, units
 from roughcontact.errors import FormatError, InputError
-from roughcontact.surface.surface import Provenance, Surface
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
 
 if TYPE_CHECKING:
     from types import ModuleType

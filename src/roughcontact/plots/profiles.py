@@ -28,7 +28,7 @@ from roughcontact.plots.style import (
     shared_legend,
 )
 from roughcontact.solvers import tilt
-from roughcontact.surface import roughness
+from roughcontact.surface import bearing
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
 
@@ -160,12 +160,12 @@ def bearing_curve(surface: Surface) -> Figure:
     Figure
         Height above the mean over the share of the points that lie above it, with the
         equivalent straight line of the core and the triangles of reduced peaks and dales, see
-        `roughness.core_parameters`.
+        `bearing.core_parameters`.
     """
     from matplotlib.figure import Figure
 
-    ratio, height = roughness.material_ratio_curve(surface.heights)
-    core = roughness.core_parameters(ratio, height)
+    ratio, height = bearing.material_ratio_curve(surface.heights)
+    core = bearing.core_parameters(ratio, height)
     # The line meets the curve at Smr1 and Smr2, unless it leaves the heights of the map before.
     if core["Smr1"] > 0:
         upper = float(np.interp(core["Smr1"], ratio, height))

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import InputError, require_pixel
-from roughcontact.surface import filters, preparation
+from roughcontact.surface import filters, leveling
 
 Array = NDArray[np.float64]
 Placement = tuple[Array, Array]
@@ -224,7 +224,7 @@ def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Arra
     smoothing = cutoffs(placement)
     values = heights
     if any(smoothing):
-        residual = preparation.level(heights)
+        residual = leveling.level(heights)
         values = filters.along_axes(residual, smoothing) + (heights - residual)
     if holes:
         from roughcontact.surface.filling import fill

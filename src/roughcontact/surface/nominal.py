@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from roughcontact import units
 from roughcontact.errors import InputError
 from roughcontact.surface import alignment, shapes
-from roughcontact.surface.surface import Provenance, Surface
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
 
@@ -69,7 +70,7 @@ def flat(
     Raises
     ------
     InputError
-        As for `generate.flat`.
+        As for `shapes.flat`.
     """
     return Surface(shapes.flat(shape, pixel), pixel, Provenance("nominal flat"))
 
@@ -100,7 +101,7 @@ def sphere(
     Raises
     ------
     InputError
-        As for `generate.sphere`.
+        As for `shapes.sphere`.
 
     Examples
     --------
@@ -141,7 +142,7 @@ def ellipsoid(
     Raises
     ------
     InputError
-        As for `generate.ellipsoid`.
+        As for `shapes.ellipsoid`.
     """
     heights = shapes.ellipsoid(shape, pixel, radii, angle, center)
     name = (
@@ -182,7 +183,7 @@ def cylinder(
     Raises
     ------
     InputError
-        As for `generate.cylinder`.
+        As for `shapes.cylinder`.
     """
     heights = shapes.cylinder(shape, pixel, radius, angle, center)
     name = f"cylinder of radius {_length(radius)}, axis at {angle:g} degrees from x towards y"
@@ -218,7 +219,7 @@ def punch(
     Raises
     ------
     InputError
-        As for `generate.punch`.
+        As for `shapes.punch`.
     """
     heights = shapes.punch(shape, pixel, radius, edge_radius, center)
     name = f"round punch of radius {_length(radius)}{_edge(edge_radius)}"
@@ -254,7 +255,7 @@ def rectangular_punch(
     Raises
     ------
     InputError
-        As for `generate.rectangular_punch`.
+        As for `shapes.rectangular_punch`.
     """
     heights = shapes.rectangular_punch(shape, pixel, sides, edge_radius, center)
     name = (
@@ -290,7 +291,7 @@ def cone(
     Raises
     ------
     InputError
-        As for `generate.cone`.
+        As for `shapes.cone`.
     """
     heights = shapes.cone(shape, pixel, slope, center)
     return _nominal(heights, pixel, f"cone of slope {slope:g}", center)
@@ -325,7 +326,7 @@ def wedge(
     Raises
     ------
     InputError
-        As for `generate.wedge`.
+        As for `shapes.wedge`.
     """
     heights = shapes.wedge(shape, pixel, slope, angle, center)
     name = f"wedge of slope {slope:g}, ridge at {angle:g} degrees from x towards y"

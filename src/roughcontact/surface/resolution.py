@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact import units
 from roughcontact.errors import InputError, require_pixel, require_positive
-from roughcontact.surface.preparation import level
-from roughcontact.surface.roughness import radial_spectrum
+from roughcontact.surface import blocks
+from roughcontact.surface.cleaning import largest_rectangle
+from roughcontact.surface.leveling import level
+from roughcontact.surface.spectrum import radial_spectrum
 
 Array = NDArray[np.float64]
 
@@ -27,8 +31,44 @@ _BINS = 6
 # Fewest points along a side whose spectrum has octaves to compare.
 _LEAST_POINTS = 32
 
-# Values per block of rows: temporaries of 8 MiB, whatever the size of the map.
-_BLOCK = 2**20
+# Names of formats that only scanning probes write, and what files of other formats may say.
+_SCANNING_PROBE = re.compile(
+    r"nanoscope|igor binary wave|jpk image scan|nt-mdt|nanosurf|molecular imaging|park systems"
+    r"|wsxm|\bafm\b|\bspm\b|\bstm\b|atomic force|scanning probe|scanning tunnel",
+    re.IGNORECASE,
+)
+
+
+def notes(
+    heights: Array,
+    pixel: tuple[float, float],
+    tip_radius: float | None = None,
+    instrument: str = "",
+) -> tuple[str, ...]:
+    """Return what limits the lateral resolution of a map, each in one sentence.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights [m], positive out of the material; NaN where missing.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    tip_radius : float, optional
+        Radius of the tip's apex [m], if a tip measured the map.
+    instrument : str
+        Instrument or file format, empty if unknown: that of a scanning probe asks for the tip.
+
+    Returns
+    -------
+    tuple of str
+        See `Surface.resolution_notes`.
+
+    Raises
+    ------
+    InputError
+        If the radius is not positive.
+    """
+    return (*_tip_notes(heights, pixel, tip_radius, instrument), *_wave_notes(heights, pixel))
 
 
 def tip_cutoff(heights: Array, pixel: tuple[float, float], tip_radius: float) -> float | None:
@@ -214,9 +254,8 @@ def smoothing_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None
 def _sharpest(heights: Array, dx: float, reach: int) -> float:
     """Return the smallest curvature along x at a reach of so many pixels [1/m]."""
     smallest = math.inf
-    step = max(1, _BLOCK // heights.shape[1])
-    for start in range(0, heights.shape[0], step):
-        rows = heights[start : start + step]
+    for block in blocks.of_rows(heights.shape):
+        rows = heights[block]
         bend = rows[:, 2 * reach :] + rows[:, : -2 * reach]
         bend -= 2 * rows[:, reach:-reach]
         # fmin passes over NaN, and in silence where all is NaN.
@@ -266,3 +305,49 @@ def _crossing(q: Array, C: Array, value: float) -> float:
         return float(2 * math.pi / q[0])
     part = math.log(C[0] / value) / math.log(C[0] / C[1])
     return float(2 * math.pi / math.exp(math.log(q[0]) + part * math.log(q[1] / q[0])))
+
+
+def _tip_notes(
+    heights: Array, pixel: tuple[float, float], tip_radius: float | None, instrument: str
+) -> list[str]:
+    if tip_radius is None:
+        if not _SCANNING_PROBE.search(instrument):
+            return []
+        return [
+            f"measured with a scanning probe ({instrument}): peaks narrower "
+            "than its tip, usually 5 to 20 nm in radius, are drawn wider, and narrower valleys "
+            "are not reached; give tip_radius for the scale below which the map shows the tip"
+        ]
+    scale = tip_cutoff(heights, pixel, tip_radius)
+    if scale is None:
+        return []
+    return [
+        f"heights below a lateral scale of {_in_pixels(scale, pixel)} reflect the tip of "
+        f"radius {units.engineering(tip_radius, 'm', 3)} and not the surface"
+    ]
+
+
+def _wave_notes(heights: Array, pixel: tuple[float, float]) -> list[str]:
+    try:
+        rows, columns = largest_rectangle(heights)
+    except InputError:
+        return []
+    part = heights[slice(*rows), slice(*columns)]
+    notes = []
+    wave = noise_cutoff(part, pixel)
+    if wave is not None:
+        notes.append(
+            f"waves shorter than {_in_pixels(wave, pixel)} cannot be told from noise: slopes, "
+            "curvatures and pressures at that scale are the noise's"
+        )
+    wave = smoothing_cutoff(part, pixel)
+    if wave is not None:
+        notes.append(
+            f"the map holds hardly any waves shorter than {_in_pixels(wave, pixel)}: it was "
+            "smoothed, or sampled finer than the instrument resolves, or the surface is smooth"
+        )
+    return notes
+
+
+def _in_pixels(length: float, pixel: tuple[float, float]) -> str:
+    return f"{units.engineering(length, 'm', 3)} ({length / pixel[1]:.1f} pixels along x)"

@@ -1,4 +1,4 @@
-"""Made surfaces: self-affine random maps, waves, and the bodies that press on them.
+"""Heights of made shapes: the bodies that press on a surface, and waves.
 
 Heights [m] are positive out of the material, ``heights[y, x]``; pairs are ``(y, x)``.
 """
@@ -12,157 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import InputError, require_pixel, require_positive
-from roughcontact.halfspace import fft
 from roughcontact.surface.alignment import cosine_sine
 
 Array = NDArray[np.float64]
-
-
-def self_affine(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    *,
-    rms_height: float,
-    rolloff_wavelength: float,
-    cutoff_wavelength: float,
-    hurst: float = 0.8,
-    rng: np.random.Generator,
-) -> Array:
-    """Return a periodic, isotropic, Gaussian self-affine map.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    rms_height : float
-        Root-mean-square height [m] of this map (not of the ensemble), met to rounding.
-    rolloff_wavelength : float
-        Wavelength [m] above which the spectrum is flat.
-    cutoff_wavelength : float
-        Shortest wavelength [m] in the map, at least two pixels.
-    hurst : float
-        Hurst exponent H, in [0, 1].
-    rng : numpy.random.Generator
-        Source of the amplitudes.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        Heights [m] with zero mean.
-
-    Raises
-    ------
-    InputError
-        If a length is not positive, the Hurst exponent is outside [0, 1], the cut-off is finer
-        than the grid or coarser than the roll-off, or no wave fits on the map.
-
-    Notes
-    -----
-    Every wave vector q = (i/Ly, j/Lx) [waves/m] other than 0 gets a complex Gaussian amplitude of
-    variance ``max(|q|, 1/λ_rolloff)^(-2-2H)`` up to ``|q| = 1/λ_cutoff`` and none beyond; waves of
-    half a period per pixel are left out.
-
-    The amplitudes are drawn in shells of growing wave number (square ones on a square map:
-    ``max(|i|, |j|)`` = 1, 2, …) that know nothing of the grid. Equal generators, sides and
-    wavelengths therefore give the same body on every grid: point (y, x) of a map is point
-    (2y, 2x) of the map with half the pixel. With another cut-off the common waves agree up to
-    the factor that sets the RMS height.
-
-    References
-    ----------
-    Persson et al. 2005, doi:10.1088/0953-8984/17/1/R01
-
-    Examples
-    --------
-    >>> body = dict(rms_height=1e-7, rolloff_wavelength=2e-5, cutoff_wavelength=4e-6)
-    >>> coarse = self_affine((64, 64), (1e-6, 1e-6), **body, rng=np.random.default_rng(1))
-    >>> fine = self_affine((128, 128), (5e-7, 5e-7), **body, rng=np.random.default_rng(1))
-    >>> bool(np.allclose(fine[::2, ::2], coarse, rtol=0, atol=1e-20))
-    True
-    """
-    _require_grid(shape, pixel)
-    require_positive(
-        rms_height=rms_height,
-        rolloff_wavelength=rolloff_wavelength,
-        cutoff_wavelength=cutoff_wavelength,
-    )
-    if not 0 <= hurst <= 1:
-        raise InputError(f"must lie in [0, 1], got {hurst!r}", argument="hurst", value=hurst)
-    # The slack in the comparisons with wavelengths forgives the rounding of side / waves.
-    if cutoff_wavelength < 2 * max(pixel) * (1 - _SLACK):
-        raise InputError(
-            f"must be at least two pixels = {2 * max(pixel):g} m, got {cutoff_wavelength!r}",
-            argument="cutoff_wavelength",
-            value=cutoff_wavelength,
-        )
-    if cutoff_wavelength > rolloff_wavelength * (1 + _SLACK):
-        raise InputError(
-            f"must not exceed rolloff_wavelength = {rolloff_wavelength!r} m, "
-            f"got {cutoff_wavelength!r}",
-            argument="cutoff_wavelength",
-            value=cutoff_wavelength,
-        )
-    side = (shape[0] * pixel[0], shape[1] * pixel[1])
-    spectrum = _spectrum(shape, side, rolloff_wavelength, cutoff_wavelength, hurst, rng)
-    # Columns above the cut-off are zero: transforming y first leaves them out.
-    columns = fft.ifft(spectrum, axis=0, norm="forward")
-    heights: Array = fft.irfft(columns, shape[1], axis=1, norm="forward")
-    rms = float(np.linalg.norm(heights)) / math.sqrt(heights.size)
-    if rms == 0:
-        raise InputError(
-            f"no wave between cutoff_wavelength = {cutoff_wavelength!r} m and the sides {side} m"
-        )
-    heights *= rms_height / rms
-    return heights
-
-
-def reference_map(n: int, rng_seed: int = 0) -> tuple[Array, tuple[float, float]]:
-    """Return the rough test problem R(n): side 0.1 mm, RMS height 0.2 µm, Hurst exponent 0.8.
-
-    Parameters
-    ----------
-    n : int
-        Grid points per side, at least 32; the cut-off is at n/8 waves per side, the roll-off at 4.
-    rng_seed : int
-        Seed of the amplitudes.
-
-    Returns
-    -------
-    heights : ndarray, shape (n, n)
-        Heights [m].
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-
-    Raises
-    ------
-    InputError
-        If n is below 32, where the cut-off would pass the roll-off.
-
-    Notes
-    -----
-    One seed gives one body: R(2n) is R(n) with finer waves added, times a factor just below 1
-    that keeps the RMS height.
-
-    Examples
-    --------
-    >>> heights, pixel = reference_map(64)
-    >>> round(float(heights.std() * 1e6), 6)
-    0.2
-    """
-    side = 1e-4
-    pixel = (side / n, side / n) if n > 0 else (0.0, 0.0)
-    heights = self_affine(
-        (n, n),
-        pixel,
-        rms_height=0.2e-6,
-        rolloff_wavelength=side / 4,
-        cutoff_wavelength=8 * pixel[0],
-        hurst=0.8,
-        rng=np.random.default_rng(rng_seed),
-    )
-    return heights, pixel
 
 
 def flat(shape: tuple[int, int], pixel: tuple[float, float]) -> Array:
@@ -185,7 +37,7 @@ def flat(shape: tuple[int, int], pixel: tuple[float, float]) -> Array:
     InputError
         If the grid or the pixel is not positive.
     """
-    _require_grid(shape, pixel)
+    require_grid(shape, pixel)
     return np.zeros(shape)
 
 
@@ -542,7 +394,7 @@ def wavy(
     InputError
         If the grid, the pixel, the amplitude or the wavelength is not positive.
     """
-    _require_grid(shape, pixel)
+    require_grid(shape, pixel)
     require_positive(amplitude=amplitude, wavelength=wavelength)
     return np.tile(amplitude * _wave(shape[1], pixel[1], wavelength), (shape[0], 1))
 
@@ -573,58 +425,13 @@ def crossed_waves(
     InputError
         If the grid, the pixel, the amplitude or the wavelength is not positive.
     """
-    _require_grid(shape, pixel)
+    require_grid(shape, pixel)
     require_positive(amplitude=amplitude, wavelength=wavelength)
     along_y, along_x = (_wave(n, d, wavelength) for n, d in zip(shape, pixel, strict=True))
     return amplitude * along_y[:, None] * along_x
 
 
 _SLACK = 1e-9
-
-
-def _spectrum(
-    shape: tuple[int, int],
-    side: tuple[float, float],
-    rolloff_wavelength: float,
-    cutoff_wavelength: float,
-    hurst: float,
-    rng: np.random.Generator,
-) -> NDArray[np.complex128]:
-    # Fourier coefficients of real heights: rows in FFT order, columns 0, 1, … up to the cut-off.
-    shells = int(max(side) / cutoff_wavelength * (1 + _SLACK))
-    columns = min(int(side[1] / cutoff_wavelength * (1 + _SLACK)), (shape[1] - 1) // 2) + 1
-    spectrum = np.zeros((shape[0], columns), dtype=np.complex128)
-    for shell in range(1, shells + 1):
-        i, j = _half_shell(_box(shell - 1, side), _box(shell, side))
-        # The whole shell is drawn, though part of it may fall outside: see the Notes above.
-        noise = rng.standard_normal((i.size, 2)).view(np.complex128)[:, 0]
-        q = np.hypot(i / side[0], j / side[1])
-        keep = (q * cutoff_wavelength <= 1 + _SLACK) & (2 * np.abs(i) < shape[0]) & (j < columns)
-        i, j, q, noise = i[keep], j[keep], q[keep], noise[keep]
-        spectrum[i, j] = noise * np.maximum(q * rolloff_wavelength, 1) ** (-1 - hurst)
-    # Column 0 holds both signs of the row index; heights are real.
-    half = (shape[0] - 1) // 2
-    spectrum[shape[0] - half :, 0] = spectrum[1 : half + 1, 0][::-1].conj()
-    return spectrum
-
-
-def _box(shell: int, side: tuple[float, float]) -> tuple[int, int]:
-    # Largest |i| and |j| up to this shell: `shell` waves along the longer side, and as many per
-    # length along the other, else long narrow maps would draw mostly waves they cannot hold.
-    i, j = (math.ceil(shell * length / max(side) - _SLACK) for length in side)
-    return i, j
-
-
-def _half_shell(
-    inner: tuple[int, int], outer: tuple[int, int]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    # Wave vectors (i, j) in the outer box and not in the inner: j ≥ 0, and one of (±i, 0).
-    edge = np.arange(-outer[0], outer[0] + 1) if outer[1] > inner[1] else np.arange(0)
-    upper = np.arange(inner[1] + 1) if outer[0] > inner[0] else np.arange(0)
-    lower = upper[1:]
-    i = np.concatenate([edge, np.full(upper.size, outer[0]), np.full(lower.size, -outer[0])])
-    j = np.concatenate([np.full(edge.size, outer[1]), upper, lower])
-    return i, j
 
 
 def _wave(points: int, pixel: float, wavelength: float) -> Array:
@@ -636,7 +443,7 @@ def _from_center(
     shape: tuple[int, int], pixel: tuple[float, float], center: tuple[float, float] | None
 ) -> tuple[Array, Array]:
     # Positions [m] of rows, as a column, and of columns.
-    _require_grid(shape, pixel)
+    require_grid(shape, pixel)
     middle = ((shape[0] - 1) / 2, (shape[1] - 1) / 2)
     try:
         cy, cx = (float(c) for c in (middle if center is None else center))
@@ -706,7 +513,8 @@ def _on_grid(heights: Array, name: str) -> Array:
     return heights
 
 
-def _require_grid(shape: tuple[int, int], pixel: tuple[float, float]) -> None:
+def require_grid(shape: tuple[int, int], pixel: tuple[float, float]) -> None:
+    """Raise `InputError` unless a grid has points and its pixel edges are positive."""
     if len(shape) != 2 or min(shape) < 1:
         raise InputError(
             f"must be (ny, nx), both at least 1, got {shape!r}", argument="shape", value=shape

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,38 +11,18 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import units
 from roughcontact.errors import InputError, require_pixel
-from roughcontact.surface import alignment, filters, preparation, resolution, roughness
-
-# Names of formats that only scanning probes write, and what files of other formats may say.
-_SCANNING_PROBE = re.compile(
-    r"nanoscope|igor binary wave|jpk image scan|nt-mdt|nanosurf|molecular imaging|park systems"
-    r"|wsxm|\bafm\b|\bspm\b|\bstm\b|atomic force|scanning probe|scanning tunnel",
-    re.IGNORECASE,
+from roughcontact.surface import (
+    alignment,
+    cleaning,
+    filters,
+    leveling,
+    parameters,
+    resolution,
+    roughness,
 )
-
-
-@dataclass(frozen=True)
-class Provenance:
-    """Where a map came from and what was done to it.
-
-    Parameters
-    ----------
-    source : str
-        File name, or how the map was made; empty if unknown.
-    instrument : str
-        Instrument or file format as the file names it; empty if unknown.
-    channel : str
-        Height channel that was read; empty if there is only one.
-    steps : tuple of str
-        Preparation steps in their order, each one sentence.
-    """
-
-    source: str = ""
-    instrument: str = ""
-    channel: str = ""
-    steps: tuple[str, ...] = ()
+from roughcontact.surface.form import remove_form
+from roughcontact.surface.provenance import Provenance
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,10 +98,10 @@ class Surface:
         dict
             ``Sq``, ``Sa``, ``Ssk``, ``Sku``, ``Sp``, ``Sv``, ``Sz``, ``Sdq``, ``Sdr``, ``Sal``,
             ``Str``, ``Sk``, ``Spk``, ``Svk``, ``Smr1``, ``Smr2``, ``Vmp``, ``Vmc``, ``Vvc``,
-            ``Vvv``: see `roughcontact.surface.roughness.summary`. Nothing is levelled or
+            ``Vvv``: see `roughcontact.surface.parameters.summary`. Nothing is levelled or
             filtered first; missing points are left out.
         """
-        return roughness.summary(self.heights, self.pixel)
+        return parameters.summary(self.heights, self.pixel)
 
     def resolution_notes(self, tip_radius: float | None = None) -> tuple[str, ...]:
         """Return what limits the lateral resolution of the map, each in one sentence.
@@ -146,38 +125,7 @@ class Surface:
         InputError
             If the radius is not positive.
         """
-        notes = []
-        if tip_radius is not None:
-            scale = resolution.tip_cutoff(self.heights, self.pixel, tip_radius)
-            if scale is not None:
-                notes.append(
-                    f"heights below a lateral scale of {self._in_pixels(scale)} reflect the tip of "
-                    f"radius {units.engineering(tip_radius, 'm', 3)} and not the surface"
-                )
-        elif _SCANNING_PROBE.search(self.provenance.instrument):
-            notes.append(
-                f"measured with a scanning probe ({self.provenance.instrument}): peaks narrower "
-                "than its tip, usually 5 to 20 nm in radius, are drawn wider, and narrower valleys "
-                "are not reached; give tip_radius for the scale below which the map shows the tip"
-            )
-        try:
-            rows, columns = preparation.largest_rectangle(self.heights)
-        except InputError:
-            return tuple(notes)
-        part = self.heights[slice(*rows), slice(*columns)]
-        wave = resolution.noise_cutoff(part, self.pixel)
-        if wave is not None:
-            notes.append(
-                f"waves shorter than {self._in_pixels(wave)} cannot be told from noise: slopes, "
-                "curvatures and pressures at that scale are the noise's"
-            )
-        wave = resolution.smoothing_cutoff(part, self.pixel)
-        if wave is not None:
-            notes.append(
-                f"the map holds hardly any waves shorter than {self._in_pixels(wave)}: it was "
-                "smoothed, or sampled finer than the instrument resolves, or the surface is smooth"
-            )
-        return tuple(notes)
+        return resolution.notes(self.heights, self.pixel, tip_radius, self.provenance.instrument)
 
     def leveled(
         self, form: str = "plane", points: Sequence[tuple[int, int]] | None = None
@@ -189,7 +137,7 @@ class Surface:
         form : {"plane", "quadric", "mean", "robust", "three-point"}
             What is fitted to the points that are there, and subtracted: by least squares a plane,
             a quadric or the mean; a plane that outliers do not tilt; or the plane through three
-            points. See `preparation.level`.
+            points. See `leveling.level`.
         points : three pairs of int, optional
             Indices ``(y, x)`` of the points of "three-point", and only of that.
 
@@ -198,7 +146,7 @@ class Surface:
         Surface
             The residual heights; least squares leaves a zero mean over the points that are there.
         """
-        heights = preparation.level(self.heights, form, points)
+        heights = leveling.level(self.heights, form, points)
         if points is not None:
             places = ", ".join(f"({int(y)}, {int(x)})" for y, x in points)
             step = f"leveled: plane through the points {places} subtracted"
@@ -222,9 +170,9 @@ class Surface:
         -------
         Surface
             The residual heights, with zero mean over the points that are there. The provenance
-            names the radius; `preparation.remove_form` returns it as a number.
+            names the radius; `form.remove_form` returns it as a number.
         """
-        heights, found = preparation.remove_form(self.heights, self.pixel, shape, degree)
+        heights, found = remove_form(self.heights, self.pixel, shape, degree)
         if degree is not None:
             what = f"polynomial of degree {degree}, {found['removed_rms']:.9g} m rms"
         else:
@@ -250,7 +198,7 @@ class Surface:
             What is kept keeps its bits. New holes have to be filled, cropped or masked, even if
             the old ones were masked.
         """
-        heights = preparation.remove_outliers(self.heights, limit, window)
+        heights = cleaning.remove_outliers(self.heights, limit, window)
         count = int(np.count_nonzero(np.isnan(heights))) - self.missing
         step = (
             f"outliers removed: {count} points further than {limit:g} robust standard deviations "
@@ -309,7 +257,7 @@ class Surface:
         InputError
             If the part does not lie on the map.
         """
-        part = preparation.crop(self.heights, rows, columns)
+        part = cleaning.crop(self.heights, rows, columns)
         return self._prepared(
             part, f"cropped: rows {rows[0]}:{rows[1]}, columns {columns[0]}:{columns[1]}"
         )
@@ -327,9 +275,9 @@ class Surface:
         InputError
             If no 2 × 2 points without a hole are left.
         """
-        rows, columns = preparation.largest_rectangle(self.heights)
+        rows, columns = cleaning.largest_rectangle(self.heights)
         return self._prepared(
-            preparation.crop(self.heights, rows, columns),
+            cleaning.crop(self.heights, rows, columns),
             f"cropped to the largest rectangle without holes: rows {rows[0]}:{rows[1]}, "
             f"columns {columns[0]}:{columns[1]}",
         )
@@ -348,7 +296,7 @@ class Surface:
         Surface
             The same heights to the bit; an odd number of turns swaps the edges of the pixel.
         """
-        heights = preparation.rotate(self.heights, quarter_turns)
+        heights = cleaning.rotate(self.heights, quarter_turns)
         turns = int(quarter_turns) % 4
         step = f"rotated: {90 * turns} degrees counter-clockwise, row 0 on top"
         pixel = self.pixel[::-1] if turns % 2 else self.pixel
@@ -443,7 +391,7 @@ class Surface:
         Parameters
         ----------
         form : Surface
-            Heights of the body on the same grid, such as `bodies.sphere` makes them.
+            Heights of the body on the same grid, such as `nominal.sphere` makes them.
 
         Returns
         -------
@@ -514,7 +462,7 @@ class Surface:
             Bicubic spline; the same bits where the points of both grids coincide. Onto a pixel
             larger by more than √2 only after an S-filter of two such pixels, see
             `alignment.cutoffs`. Points beyond the centres of the outer pixels and on holes are
-            missing; `bodies.matched` crops two maps to what they share.
+            missing; `nominal.matched` crops two maps to what they share.
 
         Raises
         ------
@@ -578,9 +526,6 @@ class Surface:
         from roughcontact.formats import export
 
         export.save_surface(self, path)
-
-    def _in_pixels(self, length: float) -> str:
-        return f"{units.engineering(length, 'm', 3)} ({length / self.pixel[1]:.1f} pixels along x)"
 
     def _prepared(self, heights: NDArray[np.float64], step: str) -> Surface:
         return replace(self, heights=heights, provenance=self._with_step(step))

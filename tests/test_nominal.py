@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from roughcontact.errors import InputError
 from roughcontact.surface import nominal, shapes
-from roughcontact.surface.surface import Provenance, Surface
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
 
 SHAPE, PIXEL = (31, 44), (2e-6, 3e-6)
 GRID = {"shape": SHAPE, "pixel": PIXEL}

@@ -1,0 +1,306 @@
+"""Sphere, cylinder or polynomial of a map, fitted by least squares and removed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import InputError, require_pixel
+from roughcontact.surface import blocks
+from roughcontact.surface.polynomials import SINGULAR, too_few, without_terms
+
+Array = NDArray[np.float64]
+
+# What a shape says at the points y, x: heights, and their derivatives by each parameter.
+_Model = Callable[[Array, Array, Array], tuple[Array, list[Array]]]
+
+# Above this degree a map cannot tell form from roughness, and the sums grow with its fourth power.
+_MAX_DEGREE = 20
+
+
+def remove_form(
+    heights: Array, pixel: tuple[float, float], shape: str, degree: int | None = None
+) -> tuple[Array, dict[str, float]]:
+    """Return the heights without a least-squares shape, and what was fitted.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights [m], NaN where missing.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    shape : {"sphere", "cylinder", "polynomial"}
+        A sphere; a circular cylinder with any direction of its axis in the plane of the map and
+        any slope along it; or a polynomial of x and y.
+    degree : int, optional
+        Total degree of the polynomial, 0 to 20, and only of that.
+
+    Returns
+    -------
+    residual : ndarray, shape (ny, nx)
+        Heights less shape [m], with zero mean; NaN stays NaN.
+    parameters : dict of str to float
+        Sphere: ``radius`` [m], positive for a summit and negative for a bowl, and ``centre_y``,
+        ``centre_x`` (from point ``[0, 0]``) and ``centre_z`` [m]. Cylinder: ``radius`` [m] with
+        the same sign, ``angle`` of the axis [rad] from the x axis towards the y axis in
+        (-π/2, π/2], ``slope`` of the axis along that direction. Polynomial: ``degree`` and
+        ``removed_rms`` [m], the root-mean-square height of what was taken away about its mean.
+
+    Raises
+    ------
+    InputError
+        If the shape is unknown, or if the points that are there do not determine it: too few, in
+        too few lines, flat within three standard errors of the curvature, no direction of an axis
+        preferred, or not converged.
+
+    Notes
+    -----
+    Minimises the sum of squares of the height differences (not of distances along the normal)
+    over the sphere or cylinder itself, not over a paraboloid. The unknowns are height, slopes and
+    curvature k at the middle of the map, in which the flat limit is regular: for the sphere the
+    height w there solves k/2 (x² + y² + w²) + w - p x - q y = 0, and R = √(1 + p² + q²)/k.
+    Levenberg–Marquardt steps start from the least-squares quadric.
+
+    Examples
+    --------
+    >>> y, x = np.mgrid[-20:21, -30:31] * 1e-6
+    >>> heights = np.sqrt(1e-3**2 - x**2 - y**2)
+    >>> residual, parameters = remove_form(heights, (1e-6, 1e-6), "sphere")
+    >>> round(parameters["radius"], 9)
+    0.001
+    """
+    heights = np.asarray(heights, dtype=np.float64)
+    require_pixel(pixel)
+    if (degree is not None) != (shape == "polynomial"):
+        raise InputError(
+            "must be given with the shape 'polynomial' and only with it, "
+            f"got shape {shape!r} and degree {degree!r}",
+            argument="degree",
+        )
+    if degree is not None:
+        if not isinstance(degree, (int, np.integer)) or not 0 <= degree <= _MAX_DEGREE:
+            raise InputError(
+                f"must be an integer from 0 to {_MAX_DEGREE}, got {degree!r}",
+                argument="degree",
+                value=degree,
+            )
+        terms = tuple((b, n - b) for n in range(degree + 1) for b in range(n + 1))
+        residual = without_terms(heights, terms, f"polynomial of degree {degree}")
+        removed = float(np.nanstd(heights - residual))
+        return residual, {"degree": float(degree), "removed_rms": removed}
+    if shape == "sphere":
+        return _remove_sphere(heights, pixel)
+    if shape == "cylinder":
+        return _remove_cylinder(heights, pixel)
+    raise InputError(
+        f"must be one of cylinder, polynomial, sphere, got {shape!r}", argument="shape", value=shape
+    )
+
+
+def _quadric(values: Array, y: Array, x: Array) -> tuple[Array, list[Array]]:
+    c, p, q, xx, xy, yy = values
+    partials = [np.ones_like(x), x, y, 0.5 * x * x, x * y, 0.5 * y * y]
+    return c + p * x + q * y + 0.5 * (xx * x * x + yy * y * y) + xy * x * y, partials
+
+
+def _sphere(values: Array, y: Array, x: Array) -> tuple[Array, list[Array]]:
+    c, p, q, k = values
+    square = x * x + y * y
+    constant = 0.5 * k * square - p * x - q * y
+    root = np.sqrt(1 - 2 * k * constant)
+    w = -2 * constant / (1 + root)
+    return c + w, [np.ones_like(x), x / root, y / root, -0.5 * (square + w * w) / root]
+
+
+def _cylinder(values: Array, y: Array, x: Array) -> tuple[Array, list[Array]]:
+    # Along the axis a straight line of slope m; each vertical section across it is an ellipse,
+    # k/2 (t² + g w²) + w - q t = 0 with g = 1/(1 + m²).
+    c, m, q, k, angle = values
+    along = x * math.cos(angle) + y * math.sin(angle)
+    t = y * math.cos(angle) - x * math.sin(angle)
+    g = 1 / (1 + m * m)
+    constant = 0.5 * k * t * t - q * t
+    root = np.sqrt(1 - 2 * k * g * constant)
+    w = -2 * constant / (1 + root)
+    partials = [
+        np.ones_like(x),
+        along + k * m * (g * w) ** 2 / root,
+        t / root,
+        -0.5 * (t * t + g * w * w) / root,
+        m * t - along * (q - k * t) / root,
+    ]
+    return c + m * along + w, partials
+
+
+class _Fit:
+    """Sums of squares of a model over the points of a map, in units of half its diagonal."""
+
+    def __init__(self, heights: Array, pixel: tuple[float, float], name: str) -> None:
+        there = np.isfinite(heights)
+        self.count = int(np.count_nonzero(there))
+        self.name = name
+        self.failure = too_few(heights, name)
+        if self.count < 7:
+            raise InputError(self.failure)
+        ny, nx = heights.shape
+        self.middle = (0.5 * (ny - 1) * pixel[0], 0.5 * (nx - 1) * pixel[1])
+        self.length = math.hypot(*self.middle)
+        self.y = (np.arange(ny) * pixel[0] - self.middle[0]) / self.length
+        self.x = (np.arange(nx) * pixel[1] - self.middle[1]) / self.length
+        self.offset = 0.5 * (float(np.nanmin(heights)) + float(np.nanmax(heights)))
+        self.heights = (heights - self.offset) / self.length
+        self.rounding = 1e-15 * float(np.nanmax(np.abs(heights))) / self.length
+
+    def sums(self, model: _Model, values: Array) -> tuple[float, Array, Array]:
+        """Return the sum of squares, the normal matrix and the right-hand side."""
+        cost, matrix = 0.0, np.zeros((values.size, values.size))
+        right = np.zeros(values.size)
+        for block in blocks.of_rows(self.heights.shape):
+            heights = self.heights[block]
+            there = np.isfinite(heights)
+            row, column = np.nonzero(there)
+            # Points beyond the equator of a trial sphere give NaN: the step is not taken.
+            with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+                fitted, partials = model(values, self.y[block][row], self.x[column])
+                difference = heights[there] - fitted
+                jacobian = np.stack(partials)
+                cost += float(difference @ difference)
+                if not math.isfinite(cost):
+                    return math.inf, matrix, right
+                matrix += jacobian @ jacobian.T
+                right += jacobian @ difference
+        return cost, matrix, right
+
+    def inverse(self, matrix: Array) -> Array:
+        """Return the inverse of a normal matrix, or refuse a singular one."""
+        diagonal = np.diag(matrix)
+        if not (np.isfinite(matrix).all() and diagonal.min() > 0):
+            raise InputError(self.failure)
+        scale = 1 / np.sqrt(diagonal)
+        eigenvalues, vectors = np.linalg.eigh(matrix * scale[:, None] * scale)
+        if eigenvalues[0] < SINGULAR:
+            raise InputError(self.failure)
+        inverse: Array = (vectors / eigenvalues) @ vectors.T * scale[:, None] * scale
+        return inverse
+
+    def quadric(self) -> tuple[Array, Array]:
+        """Return the parameters of the least-squares quadric and their covariance."""
+        values = np.zeros(6)
+        _, matrix, right = self.sums(_quadric, values)
+        inverse = self.inverse(matrix)
+        values = inverse @ right
+        cost = self.sums(_quadric, values)[0]
+        # Rounding errors of the heights need not be independent: they do not average out.
+        noise = cost / (self.count - 6) + self.count * self.rounding**2
+        rounding = 1e-12 * float(np.abs(values[3:]).max())
+        return values, inverse * noise + rounding**2 * np.eye(6)
+
+    def require_curved(self, curvature: float, variance: float) -> None:
+        if abs(curvature) <= 3 * math.sqrt(variance):
+            raise InputError(
+                f"heights is too flat to fit a {self.name}: its curvature is "
+                f"{curvature / self.length:.3g} ± {math.sqrt(variance) / self.length:.2g} 1/m; "
+                "level it instead, e.g. surface.leveled()"
+            )
+
+    def solve(self, model: _Model, values: Array) -> Array:
+        """Return the parameters of least squares by Levenberg–Marquardt steps."""
+        cost, matrix, right = self.sums(model, values)
+        damping = 1e-4
+        for _ in range(200):
+            diagonal = np.diag(np.diag(matrix))
+            try:
+                step = np.linalg.solve(matrix + damping * diagonal, right)
+            except np.linalg.LinAlgError:
+                break
+            # Root mean square of what the step changes in the heights.
+            change = math.sqrt(max(float(step @ matrix @ step), 0.0) / self.count)
+            trial = self.sums(model, values + step)
+            # The sum cannot resolve the last steps: its rounding must not stop them.
+            slack = 1e-12 * cost + self.count * (10 * self.rounding) ** 2
+            if trial[0] <= cost + slack:
+                values = values + step
+                cost, matrix, right = trial
+                damping = max(0.1 * damping, 1e-15)
+            else:
+                damping *= 10
+            scatter = math.sqrt(cost / self.count)
+            # A step that damping has shortened says nothing.
+            if change <= max(1e-9 * scatter, 10 * self.rounding) and damping <= 10:
+                self.inverse(matrix)
+                return values
+        raise InputError(
+            f"no {self.name} fits the heights: the least-squares iteration did not settle; "
+            "level the map or fit another shape"
+        )
+
+    def feasible(self, model: _Model, values: Array, curvature: int) -> Array:
+        """Return start values flattened until every point lies on the shape."""
+        values = values.copy()
+        for _ in range(100):
+            if math.isfinite(self.sums(model, values)[0]):
+                break
+            values[curvature] *= 0.7
+        return values
+
+    def residual(self, heights: Array, model: _Model, values: Array) -> Array:
+        residual = heights - self.offset
+        for block in blocks.of_rows(heights.shape):
+            y, x = np.broadcast_arrays(self.y[block][:, None], self.x)
+            # The corners of a map may lie beyond the equator, if nothing was measured there.
+            with np.errstate(invalid="ignore", divide="ignore"):
+                residual[block] -= self.length * model(values, y, x)[0]
+        return residual
+
+
+def _remove_sphere(heights: Array, pixel: tuple[float, float]) -> tuple[Array, dict[str, float]]:
+    fit = _Fit(heights, pixel, "sphere")
+    (c, p, q, xx, _, yy), covariance = fit.quadric()
+    variance = 0.25 * (covariance[3, 3] + covariance[5, 5] + 2 * covariance[3, 5])
+    fit.require_curved(-0.5 * (xx + yy), variance)
+    start = fit.feasible(_sphere, np.array([c, p, q, -0.5 * (xx + yy)]), 3)
+    values = fit.solve(_sphere, start)
+    c, p, q, k = (float(value) for value in values)
+    if k == 0:
+        fit.require_curved(0.0, variance)
+    parameters = {
+        "radius": fit.length * math.sqrt(1 + p * p + q * q) / k,
+        "centre_y": fit.middle[0] + fit.length * q / k,
+        "centre_x": fit.middle[1] + fit.length * p / k,
+        "centre_z": fit.offset + fit.length * (c - 1 / k),
+    }
+    return fit.residual(heights, _sphere, values), parameters
+
+
+def _remove_cylinder(heights: Array, pixel: tuple[float, float]) -> tuple[Array, dict[str, float]]:
+    fit = _Fit(heights, pixel, "cylinder")
+    (c, p, q, xx, xy, yy), covariance = fit.quadric()
+    # The axis is the direction of the smaller principal curvature.
+    curvatures, directions = np.linalg.eigh([[xx, xy], [xy, yy]])
+    axis = int(np.argmin(np.abs(curvatures)))
+    along, across = (float(curvatures[index]) for index in (axis, 1 - axis))
+    normal_x, normal_y = (float(value) for value in directions[:, 1 - axis])
+    weights = np.array([0, 0, 0, normal_x**2, 2 * normal_x * normal_y, normal_y**2])
+    fit.require_curved(-across, float(weights @ covariance @ weights))
+    if abs(along) > 0.95 * abs(across):
+        raise InputError(
+            "is curved alike in both directions, which leaves the axis of a cylinder "
+            "open; fit a sphere or a polynomial",
+            argument="heights",
+        )
+    x, y = (float(value) for value in directions[:, axis])
+    angle = math.atan2(y, x)
+    slopes = (p * x + q * y, -p * y + q * x)
+    start = fit.feasible(_cylinder, np.array([c, *slopes, -across, angle]), 3)
+    values = fit.solve(_cylinder, start)
+    m, slope, k, angle = (float(value) for value in values[1:])
+    half_turns = math.ceil(angle / math.pi - 0.5)
+    parameters = {
+        "radius": fit.length * math.sqrt(1 + m * m + slope * slope) / k,
+        "angle": angle - math.pi * half_turns,
+        "slope": -m if half_turns % 2 else m,
+    }
+    return fit.residual(heights, _cylinder, values), parameters

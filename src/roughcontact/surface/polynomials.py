@@ -1,0 +1,102 @@
+"""Least-squares polynomials in x and y over the points of a map that are there."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import InputError
+from roughcontact.surface import blocks
+
+Array = NDArray[np.float64]
+
+Terms = tuple[tuple[int, int], ...]
+
+# Scaled normal equations below this smallest eigenvalue are taken as singular. A full map has
+# one of order 0.1; points on one line give rounding only.
+SINGULAR = 1e-10
+
+
+def too_few(heights: Array, form: str) -> str:
+    """Return the refusal of a map whose points do not determine a form."""
+    count = int(np.count_nonzero(np.isfinite(heights)))
+    return (
+        f"heights has {count} points that are there, too few or in too few lines to fit a {form}; "
+        "fit a simpler form"
+    )
+
+
+def without_terms(heights: Array, terms: Terms, form: str, weights: Array | None = None) -> Array:
+    """Return the heights without the least-squares sum of products of Legendre polynomials."""
+    degree = max(max(powers) for powers in terms)
+    rows, columns = _box(heights, terms, form)
+    basis_y = _legendre(heights.shape[0], rows, degree)
+    basis_x = _legendre(heights.shape[1], columns, degree)
+    gram = _gram(heights, basis_y, basis_x, terms, weights)
+    scale = 1 / np.sqrt(np.diag(gram))
+    values, vectors = np.linalg.eigh(gram * scale[:, None] * scale)
+    if values[0] < SINGULAR:
+        raise InputError(too_few(heights, form))
+    solve = (vectors / values) @ vectors.T * scale[:, None] * scale
+    residual = heights.copy()
+    table = np.zeros((degree + 1, degree + 1))
+    index = tuple(np.array(terms).T)
+    for _ in range(2):
+        table[index] = solve @ _moments(residual, basis_y, basis_x, terms, weights)
+        for block in blocks.of_rows(heights.shape):
+            residual[block] -= basis_y[block] @ table @ basis_x.T
+    return residual
+
+
+def _box(heights: Array, terms: Terms, form: str) -> tuple[tuple[int, int], tuple[int, int]]:
+    there = np.isfinite(heights)
+    if np.count_nonzero(there) < len(terms):
+        raise InputError(too_few(heights, form))
+    rows, columns = (np.flatnonzero(there.any(axis=axis)) for axis in (1, 0))
+    return (int(rows[0]), int(rows[-1])), (int(columns[0]), int(columns[-1]))
+
+
+def _legendre(length: int, box: tuple[int, int], degree: int) -> Array:
+    # Coordinates from -1 to 1 over the box; outside it the values do not enter the fit.
+    first, last = box
+    t = (2.0 * np.arange(length) - first - last) / max(last - first, 1)
+    # High powers far outside it would overflow.
+    basis: Array = np.asarray(
+        np.polynomial.legendre.legvander(np.clip(t, -1, 1), degree), dtype=np.float64
+    )
+    return basis
+
+
+def _weighted(heights: Array, block: slice, weights: Array | None) -> Array:
+    there = np.isfinite(heights[block])
+    return there.astype(np.float64) if weights is None else np.where(there, weights[block], 0.0)
+
+
+def _gram(
+    heights: Array, basis_y: Array, basis_x: Array, terms: Terms, weights: Array | None
+) -> Array:
+    # sums[b, c, i, j] = Σ_y Y_b Y_c Σ_x X_i X_j w over the points that are there.
+    count = basis_x.shape[1]
+    pairs_y, pairs_x = (
+        (basis[:, :, None] * basis[:, None, :]).reshape(-1, count**2)
+        for basis in (basis_y, basis_x)
+    )
+    sums = np.zeros((count**2, count**2))
+    for block in blocks.of_rows(heights.shape):
+        sums += pairs_y[block].T @ (_weighted(heights, block, weights) @ pairs_x)
+    b, i = np.array(terms).T
+    gram: Array = sums.reshape((count,) * 4)[b[:, None], b, i[:, None], i]
+    return gram
+
+
+def _moments(
+    heights: Array, basis_y: Array, basis_x: Array, terms: Terms, weights: Array | None
+) -> Array:
+    sums = np.zeros((basis_y.shape[1], basis_x.shape[1]))
+    for block in blocks.of_rows(heights.shape):
+        there = np.where(np.isfinite(heights[block]), heights[block], 0.0)
+        if weights is not None:
+            there *= _weighted(heights, block, weights)
+        sums += basis_y[block].T @ (there @ basis_x)
+    moments: Array = sums[tuple(np.array(terms).T)]
+    return moments

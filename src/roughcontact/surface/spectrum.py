@@ -1,0 +1,272 @@
+"""Autocorrelation and power spectrum of a map."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import InputError, require_pixel
+from roughcontact.halfspace import fft
+from roughcontact.surface import blocks
+from roughcontact.surface.roughness import mean_and_count, rms_height
+
+Array = NDArray[np.float64]
+
+# A lag counts where this share of the points has a partner; fewer say little.
+_LEAST_OVERLAP = 0.05
+
+
+def autocorrelation(heights: Array) -> Array:
+    """Return the autocorrelation function of a map, f_ACF, for lags up to half its sides.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights, NaN where missing.
+
+    Returns
+    -------
+    ndarray, shape (2*(ny//2) + 1, nx//2 + 1)
+        ``[j, i]`` belongs to the lag (j - ny//2, i) in pixels, so that zero lag, with the value
+        1, is ``[ny//2, 0]``; lags with negative x follow from f(-t) = f(t). NaN where fewer
+        than 5 % of the points have a partner, and everywhere if the map is flat.
+
+    Raises
+    ------
+    InputError
+        If every point is missing.
+
+    Notes
+    -----
+    f(t) = ⟨z(r) z(r + t)⟩ / ⟨z²⟩, with z the height above the mean and the upper average over
+    the pairs of points that are both there. The map is not continued beyond its edges and holes
+    need no filling. Longer lags have less than a quarter of the pairs in the corners of the map
+    of lags: they carry chance rather than texture. The transforms take about nine times the
+    memory of the map.
+
+    References
+    ----------
+    ISO 25178-2:2021, section 3 (autocorrelation function)
+
+    Examples
+    --------
+    >>> stripes = np.tile([-1.0, 1.0], (4, 2))
+    >>> autocorrelation(stripes)[2].round(12) + 0.0
+    array([ 1., -1.,  1.])
+    """
+    ny, nx = heights.shape
+    half_y, half_x = ny // 2, nx // 2
+    mean, count = mean_and_count(heights)
+    Sq = rms_height(heights)
+    if Sq == 0 or np.nanmax(heights) == np.nanmin(heights):
+        return np.full((2 * half_y + 1, half_x + 1), math.nan)
+    padded = (
+        fft.fast_length(ny + half_y),
+        fft.fast_length(nx + half_x),
+    )
+
+    def correlate(scratch: Array) -> Array:
+        spectrum = fft.rfft2(scratch)
+        for rows in blocks.of_rows(spectrum.shape):
+            spectrum[rows] = np.square(spectrum[rows].real) + np.square(spectrum[rows].imag)
+        sums: Array = fft.irfft2(spectrum, padded)
+        return np.concatenate([sums[padded[0] - half_y :, : half_x + 1],
+                               sums[: half_y + 1, : half_x + 1]])  # fmt: skip
+
+    scratch = np.zeros(padded)
+    for rows in blocks.of_rows(heights.shape):
+        z = (heights[rows] - mean) / Sq
+        z[np.isnan(z)] = 0.0
+        scratch[rows, :nx] = z
+    function = correlate(scratch)
+    if count == heights.size:
+        pairs = np.outer(ny - np.abs(np.arange(-half_y, half_y + 1.0)),
+                         nx - np.arange(half_x + 1.0))  # fmt: skip
+    else:
+        for rows in blocks.of_rows(heights.shape):
+            scratch[rows, :nx] = ~np.isnan(heights[rows])
+        pairs = np.rint(correlate(scratch))
+    pairs[pairs < max(_LEAST_OVERLAP * count, 1)] = math.nan
+    function /= pairs
+    return function
+
+
+def autocorrelation_lengths(
+    heights: Array, pixel: tuple[float, float], threshold: float = 0.2
+) -> tuple[float, float]:
+    """Return the distances of fastest and of slowest decay of the autocorrelation function.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights [m], levelled before: a slope left in the map correlates over all of it. NaN
+        where missing.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    threshold : float
+        Value s to which the function decays from 1, between 0 and 1.
+
+    Returns
+    -------
+    (float, float)
+        Fastest, which is Sal, and slowest [m]; the texture aspect ratio Str is their quotient.
+        The slowest is infinite if in some direction the function stays above the threshold over
+        half the map, both are if it does so in every direction. NaN if the map is flat.
+
+    Raises
+    ------
+    InputError
+        If every point is missing, the pixel is not positive or the threshold is outside (0, 1).
+
+    Notes
+    -----
+    ``Sal = min |t|`` over the lags with f(t) ≤ s; ``Str = Sal / max |t|`` over the lags that are
+    joined to zero lag by a straight line on which f ≥ s. Both follow from the first crossing of s
+    on the rays from zero lag to every lag on the border of `autocorrelation`, with linear
+    interpolation. Lengths of about one pixel are therefore the pixel's rather than the
+    surface's.
+
+    References
+    ----------
+    ISO 25178-2:2021, section 4.3; the default threshold of 0.2 is that of ISO 25178-3.
+
+    Examples
+    --------
+    >>> wave = np.cos(2 * np.pi * np.arange(4096) / 64) * np.ones((4, 1))
+    >>> fastest, slowest = autocorrelation_lengths(wave, (1.0, 1.0))
+    >>> round(fastest / 64, 3), round(float(np.arccos(0.2)) / (2 * np.pi), 3), slowest
+    (0.218, 0.218, inf)
+    """
+    require_pixel(pixel)
+    if not 0 < threshold < 1:
+        raise InputError(
+            f"must lie between 0 and 1, got {threshold!r}", argument="threshold", value=threshold
+        )
+    function = autocorrelation(heights)
+    half_y, half_x = function.shape[0] // 2, function.shape[1] - 1
+    if np.isnan(function[half_y, 0]):
+        return math.nan, math.nan
+    # Rays advance by one pixel along the axis they are closer to.
+    y, x = _border(half_y, half_x)
+    reach = np.maximum(np.abs(y), x)
+    y, x, reach = y[reach > 0], x[reach > 0], reach[reach > 0]
+    uy, ux = y / reach, x / reach
+    stride = np.hypot(uy * pixel[0], ux * pixel[1])
+    lengths = np.full(reach.size, math.inf)
+    live, before = np.arange(reach.size), np.ones(reach.size)
+    for step in range(1, max(half_y, half_x) + 1):
+        inside = reach[live] >= step
+        live, before = live[inside], before[inside]
+        value = _bilinear(function, half_y + step * uy[live], step * ux[live])
+        low = value <= threshold
+        crossing = step - (threshold - value[low]) / (before[low] - value[low])
+        lengths[live[low]] = crossing * stride[live[low]]
+        # A ray that runs into lags without enough pairs ends there, undecided.
+        high = value > threshold
+        live, before = live[high], value[high]
+        if live.size == 0:
+            break
+    return float(lengths.min()), float(lengths.max())
+
+
+def radial_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array, Array, Array]:
+    """Return the radially averaged power spectral density of a map.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights [m] without holes, levelled before.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+
+    Returns
+    -------
+    q : ndarray, shape (n,)
+        Mean wave number of each shell [rad/m].
+    C : ndarray, shape (n,)
+        Mean spectral density in the shell, C^iso [m⁴].
+    waves : ndarray, shape (n,)
+        Number of wave vectors ``(q_y, q_x)`` in the shell, positive and negative ones.
+
+    Raises
+    ------
+    InputError
+        If points are missing or the pixel is not positive.
+
+    Notes
+    -----
+    ``C(q) = |h̃(q)|² / (Lx Ly)`` with h̃(q) = Δx Δy Σ z exp(-i q·r) and z the height above the mean.
+    Shell k holds the wave vectors with ``(k - ½) δ ≤ |q| < (k + ½) δ``, δ = 2π/min(Lx, Ly), without
+    q = 0; empty shells do not occur. Hence Sq² = Σ C·waves / (Lx Ly) holds to rounding; the
+    integral over the plane is Sq² = ∫ C q dq / 2π.
+
+    Shells beyond π/max(Δx, Δy) are cut off by the corners of the grid; ``waves`` shows it.
+
+    No window is applied: a periodic map is resolved exactly. A map that is not has a step
+    between its opposite edges, which adds to C at large q; level it, and distrust slopes of
+    log C against log q below -3 at the fine end.
+
+    References
+    ----------
+    Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
+
+    Examples
+    --------
+    >>> wave = np.cos(2 * np.pi * np.arange(32) / 8) * np.ones((32, 1))
+    >>> q, C, waves = radial_spectrum(wave, (1.0, 1.0))
+    >>> round(float(q[C.argmax()] * 8 / (2 * np.pi)), 1), round(float((C * waves).sum() / 32**2), 6)
+    (1.0, 0.5)
+    """
+    require_pixel(pixel)
+    missing = int(np.count_nonzero(np.isnan(heights)))
+    if missing:
+        raise InputError(
+            f"has {missing} missing points; fill or crop them first, e.g. surface.filled()",
+            argument="heights",
+        )
+    (ny, nx), (dy, dx) = heights.shape, pixel
+    spectrum = fft.rfft2(heights - mean_and_count(heights)[0])
+    qy = 2 * np.pi * fft.frequencies(ny, dy)
+    qx = 2 * np.pi * fft.half_frequencies(nx, dx)
+    delta = 2 * np.pi / min(ny * dy, nx * dx)
+    shells = int(math.hypot(np.abs(qy).max(), qx.max()) / delta + 0.5) + 1
+    # The half spectrum stands for both signs of q_x, but for its first and, if even, last column.
+    weight = np.full(qx.size, 2.0)
+    weight[0] = 1.0
+    if nx % 2 == 0:
+        weight[-1] = 1.0
+    sums = np.zeros((3, shells))
+    for rows in blocks.of_rows(spectrum.shape):
+        q = np.hypot(qy[rows, None], qx)
+        shell = (q / delta + 0.5).astype(np.int64).ravel()
+        weights = np.broadcast_to(weight, q.shape).copy()
+        if rows.start == 0:
+            weights[0, 0] = 0.0
+        power = np.square(spectrum[rows].real) + np.square(spectrum[rows].imag)
+        for total, values in zip(sums, (weights, weights * q, weights * power), strict=True):
+            total += np.bincount(shell, values.ravel(), minlength=shells)
+    waves, wave_number, power = sums[:, sums[0] > 0]
+    return wave_number / waves, power / waves * (dx * dy / (nx * ny)), waves
+
+
+def _border(half_y: int, half_x: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    # Lags (y, x) on the rim of the half plane x ≥ 0.
+    y, x = np.arange(-half_y, half_y + 1), np.arange(half_x)
+    return (
+        np.concatenate([y, np.full(half_x, half_y), np.full(half_x, -half_y)]),
+        np.concatenate([np.full(y.size, half_x), x, x]),
+    )
+
+
+def _bilinear(values: Array, y: Array, x: Array) -> Array:
+    row = np.clip(y.astype(np.int64), 0, max(values.shape[0] - 2, 0))
+    column = np.clip(x.astype(np.int64), 0, max(values.shape[1] - 2, 0))
+    below, right = (np.minimum(index + 1, length - 1)
+                    for index, length in zip((row, column), values.shape, strict=True))  # fmt: skip
+    v, u = y - row, x - column
+    upper = (1 - u) * values[row, column] + u * values[row, right]
+    lower = (1 - u) * values[below, column] + u * values[below, right]
+    interpolated: Array = (1 - v) * upper + v * lower
+    return interpolated

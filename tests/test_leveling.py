@@ -1,0 +1,156 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from roughcontact.errors import InputError
+from roughcontact.surface import blocks, leveling
+
+
+def rough(seed: int, shape: tuple[int, int], holes: float = 0.0) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    heights = rng.normal(size=shape)
+    heights[rng.random(shape) < holes] = np.nan
+    return heights
+
+
+@given(
+    st.integers(0, 1000),
+    st.floats(-100, 100),
+    st.floats(-10, 10),
+    st.floats(-10, 10),
+    st.sampled_from(["plane", "quadric"]),
+)
+def test_level_removes_any_added_plane(
+    seed: int, offset: float, slope_y: float, slope_x: float, form: str
+) -> None:
+    heights = rough(seed, (13, 17), holes=0.2)
+    y, x = np.mgrid[:13, :17]
+    tilted = heights + offset + slope_y * y + slope_x * x
+    # Rounding of heights of up to 400.
+    np.testing.assert_allclose(
+        leveling.level(tilted, form), leveling.level(heights, form), atol=1e-11
+    )
+
+
+@pytest.mark.parametrize("form", ["mean", "plane", "quadric"])
+def test_level_agrees_with_least_squares(form: str) -> None:
+    heights = rough(3, (20, 31), holes=0.4)
+    y, x = (axis / 30 for axis in np.mgrid[:20, :31])
+    columns = {"mean": [1 + 0 * x], "plane": [1 + 0 * x, x, y]}
+    columns["quadric"] = [*columns["plane"], x * x, x * y, y * y]
+    there = np.isfinite(heights)
+    matrix = np.stack([column[there] for column in columns[form]], axis=1)
+    fitted = matrix @ np.linalg.lstsq(matrix, heights[there], rcond=None)[0]
+    levelled = leveling.level(heights, form)
+    np.testing.assert_allclose(levelled[there], heights[there] - fitted, atol=1e-13)
+    assert np.isnan(levelled[~there]).all()
+    assert abs(np.nanmean(levelled)) < 1e-15
+
+
+def test_level_is_well_conditioned_in_a_corner_of_a_large_map() -> None:
+    heights = np.full((2000, 1500), np.nan)
+    y, x = np.mgrid[:20, :20]
+    bump = 1e-9 * rough(4, (20, 20))
+    heights[-20:, -20:] = 1e-3 + 1e-6 * (x + 2 * y) + 1e-8 * x * y + bump
+    expected = leveling.level(bump, "quadric")
+    levelled = leveling.level(heights, "quadric")[-20:, -20:]
+    # Heights of 1e-3 carry rounding of 2e-19.
+    np.testing.assert_allclose(levelled, expected, atol=1e-17)
+
+
+def test_level_of_heights_far_from_zero_has_zero_mean() -> None:
+    y, x = np.mgrid[:30, :50]
+    heights = 1e9 + 1e7 * x + 3e6 * y + rough(9, (30, 50), holes=0.1)
+    # One fit leaves its rounding, of order 1e-7, as the mean.
+    assert abs(np.nanmean(leveling.level(heights, "plane"))) < 1e-12
+
+
+def test_level_by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    heights = rough(5, (37, 23), holes=0.1)
+    whole = leveling.level(heights, "quadric")
+    monkeypatch.setattr(blocks, "VALUES", 23 * 4)
+    np.testing.assert_allclose(leveling.level(heights, "quadric"), whole, atol=1e-14)
+
+
+def test_level_leaves_its_argument_alone() -> None:
+    heights = rough(6, (5, 5))
+    before = heights.copy()
+    leveling.level(heights)
+    np.testing.assert_array_equal(heights, before)
+
+
+def test_level_refuses_unknown_forms_and_too_few_points() -> None:
+    with pytest.raises(InputError, match="mean, plane, quadric, robust, three-point, got 'cubic'"):
+        leveling.level(np.zeros((4, 4)), "cubic")
+    on_a_line = np.full((9, 9), np.nan)
+    np.fill_diagonal(on_a_line, 1.0)
+    with pytest.raises(InputError, match="9 points"):
+        leveling.level(on_a_line, "plane")
+    with pytest.raises(InputError, match="fit a quadric"):
+        leveling.level(np.zeros((2, 6)), "quadric")
+    with pytest.raises(InputError, match="0 points"):
+        leveling.level(np.full((3, 3), np.nan), "mean")
+
+
+def test_three_points_end_at_zero() -> None:
+    heights = rough(11, (9, 14), holes=0.2)
+    points = [(0, 1), (8, 3), (2, 12)]
+    for index, point in enumerate(points):
+        heights[point] = index + 0.5
+    levelled = leveling.level(heights, "three-point", points)
+    assert max(abs(levelled[point]) for point in points) < 1e-14
+    y, x = np.mgrid[:9, :14]
+    tilted = leveling.level(heights + 3 + 0.2 * y - 0.7 * x, "three-point", points)
+    np.testing.assert_allclose(tilted, levelled, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [
+        ([(0, 0), (1, 1), (2, 2)], "one line"),
+        ([(0, 0), (1, 1), (5, 2)], r"5 × 6 points, got \(5, 2\)"),
+        ([(0, 0), (1, -1), (3, 2)], r"got \(1, -1\)"),
+        ([(0, 0), (3, 3), (1, 2)], r"height at \(3, 3\) is missing"),
+        ([(0, 0), (1, 2)], "three pairs"),
+        (None, "only with it"),
+    ],
+)
+def test_three_points_that_make_no_plane(points, words: str) -> None:
+    heights = np.ones((5, 6))
+    heights[3, 3] = np.nan
+    with pytest.raises(InputError, match=words):
+        leveling.level(heights, "three-point", points)
+    with pytest.raises(InputError, match="only with it"):
+        leveling.level(heights, "plane", [(0, 0), (1, 2), (3, 2)])
+
+
+def test_a_robust_plane_does_not_follow_pits() -> None:
+    rng = np.random.default_rng(12)
+    y, x = np.mgrid[:60, :80]
+    noise = 0.01 * rng.normal(size=y.shape)
+    pits = rng.random(y.shape) < 0.3 * x / 40  # 30 %, most of them on the right
+    heights = 5 + 0.02 * x - 0.03 * y + noise - np.where(pits, 3.0, 0.0)
+    heights[rng.random(y.shape) < 0.1] = np.nan
+    plane = heights - leveling.level(heights, "robust")
+    there = np.isfinite(plane)
+    # 3000 points of noise 0.01 leave a plane uncertain by 0.0004 at its corners; least squares
+    # is off by 1.
+    assert np.abs(plane - (5 + 0.02 * x - 0.03 * y))[there].max() < 2e-3
+    assert np.abs(leveling.level(heights))[there & ~pits].max() > 0.5
+
+
+def test_a_robust_plane_of_a_plane_with_spikes_is_that_plane() -> None:
+    y, x = np.mgrid[:12, :9]
+    plane = 1.0 + 0.25 * x - 0.5 * y
+    spikes = np.zeros(plane.shape)
+    spikes[3:6, 4:6] = 100
+    np.testing.assert_allclose(leveling.level(plane + spikes, "robust"), spikes, atol=1e-9)
+    np.testing.assert_allclose(leveling.level(plane, "robust"), 0, atol=1e-14)
+
+
+def test_a_robust_plane_of_normal_heights_is_near_least_squares() -> None:
+    heights = rough(13, (50, 40))
+    difference = leveling.level(heights, "robust") - leveling.level(heights, "plane")
+    # Uncertainty of either plane 0.02 in the middle, 0.05 at a corner.
+    assert 0 < np.abs(difference).max() < 0.05
