@@ -1,4 +1,5 @@
 import importlib.util
+import itertools
 import subprocess
 import sys
 import warnings
@@ -10,8 +11,9 @@ import numpy as np
 import pytest
 
 from roughcontact.errors import FormatError, InputError
-from roughcontact.formats import read as formats
-from roughcontact.formats.read import Channel, channels, read_surface
+from roughcontact.formats import instruments
+from roughcontact.formats.read import SUFFIXES, channels, read_surface
+from roughcontact.formats.source import Channel
 
 MEASUREMENTS = Path(__file__).parents[1] / ".." / "shared" / "measurements"
 
@@ -153,7 +155,7 @@ def test_truncated_files_are_refused(tmp_path: Path, name: str, fraction: float)
 
 
 @needs_reader
-@pytest.mark.parametrize("suffix", sorted(formats._INSTRUMENT_SUFFIXES))
+@pytest.mark.parametrize("suffix", sorted(itertools.chain(*instruments.SUFFIXES.values())))
 @pytest.mark.parametrize("content", [b"hello world\n" * 50, b"\0" * 5000, bytes(range(256)) * 20])
 def test_other_content_is_refused_for_every_suffix(
     tmp_path: Path, suffix: str, content: bytes
@@ -166,8 +168,8 @@ def test_every_suffix_has_a_reader() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         from SurfaceTopography.IO import lookup_reader_by_format
-    assert set(formats._INSTRUMENT_SUFFIXES.values()) <= set(lookup_reader_by_format)
-    assert "hgt" not in formats.SUFFIXES.values()
+    assert set(instruments.SUFFIXES) <= set(lookup_reader_by_format)
+    assert "hgt" not in SUFFIXES.values()
 
 
 def sdf(x_scale: float = 1e-6, z_scale: float = 1e-9, points: int = 4) -> str:
@@ -261,7 +263,7 @@ def fake(monkeypatch: pytest.MonkeyPatch, *entries: SimpleNamespace) -> None:
         return FakeReader(*entries)
 
     library = SimpleNamespace(open_topography=open_topography)
-    monkeypatch.setattr(formats, "_surface_topography", lambda path: library)
+    monkeypatch.setattr(instruments, "_surface_topography", lambda path: library)
 
 
 def test_noise_of_the_reader_stays_inside(

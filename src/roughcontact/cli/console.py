@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
     from roughcontact.contact.subsurface import StressResult
     from roughcontact.fleet.plan import Report
-    from roughcontact.formats.read import Channel
+    from roughcontact.formats.source import Channel
     from roughcontact.material.catalogue import Entry
     from roughcontact.material.material import Material
     from roughcontact.request.outputs import Say

@@ -47,7 +47,7 @@ from roughcontact.contact.archive import (
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.files import replacing, to_json
-from roughcontact.formats.read import TEXT_MARK
+from roughcontact.formats.matrices import TEXT_MARK
 from roughcontact.halfspace import plastic
 from roughcontact.surface.surface import Surface
 from roughcontact.volume.result import ElastoplasticResult, PlasticBody

@@ -242,11 +242,11 @@ class Request:
         return shlex.join(words)
 
     def _nominal(self) -> Surface:
-        from roughcontact.formats import read
+        from roughcontact.formats.scale import pixel_of
 
         assert self.body is not None
         assert self.points is not None
-        pixel = read.pixel_of(self.size, self.points)
+        pixel = pixel_of(self.size, self.points)
         return self.body(shape=self.points, pixel=pixel)
 
     def _prepared(self, surface: Surface, path: Path) -> Surface:

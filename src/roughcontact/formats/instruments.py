@@ -1,0 +1,373 @@
+"""Files of instruments by SurfaceTopography's readers, and what in them contradicts itself."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import math
+import os
+import re
+import warnings
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import FormatError, InputError
+from roughcontact.formats.scale import in_metres, is_length, pixel_of, refuse_given, unit_in_metres
+from roughcontact.formats.source import Asked, Channel, check_container, one_line, surface_of
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+Array = NDArray[np.float64]
+
+# Name of SurfaceTopography's reader -> suffixes. The suffix decides and the content does not:
+# SurfaceTopography takes one vendor's file for another's, and anything at all for `hgt`, which
+# is therefore left out, as are its readers of formats without units that are not instruments'
+# (MATLAB, HDF5, lists of points) and of single profiles.
+SUFFIXES = {
+    "al3d": (".al3d",),
+    "bcr": (".bcr", ".bcrf"),
+    "datx": (".datx",),
+    "di": (".di", ".spm"),
+    "ezd": (".ezd", ".nid"),
+    "frt": (".frt",),
+    "gwy": (".gwy",),
+    "ibw": (".ibw",),
+    "jpk": (".jpk",),
+    "lext": (".lext",),
+    "mdt": (".mdt",),
+    "metropro": (".dat",),
+    "mi": (".mi",),
+    "mnt": (".mnt",),
+    # Some releases read its lateral sizes 10⁶ too large: such a size is refused as implausible.
+    "nms": (".nms",),
+    "oir": (".oir",),
+    "opd": (".opd",),
+    "opdx": (".opdx",),
+    "os3d": (".os3d",),
+    "plu": (".apx", ".plu"),
+    "plux": (".plux",),
+    "poir": (".poir",),
+    "ps": (".tif", ".tiff"),
+    "qep": (".qep",),
+    "sdf": (".sdf",),
+    "sur": (".sur",),
+    "tmd": (".tmd",),
+    "vk": (".vk3", ".vk4", ".vk6", ".vk7"),
+    "wsxm": (".stp", ".top"),
+    "x3p": (".x3p",),
+    "zmg": (".zmg",),
+    "zon": (".zon",),
+}
+
+# Formats for which a suffix of three digits stands as well: Bruker's count the scans.
+NUMBERED = ("di",)
+
+# A length unit does not make a channel a height: a calibrated deflection or amplitude error is
+# in nm, too. SurfaceTopography 1.27 calls all channels of a Bruker file heights.
+_NOT_HEIGHT = re.compile(
+    r"phase|ampl|deflection|error|friction|lateral|current|potential|adhesion|modulus|stiffness"
+    r"|deformation|indentation|dissipation|force|voltage|intensity|brightness|contrast|quality"
+    r"|colou?r|light|laser|noise|separation|input|frequency|excitation|\blfm\b|\btr\b|\bvert\b",
+    re.IGNORECASE,
+)
+
+# Deflate packs 1032 to 1 at most; a header that claims more points than this is damaged.
+_POINTS_PER_BYTE = 1100
+
+
+def read(path: Path, name: str, asked: Asked) -> Surface:
+    """Return the map in an instrument's file; ``name`` is that of SurfaceTopography's reader."""
+    with _opened(path, name) as reader:
+        entries = list(reader.channels)
+        found = [_described(path, entry) for entry in entries]
+        default = int(reader.default_channel.index)
+        index = _chosen(path, found, asked.channel, default)
+        entry, described = entries[index], found[index]
+        _check_grid(path, described)
+        if described.unit:
+            refuse_given(path, unit=asked.unit)
+        if entry.physical_sizes is not None:
+            refuse_given(path, size=asked.size)
+        metre = unit_in_metres(path, described.unit or asked.unit)
+        topography, pixel = _sized(path, entry, described, asked, metre)
+        values = np.ma.filled(np.ma.asarray(topography.heights(), dtype=np.float64), np.nan)
+        contradiction = _contradiction(path, name, entry, values)
+        if contradiction:
+            raise FormatError(
+                f"{path.name} contradicts itself: {contradiction}; copy or export it again"
+            )
+        # SurfaceTopography has [x, y], this program [y, x].
+        heights = in_metres(np.ascontiguousarray(values.T), metre)
+        instrument = _instrument_name(reader, entry)
+    provenance = Provenance(
+        source=path.name,
+        instrument=instrument,
+        channel=described.name if len(found) > 1 else "",
+    )
+    return surface_of(path, heights, pixel, provenance)
+
+
+def channels(path: Path, name: str) -> tuple[Channel, ...]:
+    """Return the channels of an instrument's file."""
+    with _opened(path, name) as reader:
+        return tuple(_described(path, entry) for entry in reader.channels)
+
+
+def _sized(
+    path: Path, entry: Any, described: Channel, asked: Asked, metre: float
+) -> tuple[Any, tuple[float, float]]:
+    """Return SurfaceTopography's map of a channel, and its pixel [m]."""
+    if entry.physical_sizes is None:
+        ny, nx = described.shape
+        # Any size will do for the reader; ours is in metres whatever its unit.
+        return entry.topography(physical_sizes=(1.0, 1.0)), pixel_of(
+            asked.size, (ny, nx), path.name
+        )
+    topography = entry.topography()
+    along_x, along_y = (float(edge) for edge in topography.pixel_size)
+    return topography, (along_y * metre, along_x * metre)
+
+
+def _described(path: Path, entry: Any) -> Channel:
+    # Bruker's non-height channels have a pair of units, lateral and vertical.
+    if isinstance(entry.unit, tuple):
+        unit = entry.unit[-1]
+        known = False
+    else:
+        unit = entry.data_unit
+        known = unit == entry.unit
+    text = "" if unit is None else str(unit)
+    is_height = (
+        known
+        and bool(entry.is_height_channel)
+        and entry.dim == 2
+        and (not text or is_length(path, text))
+        and not _NOT_HEIGHT.search(str(entry.name))
+    )
+    shape = tuple(int(points) for points in reversed(entry.nb_grid_pts or ()))
+    return Channel(str(entry.name), text, is_height, shape)
+
+
+def _chosen(path: Path, found: list[Channel], channel: str | int | None, default: int) -> int:
+    heights = [index for index, entry in enumerate(found) if entry.is_height]
+    listing = "; ".join(
+        f"{index}: {entry.name!r}"
+        + (f" [{entry.unit}]" if entry.unit else "")
+        + ("" if entry.is_height else " (not a height)")
+        for index, entry in enumerate(found)
+    )
+    if channel is None:
+        if not heights:
+            raise FormatError(
+                f"{path.name} holds no height map, only the channels {listing}; export the heights"
+            )
+        return default if default in heights else heights[0]
+    by_name = [index for index, entry in enumerate(found) if entry.name == channel]
+    if len(by_name) > 1:
+        # One height among namesakes is no choice.
+        by_name = [index for index in by_name if index in heights] or by_name
+    if len(by_name) > 1:
+        raise InputError(
+            f"{path.name} has several channels named {channel!r}; give an index of {listing}"
+        )
+    if by_name:
+        index = by_name[0]
+    elif not isinstance(channel, bool) and re.fullmatch(r"\d{1,6}", str(channel)):
+        index = int(channel)
+    else:
+        index = -1
+    if not 0 <= index < len(found):
+        raise InputError(f"{path.name} has no channel {channel!r}; its channels are {listing}")
+    if index not in heights:
+        raise InputError(
+            f"{channel!r} of {path.name} is not a height; its channels are {listing}",
+            argument="channel",
+        )
+    return index
+
+
+def _check_grid(path: Path, described: Channel) -> None:
+    points = math.prod(described.shape)
+    if len(described.shape) != 2 or min(described.shape) < 2:
+        raise FormatError(
+            f"{path.name} holds a grid of shape {described.shape}, no map of at least 2 × 2 points"
+        )
+    if points > _POINTS_PER_BYTE * path.stat().st_size:
+        ny, nx = described.shape
+        raise FormatError(
+            f"{path.name} announces {ny} × {nx} points, more than its {path.stat().st_size} bytes "
+            "can hold; check that the file is complete"
+        )
+
+
+def _surface_topography(path: Path) -> ModuleType:
+    try:
+        import SurfaceTopography.IO
+    except ImportError as error:
+        raise FormatError(
+            f"{path.name} needs SurfaceTopography, which cannot be imported ({one_line(error)}); "
+            "run pip install 'roughcontact[io]'"
+        ) from None
+    module: ModuleType = SurfaceTopography.IO
+    return module
+
+
+class _Bounded(io.BufferedReader):
+    """A stream that reserves no more memory for a read than the file can fill.
+
+    A damaged header may ask for terabytes, which `io.BufferedReader` reserves before it reads.
+    """
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        if size is not None and size > 0:
+            left = os.fstat(self.fileno()).st_size - self.tell()
+            size = min(size, max(left, 0))
+        return super().read(size)
+
+
+@contextlib.contextmanager
+def _opened(path: Path, kind: str) -> Iterator[Any]:
+    """Give SurfaceTopography's reader of a file, quiet, and with one kind of error."""
+    # Parsers print, and log what they cannot read, byte by byte.
+    noise = io.StringIO()
+    with (
+        warnings.catch_warnings(),
+        contextlib.redirect_stdout(noise),
+        contextlib.redirect_stderr(noise),
+    ):
+        warnings.simplefilter("ignore")
+        try:
+            library = _surface_topography(path)
+            check_container(path)
+            # Our own stream: a reader that fails half-way leaves files open that it opened.
+            with (
+                _Bounded(io.FileIO(path)) as stream,
+                library.open_topography(stream, format=kind) as reader,
+            ):
+                yield reader
+        except InputError:
+            raise
+        # Readers of damaged files fail with anything: AssertionError, struct.error, KeyError,
+        # MemoryError. All mean the same to the user.
+        except Exception as error:
+            raise FormatError(
+                f"{path.name} cannot be read as format {kind!r} ({one_line(error)}); check that "
+                "the file is complete, or name its format with format="
+            ) from error
+
+
+def _instrument_name(reader: Any, entry: Any) -> str:
+    about = entry.info.get("instrument") or {}
+    named = [str(about[key]) for key in ("vendor", "name") if about.get(key)]
+    name = str(reader.name())
+    return f"{name} ({' '.join(named)})" if named else name
+
+
+# Contradictions
+
+
+def _contradiction(path: Path, kind: str, entry: Any, values: Array) -> str:
+    """Return what in a header does not fit the rest of the file; empty if everything does.
+
+    What SurfaceTopography does not compare, or replaces where it is missing. Without it one
+    damaged byte shears a map or changes its scale by a plausible factor.
+    """
+    check = _CONTRADICTIONS.get(kind)
+    header = entry.info.get("raw_metadata")
+    if check is None or not header:
+        return ""
+    try:
+        return check(path, header, entry, values)
+    # Another version of SurfaceTopography that keeps less of the header.
+    except KeyError:
+        return ""
+
+
+def _metropro_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
+    phases = 4 * header["cn_org_width"] * header["cn_org_height"]
+    frames = 2 * header["ac_org_width"] * header["ac_org_height"] * header["ac_n_buckets"]
+    for what, size, stated in (
+        ("phases", phases, header["cn_n_bytes"]),
+        ("camera frames", frames, header["ac_n_bytes"]),
+    ):
+        if size != stated:
+            return f"its {what} take {size} bytes by their grid and {stated} by their size"
+    return ""
+
+
+def _sur_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
+    end = 512 + header["comment_size"] + header["private_size"]
+    end += header["nb_points"] * header["itemsize"] // 8
+    length = path.stat().st_size
+    if end == length:
+        return ""
+    stated = header["zmin"], header["zmax"]
+    counts = values / entry.height_scale_factor
+    low, high = np.nanmin(counts).round(), np.nanmax(counts).round()
+    # Some programs append to the file, some leave the range open; not both.
+    if (low, high) == stated:
+        return ""
+    return (
+        f"its heights end at byte {end} of {length} and span {low:.0f} to {high:.0f} counts, "
+        f"not {stated[0]} to {stated[1]}"
+    )
+
+
+def _opd_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
+    if "Aspect" not in header and "Wavelength" in header:
+        return "it has no block 'Aspect', the ratio of the edges of a pixel"
+    # Integers are parts of a wavelength, floats whole ones.
+    counts = values / entry.height_scale_factor
+    if "Mult" not in header and np.nanmax(np.abs(counts - np.rint(counts))) < 1e-6:
+        return "its heights are integers, but it has no block 'Mult', their scale"
+    return ""
+
+
+def _bruker_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
+    # Where an image has not the points that its bytes make, SurfaceTopography takes those of the
+    # scan, and stretches the sides with them.
+    stated = int(header["samps/line"]), int(header["number of lines"])
+    nx, ny = entry.nb_grid_pts
+    if stated == (nx, ny):
+        return ""
+    width, _, height = header["aspect ratio"].partition(":")
+    along_x, along_y = entry.physical_sizes
+    if math.isclose(along_x * float(height), along_y * float(width), rel_tol=1e-4):
+        return ""
+    return f"the image has {stated[0]} × {stated[1]} points by its section, {nx} × {ny} by the scan"
+
+
+def _mnt_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
+    stated = header["axes"]["z"]["max_count"] - header["axes"]["z"]["min_count"]
+    counts = (np.nanmax(values) - np.nanmin(values)) / entry.height_scale_factor
+    # Masked points may lie anywhere in the range; what is lost in the digits of the origin, or is
+    # beyond the range, does not.
+    if stated <= 0 or 0.01 * stated < counts < 1.01 * stated + 1:
+        return ""
+    return f"its heights span {counts:.0f} counts, not {stated}"
+
+
+def _sdf_contradiction(path: Path, header: dict[str, Any], entry: Any, values: Array) -> str:
+    # The text variant; the binary one may have anything after its heights.
+    parts = re.split(rb"^\s*\*\s*$", path.read_bytes(), flags=re.MULTILINE)
+    if not parts[0].startswith(b"a") or len(parts) < 2:
+        return ""
+    count = len(parts[1].split())
+    return "" if count == values.size else f"it announces {values.size} heights, but has {count}"
+
+
+_CONTRADICTIONS: dict[str, Callable[[Path, dict[str, Any], Any, Array], str]] = {
+    "di": _bruker_contradiction,
+    "metropro": _metropro_contradiction,
+    "mnt": _mnt_contradiction,
+    "opd": _opd_contradiction,
+    "sdf": _sdf_contradiction,
+    "sur": _sur_contradiction,
+}

@@ -1,0 +1,69 @@
+"""Height maps in NetCDF, as this program writes them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact import netcdf
+from roughcontact.errors import FormatError
+from roughcontact.formats.scale import refuse_given
+from roughcontact.formats.source import Asked, Channel, one_line, surface_of
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
+
+Array = NDArray[np.float64]
+
+
+def read(path: Path, name: str, asked: Asked) -> Surface:
+    """Return the variable ``height`` [m] over ``y`` and ``x`` [m] of a NetCDF file."""
+    refuse_given(path, unit=asked.unit, size=asked.size)
+    return _map(path)
+
+
+def channels(path: Path, name: str) -> tuple[Channel, ...]:
+    """Return the heights as the only channel."""
+    return (Channel("height", "m", True, _map(path).shape),)
+
+
+def _map(path: Path) -> Surface:
+    expected = "expected a NetCDF file with a variable 'height' [m] over (y, x)"
+    try:
+        with netcdf.opened(path) as dataset:
+            height = dataset["height"]
+            dimensions, unit = height.dims, height.attrs.get("units")
+            values = np.asarray(height.values)
+            attributes = dict(dataset.attrs)
+            coordinates = [
+                np.asarray(dataset[name].values, dtype=float)
+                for name in ("y", "x")
+                if name in dataset.coords
+            ]
+    # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more.
+    except Exception as error:
+        raise FormatError(f"{path.name} cannot be read ({one_line(error)}); {expected}") from None
+    if dimensions != ("y", "x") or unit != "m" or values.dtype.kind not in "fiu":
+        raise FormatError(
+            f"{path.name} has 'height' over {dimensions} with units {unit!r}; {expected}"
+        )
+    try:
+        if "pixel_y" in attributes and "pixel_x" in attributes:
+            pixel = float(attributes["pixel_y"]), float(attributes["pixel_x"])
+        else:
+            pixel = _spacing(coordinates[0]), _spacing(coordinates[1])
+    except (IndexError, TypeError, ValueError):
+        raise FormatError(
+            f"{path.name} has neither attributes pixel_y and pixel_x [m] nor evenly spaced "
+            f"coordinates y and x; {expected}"
+        ) from None
+    return surface_of(path, values, pixel, Provenance(path.name, "roughcontact NetCDF"))
+
+
+def _spacing(centres: Array) -> float:
+    steps = np.diff(centres)
+    mean = float(np.mean(steps))
+    if not np.allclose(steps, mean, rtol=1e-6, atol=0.0):
+        raise ValueError("coordinates are not evenly spaced")
+    return abs(mean)

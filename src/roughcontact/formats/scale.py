@@ -1,0 +1,141 @@
+"""Units, sizes and plausible scales of what is read."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact import units
+from roughcontact.errors import FormatError, InputError
+from roughcontact.surface.surface import Surface
+
+Array = NDArray[np.float64]
+
+# Units of length as instrument files spell them, where pint does not know the spelling or knows
+# another meaning ("A" is the ampere to pint).
+_FILE_UNITS = {"A": "angstrom", "Å": "angstrom", "~m": "um"}
+
+# Plausible scales [m]: from a few atoms to a machine bed.
+_SIDE_RANGE = (1e-9, 10.0)
+_PIXEL_RANGE = (1e-12, 1e-2)
+_HEIGHT_OVER_SIDE = 100.0
+
+
+def refuse_given(path: Path, **given: object) -> None:
+    """Raise `InputError` where something is given that a file says itself."""
+    for name, value in given.items():
+        if value is not None:
+            raise InputError(f"{path.name} gives its {name} itself; leave out {name}={value!r}")
+
+
+def unit_in_metres(path: Path, unit: str | None) -> float:
+    """Return a unit of length as files spell it [m]; without one, complain."""
+    if unit is None:
+        raise InputError(f"{path.name} gives no unit of the heights; give it, e.g. unit='um'")
+    return units.parse(f"1 {_FILE_UNITS.get(unit, unit)}", "length", "unit")
+
+
+def is_length(path: Path, unit: str) -> bool:
+    """Return whether a unit as a file spells it is one of length."""
+    try:
+        unit_in_metres(path, unit)
+    except InputError:
+        return False
+    return True
+
+
+def pixel_of(
+    size: tuple[float, float] | str | None, shape: tuple[int, int], name: str = "the map"
+) -> tuple[float, float]:
+    """Return the pixel of a grid over an outline.
+
+    Parameters
+    ----------
+    size : (float, float) or str
+        Lengths of the sides ``(y, x)`` [m], or as text; one for a square grid.
+    shape : (int, int)
+        Points ``(ny, nx)``.
+    name : str
+        What has these sides, for the message.
+
+    Returns
+    -------
+    (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+
+    Raises
+    ------
+    InputError
+        If the size is missing or cannot be used.
+    """
+    ny, nx = shape
+    if size is None:
+        raise InputError(
+            "gives no lengths of its sides; give them in the order (y, x), e.g. "
+            "size='0.1 mm x 0.2 mm'",
+            argument=name,
+        )
+    if isinstance(size, str):
+        # An x before no number is part of a unit.
+        parts = re.split(r"\s*[x×]\s*(?=[-+\u2212.\d])", size.strip())
+        sides = tuple(units.parse(part, "length", "size") for part in parts)
+    else:
+        try:
+            sides = tuple(float(side) for side in np.atleast_1d(np.asarray(size, dtype=float)))
+        except (TypeError, ValueError):
+            raise InputError(
+                f"must be a pair (y, x) in metres, got {size!r}", argument="size", value=size
+            ) from None
+    if len(sides) == 1 and ny == nx:
+        sides *= 2
+    if len(sides) != 2:
+        raise InputError(
+            f"must give both sides (y, x) of a grid of {ny} × {nx} points, got {size!r}; "
+            "write e.g. '0.1 mm x 0.2 mm'",
+            argument="size",
+            value=size,
+        )
+    if not all(0 < side < math.inf for side in sides):
+        raise InputError(f"must be positive and finite, got {size!r}", argument="size", value=size)
+    return sides[0] / ny, sides[1] / nx
+
+
+def in_metres(values: NDArray[Any], metre: float) -> Array:
+    """Return values of some unit in metres."""
+    # Damaged numbers overflow, or are NaN of the signalling kind: `Surface` judges the outcome.
+    with np.errstate(all="ignore"):
+        heights: Array = values.astype(np.float64) * metre
+    return heights
+
+
+def check_scale(path: Path, surface: Surface) -> None:
+    """Refuse scales that no measured map has."""
+    what = "check the unit and the size in the file"
+    for name, values, (low, high) in (
+        ("sides (y, x)", surface.size, _SIDE_RANGE),
+        ("pixel (dy, dx)", surface.pixel, _PIXEL_RANGE),
+    ):
+        if not all(low <= value <= high for value in values):
+            first, second = (units.engineering(value, "m") for value in values)
+            raise FormatError(
+                f"{path.name} was read with {name} of {first} × {second}, which is outside "
+                f"{units.engineering(low, 'm')} to {units.engineering(high, 'm')}; {what}"
+            )
+    top, bottom = float(np.nanmax(surface.heights)), float(np.nanmin(surface.heights))
+    span = top - bottom
+    if span > _HEIGHT_OVER_SIDE * max(surface.size):
+        raise FormatError(
+            f"{path.name} was read with heights that span {units.engineering(span, 'm')} on sides "
+            f"of {units.engineering(max(surface.size), 'm')}; {what}, or mark outliers as missing"
+        )
+    if max(top, -bottom) > _SIDE_RANGE[1]:
+        raise FormatError(
+            f"{path.name} was read with heights from {units.engineering(bottom, 'm')} to "
+            f"{units.engineering(top, 'm')}, further than {units.engineering(_SIDE_RANGE[1], 'm')} "
+            f"from zero; {what}"
+        )

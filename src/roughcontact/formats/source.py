@@ -1,0 +1,132 @@
+"""What all readers share: what is asked of a file, its channels, one kind of complaint."""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact import netcdf
+from roughcontact.errors import FormatError, InputError
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One channel of a file.
+
+    Parameters
+    ----------
+    name : str
+        Name in the file; empty if the file names none.
+    unit : str
+        Unit of the values as the file gives it; empty if it gives none.
+    is_height : bool
+        Whether the channel holds heights, by its name and its unit.
+    shape : tuple of int
+        Grid points ``(ny, nx)``.
+    """
+
+    name: str
+    unit: str
+    is_height: bool
+    shape: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is said of a file beside its name; see `roughcontact.read_surface`."""
+
+    channel: str | int | None = None
+    unit: str | None = None
+    size: tuple[float, float] | str | None = None
+
+
+@dataclass(frozen=True)
+class InputFormat:
+    """A format that maps are read from: a line of the table in `roughcontact.formats.read`.
+
+    Parameters
+    ----------
+    name : str
+        As ``format`` of `roughcontact.read_surface` takes it.
+    suffixes : tuple of str
+        How its files end.
+    read : callable
+        ``read(path, name, asked)`` returns the map.
+    channels : callable
+        ``channels(path, name)`` returns the channels in the order of their indices.
+    numbered : bool
+        Whether three digits as a suffix stand for it as well.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    read: Callable[[Path, str, Asked], Surface]
+    channels: Callable[[Path, str], tuple[Channel, ...]]
+    numbered: bool = False
+
+
+def existing(path: str | os.PathLike[str]) -> Path:
+    """Return the path of a file that is there and not empty."""
+    path = Path(path)
+    try:
+        if path.is_dir():
+            raise FormatError(f"{path} is a directory; give the file with the height map")
+        if not path.exists():
+            raise FormatError(f"{path} does not exist; check the name of the file")
+        with path.open("rb") as stream:
+            empty = not stream.read(1)
+    except FormatError:
+        raise
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FormatError(f"{path} cannot be opened ({reason}); check the file") from None
+    if empty:
+        raise FormatError(f"{path} is empty; export or copy the measurement again")
+    return path
+
+
+def surface_of(
+    path: Path, heights: NDArray[Any], pixel: tuple[float, float], provenance: Provenance
+) -> Surface:
+    """Return a map, or complain of the file that it is from."""
+    try:
+        return Surface(heights, pixel, provenance)
+    except InputError as error:
+        raise FormatError(f"{path.name} holds no height map that can be used: {error}") from None
+
+
+def check_container(path: Path) -> None:
+    """Refuse ZIP archives with a wrong checksum, and HDF5 files that would be read for ever.
+
+    Several instruments' formats are one or the other. Checksums of an archive are looked at where
+    a member is read to its end, and one damaged length is enough that it is not.
+    """
+    with path.open("rb") as stream:
+        start = stream.read(4)
+        if start == b"\x89HDF":
+            netcdf.check_heaps(path)
+        if start != b"PK\x03\x04":
+            return
+        with zipfile.ZipFile(stream) as archive:
+            damaged = archive.testzip()
+    if damaged is not None:
+        raise ValueError(f"the checksum of {damaged!r} in the archive is wrong")
+
+
+def one_line(error: BaseException) -> str:
+    """Return what another library complains of, in one line."""
+    # Readers quote the bytes they stumble over; keep what can be printed.
+    printable = "".join(c if c.isprintable() else " " for c in str(error))
+    text = " ".join(printable.split()) or "no reason given"
+    return f"{type(error).__name__}: {text if len(text) <= 160 else text[:159] + '…'}"
