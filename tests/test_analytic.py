@@ -11,11 +11,11 @@ from scipy.integrate import quad
 from scipy.special import ellipkm1
 
 from roughcontact.errors import InputError
-from roughcontact.theory import analytic
+from roughcontact.theory import indenters, persson, waves
 
 AMPLITUDE, WAVELENGTH, MODULUS = 2e-7, 3e-5, 80e9
-WAVY = analytic.wavy_full_contact_pressure(AMPLITUDE, WAVELENGTH, MODULUS)
-CROSSED = analytic.crossed_full_contact_pressure(AMPLITUDE, WAVELENGTH, MODULUS)
+WAVY = waves.wavy_full_contact_pressure(AMPLITUDE, WAVELENGTH, MODULUS)
+CROSSED = waves.crossed_full_contact_pressure(AMPLITUDE, WAVELENGTH, MODULUS)
 A, SLOPE = 4e-6, 0.1
 
 ratios = st.floats(1e-4, 1.5)
@@ -82,9 +82,9 @@ def test_wavy_pressure_and_gap_solve_the_contact(ratio):
     # Sampling the root at the edge of a strip on N = 2^14 points errs by 10 N^(-3/2) = 5e-6.
     n = 2**14
     x, mean = grid(n), ratio * WAVY
-    pressure = analytic.wavy_pressure(x, mean, WAVY, WAVELENGTH)
-    gap = analytic.wavy_gap(x, mean, WAVY, WAVELENGTH, AMPLITUDE)
-    a = analytic.wavy_half_width(mean, WAVY, WAVELENGTH)
+    pressure = waves.wavy_pressure(x, mean, WAVY, WAVELENGTH)
+    gap = waves.wavy_gap(x, mean, WAVY, WAVELENGTH, AMPLITUDE)
+    a = waves.wavy_half_width(mean, WAVY, WAVELENGTH)
     distance = np.minimum(x, WAVELENGTH - x)
     assert (pressure[distance < 0.999 * a] > 0).all()
     assert (pressure[distance > 1.001 * a] == 0).all()
@@ -99,19 +99,19 @@ def test_wavy_pressure_matches_brute_force():
     # First-order errors at the edges of the strip: half a pixel there is 0.5 % of the peak.
     n, mean = 512, 0.3 * WAVY
     found = brute_force(AMPLITUDE * wave(n), mean)
-    expected = analytic.wavy_pressure(grid(n), mean, WAVY, WAVELENGTH)
+    expected = waves.wavy_pressure(grid(n), mean, WAVY, WAVELENGTH)
     inner = expected > 0.2 * expected.max()
     np.testing.assert_allclose(found[inner], expected[inner], rtol=0, atol=5e-3 * WAVY)
     width = WAVELENGTH / n * np.count_nonzero(found)
-    expected_width = 2 * analytic.wavy_half_width(mean, WAVY, WAVELENGTH)
+    expected_width = 2 * waves.wavy_half_width(mean, WAVY, WAVELENGTH)
     assert width == pytest.approx(expected_width, abs=2 * WAVELENGTH / n)
 
 
 @given(ratio=ratios)
 def test_wavy_mean_gap_is_the_mean_of_the_gap(ratio):
     n, mean = 4096, ratio * WAVY
-    gap = analytic.wavy_gap(grid(n), mean, WAVY, WAVELENGTH, AMPLITUDE)
-    expected = analytic.wavy_mean_gap(mean, WAVY, AMPLITUDE)
+    gap = waves.wavy_gap(grid(n), mean, WAVY, WAVELENGTH, AMPLITUDE)
+    expected = waves.wavy_mean_gap(mean, WAVY, AMPLITUDE)
     # The kink (distance)^(3/2) at the edge leaves the midpoint sum an error of N^(-5/2).
     assert gap.mean() == pytest.approx(expected, abs=1e-7 * AMPLITUDE)
 
@@ -134,8 +134,8 @@ def test_full_contact_pressure_flattens_the_wave(heights, closing):
 @pytest.mark.parametrize(
     ("ratio", "asymptote"),
     [
-        (0.005, analytic.crossed_contact_fraction_light),
-        (0.95, analytic.crossed_contact_fraction_heavy),
+        (0.005, waves.crossed_contact_fraction_light),
+        (0.95, waves.crossed_contact_fraction_heavy),
     ],
 )
 def test_crossed_contact_fraction_matches_brute_force(ratio, asymptote):
@@ -153,24 +153,24 @@ def test_crossed_contact_fraction_matches_brute_force(ratio, asymptote):
 @pytest.mark.parametrize("rho", [0.1, 0.6, 0.99, 1.01, 2.0, 20.0])
 def test_punch_displacement_is_the_half_space_response(rho):
     delta = 1e-8
-    load = analytic.punch_load(delta, A, MODULUS)
-    expected = ring_integral(rho * A, lambda r: analytic.punch_pressure(r, load, A), A)
-    found = float(analytic.punch_displacement(rho * A, delta, A))
+    load = indenters.punch_load(delta, A, MODULUS)
+    expected = ring_integral(rho * A, lambda r: indenters.punch_pressure(r, load, A), A)
+    found = float(indenters.punch_displacement(rho * A, delta, A))
     assert found == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize("rho", [0.1, 0.6, 0.99, 1.01, 2.0, 20.0])
 def test_cone_displacement_is_the_half_space_response(rho):
-    mean = analytic.cone_mean_pressure(SLOPE, MODULUS)
-    expected = ring_integral(rho * A, lambda r: analytic.cone_pressure(r, A, mean), A)
-    found = float(analytic.cone_displacement(rho * A, A, SLOPE))
+    mean = indenters.cone_mean_pressure(SLOPE, MODULUS)
+    expected = ring_integral(rho * A, lambda r: indenters.cone_pressure(r, A, mean), A)
+    found = float(indenters.cone_displacement(rho * A, A, SLOPE))
     assert found == pytest.approx(expected, rel=1e-6)
 
 
 def test_cone_touches_inside_and_never_overlaps():
     r = np.linspace(0, 5 * A, 1001)
-    delta = analytic.cone_approach(A, SLOPE)
-    gap = analytic.cone_displacement(r, A, SLOPE) + SLOPE * r - delta
+    delta = indenters.cone_approach(A, SLOPE)
+    gap = indenters.cone_displacement(r, A, SLOPE) + SLOPE * r - delta
     np.testing.assert_allclose(gap[r <= A], 0, atol=1e-15 * 10 * delta)
     assert (gap[r > A] > 0).all()
 
@@ -178,8 +178,8 @@ def test_cone_touches_inside_and_never_overlaps():
 @pytest.mark.parametrize(
     "pressure",
     [
-        lambda load, a: lambda r: analytic.punch_pressure(r, load, a),
-        lambda load, a: lambda r: analytic.cone_pressure(r, a, load / (math.pi * a**2)),
+        lambda load, a: lambda r: indenters.punch_pressure(r, load, a),
+        lambda load, a: lambda r: indenters.cone_pressure(r, a, load / (math.pi * a**2)),
     ],
 )
 def test_pressure_carries_the_load(pressure):
@@ -194,27 +194,27 @@ def test_pressure_carries_the_load(pressure):
 
 @given(load=st.floats(1e-6, 1e3), slope=st.floats(1e-3, 1.0), modulus=st.floats(1e6, 1e12))
 def test_cone_relations_agree(load, slope, modulus):
-    a = analytic.cone_contact_radius(load, slope, modulus)
-    delta = analytic.cone_approach(a, slope)
-    assert analytic.cone_load(delta, slope, modulus) == pytest.approx(load, rel=1e-12)
+    a = indenters.cone_contact_radius(load, slope, modulus)
+    delta = indenters.cone_approach(a, slope)
+    assert indenters.cone_load(delta, slope, modulus) == pytest.approx(load, rel=1e-12)
     # dW/dδ = 2 E* a for every axisymmetric indenter; here W is quadratic in δ, so 2W/δ.
     assert 2 * load / delta == pytest.approx(2 * modulus * a, rel=1e-12)
-    assert analytic.punch_load(delta, a, modulus) == pytest.approx(2 * load, rel=1e-12)
+    assert indenters.punch_load(delta, a, modulus) == pytest.approx(2 * load, rel=1e-12)
 
 
 def test_singular_points_are_what_the_docstrings_say():
-    assert analytic.punch_pressure([A, 2 * A], 1.0, A).tolist() == [0, 0]
-    assert analytic.cone_pressure([0, A, 2 * A], A, 1.0).tolist() == [math.inf, 0, 0]
+    assert indenters.punch_pressure([A, 2 * A], 1.0, A).tolist() == [0, 0]
+    assert indenters.cone_pressure([0, A, 2 * A], A, 1.0).tolist() == [math.inf, 0, 0]
 
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, math.nan])
 def test_bad_argument_is_named(bad):
     with pytest.raises(InputError, match=r"^mean_pressure must be positive"):
-        analytic.wavy_half_width(bad, 1.0, 1.0)
+        waves.wavy_half_width(bad, 1.0, 1.0)
     with pytest.raises(InputError, match=r"^slope must be positive"):
-        analytic.cone_mean_pressure(bad, 1.0)
+        indenters.cone_mean_pressure(bad, 1.0)
     with pytest.raises(InputError, match=r"^wavelength must be positive"):
-        analytic.crossed_full_contact_pressure(1.0, bad, 1.0)
+        waves.crossed_full_contact_pressure(1.0, bad, 1.0)
 
 
 def diffused(mean: float, deviation: float, ceiling: float) -> tuple[float, float]:
@@ -242,15 +242,15 @@ def diffused(mean: float, deviation: float, ceiling: float) -> tuple[float, floa
 @pytest.mark.parametrize("mean", [0.5, 1.5, 2.6])
 def test_persson_with_a_ceiling_is_the_diffusion_between_two_absorbers(mean: float) -> None:
     survived, yielded = diffused(mean, 1.1, 3.0)
-    contact, saturated = analytic.persson_fractions(mean, 2.2, 1.0, 3.0)
+    contact, saturated = persson.persson_fractions(mean, 2.2, 1.0, 3.0)
     # The finite differences are of second order in 1/800.
     assert saturated == pytest.approx(yielded, abs=2e-4)
     assert contact == pytest.approx(survived + yielded, abs=2e-4)
 
 
 def test_persson_far_below_the_ceiling_is_elastic() -> None:
-    elastic, none = analytic.persson_fractions(2e6, 1e9, 0.02)
-    contact, saturated = analytic.persson_fractions(2e6, 1e9, 0.02, ceiling=1e9)
+    elastic, none = persson.persson_fractions(2e6, 1e9, 0.02)
+    contact, saturated = persson.persson_fractions(2e6, 1e9, 0.02, ceiling=1e9)
     assert none == 0
     assert contact == pytest.approx(elastic, rel=1e-12)
     assert saturated == pytest.approx(0, abs=1e-12)
@@ -258,7 +258,7 @@ def test_persson_far_below_the_ceiling_is_elastic() -> None:
 
 @given(st.floats(1e-6, 1), st.floats(0.01, 100))
 def test_persson_fractions_are_ordered(share: float, roughness: float) -> None:
-    contact, saturated = analytic.persson_fractions(share, roughness, 1.0, 1.0)
+    contact, saturated = persson.persson_fractions(share, roughness, 1.0, 1.0)
     assert 0 <= saturated <= contact <= 1
     # What carries the load at no more than the ceiling cannot be smaller than this.
     assert contact >= share * (1 - 1e-9)
@@ -266,4 +266,4 @@ def test_persson_fractions_are_ordered(share: float, roughness: float) -> None:
 
 def test_persson_refuses_more_than_the_ceiling() -> None:
     with pytest.raises(InputError, match="mean_pressure = 2 Pa exceeds the ceiling of 1 Pa"):
-        analytic.persson_fractions(2.0, 1.0, 1.0, 1.0)
+        persson.persson_fractions(2.0, 1.0, 1.0, 1.0)

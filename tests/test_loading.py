@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import roughcontact as rc
 from roughcontact.contact import load_curve, solve
-from roughcontact.theory import analytic, hertz
+from roughcontact.theory import hertz, persson
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 LOADS = [0.02, 0.1, 0.5, 2.0]
@@ -131,7 +131,7 @@ def test_low_load_slope_and_persson() -> None:
     contact_area, saturated = curve.persson
     mean = curve.column("load") / curve.nominal_area
     expected = [
-        analytic.persson_fractions(p, curve.contact_modulus, curve.rms_gradient)[0] for p in mean
+        persson.persson_fractions(p, curve.contact_modulus, curve.rms_gradient)[0] for p in mean
     ]
     assert contact_area / curve.nominal_area == pytest.approx(expected)
     assert (saturated == 0).all()

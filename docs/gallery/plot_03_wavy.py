@@ -18,7 +18,7 @@ import numpy as np
 
 import roughcontact as rc
 from roughcontact.surface import shapes
-from roughcontact.theory import analytic
+from roughcontact.theory import waves
 
 POINTS = 256
 
@@ -27,7 +27,7 @@ modulus = rc.contact_modulus(steel, rc.RIGID)
 wavelength, amplitude = 1e-4, 1e-7
 pixel = (wavelength / POINTS, wavelength / POINTS)
 strip = rc.Surface(shapes.wavy((4, POINTS), pixel, amplitude, wavelength), pixel)
-closing = analytic.wavy_full_contact_pressure(amplitude, wavelength, modulus)
+closing = waves.wavy_full_contact_pressure(amplitude, wavelength, modulus)
 
 ratios = np.array([0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95])
 strip_area = strip.size[0] * strip.size[1]
@@ -36,9 +36,7 @@ for ratio in ratios:
     result = rc.solve(strip, material=steel, load=ratio * closing * strip_area, boundary="periodic")
     results.append(result)
     widths.append(result.corrected_contact_area / strip_area)
-exact = [
-    2 * analytic.wavy_half_width(m * closing, closing, wavelength) / wavelength for m in ratios
-]
+exact = [2 * waves.wavy_half_width(m * closing, closing, wavelength) / wavelength for m in ratios]
 
 # %%
 # Pressure and gap of four loads beside the exact lines: with more load the strip widens, and the
@@ -58,10 +56,10 @@ for index in (1, 4, 7, 10):
         ms=5,
         label=f"$\\bar p = {m:g}\\,p^*$",
     )[0]
-    exact_pressure = analytic.wavy_pressure(fine * wavelength, m * closing, closing, wavelength)
+    exact_pressure = waves.wavy_pressure(fine * wavelength, m * closing, closing, wavelength)
     left.plot(fine, exact_pressure / closing, "k-", lw=0.8)
     right.plot(place, results[index].gap[0][shifted] / amplitude, ".", ms=5, color=line.get_color())
-    exact_gap = analytic.wavy_gap(fine * wavelength, m * closing, closing, wavelength, amplitude)
+    exact_gap = waves.wavy_gap(fine * wavelength, m * closing, closing, wavelength, amplitude)
     right.plot(fine, exact_gap / amplitude, "k-", lw=0.8)
 left.set(xlabel=r"$x/\lambda$", ylabel="$p/p^*$", title="pressure (points solved, lines exact)")
 right.set(xlabel=r"$x/\lambda$", ylabel=r"gap$/\Delta$", title="gap")
@@ -72,7 +70,7 @@ left.legend(fontsize=8, frameon=False)
 # no closed form: the solver joins them.
 
 crossed = rc.Surface(shapes.crossed_waves((POINTS, POINTS), pixel, amplitude, wavelength), pixel)
-crossed_closing = analytic.crossed_full_contact_pressure(amplitude, wavelength, modulus)
+crossed_closing = waves.crossed_full_contact_pressure(amplitude, wavelength, modulus)
 areas = []
 start = None
 for ratio in ratios:
@@ -95,8 +93,8 @@ axes.plot(
     label="one wave, exact (Westergaard)",
 )
 axes.plot(ratios, widths, "o", color="#0072b2", label="one wave, solved")
-light = [analytic.crossed_contact_fraction_light(v, 1.0) for v in m]
-heavy = [analytic.crossed_contact_fraction_heavy(v, 1.0) for v in m]
+light = [waves.crossed_contact_fraction_light(v, 1.0) for v in m]
+heavy = [waves.crossed_contact_fraction_heavy(v, 1.0) for v in m]
 axes.plot(
     m[m < 0.45], np.array(light)[m < 0.45], "--", color="#d55e00", label="crossed waves, light load"
 )

@@ -16,7 +16,7 @@ import numpy as np
 
 import roughcontact as rc
 from roughcontact.material import catalogue, hardness
-from roughcontact.theory import analytic
+from roughcontact.theory import persson
 
 POINTS = 256
 
@@ -113,7 +113,7 @@ for name in ("100Cr6", "42CrMo4", "6061-T6", "X5CrNi18-10", "PEEK"):
 # as saturated what has once been loaded to the ceiling on any scale. At an index of ten:
 
 mild, middle, steep = (saturated_share(index, 0.1) for index in (1.0, 10.0, 100.0))
-contact, saturated = analytic.persson_fractions(0.1, 1.0, 10.0, 3.0)
+contact, saturated = persson.persson_fractions(0.1, 1.0, 10.0, 3.0)
 print(f"index 1:   {100 * mild:.1f} % of the contact saturated")
 print(f"index 10:  {100 * middle:.1f} %, Persson's theory {100 * saturated / contact:.1f} %")
 print(f"index 100: {100 * steep:.1f} %")

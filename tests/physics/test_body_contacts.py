@@ -12,7 +12,7 @@ from scipy.special import ellipe, ellipk
 import roughcontact as rc
 from roughcontact.material.material import combined_ceiling
 from roughcontact.surface import nominal
-from roughcontact.theory import analytic, hertz
+from roughcontact.theory import hertz, indenters
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
 MODULUS = 210e9 / 0.91
@@ -176,10 +176,10 @@ def test_a_round_punch(independent):
     # No pixel outside, none inside left out.
     np.testing.assert_array_equal(result.contact, np.isfinite(surface.heights))
     # The stepped rim is a fraction of a pixel uncertain, and a pixel is 1/60 of the radius.
-    assert 1.0 / result.approach == pytest.approx(analytic.punch_load(1.0, a, MODULUS), rel=5e-3)
+    assert 1.0 / result.approach == pytest.approx(indenters.punch_load(1.0, a, MODULUS), rel=5e-3)
     r = np.hypot(*from_center(surface))
     core = r < 0.7 * a
-    expected = analytic.punch_pressure(r, 1.0, a)
+    expected = indenters.punch_pressure(r, 1.0, a)
     np.testing.assert_allclose(result.pressure[core], expected[core], rtol=0.01)
     # Nothing outside of it counts as open gap.
     assert np.isnan(result.gap[r > a * 1.001]).all()
@@ -229,14 +229,14 @@ def test_a_rectangular_punch_lies_as_it_is_said():
 
 def test_a_cone():
     slope, load = 0.02, 1.0
-    a = analytic.cone_contact_radius(load, slope, MODULUS)
+    a = indenters.cone_contact_radius(load, slope, MODULUS)
     # The tip on a point; coarse as it is there, the contact around it does not feel it.
     surface = nominal.cone(slope=slope, **grid((201, 211), (3 * a, 3 * a)))
     result = solve(surface, load=load)
     assert abs(math.sqrt(result.contact_area / math.pi) - a) <= max(surface.pixel)
-    assert result.approach == pytest.approx(analytic.cone_approach(a, slope), rel=1e-3)
+    assert result.approach == pytest.approx(indenters.cone_approach(a, slope), rel=1e-3)
     r = np.hypot(*from_center(surface))
-    expected = analytic.cone_pressure(r, a, analytic.cone_mean_pressure(slope, MODULUS))
+    expected = indenters.cone_pressure(r, a, indenters.cone_mean_pressure(slope, MODULUS))
     # Off the logarithmic tip, blunted to a pixel, and the rim.
     ring = (r > 0.15 * a) & (r < 0.9 * a)
     np.testing.assert_allclose(result.pressure[ring], expected[ring], rtol=2e-3)

@@ -8,13 +8,13 @@ import pytest
 import roughcontact as rc
 from roughcontact.halfspace import convolution
 from roughcontact.surface import shapes
-from roughcontact.theory import analytic, hertz
+from roughcontact.theory import hertz, waves
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
 MODULUS = 210e9 / 0.91
 WAVELENGTH = 50e-6
 AMPLITUDE = 0.2e-6
-FULL = analytic.wavy_full_contact_pressure(AMPLITUDE, WAVELENGTH, MODULUS)
+FULL = waves.wavy_full_contact_pressure(AMPLITUDE, WAVELENGTH, MODULUS)
 
 
 def order(points, errors):
@@ -47,9 +47,9 @@ def strip(n, ratio):
         surface, material=STEEL, load=mean * 2 * pixel[0] * WAVELENGTH, boundary="periodic",
         tolerance=1e-10,
     )  # fmt: skip
-    approach = AMPLITUDE - analytic.wavy_mean_gap(mean, FULL, AMPLITUDE)
+    approach = AMPLITUDE - waves.wavy_mean_gap(mean, FULL, AMPLITUDE)
     x = np.arange(n) * pixel[1]
-    pressure = analytic.wavy_pressure(x, mean, FULL, WAVELENGTH)
+    pressure = waves.wavy_pressure(x, mean, FULL, WAVELENGTH)
     return (
         abs(result.approach - approach) / AMPLITUDE,
         np.linalg.norm(result.pressure[0] - pressure) / np.linalg.norm(pressure),

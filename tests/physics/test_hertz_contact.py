@@ -7,7 +7,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.surface import shapes
-from roughcontact.theory import analytic, hertz
+from roughcontact.theory import hertz, indenters
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
 MODULUS = 210e9 / 0.91
@@ -135,15 +135,15 @@ def test_flat_round_punch():
     np.testing.assert_array_equal(result.contact, inside)
     # The stepped rim is a pixel uncertain, 1/77 of the radius, and the load ends there.
     stiffness = 1.0 / result.approach
-    assert stiffness == pytest.approx(analytic.punch_load(1.0, a, MODULUS), rel=0.01)
-    expected = analytic.punch_pressure(r, 1.0, a)
+    assert stiffness == pytest.approx(indenters.punch_load(1.0, a, MODULUS), rel=0.01)
+    expected = indenters.punch_pressure(r, 1.0, a)
     core = r < 0.7 * a
     np.testing.assert_allclose(result.pressure[core], expected[core], rtol=0.015)
 
 
 def test_cone():
     n, slope, load = 256, 0.02, 1.0
-    a = analytic.cone_contact_radius(load, slope, MODULUS)
+    a = indenters.cone_contact_radius(load, slope, MODULUS)
     side = 3 * a
     pixel = (side / n, 1.2 * side / n)
     r = distance(rc.Surface(np.zeros((n, n)), pixel))
@@ -151,8 +151,8 @@ def test_cone():
     assert abs(radius_of(result.contact_area) - a) <= max(pixel)
     # The summit lies between four pixels, δ counts from the nearest: 0.8 pixels times the slope.
     blunt = slope * r.min()
-    assert result.approach == pytest.approx(analytic.cone_approach(a, slope) - blunt, rel=5e-3)
-    expected = analytic.cone_pressure(r, a, analytic.cone_mean_pressure(slope, MODULUS))
+    assert result.approach == pytest.approx(indenters.cone_approach(a, slope) - blunt, rel=5e-3)
+    expected = indenters.cone_pressure(r, a, indenters.cone_mean_pressure(slope, MODULUS))
     # Off the logarithmic tip and the rim.
     ring = (r > 0.1 * a) & (r < 0.9 * a)
     np.testing.assert_allclose(result.pressure[ring], expected[ring], rtol=0.02)

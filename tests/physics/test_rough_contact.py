@@ -7,7 +7,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.contact import load_curve
-from roughcontact.theory import analytic
+from roughcontact.theory import persson
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 ELASTIC = rc.Material(210e9, 0.3)
@@ -111,7 +111,7 @@ def test_elastic_contact_against_persson():
     for mean in (0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.0, 3.0):
         load = mean * deviation * area(surface)
         result = rc.solve(surface, material=ELASTIC, load=load, boundary="periodic")
-        theory, _ = analytic.persson_fractions(mean * deviation, MODULUS, surface.Sdq)
+        theory, _ = persson.persson_fractions(mean * deviation, MODULUS, surface.Sdq)
         found = result.corrected_contact_area / area(surface)
         ratios.append(found / theory)
         assert found == pytest.approx(theory, abs=0.075)
@@ -132,7 +132,7 @@ def test_contact_under_a_ceiling_against_persson(independent, hardness):
             surface, material=ELASTIC, load=load, boundary="periodic", ceiling=ceiling
         )
         independent.assert_solved(result, load)
-        theory = analytic.persson_fractions(filling * ceiling, MODULUS, surface.Sdq, ceiling)
+        theory = persson.persson_fractions(filling * ceiling, MODULUS, surface.Sdq, ceiling)
         found = result.corrected_contact_area / area(surface), result.saturated_fraction
         # More touches and less is saturated than in the theory, which neither unloads nor
         # correlates: by 0.08 and 0.09 of the map at most, hardness 2.

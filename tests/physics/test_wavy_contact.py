@@ -5,14 +5,14 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.surface import shapes
-from roughcontact.theory import analytic
+from roughcontact.theory import waves
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
 MODULUS = 210e9 / 0.91
 WAVELENGTH = 50e-6
 AMPLITUDE = 0.2e-6
-FULL = analytic.wavy_full_contact_pressure(AMPLITUDE, WAVELENGTH, MODULUS)
-CROSSED = analytic.crossed_full_contact_pressure(AMPLITUDE, WAVELENGTH, MODULUS)
+FULL = waves.wavy_full_contact_pressure(AMPLITUDE, WAVELENGTH, MODULUS)
+CROSSED = waves.crossed_full_contact_pressure(AMPLITUDE, WAVELENGTH, MODULUS)
 
 
 def strips(nx=512, ny=6, waves=1, along="x"):
@@ -40,19 +40,19 @@ def test_westergaard(independent, ratio, along):
     assert np.ptp(pressure, axis=0).max() < 1e-3 * pressure.max()
     nx = pressure.shape[1]
     x = np.arange(nx) * WAVELENGTH / nx
-    half_width = analytic.wavy_half_width(mean, FULL, WAVELENGTH)
+    half_width = waves.wavy_half_width(mean, FULL, WAVELENGTH)
     # Either edge of the strip is known to a pixel.
     assert abs(result.contact_fraction - 2 * half_width / WAVELENGTH) <= 2 / nx
-    expected = analytic.wavy_pressure(x, mean, FULL, WAVELENGTH)
+    expected = waves.wavy_pressure(x, mean, FULL, WAVELENGTH)
     error = np.linalg.norm(pressure[0] - expected) / np.linalg.norm(expected)
     # At the edges p falls like a root, so half a pixel there costs (h/a)^1 of the norm: at the
     # lightest load the strip is 46 pixels wide.
     assert error < 0.02
     assert result.max_pressure == pytest.approx(expected.max(), rel=5e-3)
-    gaps = analytic.wavy_gap(x, mean, FULL, WAVELENGTH, AMPLITUDE)
+    gaps = waves.wavy_gap(x, mean, FULL, WAVELENGTH, AMPLITUDE)
     np.testing.assert_allclose(gap[0], gaps, rtol=0, atol=2e-3 * AMPLITUDE)
     # Both mean planes: the approach and the mean gap add up to the mean of the initial gap.
-    mean_gap = analytic.wavy_mean_gap(mean, FULL, AMPLITUDE)
+    mean_gap = waves.wavy_mean_gap(mean, FULL, AMPLITUDE)
     assert result.approach == pytest.approx(AMPLITUDE - mean_gap, abs=2e-3 * AMPLITUDE)
 
 
@@ -64,7 +64,7 @@ def test_full_contact(independent, ratio):
     independent.assert_solved(result)
     assert result.contact_fraction == 1
     x = np.arange(128) * 2 * WAVELENGTH / 128
-    expected = analytic.wavy_pressure(x, mean, FULL, WAVELENGTH)
+    expected = waves.wavy_pressure(x, mean, FULL, WAVELENGTH)
     # The periodic kernel is exact for the one wave there is: only the certificate is left.
     np.testing.assert_allclose(
         result.pressure, np.tile(expected, (6, 1)), rtol=0, atol=1e-4 * FULL * ratio
@@ -78,7 +78,7 @@ def test_mean_pressure_never_exceeds_a_ceiling_below_full_contact():
         surface, material=STEEL, load=0.4 * FULL * area(surface), boundary="periodic",
         ceiling=ceiling,
     )  # fmt: skip
-    elastic = analytic.wavy_half_width(0.4 * FULL, FULL, WAVELENGTH) * 2 / WAVELENGTH
+    elastic = waves.wavy_half_width(0.4 * FULL, FULL, WAVELENGTH) * 2 / WAVELENGTH
     # By equilibrium the strip is at least 0.4/0.5 of the wave.
     assert result.contact_fraction >= 0.8
     assert result.contact_fraction > elastic
@@ -100,7 +100,7 @@ def press_crossed(n, ratio):
 def test_crossed_waves_under_light_load():
     ratio = 0.003
     found = press_crossed(512, ratio).contact_fraction
-    expected = analytic.crossed_contact_fraction_light(ratio * CROSSED, CROSSED)
+    expected = waves.crossed_contact_fraction_light(ratio * CROSSED, CROSSED)
     # Two spots of 26 pixels radius: 1.2 % more than the asymptote here, 5 % on half the grid.
     assert found == pytest.approx(expected, rel=0.02)
 
@@ -108,7 +108,7 @@ def test_crossed_waves_under_light_load():
 def test_crossed_waves_near_full_contact():
     ratio = 0.97
     found = press_crossed(256, ratio).contact_fraction
-    expected = analytic.crossed_contact_fraction_heavy(ratio * CROSSED, CROSSED)
+    expected = waves.crossed_contact_fraction_heavy(ratio * CROSSED, CROSSED)
     # Two holes of about 12 pixels radius: their area to some per cent.
     assert 1 - found == pytest.approx(1 - expected, rel=0.05)
 
@@ -121,6 +121,6 @@ def test_crossed_waves_close_at_the_closing_pressure():
     fractions = [press_crossed(64, ratio).contact_fraction for ratio in ratios]
     assert (np.diff(fractions) > 0).all()
     for ratio, found in zip(ratios[1:-1], fractions[1:-1], strict=True):
-        light = analytic.crossed_contact_fraction_light(ratio * CROSSED, CROSSED)
-        heavy = analytic.crossed_contact_fraction_heavy(ratio * CROSSED, CROSSED)
+        light = waves.crossed_contact_fraction_light(ratio * CROSSED, CROSSED)
+        heavy = waves.crossed_contact_fraction_heavy(ratio * CROSSED, CROSSED)
         assert light < found < heavy

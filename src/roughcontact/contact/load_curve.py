@@ -21,10 +21,10 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError, FormatError, InputError
 from roughcontact.files import replacing, to_json
 from roughcontact.material.material import RIGID, Material, contact_modulus
-from roughcontact.solvers.bounded import Step
+from roughcontact.solvers.progress import Step
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
-from roughcontact.theory import analytic
+from roughcontact.theory import persson
 
 Array = NDArray[np.float64]
 
@@ -179,7 +179,7 @@ class LoadCurve:
                 pairs.append((0.0, 0.0) if mean == 0 else (math.nan, math.nan))
             else:
                 pairs.append(
-                    analytic.persson_fractions(mean, self.contact_modulus, self.rms_gradient, limit)
+                    persson.persson_fractions(mean, self.contact_modulus, self.rms_gradient, limit)
                 )
         table = np.array(pairs).reshape(-1, 2) * self.nominal_area
         return table[:, 0], table[:, 1]

@@ -312,7 +312,7 @@ def cone(
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
     slope : float
-        Slope m: the cotangent of the half-angle at the tip, as in `analytic.cone_load`.
+        Slope m: the cotangent of the half-angle at the tip, as in `indenters.cone_load`.
     center : (float, float), optional
         Tip ``(y, x)`` in pixels, see `paraboloid`.
 
