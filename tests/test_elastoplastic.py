@@ -15,7 +15,7 @@ from roughcontact.errors import (
     InputError,
     InsufficientMemoryError,
 )
-from roughcontact.halfspace import plastic
+from roughcontact.halfspace import tensors
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.hardening import Linear, Perfect, Swift, Tabulated
 from roughcontact.solvers import anderson
@@ -127,7 +127,7 @@ def test_unloading_is_elastic_and_leaves_stress_in_balance(loaded, unloaded) -> 
     np.testing.assert_array_equal(after.stress, after.residual_stress)
     np.testing.assert_allclose(after.residual_stress, before.residual_stress, atol=1e3)
     # No traction is left where the surface is free, but for the average over half a pixel.
-    stress = plastic.tensor(after.residual_stress.swapaxes(0, 1), after.mean_residual_stress)
+    stress = tensors.tensor(after.residual_stress.swapaxes(0, 1), after.mean_residual_stress)
     assert np.abs(stress[0, ..., 2, 2]).max() < 0.15 * after.residual_von_mises.max()
 
 
@@ -142,7 +142,7 @@ def test_periodic_contact_and_its_balance() -> None:
     zz = body.stress[:, 0] + body.mean_stress
     # Every plane carries the load, and the residual stress nothing.
     np.testing.assert_allclose(-zz.mean(axis=(1, 2)) * zz[0].size * PIXEL**2, 0.4, rtol=1e-5)
-    residual = plastic.tensor(body.residual_stress.swapaxes(0, 1), body.mean_residual_stress)
+    residual = tensors.tensor(body.residual_stress.swapaxes(0, 1), body.mean_residual_stress)
     np.testing.assert_allclose(
         residual[..., 2].mean(axis=(1, 2)), 0, atol=1e-5 * body.residual_von_mises.max()
     )
@@ -154,7 +154,7 @@ def test_what_unloading_leaves_carries_no_force() -> None:
         layers=[1.5e-6] * 12,
     )  # fmt: skip
     body = result.bodies[0]
-    stress = plastic.tensor(body.stress.swapaxes(0, 1), body.mean_stress)
+    stress = tensors.tensor(body.stress.swapaxes(0, 1), body.mean_stress)
     assert np.abs(stress[..., 2]).max() > 1e8
     # Normal and shear force on every plane over the load that was there.
     force = stress[..., 2].sum(axis=(1, 2)) * PIXEL**2
@@ -173,7 +173,7 @@ def test_work_is_dissipated_or_locked_in() -> None:
     body = result.bodies[0]
     volume = body.pixel_area * body.thickness[:, None, None]
     dissipated = np.sum(PERFECT.yield_strength * body.accumulated * volume)
-    product = np.einsum("c,zcyx->zyx", plastic.WEIGHTS, body.stress * body.plastic_strain)
+    product = np.einsum("c,zcyx->zyx", tensors.WEIGHTS, body.stress * body.plastic_strain)
     locked = -np.sum(product * volume) / 2
     assert dissipated > 5 * locked > 0
     # The path in straight lines: 16e-3 with three loads, 3.6e-3 with five, 1.0e-3 with twenty.

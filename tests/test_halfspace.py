@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from roughcontact.errors import InputError
-from roughcontact.halfspace import plastic
+from roughcontact.halfspace import layers, plastic, tensors
 from roughcontact.halfspace.fft import Workspace
 
 MU, NU = 2.0, 0.3
@@ -156,7 +156,7 @@ def test_betti_symmetry_and_bounds(case) -> None:
     u, s_first, _ = layers_of(operator, first)
     _, s_second, _ = layers_of(operator, second)
     _, by_pressure, _ = layers_of(operator, np.zeros_like(first), pressure)
-    weights = np.array(plastic.WEIGHTS)[:, None, None] * np.array(thickness)[:, None, None, None]
+    weights = np.array(tensors.WEIGHTS)[:, None, None] * np.array(thickness)[:, None, None, None]
     scale = np.linalg.norm(first) * np.linalg.norm(second) * MU
     # Rounding of the arithmetic, over some 10³ terms.
     tolerance = 1e-5 if case.get("precision") == "single" else 1e-13
@@ -182,7 +182,7 @@ def test_stress_by_pressure_against_love() -> None:
     pressure = np.exp(-(y[:, None] ** 2 + x**2) / width**2)
     operator = operator_of(shape, pixel, [0.99, 0.02, 1.0])
     _, deviator, mean = layers_of(operator, np.zeros((3, 5, *shape)), pressure, trace=True)
-    found = plastic.tensor(deviator.swapaxes(0, 1), mean)
+    found = tensors.tensor(deviator.swapaxes(0, 1), mean)
     for row, column in ((23, 19), (30, 12), (40, 33)):
         exact = np.einsum(
             "yx,yxij->ij",
@@ -203,8 +203,8 @@ def test_displacement_by_strain_against_betti() -> None:
     y = (np.arange(shape[0]) - 15.5) * pixel[0]
     x = (np.arange(shape[1]) - 14.5) * pixel[1]
     bell = np.exp(-(y[:, None] ** 2 + x**2) / 1.0**2)
-    tensors = np.array([[0.3, 0.5, -0.4], [0.5, 0.5, 0.7], [-0.4, 0.7, -0.8]])
-    five = plastic.components(tensors)
+    matrix = np.array([[0.3, 0.5, -0.4], [0.5, 0.5, 0.7], [-0.4, 0.7, -0.8]])
+    five = tensors.components(matrix)
     strain = np.zeros((4, 5, *shape))
     strain[1:3] = five[:, None, None] * bell
     found, _, _ = layers_of(operator_of(shape, pixel, thickness), strain)
@@ -219,7 +219,7 @@ def test_displacement_by_strain_against_betti() -> None:
                 dx, dy = x[i] - x[column] + 1e-9, y[j] - y[row] + 1e-9
                 low = dx - pixel[1] / 2, dy - pixel[0] / 2, tops[layer]
                 high = dx + pixel[1] / 2, dy + pixel[0] / 2, tops[layer + 1]
-                exact += bell[j, i] * np.sum(over_cuboid(low, high, NU) * tensors)
+                exact += bell[j, i] * np.sum(over_cuboid(low, high, NU) * matrix)
         # Cuboids of constant strain against a smooth one: e″ (dx² + dy²)/24 = 0.017 of the peak.
         assert found[row, column] == pytest.approx(exact, abs=0.01 * np.abs(found).max())
 
@@ -232,16 +232,16 @@ def test_displacement_by_smooth_strain(count) -> None:
     y = (np.arange(count[0]) - (count[0] - 1) / 2) * pixel[0]
     x = (np.arange(count[1]) - (count[1] - 1) / 2) * pixel[1]
     bell = np.exp(-(y[:, None] ** 2 + x**2))
-    tensors = np.array([[0.3, 0.5, -0.4], [0.5, 0.5, 0.7], [-0.4, 0.7, -0.8]])
+    matrix = np.array([[0.3, 0.5, -0.4], [0.5, 0.5, 0.7], [-0.4, 0.7, -0.8]])
     strain = np.zeros((3, 5, *count))
-    strain[1] = plastic.components(tensors)[:, None, None] * bell
+    strain[1] = tensors.components(matrix)[:, None, None] * bell
     found, _, _ = layers_of(operator_of(count, pixel, [1.5, 0.5, 1.0]), strain)
     node, weight = np.polynomial.legendre.leggauss(8)
     for row, column in ((count[0] // 2, count[1] // 3), (3, 5), (count[0] - 4, count[1] // 2)):
         exact = 0.0
         for z, w in zip(1.75 + 0.25 * node, 0.25 * weight, strict=True):
             kernel = boussinesq(x - x[column] + 1e-9, y[:, None] - y[row] + 1e-9, np.float64(z), NU)
-            exact += w * pixel[0] * pixel[1] * np.einsum("yx,yxij,ij->", bell, kernel, tensors)
+            exact += w * pixel[0] * pixel[1] * np.einsum("yx,yxij,ij->", bell, kernel, matrix)
         # What the image correction leaves, see `test_far_images`.
         assert found[row, column] == pytest.approx(exact, abs=5e-4 * np.abs(found).max())
 
@@ -260,14 +260,14 @@ def test_far_images_are_taken_off(place) -> None:
     points = 32
     y, x = np.mgrid[:points, :points] - (points - 1) / 2
     flat = (y - row) ** 2 + (x - column) ** 2
-    thickness = plastic.graded_layers(0.5, 14.0)
+    thickness = layers.graded_layers(0.5, 14.0)
     depth = np.cumsum(thickness) - thickness / 2
     blob = np.exp(-(flat + (depth[:, None, None] - level) ** 2) / width**2)
     five = np.array([0.4, -0.7, 0.3, 0.5, -0.2])
     strain = five[:, None, None] * blob[:, None]
     pressure = np.exp(-flat / width**2)
     shape = (points, points)
-    whole = plastic.Layers(
+    whole = layers.Layers(
         shape, (1, 1), thickness, MU, NU, (16 * points, 16 * points),
         isolated=True, workspace=Workspace(2),
     )  # fmt: skip
@@ -285,9 +285,9 @@ def test_no_strain_gives_energy_away(points) -> None:
     # Lanczos: extreme Rayleigh quotients of -S, with three points per coarse cell. Below zero,
     # plastic strain would grow by itself.
     shape = (points, points)
-    thickness = plastic.graded_layers(0.5, 25.0, 1.3)
+    thickness = layers.graded_layers(0.5, 25.0, 1.3)
     operator = operator_of(shape, (1, 1), thickness, shear_modulus=0.5)
-    weights = np.array(plastic.WEIGHTS)[:, None, None] * thickness[:, None, None, None]
+    weights = np.array(tensors.WEIGHTS)[:, None, None] * thickness[:, None, None, None]
     v = np.random.default_rng(0).normal(size=(thickness.size, 5, *shape))
     known, matrix = [v / np.sqrt(np.sum(weights * v * v))], np.zeros((20, 20))
     for step in range(20):
@@ -304,14 +304,14 @@ def test_no_strain_gives_energy_away(points) -> None:
 def test_strain_cut_off_at_the_edge_of_the_map() -> None:
     # It has waves up to Nyquist, which even periods must not treat otherwise than odd ones.
     y, x = np.mgrid[:20, :20]
-    thickness = plastic.graded_layers(0.5, 8.0)
+    thickness = layers.graded_layers(0.5, 8.0)
     depth = np.cumsum(thickness) - thickness / 2
     blob = np.exp(-((x - 2) ** 2 + (y - 3) ** 2 + (depth[:, None, None] - 3) ** 2) / 3**2)
     five = np.array([0.4, -0.7, 0.3, 0.5, -0.2])
     strain = five[:, None, None] * blob[:, None]
     even, odd = (
         layers_of(
-            plastic.Layers(
+            layers.Layers(
                 (20, 20), (1, 1), thickness, MU, NU, (period, period),
                 isolated=True, workspace=Workspace(2),
             ), strain, blob[0], trace=True,
@@ -343,12 +343,12 @@ def test_tensors_and_components() -> None:
     matrix = rng.normal(size=(6, 3, 3))
     matrix += matrix.swapaxes(1, 2)
     mean = np.trace(matrix, axis1=1, axis2=2) / 3
-    five = plastic.components(matrix)
-    np.testing.assert_allclose(plastic.tensor(five, mean), matrix, atol=1e-15)
+    five = tensors.components(matrix)
+    np.testing.assert_allclose(tensors.tensor(five, mean), matrix, atol=1e-15)
     deviator = matrix - mean[:, None, None] * np.eye(3)
     mises = np.sqrt(1.5 * np.einsum("nij,nij->n", deviator, deviator))
-    np.testing.assert_allclose(plastic.equivalent(five), mises, rtol=1e-14)
-    work = np.einsum("c,cn,cn->n", plastic.WEIGHTS, five, five)
+    np.testing.assert_allclose(tensors.equivalent(five), mises, rtol=1e-14)
+    work = np.einsum("c,cn,cn->n", tensors.WEIGHTS, five, five)
     np.testing.assert_allclose(work, np.einsum("nij,nij->n", deviator, deviator), rtol=1e-13)
 
 
@@ -370,6 +370,6 @@ def test_bad_arguments(change, message) -> None:
 
 
 def test_layers_grow_with_depth() -> None:
-    layers = plastic.graded_layers(0.5, 20.0, 1.1)
-    np.testing.assert_allclose(layers[1:] / layers[:-1], 1.1)
-    assert 20 <= layers.sum() < 20 + layers[-1]
+    thickness = layers.graded_layers(0.5, 20.0, 1.1)
+    np.testing.assert_allclose(thickness[1:] / thickness[:-1], 1.1)
+    assert 20 <= thickness.sum() < 20 + thickness[-1]

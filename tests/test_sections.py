@@ -5,7 +5,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.errors import InputError
-from roughcontact.halfspace import plastic
+from roughcontact.halfspace import tensors
 from roughcontact.volume import depth
 
 # Summit of the ball of conftest.py.
@@ -127,7 +127,7 @@ def test_where_nothing_yields_the_largest_stress_is_shown() -> None:
     assert not result.plastic_volume
     assert (row, column) == (6, 10)
     held = result.bodies[0]
-    stress = plastic.equivalent(held.stress[layer, :, row + held.margin, column + held.margin])
+    stress = tensors.equivalent(held.stress[layer, :, row + held.margin, column + held.margin])
     assert stress == pytest.approx(held.von_mises.max())
 
 

@@ -10,7 +10,7 @@ import xarray
 import roughcontact as rc
 from roughcontact.contact import solve as contact
 from roughcontact.contact import subsurface
-from roughcontact.halfspace import stress, tensors
+from roughcontact.halfspace import stress, stress_summary, tensors
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 
@@ -35,7 +35,7 @@ def found(pressed):
 
 
 def test_it_is_the_stress_of_the_pressure(pressed, found):
-    expected = stress.summarise(pressed.pressure, PIXEL, 0.3, yield_strength=1e9)
+    expected = stress_summary.summarise(pressed.pressure, PIXEL, 0.3, yield_strength=1e9)
     for name, value in vars(expected).items():
         np.testing.assert_array_equal(getattr(found.profile, name), value)
     assert found.material is STEEL
@@ -183,7 +183,7 @@ def test_memory_estimate_is_what_is_allocated(boundary, precision, friction):
     pressure = np.zeros((300, 400))
     pressure[100:180, 100:250] = 1e9
     tracemalloc.start()
-    stress.summarise(
+    stress_summary.summarise(
         pressure, PIXEL, 0.3, depths=[1e-7, 3e-5, 2e-4], direction=0.5, workers=1, **options
     )
     _, peak = tracemalloc.get_traced_memory()

@@ -8,7 +8,7 @@ Mindlin's solution over it, its stress C applied to the gradient of that. R. D. 
 import numpy as np
 import pytest
 
-from roughcontact.halfspace import plastic
+from roughcontact.halfspace import layers, plastic, tensors
 from roughcontact.halfspace.fft import Workspace
 
 MU, NU = 1.7, 0.3
@@ -101,7 +101,7 @@ def found(operator, shape, pick):
     thickness = operator.thickness
     bottom = np.cumsum(thickness)
     y, x = grid_of(shape[0]), grid_of(shape[1])
-    five = plastic.components(TENSOR)
+    five = tensors.components(TENSOR)
     node, weight = np.polynomial.legendre.leggauss(4)
     plane = np.exp(-(y[:, None] ** 2) - x**2)
 
@@ -115,7 +115,7 @@ def found(operator, shape, pick):
     none = np.zeros(shape)
     operator.stress(none, lambda layer, s: stress.__setitem__(layer, s))
     operator.mean_stress(none, lambda layer, s: mean.__setitem__(layer, s))
-    return [(u[j, i], plastic.tensor(stress[k, :, j, i], mean[k, j, i])) for k, j, i in pick]
+    return [(u[j, i], tensors.tensor(stress[k, :, j, i], mean[k, j, i])) for k, j, i in pick]
 
 
 SHAPE = (22, 24)
@@ -139,9 +139,7 @@ def test_periods_converge_to_mindlin() -> None:
     more = dict(isolated=True, workspace=Workspace(2))
     measured = []
     for period in (48, 96, 192):
-        operator = plastic.Layers(
-            SHAPE, (PIXEL, PIXEL), THICKNESS, MU, NU, (period, period), **more
-        )
+        operator = layers.Layers(SHAPE, (PIXEL, PIXEL), THICKNESS, MU, NU, (period, period), **more)
         measured.append(errors(found(operator, SHAPE, PICK)))
     # Images at distance L do as L⁻³, until the average over a layer against the value in its
     # middle is left.

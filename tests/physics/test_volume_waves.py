@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag, expm, schur
 
-from roughcontact.halfspace import plastic
+from roughcontact.halfspace import layers, plastic, tensors
 from roughcontact.halfspace.fft import Workspace
 
 MU, NU = 1.7, 0.3
@@ -92,7 +92,7 @@ def found(strain, pressure):
     deviator, mean = np.empty(strain.shape), np.empty((len(strain), *shape))
     operator.stress(pressure, lambda layer, s: deviator.__setitem__(layer, s))
     operator.mean_stress(pressure, lambda layer, s: mean.__setitem__(layer, s))
-    return displacement, plastic.tensor(deviator.swapaxes(0, 1), mean)
+    return displacement, tensors.tensor(deviator.swapaxes(0, 1), mean)
 
 
 # Turns of the wave over the map (y, x): along each axis, oblique to both sides, and one so short
@@ -100,16 +100,16 @@ def found(strain, pressure):
 @pytest.mark.parametrize("turns", [(0, 1), (1, 0), (1, 2), (-2, 1), (4, 3)], ids=str)
 def test_a_wave_against_integration(turns) -> None:
     rng = np.random.default_rng(7)
-    tensors = rng.normal(size=(2, len(THICKNESS), 3, 3))
-    tensors += tensors.swapaxes(-1, -2)
-    tensors -= np.trace(tensors, axis1=-2, axis2=-1)[..., None, None] / 3 * ONE
-    strains, amplitude = tensors[0] + 1j * tensors[1], 1.3 - 0.4j
+    parts = rng.normal(size=(2, len(THICKNESS), 3, 3))
+    parts += parts.swapaxes(-1, -2)
+    parts -= np.trace(parts, axis1=-2, axis2=-1)[..., None, None] / 3 * ONE
+    strains, amplitude = parts[0] + 1j * parts[1], 1.3 - 0.4j
     # A layer without strain lets waves through.
     strains[2] = 0
     ky, kx = (2 * np.pi * t / (n * d) for t, n, d in zip(turns, SHAPE, PIXEL, strict=True))
     y, x = (np.arange(n) * d for n, d in zip(SHAPE, PIXEL, strict=True))
     wave = np.exp(1j * (ky * y[:, None] + kx * x))
-    five = plastic.components(strains)
+    five = tensors.components(strains)
     strain = np.einsum("cz,yx->zcyx", five, wave).real
     displacement, stress = found(strain, (amplitude * wave).real)
     u, means = reference((kx, ky), strains, amplitude)
@@ -133,7 +133,7 @@ def test_waves_at_nyquist_are_the_mean_of_two(shape, turns) -> None:
     ky, kx = (2 * np.pi * t / (n * d) for t, n, d in zip(turns, shape, PIXEL, strict=True))
     y, x = (np.arange(n) * d for n, d in zip(shape, PIXEL, strict=True))
     wave = np.exp(1j * (ky * y[:, None] + kx * x))
-    strain = np.einsum("cz,yx->zcyx", plastic.components(strains), wave).real
+    strain = np.einsum("cz,yx->zcyx", tensors.components(strains), wave).real
     displacement, stress = found(strain, (1.3 * wave).real)
     along_x = 2 * turns[1] == shape[1]
     mirrored = (-kx, ky) if along_x else (kx, -ky)
@@ -147,14 +147,14 @@ def test_waves_at_nyquist_are_the_mean_of_two(shape, turns) -> None:
 
 def test_no_mean_strain_in_the_plane_of_a_period() -> None:
     # Strain and pressure everywhere the same: Hooke's law with ε_zz alone.
-    tensors = np.random.default_rng(8).normal(size=(len(THICKNESS), 3, 3))
-    tensors += tensors.swapaxes(-1, -2)
-    tensors -= np.trace(tensors, axis1=-2, axis2=-1)[..., None, None] / 3 * ONE
-    strain = np.repeat(plastic.components(tensors).T[..., None], SHAPE[0] * SHAPE[1], axis=-1)
+    parts = np.random.default_rng(8).normal(size=(len(THICKNESS), 3, 3))
+    parts += parts.swapaxes(-1, -2)
+    parts -= np.trace(parts, axis1=-2, axis2=-1)[..., None, None] / 3 * ONE
+    strain = np.repeat(tensors.components(parts).T[..., None], SHAPE[0] * SHAPE[1], axis=-1)
     strain = strain.reshape(-1, 5, *SHAPE)
     displacement, stress = found(strain, np.full(SHAPE, 1.3))
     expected = 0.0
-    for layer, e in enumerate(tensors):
+    for layer, e in enumerate(parts):
         # Unknown ∂u/∂z make σ_iz = (0, 0, -p).
         slope = np.linalg.solve(
             STIFFNESS[:, 2, :, 2],
@@ -178,7 +178,7 @@ def test_the_longest_wave_of_an_isolated_map_is_the_mean_of_all_directions() -> 
         reference(1e-6 * np.array([np.cos(a), np.sin(a)]), np.zeros((4, 3, 3)), 1.0)[1]
         for a in angle
     ]
-    operator = plastic.Layers(
+    operator = layers.Layers(
         SHAPE, PIXEL, THICKNESS, MU, NU, SHAPE, isolated=True, workspace=Workspace(1)
     )
     operator.displacement(lambda layer, out: None, trace=True)
@@ -186,7 +186,7 @@ def test_the_longest_wave_of_an_isolated_map_is_the_mean_of_all_directions() -> 
     ones = np.ones(SHAPE)
     operator.stress(ones, lambda layer, s: deviator.__setitem__(layer, s))
     operator.mean_stress(ones, lambda layer, s: mean.__setitem__(layer, s))
-    stress = plastic.tensor(deviator.swapaxes(0, 1), mean)
+    stress = tensors.tensor(deviator.swapaxes(0, 1), mean)
     exact = np.mean(limits, axis=0).real[:, None, None]
     # Of first order in the wave number times the depth, 2e-6.
     np.testing.assert_allclose(stress, np.broadcast_to(exact, stress.shape), rtol=0, atol=1e-5)

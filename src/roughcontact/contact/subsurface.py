@@ -25,7 +25,7 @@ from roughcontact.errors import (
     require_positive,
 )
 from roughcontact.files import replacing
-from roughcontact.halfspace import stress
+from roughcontact.halfspace import stress, stress_summary
 from roughcontact.halfspace.tensors import COMPONENTS, von_mises
 from roughcontact.material.material import RIGID, Material
 from roughcontact.surface.surface import Surface
@@ -59,7 +59,7 @@ class StressResult:
         Angle from x towards y [rad].
     precision : {"double", "single"}
         Arithmetic of the transforms.
-    profile : stress.Summary
+    profile : stress_summary.Summary
         Largest stresses over the depths, their places, what exceeds the yield strength.
     section_x : ndarray, shape (6, nz, nx)
         Tensors on the plane along x through the largest von Mises stress [Pa].
@@ -74,7 +74,7 @@ class StressResult:
     friction: float
     direction: float
     precision: str
-    profile: stress.Summary
+    profile: stress_summary.Summary
     section_x: NDArray[Any]
     section_y: NDArray[Any]
     version: str = field(default="")
@@ -223,7 +223,7 @@ def subsurface_stress(
         The contact; its boundary is kept.
     depths : array_like, optional
         Depths z > 0 [m]; by default the surface and from half a pixel to three contact radii, with
-        more around the largest stress (`stress.summarise`).
+        more around the largest stress (`stress_summary.summarise`).
     body : {"first", "second"}
         The rough body, or its counter-body. Both feel the same pressure; the stress differs by
         Poisson's ratio and by the sign of the friction.
@@ -279,7 +279,7 @@ def subsurface_stress(
         "precision": precision,
     }
     pressure, pixel = result.pressure, result.surface.pixel
-    profile = stress.summarise(
+    profile = stress_summary.summarise(
         pressure,
         pixel,
         material.poisson,
@@ -408,7 +408,7 @@ def yield_onset(
             load=load,
             start=last,
         )
-        profile = stress.summarise(
+        profile = stress_summary.summarise(
             last.pressure,
             surface.pixel,
             yielding.poisson,

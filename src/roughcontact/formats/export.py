@@ -48,7 +48,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.files import replacing, to_json
 from roughcontact.formats.matrices import TEXT_MARK
-from roughcontact.halfspace import plastic
+from roughcontact.halfspace import tensors
 from roughcontact.surface.surface import Surface
 from roughcontact.volume.result import ElastoplasticResult, PlasticBody
 
@@ -486,7 +486,7 @@ def save_vtr(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
     def tensor(name: str, mean: str | None) -> Callable[[int, PlasticBody, int], NDArray[Any]]:
         def show(side: int, body: PlasticBody, layer: int) -> NDArray[Any]:
             trace = 0 if mean is None else getattr(body, mean)[layer]
-            full = plastic.tensor(getattr(body, name)[layer], trace)
+            full = tensors.tensor(getattr(body, name)[layer], trace)
             six = full[..., (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)]
             six[..., 4:] *= side
             return six
@@ -497,11 +497,11 @@ def save_vtr(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
         array("plastic_strain", "1", tensor("plastic_strain", None), 6),
         array("accumulated_plastic_strain", "1", lambda _, body, k: body.accumulated[k], 1),
         array("stress", "Pa", tensor("stress", "mean_stress"), 6),
-        array("von_mises", "Pa", lambda _, body, k: plastic.equivalent(body.stress[k]), 1),
+        array("von_mises", "Pa", lambda _, body, k: tensors.equivalent(body.stress[k]), 1),
         array("residual_stress", "Pa", tensor("residual_stress", "mean_residual_stress"), 6),
         array(
             "residual_von_mises", "Pa",
-            lambda _, body, k: plastic.equivalent(body.residual_stress[k]), 1,
+            lambda _, body, k: tensors.equivalent(body.residual_stress[k]), 1,
         ),
     ]  # fmt: skip
     x = np.arange(-margin, nx + margin + 1) * dx

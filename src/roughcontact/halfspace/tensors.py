@@ -1,6 +1,11 @@
-"""Equivalent and principal stresses of symmetric tensors.
+"""Stress and strain tensors: their components, equivalent and principal stresses.
 
-A tensor is an array whose first axis holds xx, yy, zz, yz, xz, xy, in this order.
+A tensor is an array whose first axis holds xx, yy, zz, yz, xz, xy, in this order. A traceless one
+needs five components, in this order::
+
+    zz,  (xx - yy)/2,  xy,  xz,  yz
+
+so that a:b = 3/2 a₀b₀ + 2 (a₁b₁ + a₂b₂ + a₃b₃ + a₄b₄).
 """
 
 from __future__ import annotations
@@ -19,6 +24,9 @@ COMPONENTS = ("xx", "yy", "zz", "yz", "xz", "xy")
 """Order of the components of a tensor along its first axis."""
 
 XX, YY, ZZ, YZ, XZ, XY = range(6)
+
+WEIGHTS = (1.5, 2.0, 2.0, 2.0, 2.0)
+"""Weights of the five components in the product a:b of two traceless tensors."""
 
 
 def von_mises(stress: ArrayLike) -> NDArray[Any]:
@@ -167,3 +175,86 @@ def _lode(stress: NDArray[Any]) -> tuple[Array, Array, Array]:
     discriminant += minor**2
     angle = np.arctan2(np.sqrt(discriminant), math.sqrt(27) * third) / 3
     return mean * scale, np.sqrt(second) * scale, angle
+
+
+def components(tensor: NDArray[Any]) -> NDArray[Any]:
+    """Return the five components of symmetric tensors, without their trace.
+
+    Parameters
+    ----------
+    tensor : ndarray, shape (..., 3, 3)
+        Symmetric tensors, axes x, y, z.
+
+    Returns
+    -------
+    ndarray, shape (5, ...)
+        Components zz, (xx - yy)/2, xy, xz, yz of the deviator.
+
+    Examples
+    --------
+    >>> components(np.diag([-1.0, -1.0, 2.0])).tolist()
+    [2.0, 0.0, 0.0, 0.0, 0.0]
+    """
+    mean = np.trace(tensor, axis1=-2, axis2=-1) / 3
+    return np.stack(
+        [
+            tensor[..., 2, 2] - mean,
+            (tensor[..., 0, 0] - tensor[..., 1, 1]) / 2,
+            tensor[..., 0, 1],
+            tensor[..., 0, 2],
+            tensor[..., 1, 2],
+        ]
+    )
+
+
+def tensor(deviator: NDArray[Any], mean: ArrayLike = 0.0) -> NDArray[Any]:
+    """Return symmetric tensors from the five components and a mean.
+
+    Parameters
+    ----------
+    deviator : ndarray, shape (5, ...)
+        Components zz, (xx - yy)/2, xy, xz, yz.
+    mean : array_like, shape (...)
+        A third of the trace.
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+        Tensors, axes x, y, z.
+    """
+    zz, half, xy, xz, yz = deviator
+    rows = [
+        [mean - zz / 2 + half, xy, xz],
+        [xy, mean - zz / 2 - half, yz],
+        [xz, yz, mean + zz],
+    ]
+    return np.stack([np.stack(np.broadcast_arrays(*row), axis=-1) for row in rows], axis=-2)
+
+
+def equivalent(deviator: NDArray[Any]) -> NDArray[Any]:
+    """Return the von Mises stress √(3/2 s:s) of stress deviators.
+
+    Parameters
+    ----------
+    deviator : ndarray, shape (5, ...)
+        Components zz, (xx - yy)/2, xy, xz, yz.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Equivalent stress, in the unit of the deviator.
+
+    Examples
+    --------
+    Uniaxial tension of 3 along z has the deviator (-1, -1, 2).
+
+    >>> float(equivalent(np.array([2.0, 0, 0, 0, 0])))
+    3.0
+    """
+    square = deviator[1] ** 2
+    for component in deviator[2:]:
+        square += component**2
+    square *= 3
+    square += 2.25 * deviator[0] ** 2
+    root: NDArray[Any] = np.sqrt(square)
+    return root

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.halfspace import plastic
 from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.tensors import WEIGHTS
 
 Array = NDArray[Any]
 Parts = list[Array]
@@ -100,7 +100,7 @@ class Mixer:
     def _products(self, pairs: list[tuple[Parts, Parts]]) -> NDArray[np.float64]:
         """Return the inner products of pairs of vectors."""
         sums = np.zeros((len(self._weights), len(pairs)))
-        tensor = np.array(plastic.WEIGHTS)
+        tensor = np.array(WEIGHTS)
 
         def add(part: int) -> None:
             if pairs and pairs[0][0][part].size:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.halfspace import plastic
+from roughcontact.halfspace import tensors
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.plastic import HalfSpace
 from roughcontact.material.hardening import Hardening, Perfect, plastic_increment
@@ -163,7 +163,7 @@ class Body:
 
         def keep(layer: int, values: Array) -> None:
             stress[layer] = values
-            q = plastic.equivalent(values).ravel()
+            q = tensors.equivalent(values).ravel()
             excess[layer] = np.sqrt((q * q / self._square_strength[layer]).max()) - 1
 
         nothing = np.zeros(fields[1:])
@@ -186,5 +186,5 @@ def law_of(body: Material) -> Hardening:
 
 def equivalent_strain(strain: Array) -> Array:
     """Return √(2/3 e:e) of traceless strains, shape (5, n)."""
-    result: Array = plastic.equivalent(strain) * strain.dtype.type(2 / 3)
+    result: Array = tensors.equivalent(strain) * strain.dtype.type(2 / 3)
     return result

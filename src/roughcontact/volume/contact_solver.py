@@ -13,6 +13,9 @@ from roughcontact.errors import CapacityError, InputError
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import CEILING_FACTOR, contact_modulus
 from roughcontact.solvers import bounded
+from roughcontact.solvers.operator import Family
+from roughcontact.solvers.problem import Loaded
+from roughcontact.solvers.problem import Problem as ContactProblem
 from roughcontact.volume.problem import Problem
 
 CONTACT_TOLERANCE = 1e-6
@@ -24,7 +27,7 @@ _CONTACT_CONVOLUTIONS = 500
 class ContactSolver:
     """The contact solver, started each time from the pressure before."""
 
-    def __init__(self, gap: NDArray[np.float64], make: bounded.Operator, area: float) -> None:
+    def __init__(self, gap: NDArray[np.float64], make: Family, area: float) -> None:
         self._map = gap
         self._make, self.area = make, area
         self.resize(0)
@@ -36,7 +39,7 @@ class ContactSolver:
         """Add points that never touch around the map, and forget the pressure."""
         self.initial_gap = np.pad(self._map, margin, constant_values=np.inf)
         self.inside = tuple(slice(margin, margin + n) for n in self._map.shape)
-        self.loaded: bounded.Loaded | None = None
+        self.loaded: Loaded | None = None
         self.pressure = np.zeros(self.initial_gap.shape)
 
     def resume(self, pressure: NDArray[np.float64]) -> None:
@@ -52,7 +55,7 @@ class ContactSolver:
         limit = CEILING_FACTOR * strength
         if total > 0.9 * limit * np.count_nonzero(np.isfinite(self.initial_gap)):
             return np.isfinite(self.initial_gap)
-        problem = bounded.Problem(self.initial_gap, limit, total)
+        problem = ContactProblem(self.initial_gap, limit, total)
         rough = bounded.solve(problem, self._make, tolerance=1e-2, max_iterations=200)
         pressed = np.zeros(self.initial_gap.shape, bool)
         pressed.ravel()[rough.index] = True
@@ -72,7 +75,7 @@ class ContactSolver:
             self.approach = float(gap.min())
             return
         solution = bounded.solve(
-            bounded.Problem(gap, np.inf, load / self.area),
+            ContactProblem(gap, np.inf, load / self.area),
             self._make,
             tolerance=tolerance,
             max_iterations=_CONTACT_CONVOLUTIONS,

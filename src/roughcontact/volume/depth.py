@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import InputError
-from roughcontact.halfspace import plastic
+from roughcontact.halfspace import tensors
 from roughcontact.volume.body import law_of
 from roughcontact.volume.result import ElastoplasticResult, PlasticBody
 
@@ -333,7 +333,7 @@ def _fields(body: PlasticBody, where: Any) -> tuple[Array, Array, Array, Array, 
     law = law_of(body.material)
     accumulated = body.accumulated[where].copy()
     stress, residual = (
-        plastic.tensor(np.moveaxis(deviator[where], 1, 0), mean[where])
+        tensors.tensor(np.moveaxis(deviator[where], 1, 0), mean[where])
         for deviator, mean in (
             (body.stress, body.mean_stress),
             (body.residual_stress, body.mean_residual_stress),
@@ -348,4 +348,4 @@ def _middles(edges: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _von_mises(tensor: Array) -> Array:
-    return plastic.equivalent(plastic.components(tensor))
+    return tensors.equivalent(tensors.components(tensor))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.errors import InputError
-from roughcontact.halfspace import plastic
+from roughcontact.halfspace.layers import graded_layers
 from roughcontact.material.material import Material, softer
 from roughcontact.volume.contact_solver import ContactSolver
 from roughcontact.volume.problem import Problem
@@ -40,7 +40,7 @@ def first_volume(
     if layers is None:
         if depth is None:
             depth = max(_DEPTH * radius, _LEAST_DEPTH * max(pixel))
-        return plastic.graded_layers(_FIRST_LAYER * min(pixel), depth, LAYER_RATIO), margin
+        return graded_layers(_FIRST_LAYER * min(pixel), depth, LAYER_RATIO), margin
     thickness = np.array(layers, float)
     if thickness.sum() < radius:
         raise InputError(

@@ -7,6 +7,7 @@ import math
 from roughcontact.errors import InsufficientMemoryError
 from roughcontact.halfspace import plastic
 from roughcontact.halfspace.fft import default_workers
+from roughcontact.halfspace.layers import SWEEP_POINTS
 
 
 def memory_estimate(
@@ -40,7 +41,7 @@ def memory_estimate(
     padded = plastic.points_transformed(shape, boundary)
     # Spectra of strain and mean stress and the tables; strain, stresses, and what Anderson's
     # acceleration remembers of a quarter of the points. The bodies share what threads sweep with.
-    swept = min(default_workers() * plastic.SWEEP_POINTS, padded / 4)
+    swept = min(default_workers() * SWEEP_POINTS, padded / 4)
     volume = bodies * layers * (7.5 * padded + 35 * points) + (6 * layers + 28) * swept
     return int(real * volume) + 200 * points
 

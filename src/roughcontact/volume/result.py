@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult, rim_excess
-from roughcontact.halfspace import plastic
+from roughcontact.halfspace import tensors
 from roughcontact.material.material import Material
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class PlasticBody:
     """Plastic strain and stress of one body; layers from its surface down.
 
     Tensors without trace have the components zz, (xx - yy)/2, xy, xz, yz, z into the body;
-    `roughcontact.halfspace.plastic.tensor` makes matrices of them. Arrays are read-only.
+    `roughcontact.halfspace.tensors.tensor` makes matrices of them. Arrays are read-only.
 
     Parameters
     ----------
@@ -127,12 +127,12 @@ class PlasticBody:
     @property
     def von_mises(self) -> Array:
         """Von Mises stress under load [Pa], shape (nz, ny, nx)."""
-        return plastic.equivalent(self.stress.swapaxes(0, 1))
+        return tensors.equivalent(self.stress.swapaxes(0, 1))
 
     @property
     def residual_von_mises(self) -> Array:
         """Von Mises stress by the plastic strain alone [Pa], shape (nz, ny, nx)."""
-        return plastic.equivalent(self.residual_stress.swapaxes(0, 1))
+        return tensors.equivalent(self.residual_stress.swapaxes(0, 1))
 
     @property
     def elastic_stress(self) -> Array:

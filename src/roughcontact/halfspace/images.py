@@ -1,0 +1,196 @@
+"""The periodic images of a free surface, and how they are taken off on coarse cells."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.halfspace.fft import fast_length
+from roughcontact.halfspace.layers import Layers
+
+Array = NDArray[Any]
+
+# Enough to hide the cost of a call, few enough that what one layer needs stays in a second-level
+# cache.
+# Periods of the three transforms of a free boundary, over the edge of the map.
+_NEAR = 1.5
+_FAR = 6.0
+# Coarse cells along the shorter edge of the map, at most; cells beyond the map on each side, so
+# that the interpolation stays central: an extrapolating one costs the operator its sign.
+_COARSE = 20
+_GUARD = 2
+# Coarse layers over coarse cells, at least.
+_COARSE_DEPTH = 0.5
+
+
+def coarse_grid(shape: tuple[int, int]) -> tuple[int, tuple[int, int]]:
+    """Return points per coarse cell, and the cells ``(my, mx)`` with guards around the map."""
+    coarse = -(-min(shape) // _COARSE)
+    cells = [-(-n // coarse) + 2 * _GUARD for n in shape]
+    return coarse, (cells[0], cells[1])
+
+
+def periods(
+    shape: tuple[int, int], coarse: int, cells: tuple[int, int]
+) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return the coarse cells of the near and of the far period.
+
+    The near one is a whole number of coarse cells, and the same on both grids.
+    """
+    near = [
+        fast_length(max(cell, math.ceil(_NEAR * n / coarse)))
+        for n, cell in zip(shape, cells, strict=True)
+    ]
+    far = [fast_length(math.ceil(_FAR * cell)) for cell in cells]
+    return (near[0], near[1]), (far[0], far[1])
+
+
+def _cubic(points: int, coarse: int, cells: int) -> NDArray[np.float64]:
+    """Return the matrix, shape (points, cells), of the interpolation by cubics (Lagrange)."""
+    # Where the points lie, counted in cells from the centre of the first one.
+    place = (np.arange(points) + 0.5) / coarse - 0.5 + _GUARD
+    left = np.floor(place).astype(int)
+    t = place - left
+    weights = (
+        -t * (t - 1) * (t - 2) / 6,
+        (t + 1) * (t - 1) * (t - 2) / 2,
+        -(t + 1) * t * (t - 2) / 2,
+        (t + 1) * t * (t - 1) / 6,
+    )
+    matrix = np.zeros((points, cells))
+    for offset, weight in zip((-1, 0, 1, 2), weights, strict=True):
+        matrix[np.arange(points), left + offset] = weight
+    return matrix
+
+
+def _linear(fine: NDArray[np.float64], coarse: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the matrix (nz, mz) that interpolates between the centres of two sets of layers."""
+    below = np.cumsum(coarse) - coarse / 2
+    at = np.cumsum(fine) - fine / 2
+    left = np.clip(np.searchsorted(below, at) - 1, 0, max(0, below.size - 2))
+    matrix = np.zeros((fine.size, coarse.size))
+    rows = np.arange(fine.size)
+    if coarse.size == 1:
+        matrix[:, 0] = 1
+        return matrix
+    share = (at - below[left]) / (below[left + 1] - below[left])
+    matrix[rows, left] = 1 - share
+    matrix[rows, left + 1] = share
+    return matrix
+
+
+def _merged(thickness: NDArray[np.float64], least: float) -> NDArray[np.float64]:
+    """Return layers that are sums of neighbours, of at least some thickness but the last."""
+    merged, current = [], 0.0
+    for layer in thickness:
+        current += layer
+        if current >= least:
+            merged.append(current)
+            current = 0.0
+    if current:
+        merged.append(current)
+    return np.array(merged)
+
+
+class Images:
+    """What an infinite surface does other than a periodic one, on coarse cells."""
+
+    def __init__(
+        self,
+        fine: Layers,
+        pixel: tuple[float, float],
+        coarse: int,
+        cells: tuple[int, int],
+        near: tuple[int, int],
+        far: tuple[int, int],
+        precision: str,
+    ) -> None:
+        import scipy.sparse
+
+        workspace = fine._workspace
+        self._workspace, self._fine = workspace, fine
+        edges = pixel[0] * coarse, pixel[1] * coarse
+        thickness = _merged(fine.thickness, _COARSE_DEPTH * min(edges))
+        arguments = (cells, edges, thickness, fine._modulus, fine._poisson)
+        more: dict[str, Any] = dict(
+            isolated=True, workspace=workspace, precision=precision, smooth=True
+        )
+        self._near = Layers(*arguments, near, **more)
+        self._far = Layers(*arguments, far, **more)
+        matrix = scipy.sparse.csr_array
+        self._up_y = matrix(_cubic(fine.shape[0], coarse, cells[0]).astype(fine.real))
+        self._up_x = matrix(_cubic(fine.shape[1], coarse, cells[1]).astype(fine.real))
+        self._down_y, self._down_x = self._up_y.T.tocsr(), self._up_x.T.tocsr()
+        self._up_z = _linear(fine.thickness, thickness)
+        # The transpose under the inner products of both grids: cells times thickness.
+        self._down_z = (self._up_z * fine.thickness[:, None]).T / thickness[:, None] / coarse**2
+        self._scale = 1 / coarse**2
+        self._parts: dict[int, Array] = {}
+        self._strain: Array = np.zeros((thickness.size, 5, *cells), fine.real)
+        self._stress = np.zeros_like(self._strain)
+        self._cells = cells
+
+    def clear(self) -> None:
+        """Forget the strain."""
+        self._parts.clear()
+
+    def _restricted(self, values: Array) -> Array:
+        halfway = self._down_y @ values
+        coarse: Array = (self._down_x @ halfway.T).T
+        return coarse
+
+    def take(self, layer: int, strain: Array) -> None:
+        """Restrict the strain of one layer."""
+        self._parts[layer] = np.stack([self._restricted(values) for values in strain])
+
+    def displacement(self, *, trace: bool) -> Array:
+        """Return the correction of the displacement by the strain taken."""
+        self._strain[...] = 0
+        # In order: which thread came first must not change the last bits of the sum.
+        for layer, part in sorted(self._parts.items()):
+            for into in np.flatnonzero(self._down_z[:, layer]):
+                self._strain[into] += self._down_z[into, layer] * part
+        rows = slice(0, self._cells[0])
+
+        def fill(layer: int, out: Array) -> slice | None:
+            out[...] = self._strain[layer]
+            return rows if self._strain[layer].any() else None
+
+        far = self._far.displacement(fill, trace=trace)
+        far -= self._near.displacement(fill, trace=trace)
+        return self._prolonged(far.astype(self._fine.real))
+
+    def stress(self, pressure: Array) -> None:
+        """Work out the correction of the stress on the coarse layers."""
+        coarse = self._restricted(pressure.astype(self._fine.real)) * self._scale
+        self._far.stress(coarse, lambda layer, values: np.copyto(self._stress[layer], values))
+
+        def subtract(layer: int, values: Array) -> None:
+            self._stress[layer] -= values
+
+        self._near.stress(coarse, subtract)
+
+    def mean_stress(self, pressure: Array) -> None:
+        """Work out the correction of the mean stress on the coarse layers."""
+        coarse = self._restricted(pressure.astype(self._fine.real)) * self._scale
+        first = self._stress[:, 0]
+        self._far.mean_stress(coarse, lambda layer, values: np.copyto(first[layer], values))
+
+        def subtract(layer: int, values: Array) -> None:
+            first[layer] -= values
+
+        self._near.mean_stress(coarse, subtract)
+
+    def on_layer(self, layer: int, component: int) -> Array:
+        """Return the correction on one fine layer."""
+        near = np.flatnonzero(self._up_z[layer])
+        coarse = np.einsum("z,zyx->yx", self._up_z[layer, near], self._stress[near, component])
+        return self._prolonged(coarse.astype(self._fine.real))
+
+    def _prolonged(self, coarse: Array) -> Array:
+        halfway = self._up_y @ coarse
+        result: Array = (self._up_x @ halfway.T).T
+        return result

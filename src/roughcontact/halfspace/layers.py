@@ -1,0 +1,585 @@
+"""Layers of plastic strain in a laterally periodic half-space: strain and pressure in, stress out.
+
+Fourier in the plane, analytic in depth. A layer of plastic strain sends three kinds of decaying
+waves up and three down. One sweep from the bottom to the top collects what arrives at the surface,
+the free surface reflects it, and a sweep back down gives the stress; the pressure enters with the
+reflection. Strain is constant and stress is averaged over the thickness of each layer, so the
+discrete operators are exact restrictions of one quadratic form: the stress operator S is symmetric
+with 0 ≤ -S ≤ 2μ, and the displacement by strain is the adjoint of the stress by pressure
+(Betti). Time and memory grow linearly with the number of layers, whatever their thickness.
+
+Axes: z points into the body and is 0 at its surface, pressure is positive and pushes along z,
+displacement is positive into the body. Strain and the deviator of the stress have the five
+components of `tensors`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import require_positive
+from roughcontact.halfspace.fft import (
+    Workspace,
+    frequencies,
+    from_half_spectrum,
+    half_frequencies,
+    half_spectrum,
+)
+
+Array = NDArray[Any]
+Fill = Callable[[int, Array], slice | None]
+Visit = Callable[[int, Array], None]
+
+SWEEP_POINTS = 16384
+"""Wave vectors that one thread sweeps at a time, at most."""
+# Enough to hide the cost of a call, few enough that what one layer needs stays in a second-level
+# cache.
+# Short waves fade out of the coarse operators: the response to them jumps at the Nyquist frequency,
+# so that periods of different length differ by tails that alternate from cell to cell. Those do
+# not cancel, and would cost the operator its sign as well.
+_FADE = 6.0
+
+
+def graded_layers(first: float, depth: float, ratio: float = 1.1) -> NDArray[np.float64]:
+    """Return thicknesses of layers that grow with depth.
+
+    Parameters
+    ----------
+    first : float
+        Thickness of the layer at the surface [m].
+    depth : float
+        Least depth of them all [m].
+    ratio : float
+        Thickness of each layer over that of the one above.
+
+    Returns
+    -------
+    ndarray, shape (nz,)
+        Thicknesses [m].
+
+    Examples
+    --------
+    >>> graded_layers(1.0, 3.0, ratio=2.0).tolist()
+    [1.0, 2.0]
+    """
+    require_positive(first=first, depth=depth, ratio=ratio)
+    layers = [first]
+    while sum(layers) < depth:
+        layers.append(layers[-1] * ratio)
+    return np.array(layers)
+
+
+class Layers:
+    """The operators of a laterally periodic half-space, on one grid.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)`` that carry strain and pressure.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    thickness : ndarray, shape (nz,)
+        Thickness of each layer [m], from the surface down; elastic below.
+    shear_modulus, poisson : float
+        μ [Pa] and ν.
+    padded : (int, int)
+        Points ``(my, mx)`` of one period.
+    isolated : bool
+        Whether the period stands for an infinite surface, see Notes.
+    workspace : Workspace
+        Threads.
+    precision : {"double", "single"}
+        Arithmetic of transforms and sweeps.
+    smooth : bool
+        Whether short waves are left out, fading from half the Nyquist frequency on.
+
+    Notes
+    -----
+    The wave of infinite length: plastic strain finds no mean strain in the plane, so its mean
+    stress is local, s = -2μ/(1-ν) [e₁₁ + ν e₂₂, e₂₂ + ν e₁₁] and -2μ e₁₂. Pressure p gives
+    σ_zz = -p and, isolated, σ_xx = σ_yy = -p (1 + 2ν)/2, the mean of the limit over all
+    directions; periodic, -p ν/(1 - ν), no mean strain in the plane. The mean displacement by
+    strain is the adjoint of that. Waves at the Nyquist frequency run in two mirrored directions
+    that the grid cannot tell apart; they get the mean of the operators of both. At the corner
+    of the spectrum, Nyquist along both axes, s = -2μ e and nothing reaches the surface.
+    """
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        pixel: tuple[float, float],
+        thickness: NDArray[np.float64],
+        shear_modulus: float,
+        poisson: float,
+        padded: tuple[int, int],
+        *,
+        isolated: bool,
+        workspace: Workspace,
+        precision: str = "double",
+        smooth: bool = False,
+    ) -> None:
+        self.shape, self.thickness, self.padded = shape, thickness, padded
+        self.real: type = np.float32 if precision == "single" else np.float64
+        self._complex: type = np.complex64 if precision == "single" else np.complex128
+        self._modulus, self._poisson, self._isolated = shear_modulus, poisson, isolated
+        self._workspace = workspace
+        self._quiet = True
+        (my, mx), (dy, dx) = padded, pixel
+        self._half, self._width = my // 2 + 1, mx // 2 + 1
+        qy = 2 * math.pi * frequencies(my, dy)[:, None]
+        qx = 2 * math.pi * half_frequencies(mx, dx)
+        q = np.hypot(qy, qx)
+        q[0, 0] = 1
+        cosine, sine = qx / q, qy / q
+        cosine[0, 0] = 1
+        # cos θ, sin θ, cos 2θ, sin 2θ of the wave vector
+        self._angles = np.stack(
+            [cosine, sine, cosine**2 - sine**2, 2 * cosine * sine], dtype=self.real
+        )
+        q[0, 0] = 0
+        # The mirrors of a wave at Nyquist: what they turn in opposite ways has no mean.
+        self._turns = self._angles.copy()
+        if mx % 2 == 0:
+            self._turns[[0, 3], :, -1] = 0
+        if my % 2 == 0:
+            self._turns[[1, 3], my // 2] = 0
+            if mx % 2 == 0:
+                q[my // 2, -1] = 0
+        self._q = q[: self._half].astype(self.real)
+        self._fade: Array | None = None
+        if smooth:
+            from scipy.special import erfc
+
+            waves = frequencies(my), half_frequencies(mx)
+            fade = [erfc(_FADE * (2 * np.abs(wave) - 0.5)) / 2 for wave in waves]
+            self._fade = np.outer(*fade).astype(self.real)
+        self._fill_tables(q[: self._half])
+        self._spectra = np.zeros((0, 5, 2, my, self._width), self.real)
+        self._trace: Array | None = None
+
+    def _fill_tables(self, q: NDArray[np.float64]) -> None:
+        """Tabulate what depends on |q| alone, for the rows with qy ≥ 0."""
+        nz, nu = self.thickness.size, self._poisson
+        shape = (nz, *q.shape)
+        self._decay, self._mean = np.empty(shape, self.real), np.empty(shape, self.real)
+        # Deviator and mean of the stress by unit pressure: zz, (11 - 22)/2, i·13, mean.
+        self._elastic = np.empty((nz, 4, *q.shape), self.real)
+        top = np.append(0, np.cumsum(self.thickness))
+        waves = q > 0
+
+        def fill(layer: int) -> None:
+            x = q * self.thickness[layer]
+            decay = np.exp(-x)
+            mean = np.ones_like(x)
+            np.divide(-np.expm1(-x), x, out=mean, where=waves)
+            self._decay[layer], self._mean[layer] = decay, mean
+            # Averages over the layer of e^(-qz) and qz e^(-qz); 1 and 0 for the longest wave.
+            flat = np.exp(-q * top[layer])
+            bent = flat * (q * top[layer] * mean + (mean - decay))
+            flat *= mean
+            table = self._elastic[layer]
+            table[0] = -flat - bent + 2 * (1 + nu) / 3 * flat
+            table[1] = (bent - flat) / 2 + nu * flat
+            table[2] = -bent
+            table[3] = -2 * (1 + nu) / 3 * flat
+            # Of those at q = 0 the longest wave has a pressure, the corner of the spectrum none.
+            first = table[:, 0, 0].copy()
+            table[:, ~waves] = 0
+            first[1] = first[2] = 0
+            if not self._isolated:
+                first[0] = -(2 - 4 * nu) / (3 * (1 - nu))
+                first[3] = -(1 + nu) / (3 * (1 - nu))
+            table[:, 0, 0] = first
+
+        self._workspace.each(fill, range(nz))
+
+    def displacement(
+        self, fill: Fill, *, trace: bool = False, see: Visit | None = None
+    ) -> NDArray[np.float64]:
+        """Take in a plastic strain and return the surface displacement that it causes.
+
+        Parameters
+        ----------
+        fill : callable
+            ``fill(layer, out)`` writes the strain of one layer into ``out``, shape
+            ``(5, ny, nx)``, and returns the rows that are not zero, or ``None`` if none is;
+            called from several threads.
+        trace : bool
+            Whether `mean_stress` will be asked for.
+        see : callable, optional
+            Called with each layer that has strain and that strain.
+
+        Returns
+        -------
+        ndarray, shape (ny, nx)
+            Normal displacement [m], positive into the body, without the elastic one by pressure.
+        """
+        (my, mx), (ny, nx), nz = self.padded, self.shape, self.thickness.size
+        scale = 1 / (my * mx)
+        if not self._spectra.size:
+            self._spectra = np.empty((nz, 5, 2, my, self._width), self.real)
+        if trace and self._trace is None:
+            self._trace = np.empty((nz, 2, my, self._width), self.real)
+        # Of the waves at Nyquist, the components that their mirrors have with the other sign: along
+        # x then along y, kept from the sweep of the others. And all at the corner.
+        self._odd: Array = np.zeros((nz, 5, 2, 1, my + self._width), self.real)
+        self._corner: Array = np.zeros((nz, 5, 2), self.real)
+        loud = np.zeros(nz, bool)
+
+        def forward(layer: int) -> None:
+            strain = self._array("strain", (5, ny, nx))
+            rows = fill(layer, strain)
+            if rows is None:
+                self._spectra[layer] = 0
+                return
+            loud[layer] = True
+            if see is not None:
+                see(layer, strain)
+            for component in range(5):
+                scratch = self._array("spectrum", (my, self._width), self._complex)
+                spectrum = half_spectrum(strain[component], rows, self.padded, scratch)
+                if self._fade is not None:
+                    spectrum *= self._fade
+                plane = self._spectra[layer, component]
+                # Strains xz and yz are kept times i: then every coefficient is real.
+                if component < 3:
+                    np.multiply(spectrum.real, scale, out=plane[0])
+                    np.multiply(spectrum.imag, scale, out=plane[1])
+                else:
+                    np.multiply(spectrum.imag, -scale, out=plane[0])
+                    np.multiply(spectrum.real, scale, out=plane[1])
+                self._take_nyquist(plane, layer, component)
+
+        self._workspace.each(forward, range(nz))
+        self._quiet = not loud.any()
+        if self._quiet:
+            if self._trace is not None:
+                self._trace[...] = 0
+            return np.zeros(self.shape)
+        weights = -self.thickness * (0.5 - self._poisson)
+        if not self._isolated:
+            weights /= 0.5 * (1 - self._poisson)
+        mean = float(weights @ self._spectra[:, 0, 0, 0, 0])
+        surface: Array = np.empty((my, self._width), self._complex)
+        step = min(SWEEP_POINTS // self._width, my // (2 * self._workspace.workers))
+        step = max(1, step)
+        # A band of rows lies on one side of the tables' fold.
+        bands = [slice(i, min(i + step, self._half)) for i in range(0, self._half, step)]
+        bands += [slice(i, min(i + step, my)) for i in range(self._half, my, step)]
+
+        def sweep(rows: slice) -> None:
+            fold = rows if rows.start < self._half else slice(my - rows.start, my - rows.stop, -1)
+            self._sweep(
+                self._spectra[..., rows, :], self._angles[:, rows], self._q[fold],
+                self._decay[:, fold], self._mean[:, fold], surface[rows],
+                self._trace[..., rows, :] if trace and self._trace is not None else None,
+            )  # fmt: skip
+
+        self._workspace.each(sweep, bands)
+        self._sweep(self._odd, *self._at_nyquist, None, None)
+        surface[0, 0] = mean
+        return from_half_spectrum(surface, self.shape, self.padded).astype(np.float64)
+
+    def _take_nyquist(self, plane: Array, layer: int, component: int) -> None:
+        """Move what mirrored waves at Nyquist have with opposite signs out of the sweep's way."""
+        my, mx = self.padded
+        if my % 2 == 0 and mx % 2 == 0:
+            self._corner[layer, component] = plane[:, my // 2, -1]
+        for along_x, even, odd in ((True, mx % 2 == 0, (2, 3)), (False, my % 2 == 0, (2, 4))):
+            if even and component in odd:
+                waves = plane[..., -1] if along_x else plane[:, my // 2]
+                place = slice(0, my) if along_x else slice(my, None)
+                self._odd[layer, component, :, 0, place] = waves
+                waves[...] = 0
+
+    @property
+    def _at_nyquist(self) -> tuple[Array, Array, Array, Array]:
+        """Angles, q, decay and mean of the waves at Nyquist, along x then along y."""
+        my = self.padded[0]
+        angles = np.concatenate([self._angles[:, :, -1], self._angles[:, my // 2]], axis=1)
+        fold = np.minimum(np.arange(my), my - np.arange(my))
+        tables = [
+            np.concatenate([table[..., fold, -1], table[..., my // 2, :]], axis=-1)[..., None, :]
+            for table in (self._q, self._decay, self._mean)
+        ]
+        return angles[:, None], tables[0], tables[1], tables[2]
+
+    def _sweep(
+        self,
+        spectra: Array,
+        angles: Array,
+        q: Array,
+        decays: Array,
+        means: Array,
+        surface: Array | None,
+        trace: Array | None,
+    ) -> None:
+        """Sweep a band of wave vectors up and down; leave the stress in place of the strain.
+
+        States hold 4(1-ν) q (α - (3-4ν) β), 4(1-ν) q β and i q γ of the amplitudes α, β, γ of
+        the waves; e^(-x) and its mean over a layer are all that the layers' integrals need.
+        """
+        nu, nz = self._poisson, self.thickness.size
+        cosine, sine, cosine2, sine2 = angles
+        shape = (2, *q.shape)
+        arrays = self._array("sweep", (12, *shape))
+        first, second, third, temp, total, one, two, three, four, a, b, g = arrays
+        up = self._array("up", (nz, 3, *shape))
+        size = (4, *shape[1:])
+        x, weight, pull, tail = self._array("weights", size)
+
+        def rotate(into: tuple[Array, Array], these: tuple[Array, Array], c: Array, s: Array,
+                   back: bool) -> None:  # fmt: skip
+            """Turn a pair of components by an angle: (c f + s g, c g - s f), or back."""
+            np.multiply(c, these[0], out=first)
+            np.multiply(s, these[1], out=temp)
+            np.multiply(c, these[1], out=second)
+            np.multiply(s, these[0], out=third)
+            if back:
+                np.subtract(first, temp, out=into[0])
+                np.add(second, third, out=into[1])
+            else:
+                np.add(first, temp, out=into[0])
+                np.subtract(second, third, out=into[1])
+
+        def propagate(layer: int, direction: int) -> None:
+            """Carry the state through a layer and add what the layer sends on."""
+            zz, p, t, shear, cross = spectra[layer]
+            decay = decays[layer]
+            # pull and tail: (1 - e^-x) and 1 - (1 + x) e^-x
+            np.multiply(x, b, out=temp)
+            np.subtract(a, temp, out=a)
+            for state in (a, b, g):
+                np.multiply(state, decay, out=state)
+            combine = np.add if direction < 0 else np.subtract
+            combine(zz, shear, out=temp)
+            np.multiply(temp, -(2 - 4 * nu), out=temp)
+            np.multiply(temp, pull, out=temp)
+            np.add(a, temp, out=a)
+            np.multiply(zz, 1.5, out=temp)
+            np.subtract(temp, p, out=temp)
+            combine(temp, shear, out=temp)
+            combine(temp, shear, out=temp)
+            np.multiply(temp, tail, out=first)
+            np.subtract(a, first, out=a)
+            np.multiply(temp, pull, out=temp)
+            np.add(b, temp, out=b)
+            (np.subtract if direction < 0 else np.add)(t, cross, out=temp)
+            np.multiply(temp, pull, out=temp)
+            np.add(g, temp, out=g)
+
+        def weigh(layer: int) -> None:
+            np.multiply(q, self.real(self.thickness[layer]), out=x)
+            np.subtract(means[layer], decays[layer], out=weight)
+            np.multiply(x, means[layer], out=pull)
+            np.multiply(x, weight, out=tail)
+
+        a[...] = b[...] = g[...] = 0
+        for layer in range(nz - 1, -1, -1):
+            zz, half, xy, xz, yz = spectra[layer]
+            rotate((half, xy), (half, xy), cosine2, sine2, False)
+            rotate((xz, yz), (xz, yz), cosine, sine, False)
+            up[layer, 0], up[layer, 1], up[layer, 2] = a, b, g
+            weigh(layer)
+            propagate(layer, -1)
+
+        # What comes up moves the surface and is thrown back by it.
+        np.multiply(b, 1 - 2 * nu, out=temp)
+        np.add(temp, a, out=temp)
+        with np.errstate(divide="ignore"):
+            np.divide(1, q, out=x)
+        x[q == 0] = 0
+        np.multiply(temp, x, out=temp)
+        if surface is not None:
+            surface.real, surface.imag = temp[0], temp[1]
+        np.multiply(a, 2, out=temp)
+        np.multiply(a, -(3 - 4 * nu), out=a)
+        np.multiply(b, -4 * (1 - nu) * (1 - 2 * nu), out=first)
+        np.add(a, first, out=a)
+        np.multiply(b, 3 - 4 * nu, out=b)
+        np.add(b, temp, out=b)
+
+        mu = self._modulus
+        unit = mu / (2 * (1 - nu))
+        for layer in range(nz):
+            zz, p, t, shear, cross = spectra[layer]
+            from_a, from_b, from_g = up[layer]
+            mean = means[layer]
+            weigh(layer)
+            # two = mean (b↓ + b↑ - own), total = weight (same) - mean (a↓ + a↑ - own ...)
+            np.add(b, from_b, out=one)
+            np.multiply(zz, 3, out=temp)
+            np.subtract(one, temp, out=one)
+            np.add(one, p, out=one)
+            np.add(one, p, out=one)
+            np.multiply(mean, one, out=two)
+            np.multiply(weight, one, out=total)
+            np.add(a, from_a, out=one)
+            np.multiply(zz, 7 - 8 * nu, out=temp)
+            np.add(one, temp, out=one)
+            np.subtract(one, p, out=one)
+            np.subtract(one, p, out=one)
+            np.multiply(mean, one, out=one)
+            np.subtract(total, one, out=total)
+            # Shear 13, times i: differences of the waves.
+            np.subtract(b, from_b, out=one)
+            np.multiply(one, 2 - 2 * nu, out=three)
+            np.subtract(a, from_a, out=temp)
+            np.add(three, temp, out=three)
+            np.multiply(three, mean, out=three)
+            np.multiply(shear, 4, out=temp)
+            np.add(one, temp, out=one)
+            np.multiply(one, weight, out=one)
+            np.subtract(three, one, out=three)
+            np.multiply(three, unit, out=three)
+            # Shear 23, times i.
+            np.subtract(g, from_g, out=four)
+            np.subtract(four, cross, out=four)
+            np.subtract(four, cross, out=four)
+            np.multiply(four, mean, out=four)
+            np.add(four, cross, out=four)
+            np.add(four, cross, out=four)
+            np.multiply(four, -mu, out=four)
+            # Shear 12.
+            np.add(g, from_g, out=one)
+            np.subtract(one, t, out=one)
+            np.subtract(one, t, out=one)
+            np.multiply(one, mean, out=one)
+            np.multiply(one, mu, out=one)
+            propagate(layer, +1)
+            if trace is not None:
+                # -2 (1 + ν) (two + 3 zz - 2 p) and the local part, a third of them.
+                np.subtract(two, p, out=temp)
+                np.subtract(temp, p, out=temp)
+                np.add(temp, zz, out=temp)
+                np.multiply(temp, -2 * (1 + nu) / 3 * unit, out=trace[layer])
+            # Own parts of zz and (11 - 22)/2, then the waves.
+            np.multiply(zz, -(10 - 8 * nu) / 3, out=first)
+            np.multiply(p, -4 / 3 * (1 - 2 * nu), out=second)
+            np.add(first, second, out=first)
+            np.multiply(zz, -(1 - 2 * nu), out=second)
+            np.subtract(second, p, out=second)
+            np.subtract(second, p, out=second)
+            np.subtract(first, total, out=first)
+            np.multiply(two, (1 - 2 * nu) + 2 / 3 * (1 + nu), out=third)
+            np.add(first, third, out=first)
+            np.multiply(first, unit, out=zz)
+            np.multiply(two, 3 - 4 * nu, out=third)
+            np.subtract(total, third, out=total)
+            np.multiply(total, 0.5, out=total)
+            np.add(second, total, out=second)
+            np.multiply(second, unit, out=total)
+            rotate((p, t), (total, one), cosine2, sine2, True)
+            rotate((shear, cross), (three, four), cosine, sine, True)
+
+    def stress(self, pressure: Array, visit: Visit) -> None:
+        """Show the deviator of the stress by the strain taken in last and by a pressure.
+
+        Parameters
+        ----------
+        pressure : ndarray, shape (ny, nx)
+            Pressure on the surface [Pa].
+        visit : callable
+            ``visit(layer, stress)`` gets the layer averages, shape ``(5, ny, nx)`` [Pa], from one
+            of several threads; the array is only valid during the call.
+        """
+        load, loaded = self._pressure_spectrum(pressure)
+        cosine, sine, cosine2, sine2 = self._turns
+        # Unit pressure gives zz, 11 - 22 and 13 (times i) in the frame of its wave vector.
+        turned = [(0, load)]
+        if loaded:
+            turned += [(1, load * cosine2), (1, load * sine2), (2, load * cosine), (2, load * sine)]
+
+        def backward(layer: int) -> None:
+            stress = self._array("stress", (5, *self.shape))
+            for component in range(5):
+                parts = self._array("parts", load.shape)
+                if self._quiet:
+                    parts[...] = 0
+                else:
+                    np.copyto(parts, self._spectra[layer, component])
+                    self._put_nyquist(parts, layer, component)
+                if loaded:
+                    number, wave = turned[component]
+                    self._add(parts, self._elastic[layer, number], wave)
+                if self._quiet and not loaded:
+                    stress[component] = 0
+                else:
+                    stress[component] = self._to_map(parts, times_i=component > 2)
+            visit(layer, stress)
+
+        self._workspace.each(backward, range(self.thickness.size))
+
+    def mean_stress(self, pressure: Array, visit: Visit) -> None:
+        """Show the mean stress, a third of the trace; see `stress`.
+
+        The strain must have been taken in with ``trace=True``; arrays have shape ``(ny, nx)``.
+        """
+        load, loaded = self._pressure_spectrum(pressure)
+
+        def backward(layer: int) -> None:
+            parts = self._array("parts", load.shape)
+            parts[...] = 0
+            if not self._quiet and self._trace is not None:
+                np.copyto(parts, self._trace[layer])
+                if not any(n % 2 for n in self.padded):
+                    parts[:, self.padded[0] // 2, -1] = 0
+            if loaded:
+                self._add(parts, self._elastic[layer, 3], load)
+            visit(layer, self._to_map(parts, times_i=False))
+
+        self._workspace.each(backward, range(self.thickness.size))
+
+    def _pressure_spectrum(self, pressure: Array) -> tuple[Array, bool]:
+        my, mx = self.padded
+        parts: Array = np.zeros((2, my, self._width), self.real)
+        if not pressure.any():
+            return parts, False
+        scratch: Array = np.empty((my, self._width), self._complex)
+        values: Array = pressure.astype(self.real, copy=False)
+        spectrum = half_spectrum(values, slice(0, self.shape[0]), self.padded, scratch)
+        if self._fade is not None:
+            spectrum *= self._fade
+        parts[0], parts[1] = spectrum.real, spectrum.imag
+        parts /= my * mx
+        return parts, True
+
+    def _add(self, parts: Array, table: Array, wave: Array) -> None:
+        """Add a wave times a table whose rows fold over at the middle."""
+        half = self._half
+        product = self._array("product", parts.shape)
+        np.multiply(wave[:, :half], table, out=product[:, :half])
+        folded = table[1 : self.padded[0] - half + 1][::-1]
+        np.multiply(wave[:, half:], folded, out=product[:, half:])
+        np.add(parts, product, out=parts)
+
+    def _put_nyquist(self, parts: Array, layer: int, component: int) -> None:
+        """Put back what was moved by `_take_nyquist`."""
+        my, mx = self.padded
+        odd = self._odd[layer, component, :, 0]
+        if mx % 2 == 0 and component in (2, 3):
+            parts[..., -1] = odd[:, :my]
+        if my % 2 == 0 and component in (2, 4):
+            parts[:, my // 2] = odd[:, my:]
+        if my % 2 == 0 and mx % 2 == 0:
+            parts[:, my // 2, -1] = self._corner[layer, component] * self.real(-2 * self._modulus)
+
+    def _to_map(self, parts: Array, times_i: bool) -> Array:
+        spectrum = self._array("spectrum", parts.shape[1:], self._complex)
+        if times_i:
+            spectrum.real = parts[1]
+            np.negative(parts[0], out=spectrum.imag)
+        else:
+            spectrum.real, spectrum.imag = parts
+        return from_half_spectrum(spectrum, self.shape, self.padded)
+
+    def _array(self, name: str, shape: tuple[int, ...], dtype: type | None = None) -> Array:
+        """Return memory of this thread."""
+        flat = self._workspace.scratch(name, (1, math.prod(shape)), dtype or self.real)
+        array: Array = flat.reshape(shape)
+        return array

@@ -1,0 +1,256 @@
+"""What is left of the stress in a volume when its slices have passed: the largest, and where."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact.errors import require_positive
+from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.stress import depth_list, graded_depths
+from roughcontact.halfspace.stress_field import Field, field_of
+from roughcontact.halfspace.tensors import XZ, YZ, tresca, von_mises_squared
+
+Array = NDArray[np.float64]
+
+# How often the neighbourhood of the largest stress is looked at again.
+_REFINEMENTS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Summary:
+    """What is left of the stress in a volume when its slices have passed.
+
+    Parameters
+    ----------
+    depths : ndarray, shape (nz,)
+        Depths looked at [m], ascending.
+    von_mises, tresca : ndarray, shape (nz,)
+        Largest equivalent stress at each depth [Pa].
+    pixels : ndarray of int, shape (nz, 2)
+        Row and column of the largest von Mises stress at each depth.
+    orthogonal_shear : ndarray, shape (nz, 2)
+        Amplitude of the orthogonal shear stress at each depth [Pa], for passes along y and
+        along x: half the range that σ_yz (σ_xz) runs through on the worst line in that direction,
+        while the pressure passes by unchanged.
+    peak : ndarray, shape (ny, nx)
+        Largest von Mises stress over all depths [Pa].
+    yield_strength : float or None
+        σ_Y [Pa].
+    yielded_area : ndarray, shape (nz,), or None
+        Area where the von Mises stress exceeds σ_Y at each depth [m²].
+    """
+
+    depths: Array
+    von_mises: Array
+    tresca: Array
+    pixels: NDArray[np.int64]
+    orthogonal_shear: Array
+    peak: NDArray[Any]
+    yield_strength: float | None
+    yielded_area: Array | None
+
+    @property
+    def max_von_mises(self) -> float:
+        """Largest von Mises stress [Pa]."""
+        return float(self.von_mises.max())
+
+    @property
+    def max_tresca(self) -> float:
+        """Largest Tresca stress [Pa]."""
+        return float(self.tresca.max())
+
+    @property
+    def max_orthogonal_shear(self) -> tuple[float, float]:
+        """Largest amplitudes of the orthogonal shear stress for passes along y and x [Pa]."""
+        along_y, along_x = self.orthogonal_shear.max(axis=0)
+        return float(along_y), float(along_x)
+
+    @property
+    def depth_of_max(self) -> float:
+        """Depth of the largest von Mises stress [m]."""
+        return float(self.depths[self.von_mises.argmax()])
+
+    @property
+    def pixel_of_max(self) -> tuple[int, int]:
+        """Row and column of the largest von Mises stress."""
+        row, column = self.pixels[self.von_mises.argmax()]
+        return int(row), int(column)
+
+    @property
+    def yield_factor(self) -> float | None:
+        """Factor by which the whole pressure may grow until the first point yields.
+
+        σ_Y over the largest von Mises stress. A contact whose area grows with the load does not
+        simply scale its pressure: its load at first yield takes new solutions.
+        """
+        if self.yield_strength is None:
+            return None
+        return self.yield_strength / self.max_von_mises if self.max_von_mises > 0 else math.inf
+
+    @property
+    def yielded_volume(self) -> float | None:
+        """Volume where the von Mises stress exceeds σ_Y [m³], by the trapezoidal rule in depth."""
+        if self.yielded_area is None:
+            return None
+        means = 0.5 * (self.yielded_area[1:] + self.yielded_area[:-1])
+        return float((means * np.diff(self.depths)).sum())
+
+
+def summarise(
+    pressure: ArrayLike,
+    pixel: tuple[float, float],
+    poisson: float,
+    *,
+    depths: ArrayLike | None = None,
+    yield_strength: float | None = None,
+    boundary: str = "free",
+    friction: float = 0.0,
+    direction: float = 0.0,
+    precision: str = "single",
+    workers: int | None = None,
+) -> Summary:
+    """Return the equivalent stresses of a volume, without ever holding it.
+
+    Parameters
+    ----------
+    pressure, pixel, poisson, boundary, friction, direction, precision, workers
+        As for `slices`.
+    depths : array_like, optional
+        Depths z ≥ 0 [m]; by default those of `graded_depths`, and up to four more that close in
+        on the largest von Mises stress.
+    yield_strength : float, optional
+        σ_Y [Pa].
+
+    Returns
+    -------
+    Summary
+        Largest stresses, their places, and what exceeds the yield strength.
+
+    Raises
+    ------
+    InputError
+        If an argument is outside its range.
+
+    Examples
+    --------
+    A Hertz contact of radius 20 pixels:
+
+    >>> y, x = np.mgrid[-31.5:32, -31.5:32]
+    >>> pressure = np.sqrt(np.maximum(1 - (x**2 + y**2) / 20**2, 0))
+    >>> found = summarise(pressure, (1.0, 1.0), 0.3, yield_strength=1.0)
+    >>> round(found.max_von_mises, 2), round(found.depth_of_max / 20, 2)
+    (0.62, 0.48)
+    """
+    field = field_of(
+        pressure, pixel, poisson, boundary, friction, direction, precision, Workspace(workers)
+    )
+    if yield_strength is not None:
+        require_positive(yield_strength=yield_strength)
+    peak: NDArray[Any] = np.zeros(field.shape, field.real)
+    limit = None if yield_strength is None else (yield_strength / field.unit) ** 2
+    if depths is None:
+        listed = graded_depths(np.asarray(pressure), pixel, boundary=boundary)
+    else:
+        listed = depth_list(depths)
+    layers: dict[float, _Layer] = {}
+    row = int(np.abs(np.asarray(pressure)).max(axis=1).argmax())
+    for depth in listed.tolist():
+        layers[depth] = _layer(field, depth, peak, limit, row)
+        row = layers[depth].pixel[0]
+    if depths is None:
+        for _ in range(_REFINEMENTS):
+            closer = _between(layers)
+            if closer is None:
+                break
+            layers[closer] = _layer(field, closer, peak, limit, row)
+    ordered = [layers[depth] for depth in sorted(layers)]
+    np.sqrt(peak, out=peak)
+    peak *= field.unit
+    unit, cell = field.unit, pixel[0] * pixel[1]
+    return Summary(
+        depths=np.array(sorted(layers)),
+        von_mises=np.array([layer.von_mises for layer in ordered]) * unit,
+        tresca=np.array([layer.tresca for layer in ordered]) * unit,
+        pixels=np.array([layer.pixel for layer in ordered]),
+        orthogonal_shear=np.array([layer.orthogonal_shear for layer in ordered]) * unit,
+        peak=peak,
+        yield_strength=yield_strength,
+        yielded_area=(
+            None if limit is None else np.array([layer.yielded * cell for layer in ordered])
+        ),
+    )
+
+
+@dataclass(frozen=True)
+class _Layer:
+    von_mises: float
+    tresca: float
+    pixel: tuple[int, int]
+    orthogonal_shear: tuple[float, float]
+    yielded: int
+
+
+def _layer(field: Field, depth: float, peak: NDArray[Any], limit: float | None, row: int) -> _Layer:
+    """Look at one depth: squared von Mises stress into ``peak``, and what the layer adds.
+
+    ``row`` is where the largest stress is thought to be.
+    """
+    ny, nx = field.shape
+    found: list[tuple[float, int, int]] = []
+    tresca_squared = [0.0]
+    x_range = np.zeros(ny)
+    y_ranges: list[tuple[NDArray[Any], NDArray[Any]]] = []
+
+    def visit(rows: slice, stress: NDArray[Any]) -> None:
+        squared = von_mises_squared(stress)
+        np.maximum(peak[rows], squared, out=peak[rows])
+        place = int(squared.argmax())
+        top = float(squared.flat[place])
+        # Tresca is between one and 2/√3 times von Mises: few pixels can hold its maximum.
+        least = 0.75 * max(top, max(tresca_squared))
+        if top >= least:
+            near = stress[:, squared >= least]
+            tresca_squared.append(float(tresca(near).max()) ** 2)
+        yielded = 0 if limit is None else int(np.count_nonzero(squared > limit))
+        found.append((top, rows.start * nx + place, yielded))
+        x_range[rows] = stress[XZ].max(axis=1) - stress[XZ].min(axis=1)
+        y_ranges.append((stress[YZ].max(axis=0), stress[YZ].min(axis=0)))
+
+    responses, symbols = field.at(depth)
+    responses.stream(symbols, visit, row)
+    top, place = max((entry[0], -entry[1]) for entry in found)
+    high = np.max([entry[0] for entry in y_ranges], axis=0)
+    low = np.min([entry[1] for entry in y_ranges], axis=0)
+    return _Layer(
+        von_mises=math.sqrt(top),
+        tresca=math.sqrt(max(tresca_squared)),
+        pixel=(-place // nx, -place % nx),
+        orthogonal_shear=(float((high - low).max()) / 2, float(x_range.max()) / 2),
+        yielded=sum(entry[2] for entry in found),
+    )
+
+
+def _between(layers: dict[float, _Layer]) -> float | None:
+    """Return the depth where the largest stress should be, or nothing if it is known."""
+    depths = sorted(layers)
+    values = [layers[depth].von_mises for depth in depths]
+    place = int(np.argmax(values))
+    if place in (0, len(depths) - 1):
+        return None
+    (left, middle, right) = depths[place - 1 : place + 2]
+    (low, top, high) = values[place - 1 : place + 2]
+    # Vertex of the parabola through the three.
+    before, behind = middle - left, right - middle
+    fall_before, fall_behind = (top - low) / before, (top - high) / behind
+    if not fall_before + fall_behind > 0:
+        return None
+    vertex = middle + 0.5 * (fall_before * behind - fall_behind * before) / (
+        fall_before + fall_behind
+    )
+    # Within half a percent of the depth the stress is flat to 1e-4.
+    return vertex if abs(vertex - middle) > 5e-3 * middle else None
