@@ -21,7 +21,7 @@ from roughcontact.contact import solve as contact
 from roughcontact.material import catalogue, hardening
 from roughcontact.plots import maps
 from roughcontact.request import outputs
-from roughcontact.solvers.bounded import Step
+from roughcontact.solvers.progress import Step
 from roughcontact.theory import hertz
 from roughcontact.volume import loop
 from roughcontact.volume import solve as elastoplastic

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from roughcontact.halfspace import convolution
-from roughcontact.solvers.bounded import Problem, Status, solve
+from roughcontact.solvers.bounded import Status, solve
+from roughcontact.solvers.problem import Problem
 
 MODULUS = 1.0
 PIXEL = (0.7, 1.0)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 import roughcontact as rc
 from roughcontact.contact import solve
 from roughcontact.solvers import bounded, tilt
+from roughcontact.solvers.problem import Problem
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 Array = NDArray[np.float64]
@@ -165,7 +166,7 @@ def test_the_first_guess_is_exact_for_a_circle() -> None:
         index, flat.pressure.ravel()[index], flat.gap, flat.approach, 0.0,
         bounded.Status.CONVERGED, 0, 0, (),
     )  # fmt: skip
-    problem = bounded.Problem(np.where(np.isnan(punch), np.inf, 0.0), np.inf, 1.0)
+    problem = Problem(np.where(np.isnan(punch), np.inf, 0.0), np.inf, 1.0)
     steepness, reach = tilt._guess(
         problem, solution, np.zeros(2), *tilt.levers((n, n), (pixel, pixel))
     )

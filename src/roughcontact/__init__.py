@@ -18,7 +18,7 @@ from roughcontact.errors import (
 )
 from roughcontact.formats.read import read_surface
 from roughcontact.material.material import RIGID, Material, contact_modulus
-from roughcontact.solvers.bounded import Step
+from roughcontact.solvers.progress import Step
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.surface.synthetic import reference_map, self_affine

@@ -26,7 +26,7 @@ from roughcontact.request.request import Request, from_text
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
-    from roughcontact.solvers.bounded import Step
+    from roughcontact.solvers.progress import Step
 
 SOLVED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 # As a shell reports a program that a signal ended: 128 + SIGINT, 128 + SIGPIPE.

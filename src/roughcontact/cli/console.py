@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from roughcontact.material.material import Material
     from roughcontact.request.outputs import Say
     from roughcontact.request.run import Outcome
-    from roughcontact.solvers.bounded import Step
+    from roughcontact.solvers.progress import Step
     from roughcontact.surface.surface import Surface
     from roughcontact.volume.result import ElastoplasticResult
 

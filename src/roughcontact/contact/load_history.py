@@ -23,7 +23,7 @@ from roughcontact.contact.result import ContactResult, initial_gap
 from roughcontact.errors import CapacityError, ConvergenceError, InputError
 from roughcontact.files import replacing
 from roughcontact.material.material import RIGID, Material, contact_modulus, softer
-from roughcontact.solvers.bounded import Step
+from roughcontact.solvers.progress import Step
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 

@@ -25,7 +25,9 @@ from roughcontact.halfspace import convolution
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material, contact_modulus, softer
 from roughcontact.solvers import bounded, tilt
-from roughcontact.solvers.bounded import Step
+from roughcontact.solvers.operator import Family
+from roughcontact.solvers.problem import Problem
+from roughcontact.solvers.progress import Step
 from roughcontact.surface.surface import Surface
 
 LOAD_TOLERANCE = 1e-10
@@ -306,7 +308,7 @@ def stiffness(result: ContactResult) -> float:
     gap.ravel()[index] = 0.0
     total = 1 / result.pixel_area
     solution = bounded.solve(
-        bounded.Problem(initial_gap=gap, limit=np.inf, total=total),
+        Problem(initial_gap=gap, limit=np.inf, total=total),
         operators(
             result.boundary,
             result.surface.pixel,
@@ -333,7 +335,7 @@ def stiffness(result: ContactResult) -> float:
 class _Stated:
     """A problem that has passed all checks; the solver may take its arrays away."""
 
-    problem: bounded.Problem
+    problem: Problem
     modulus: float
     ceiling: float | NDArray[np.float64] | None
     tolerance: float
@@ -414,7 +416,7 @@ def _stated(
                 )
     if precision == "single":
         gap = gap.astype(np.float32)
-    problem = bounded.Problem(
+    problem = Problem(
         initial_gap=gap,
         limit=np.inf if resolved is None else resolved,
         total=total,
@@ -479,7 +481,7 @@ def operators(
     modulus: float,
     precision: str,
     workspace: Workspace,
-) -> bounded.Operator:
+) -> Family:
     """Return what makes the displacement operator of a map on any grid.
 
     Parameters

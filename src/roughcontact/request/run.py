@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from roughcontact.contact.resolution_study import ResolutionStudy
     from roughcontact.contact.result import ContactResult
     from roughcontact.contact.subsurface import StressResult
-    from roughcontact.solvers.bounded import Step
+    from roughcontact.solvers.progress import Step
     from roughcontact.surface.surface import Surface
     from roughcontact.volume.result import ElastoplasticResult
 

@@ -15,7 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.solvers import bounded
-from roughcontact.solvers.bounded import Loaded, Operator, Problem, Solution, Status, Step
+from roughcontact.solvers.bounded import Solution, Status
+from roughcontact.solvers.operator import Family
+from roughcontact.solvers.problem import Loaded, Problem
+from roughcontact.solvers.progress import Step
 
 Array = NDArray[np.float64]
 
@@ -135,7 +138,7 @@ def _nearest(points: Array) -> Array:
 
 def solve(
     problem: Problem,
-    operator: Operator,
+    operator: Family,
     target: Array,
     pixel: tuple[float, float],
     slope: tuple[float, float],

@@ -1,0 +1,202 @@
+"""A pressure on its way to the solution, and what it does to the whole map."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.halfspace.convolution import Convolution
+from roughcontact.solvers.problem import Limit, Loaded, Problem
+from roughcontact.solvers.projection import project, shift_to_sum, without_dust
+
+
+@dataclass(frozen=True, eq=False)
+class Iterate:
+    """A pressure that keeps bounds and load, with what it does; only pixels that matter.
+
+    ``index`` holds all pixels with pressure and all that want some, ascending; ``pressure`` and
+    ``gap`` their values.
+    """
+
+    index: NDArray[np.int64]
+    pressure: NDArray[np.float64]
+    gap: NDArray[np.float64]
+    approach: float
+    certificate: float
+    # What rounding alone may cause of the certificate, which counts it in in single precision.
+    floor: float
+
+
+class Viewer:
+    """Looks at what a pressure does on the whole map."""
+
+    def __init__(self, problem: Problem, operator: Convolution) -> None:
+        self.problem, self.operator = problem, operator
+        self.unit = operator.self_displacement
+        self.convolutions = 0
+        # The last look: displacement plus initial gap before the approach is taken off, and the
+        # pixels that matter.
+        self.open: NDArray[Any] = np.empty(problem.initial_gap.shape, operator.real)
+        self.seen: Iterate | None = None
+
+    def limit(self, index: NDArray[np.int64]) -> Limit:
+        """Return the ceiling on some pixels."""
+        limit = self.problem.limit
+        return limit.ravel()[index] if isinstance(limit, np.ndarray) else limit
+
+    def look(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Iterate:
+        """Return what a pressure does, computed afresh over the whole map."""
+        initial_gap, total = self.problem.initial_gap, self.problem.total
+        pressure = without_dust(pressure, self.limit(index))
+        loaded = pressure > 0
+        index, pressure = index[loaded], pressure[loaded]
+
+        def visit(number: int, rows: slice, displacement: NDArray[Any]) -> None:
+            np.add(displacement, initial_gap[rows], out=self.open[rows])
+
+        support = self.operator.support(index)
+        self.operator.spread(support, pressure, visit)
+        self.convolutions += 1
+        approach = self.problem.approach or 0.0
+        if total is not None:
+            # More pixels can only lower the approach that carries the load: this one is a bound.
+            approach = self._multiplier(index, pressure, total)
+        loaded_pixels = index.size
+        index, pressure = self._joined(index, pressure, support.starts, approach)
+        if total is not None and index.size > loaded_pixels:
+            approach = self._multiplier(index, pressure, total)
+        opened = self.opened(index)
+        gap = opened - approach
+        bound = self.limit(index)
+        reach = pressure - gap / self.unit
+        step = pressure - np.clip(reach, 0, bound)
+        # How far the last digit of displacement and initial gap may change that step; no matter on
+        # pixels that are far beyond a bound.
+        doubt = np.abs(opened) + np.abs(initial_gap.ravel()[index])
+        doubt *= 0.5 * float(np.finfo(self.operator.real).eps) / self.unit
+        doubt = np.clip(reach + doubt, 0, bound) - np.clip(reach - doubt, 0, bound)
+        size, moved, floor = norm(pressure), norm(step), 0.5 * norm(doubt)
+        if self.operator.real is not np.float64:
+            # Double precision would see it.
+            moved = math.hypot(moved, floor)
+        self.seen = Iterate(
+            index=index,
+            pressure=pressure,
+            gap=gap,
+            approach=approach,
+            certificate=moved / size if size else (math.inf if moved else 0.0),
+            floor=floor / size if size else 0.0,
+        )
+        return self.seen
+
+    def opened(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return displacement plus initial gap of the last look on some pixels."""
+        return self.open.ravel()[index].astype(np.float64)
+
+    def _multiplier(
+        self, index: NDArray[np.int64], pressure: NDArray[np.float64], total: float
+    ) -> float:
+        opened = self.opened(index)
+        # Offset first, so that the root find works on numbers of the size of the pressure.
+        offset = float(opened.mean())
+        values = pressure - (opened - offset) / self.unit
+        return offset + self.unit * shift_to_sum(values, self.limit(index), total)
+
+    def _joined(
+        self,
+        index: NDArray[np.int64],
+        pressure: NDArray[np.float64],
+        starts: NDArray[np.int64],
+        approach: float,
+    ) -> Loaded:
+        """Add the pixels without pressure whose gap is negative."""
+        nx = self.open.shape[1]
+        found: dict[int, NDArray[np.int64]] = {}
+
+        def seek(number: int, rows: slice) -> None:
+            wanted = self.open[rows] < approach
+            wanted.ravel()[index[starts[number] : starts[number + 1]] - rows.start * nx] = False
+            pixels = np.flatnonzero(wanted)
+            if pixels.size:
+                found[number] = pixels + rows.start * nx
+
+        self.operator.each_block(seek)
+        if not found:
+            return index, pressure
+        new = np.concatenate([found[number] for number in sorted(found)])
+        if isinstance(self.problem.limit, np.ndarray):
+            new = new[self.problem.limit.ravel()[new] > 0]
+        at = np.searchsorted(index, new)
+        return np.insert(index, at, new), np.insert(pressure, at, 0.0)
+
+
+def admissible(problem: Problem, start: Loaded) -> Loaded:
+    """Return a pressure that keeps bounds and load, near the one given."""
+    index, pressure = start
+    touchable = np.isfinite(problem.initial_gap)
+    if isinstance(problem.limit, np.ndarray):
+        touchable &= problem.limit > 0
+    keep = (pressure > 0) & touchable.ravel()[index]
+    index, pressure = index[keep], pressure[keep]
+    bound = problem.limit.ravel()[index] if isinstance(problem.limit, np.ndarray) else problem.limit
+    if problem.total is None:
+        return index, np.clip(pressure, 0, bound)
+    if not index.size or float(np.broadcast_to(bound, index.shape).sum()) < problem.total:
+        # What is loaded cannot carry the load: start from everything that can touch.
+        index = np.flatnonzero(touchable)
+        pressure = np.zeros(index.size)
+        pressure += problem.total / index.size
+        if isinstance(problem.limit, np.ndarray):
+            bound = problem.limit.ravel()[index]
+    return index, project(pressure, bound, problem.total)
+
+
+def slopes(now: Iterate, moved: NDArray[np.float64], viewer: Viewer) -> NDArray[np.float64]:
+    """Return the slopes of the energy at both ends of the step that was looked at last.
+
+    The energy is quadratic: its change is the mean of the two, its curvature their difference.
+    """
+    direction = moved - now.pressure
+    # Whatever approach is taken off cancels under a given load, where the step sums to zero.
+    gap = viewer.opened(now.index) - now.approach
+    return np.array([dot(direction, now.gap), dot(direction, gap)])
+
+
+def projected(now: Iterate, viewer: Viewer, rate: float) -> NDArray[np.float64]:
+    """Return the admissible pressure nearest to a step down the gradient."""
+    bound, total = viewer.limit(now.index), viewer.problem.total
+    target = now.pressure - rate * now.gap
+    return np.clip(target, 0, bound) if total is None else project(target, bound, total)
+
+
+def settled(now: Iterate, viewer: Viewer, tolerance: float) -> Iterate:
+    """Return a solution whose pixels are on the bounds that they belong to.
+
+    The certificate does not tell a pixel at the ceiling from one a hair's breadth below it, nor
+    where a pixel with a tiny ceiling belongs; the counted areas do. The last active-set step
+    settles nearly all pixels, a good start need not.
+    """
+    bound = viewer.limit(now.index)
+    target = projected(now, viewer, 1 / viewer.unit)
+    falls = (target <= 0) & (now.pressure > 0)
+    rises = (target >= bound) & (now.pressure < bound)
+    if not (falls | rises).any():
+        return now
+    settled = viewer.look(now.index, target)
+    return settled if settled.certificate <= tolerance else now
+
+
+def dot(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    """Return the inner product."""
+    # Not by BLAS: its threads spin for a while after each call, and the transforms need the cores.
+    return float(np.einsum("i,i->", first, second))
+
+
+def norm(values: NDArray[Any]) -> float:
+    """Return the Euclidean norm, summed in double precision."""
+    values = values.astype(np.float64, copy=False)
+    return math.sqrt(dot(values, values))

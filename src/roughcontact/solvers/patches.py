@@ -1,0 +1,103 @@
+"""Parts of the map that hold the contact, each with an operator of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.halfspace.convolution import Convolution
+from roughcontact.solvers.operator import Family
+from roughcontact.solvers.preconditioner import FreePixelInverse
+
+# Blocks per side for the collective modes of the contact spots, and the fewest points in one.
+_BLOCKS = 24
+_BLOCK_POINTS = 64
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """A part of the map with an operator and an approximate inverse of its own."""
+
+    first: tuple[int, int]
+    map_width: int
+    operator: Convolution
+    inverse: FreePixelInverse
+
+    def holds(self, low: tuple[int, int], high: tuple[int, int]) -> bool:
+        """Return whether the rows and columns from ``low`` to ``high`` lie on it."""
+        return all(
+            first <= start and end < first + points
+            for first, points, start, end in zip(
+                self.first, self.operator.shape, low, high, strict=True
+            )
+        )
+
+    def index(self, index: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return flat indices on the patch for flat indices on the map."""
+        width = self.operator.shape[1]
+        if width == self.map_width:
+            return index - self.first[0] * width
+        row, column = np.divmod(index, self.map_width)
+        local: NDArray[np.int64] = (row - self.first[0]) * width + (column - self.first[1])
+        return local
+
+
+class Patches:
+    """The smallest patch worth having that holds the pixels of a linear solve.
+
+    A pressure displaces a pixel alike on any map that holds both, unless the map is periodic:
+    where the contact is confined, so are the transforms.
+    """
+
+    def __init__(self, operator: Convolution, family: Family, pixel: tuple[int, int]) -> None:
+        self._family, self._pixel, self._width = family, pixel, operator.shape[1]
+        self._whole = self._patch((0, 0), operator)
+        self._periodic = operator.padded == operator.shape
+        self._last = self._whole
+
+    def around(self, index: NDArray[np.int64]) -> Patch:
+        """Return a patch that holds these pixels."""
+        ny, nx = shape = self._whole.operator.shape
+        if self._periodic or not index.size:
+            return self._whole
+        column = index % nx
+        low = int(index[0] // nx), int(column.min())
+        high = int(index[-1] // nx), int(column.max())
+        if self._last is not self._whole and self._last.holds(low, high):
+            return self._last
+        first, points = [], []
+        for start, end, most in zip(low, high, shape, strict=True):
+            # Room for the contact to grow by a few pixels from step to step.
+            margin = 2 + (end - start) // 32
+            first.append(max(0, start - margin))
+            points.append(min(most, end + 1 + margin) - first[-1])
+        if 2 * points[0] * points[1] > ny * nx:
+            return self._whole
+        operator = self._family((points[0], points[1]), self._pixel)
+        self._last = self._patch((first[0], first[1]), operator)
+        return self._last
+
+    def _patch(self, first: tuple[int, int], operator: Convolution) -> Patch:
+        response = _responses(operator.shape, self._family, self._pixel)
+        if response is not None:
+            response /= operator.self_displacement
+        inverse = FreePixelInverse(operator.approximate_inverse(), response)
+        return Patch(first, self._width, operator, inverse)
+
+
+def _responses(
+    shape: tuple[int, int], operator: Family, pixel: tuple[int, int]
+) -> NDArray[np.float64] | None:
+    """Return the displacement [m] of blocks of pixels by unit pressure on one pixel of the first.
+
+    None where the map is too small for blocks to be of use.
+    """
+    blocks = [min(_BLOCKS, points // _BLOCK_POINTS) for points in shape]
+    if min(blocks) < 2:
+        return None
+    size = [-(-points // number) for points, number in zip(shape, blocks, strict=True)]
+    unit = np.zeros(blocks)
+    unit[0, 0] = 1 / (size[0] * size[1])
+    return operator((blocks[0], blocks[1]), (size[0] * pixel[0], size[1] * pixel[1]))(unit)

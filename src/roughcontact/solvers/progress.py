@@ -1,0 +1,53 @@
+"""How far a calculation is: what it tells whoever watches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Step:
+    """One look at the whole map while the solver runs.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid of the level at work; coarser than the map while the first pressure is sought.
+    iteration : int
+        Active-set steps on this level so far.
+    convolutions : int
+        Convolutions on this level so far.
+    certificate : float
+        ε of the pressure at hand.
+    tolerance : float
+        ε at which this level ends.
+    """
+
+    shape: tuple[int, int]
+    iteration: int
+    convolutions: int
+    certificate: float
+    tolerance: float
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a calculation of several parts stands.
+
+    Parameters
+    ----------
+    number : int
+        The load, stage or variant at work, from 1 on.
+    count : int
+        How many there are.
+    step : Step or volume.loop.Look
+        What its solver looked at last.
+    label : str
+        A name of the part for whoever reads along.
+    """
+
+    number: int
+    count: int
+    step: Any
+    label: str = ""
