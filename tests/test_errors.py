@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.errors import ConvergenceError, Mention, Sentence, parts_of
 from roughcontact.surface.synthetic import reference_map
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
@@ -74,3 +75,14 @@ def test_arguments_of_another_kind_are_named(name: str, value: object) -> None:
     arguments = {"surface": rough(), "load": 1.0, "material": STEEL, name: value}
     with pytest.raises(rc.InputError, match=name):
         rc.solve(**arguments)
+
+
+def test_a_sentence_is_a_text_that_knows_its_mentions() -> None:
+    said = Sentence("raise ", Mention("max_iterations"), ", or stop")
+    assert said == "raise max_iterations, or stop"
+    assert parts_of(said)[1] == Mention("max_iterations")
+    again = pickle.loads(pickle.dumps(said))
+    assert (again, again.parts) == (said, said.parts)
+    assert parts_of("plain") == ("plain",)
+    error = ConvergenceError(said, None)
+    assert error.worded(lambda mention: f"--{mention.name}") == "raise --max_iterations, or stop"

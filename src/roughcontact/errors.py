@@ -62,6 +62,39 @@ def worded(parts: tuple[Part, ...], spell: Callable[[Mention], str] = str) -> st
     return "".join(part if isinstance(part, str) else spell(part) for part in parts)
 
 
+class Sentence(str):
+    """A text in the words of Python that still knows the arguments it mentions.
+
+    Parameters
+    ----------
+    *parts : str or Mention
+        What it says.
+
+    Attributes
+    ----------
+    parts : tuple of str and Mention
+        The same, for the words of another edge; see `parts_of`.
+
+    Examples
+    --------
+    >>> Sentence("give ", Mention("precision", "single"))
+    'give precision="single"'
+    """
+
+    parts: tuple[Part, ...]
+
+    def __new__(cls, *parts: Part) -> Sentence:
+        """Word the parts."""
+        text = super().__new__(cls, worded(parts))
+        text.parts = parts
+        return text
+
+
+def parts_of(text: str) -> tuple[Part, ...]:
+    """Return the parts of a `Sentence`, or any other text as one part."""
+    return text.parts if isinstance(text, Sentence) else (text,)
+
+
 class RoughcontactError(Exception):
     """Base of every error that this package raises on purpose.
 
@@ -121,7 +154,7 @@ class ConvergenceError(RoughcontactError, RuntimeError):
     """
 
     def __init__(self, message: str, result: object) -> None:
-        super().__init__(message)
+        super().__init__(*parts_of(message))
         self.result = result
 
 
