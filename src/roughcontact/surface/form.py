@@ -81,16 +81,7 @@ def remove_form(
             argument="degree",
         )
     if degree is not None:
-        if not isinstance(degree, (int, np.integer)) or not 0 <= degree <= _MAX_DEGREE:
-            raise InputError(
-                f"must be an integer from 0 to {_MAX_DEGREE}, got {degree!r}",
-                argument="degree",
-                value=degree,
-            )
-        terms = tuple((b, n - b) for n in range(degree + 1) for b in range(n + 1))
-        residual = without_terms(heights, terms, f"polynomial of degree {degree}")
-        removed = float(np.nanstd(heights - residual))
-        return residual, {"degree": float(degree), "removed_rms": removed}
+        return _remove_polynomial(heights, degree)
     if shape == "sphere":
         return _remove_sphere(heights, pixel)
     if shape == "cylinder":
@@ -254,6 +245,19 @@ class _Fit:
             with np.errstate(invalid="ignore", divide="ignore"):
                 residual[block] -= self.length * model(values, y, x)[0]
         return residual
+
+
+def _remove_polynomial(heights: Array, degree: int) -> tuple[Array, dict[str, float]]:
+    if not isinstance(degree, (int, np.integer)) or not 0 <= degree <= _MAX_DEGREE:
+        raise InputError(
+            f"must be an integer from 0 to {_MAX_DEGREE}, got {degree!r}",
+            argument="degree",
+            value=degree,
+        )
+    terms = tuple((b, n - b) for n in range(degree + 1) for b in range(n + 1))
+    residual = without_terms(heights, terms, f"polynomial of degree {degree}")
+    removed = float(np.nanstd(heights - residual))
+    return residual, {"degree": float(degree), "removed_rms": removed}
 
 
 def _remove_sphere(heights: Array, pixel: tuple[float, float]) -> tuple[Array, dict[str, float]]:

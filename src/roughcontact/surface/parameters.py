@@ -27,7 +27,7 @@ def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
     Parameters
     ----------
     heights : ndarray, shape (ny, nx)
-        Heights [m], levelled and, if wanted, filtered before; NaN where missing.
+        Heights [m], leveled and, if wanted, filtered before; NaN where missing.
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
 

@@ -125,29 +125,13 @@ def tip_cutoff(heights: Array, pixel: tuple[float, float], tip_radius: float) ->
         raise InputError(
             f"must have at least 3 columns, got shape {heights.shape}", argument="heights"
         )
-    dx = pixel[1]
-    limit = -_SAFETY / tip_radius
-    longest = max(heights.shape[1] // 4, 1)
-    # Reach η in pixels: too sharp at `fine`, not so at `coarse`.
-    fine, sharpest = 1, _sharpest(heights, dx, 1)
-    if sharpest >= limit:
+    dx, limit = pixel[1], -_SAFETY / tip_radius
+    bracket = _bracket(heights, dx, limit)
+    if bracket is None:
         return None
-    coarse = fine
-    while True:
-        if coarse >= longest:
-            return float(2 * longest * dx)
-        coarse = min(max(fine + 1, fine * 5 // 4), longest)
-        value = _sharpest(heights, dx, coarse)
-        if value >= limit:
-            break
-        fine, sharpest = coarse, value
-    while coarse - fine > 1:
-        middle = (fine + coarse) // 2
-        between = _sharpest(heights, dx, middle)
-        if between >= limit:
-            coarse, value = middle, between
-        else:
-            fine, sharpest = middle, between
+    (fine, sharpest), (coarse, value) = bracket
+    if value < limit:
+        return float(2 * coarse * dx)
     part = (limit - sharpest) / (value - sharpest)
     return float(2 * (fine + part * (coarse - fine)) * dx)
 
@@ -249,6 +233,36 @@ def smoothing_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None
         elif k - start >= 3 * half:
             break
     return None if start is None else float(2 * math.pi / q[start])
+
+
+def _bracket(
+    heights: Array, dx: float, limit: float
+) -> tuple[tuple[int, float], tuple[int, float]] | None:
+    """Return reach [pixels] and curvature of the sharpest peak around a limit, fine and coarse.
+
+    They are neighbours. None if not even the finest reach is too sharp; the longest twice if all
+    are.
+    """
+    longest = max(heights.shape[1] // 4, 1)
+    fine, sharpest = 1, _sharpest(heights, dx, 1)
+    if sharpest >= limit:
+        return None
+    while fine < longest:
+        coarse = min(max(fine + 1, fine * 5 // 4), longest)
+        value = _sharpest(heights, dx, coarse)
+        if value >= limit:
+            break
+        fine, sharpest = coarse, value
+    else:
+        return (fine, sharpest), (fine, sharpest)
+    while coarse - fine > 1:
+        middle = (fine + coarse) // 2
+        between = _sharpest(heights, dx, middle)
+        if between >= limit:
+            coarse, value = middle, between
+        else:
+            fine, sharpest = middle, between
+    return (fine, sharpest), (coarse, value)
 
 
 def _sharpest(heights: Array, dx: float, reach: int) -> float:

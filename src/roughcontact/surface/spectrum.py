@@ -62,32 +62,19 @@ def autocorrelation(heights: Array) -> Array:
     Sq = rms_height(heights)
     if Sq == 0 or np.nanmax(heights) == np.nanmin(heights):
         return np.full((2 * half_y + 1, half_x + 1), math.nan)
-    padded = (
-        fft.fast_length(ny + half_y),
-        fft.fast_length(nx + half_x),
-    )
-
-    def correlate(scratch: Array) -> Array:
-        spectrum = fft.rfft2(scratch)
-        for rows in blocks.of_rows(spectrum.shape):
-            spectrum[rows] = np.square(spectrum[rows].real) + np.square(spectrum[rows].imag)
-        sums: Array = fft.irfft2(spectrum, padded)
-        return np.concatenate([sums[padded[0] - half_y :, : half_x + 1],
-                               sums[: half_y + 1, : half_x + 1]])  # fmt: skip
-
-    scratch = np.zeros(padded)
+    scratch = np.zeros((fft.fast_length(ny + half_y), fft.fast_length(nx + half_x)))
     for rows in blocks.of_rows(heights.shape):
         z = (heights[rows] - mean) / Sq
         z[np.isnan(z)] = 0.0
         scratch[rows, :nx] = z
-    function = correlate(scratch)
+    function = _sums_over_pairs(scratch, half_y, half_x)
     if count == heights.size:
         pairs = np.outer(ny - np.abs(np.arange(-half_y, half_y + 1.0)),
                          nx - np.arange(half_x + 1.0))  # fmt: skip
     else:
         for rows in blocks.of_rows(heights.shape):
             scratch[rows, :nx] = ~np.isnan(heights[rows])
-        pairs = np.rint(correlate(scratch))
+        pairs = np.rint(_sums_over_pairs(scratch, half_y, half_x))
     pairs[pairs < max(_LEAST_OVERLAP * count, 1)] = math.nan
     function /= pairs
     return function
@@ -101,7 +88,7 @@ def autocorrelation_lengths(
     Parameters
     ----------
     heights : ndarray, shape (ny, nx)
-        Heights [m], levelled before: a slope left in the map correlates over all of it. NaN
+        Heights [m], leveled before: a slope left in the map correlates over all of it. NaN
         where missing.
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
@@ -145,29 +132,9 @@ def autocorrelation_lengths(
             f"must lie between 0 and 1, got {threshold!r}", argument="threshold", value=threshold
         )
     function = autocorrelation(heights)
-    half_y, half_x = function.shape[0] // 2, function.shape[1] - 1
-    if np.isnan(function[half_y, 0]):
+    if np.isnan(function[function.shape[0] // 2, 0]):
         return math.nan, math.nan
-    # Rays advance by one pixel along the axis they are closer to.
-    y, x = _border(half_y, half_x)
-    reach = np.maximum(np.abs(y), x)
-    y, x, reach = y[reach > 0], x[reach > 0], reach[reach > 0]
-    uy, ux = y / reach, x / reach
-    stride = np.hypot(uy * pixel[0], ux * pixel[1])
-    lengths = np.full(reach.size, math.inf)
-    live, before = np.arange(reach.size), np.ones(reach.size)
-    for step in range(1, max(half_y, half_x) + 1):
-        inside = reach[live] >= step
-        live, before = live[inside], before[inside]
-        value = _bilinear(function, half_y + step * uy[live], step * ux[live])
-        low = value <= threshold
-        crossing = step - (threshold - value[low]) / (before[low] - value[low])
-        lengths[live[low]] = crossing * stride[live[low]]
-        # A ray that runs into lags without enough pairs ends there, undecided.
-        high = value > threshold
-        live, before = live[high], value[high]
-        if live.size == 0:
-            break
+    lengths = _crossings(function, pixel, threshold)
     return float(lengths.min()), float(lengths.max())
 
 
@@ -177,7 +144,7 @@ def radial_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array, 
     Parameters
     ----------
     heights : ndarray, shape (ny, nx)
-        Heights [m] without holes, levelled before.
+        Heights [m] without holes, leveled before.
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
 
@@ -232,11 +199,21 @@ def radial_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array, 
     qx = 2 * np.pi * fft.half_frequencies(nx, dx)
     delta = 2 * np.pi / min(ny * dy, nx * dx)
     shells = int(math.hypot(np.abs(qy).max(), qx.max()) / delta + 0.5) + 1
-    # The half spectrum stands for both signs of q_x, but for its first and, if even, last column.
-    weight = np.full(qx.size, 2.0)
-    weight[0] = 1.0
-    if nx % 2 == 0:
-        weight[-1] = 1.0
+    weight = _both_signs(nx)
+    sums = _shell_sums(spectrum, (qy, qx), weight, delta, shells)
+    waves, wave_number, power = sums[:, sums[0] > 0]
+    return wave_number / waves, power / waves * (dx * dy / (nx * ny)), waves
+
+
+def _shell_sums(
+    spectrum: NDArray[np.complex128],
+    wave_numbers: tuple[Array, Array],
+    weight: Array,
+    delta: float,
+    shells: int,
+) -> Array:
+    """Return the sums of weight, weight times |q| and weight times power over each shell."""
+    qy, qx = wave_numbers
     sums = np.zeros((3, shells))
     for rows in blocks.of_rows(spectrum.shape):
         q = np.hypot(qy[rows, None], qx)
@@ -247,8 +224,52 @@ def radial_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array, 
         power = np.square(spectrum[rows].real) + np.square(spectrum[rows].imag)
         for total, values in zip(sums, (weights, weights * q, weights * power), strict=True):
             total += np.bincount(shell, values.ravel(), minlength=shells)
-    waves, wave_number, power = sums[:, sums[0] > 0]
-    return wave_number / waves, power / waves * (dx * dy / (nx * ny)), waves
+    return sums
+
+
+def _both_signs(points: int) -> Array:
+    # The half spectrum stands for both signs of q_x, but for its first and, if even, last column.
+    weight = np.full(points // 2 + 1, 2.0)
+    weight[0] = 1.0
+    if points % 2 == 0:
+        weight[-1] = 1.0
+    return weight
+
+
+def _sums_over_pairs(padded: Array, half_y: int, half_x: int) -> Array:
+    """Return Σ z(r) z(r + t) of a map padded with zeros, for lags up to half its sides."""
+    spectrum = fft.rfft2(padded)
+    for rows in blocks.of_rows(spectrum.shape):
+        spectrum[rows] = np.square(spectrum[rows].real) + np.square(spectrum[rows].imag)
+    sums: Array = fft.irfft2(spectrum, padded.shape)
+    return np.concatenate([sums[padded.shape[0] - half_y :, : half_x + 1],
+                           sums[: half_y + 1, : half_x + 1]])  # fmt: skip
+
+
+def _crossings(function: Array, pixel: tuple[float, float], threshold: float) -> Array:
+    """Return the distance [m] at which each ray from zero lag meets the threshold, else inf."""
+    half_y, half_x = function.shape[0] // 2, function.shape[1] - 1
+    # Rays advance by one pixel along the axis they are closer to.
+    y, x = _border(half_y, half_x)
+    reach = np.maximum(np.abs(y), x)
+    y, x, reach = y[reach > 0], x[reach > 0], reach[reach > 0]
+    uy, ux = y / reach, x / reach
+    stride = np.hypot(uy * pixel[0], ux * pixel[1])
+    lengths = np.full(reach.size, math.inf)
+    live, before = np.arange(reach.size), np.ones(reach.size)
+    for step in range(1, max(half_y, half_x) + 1):
+        inside = reach[live] >= step
+        live, before = live[inside], before[inside]
+        value = _bilinear(function, half_y + step * uy[live], step * ux[live])
+        low = value <= threshold
+        crossing = step - (threshold - value[low]) / (before[low] - value[low])
+        lengths[live[low]] = crossing * stride[live[low]]
+        # A ray that runs into lags without enough pairs ends there, undecided.
+        high = value > threshold
+        live, before = live[high], value[high]
+        if live.size == 0:
+            break
+    return lengths
 
 
 def _border(half_y: int, half_x: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

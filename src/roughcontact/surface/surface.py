@@ -98,7 +98,7 @@ class Surface:
         dict
             ``Sq``, ``Sa``, ``Ssk``, ``Sku``, ``Sp``, ``Sv``, ``Sz``, ``Sdq``, ``Sdr``, ``Sal``,
             ``Str``, ``Sk``, ``Spk``, ``Svk``, ``Smr1``, ``Smr2``, ``Vmp``, ``Vmc``, ``Vvc``,
-            ``Vvv``: see `roughcontact.surface.parameters.summary`. Nothing is levelled or
+            ``Vvv``: see `roughcontact.surface.parameters.summary`. Nothing is leveled or
             filtered first; missing points are left out.
         """
         return parameters.summary(self.heights, self.pixel)

@@ -85,39 +85,10 @@ def self_affine(
     True
     """
     require_grid(shape, pixel)
-    require_positive(
-        rms_height=rms_height,
-        rolloff_wavelength=rolloff_wavelength,
-        cutoff_wavelength=cutoff_wavelength,
-    )
-    if not 0 <= hurst <= 1:
-        raise InputError(f"must lie in [0, 1], got {hurst!r}", argument="hurst", value=hurst)
-    # The slack in the comparisons with wavelengths forgives the rounding of side / waves.
-    if cutoff_wavelength < 2 * max(pixel) * (1 - _SLACK):
-        raise InputError(
-            f"must be at least two pixels = {2 * max(pixel):g} m, got {cutoff_wavelength!r}",
-            argument="cutoff_wavelength",
-            value=cutoff_wavelength,
-        )
-    if cutoff_wavelength > rolloff_wavelength * (1 + _SLACK):
-        raise InputError(
-            f"must not exceed rolloff_wavelength = {rolloff_wavelength!r} m, "
-            f"got {cutoff_wavelength!r}",
-            argument="cutoff_wavelength",
-            value=cutoff_wavelength,
-        )
-    side = (shape[0] * pixel[0], shape[1] * pixel[1])
-    spectrum = _spectrum(shape, side, rolloff_wavelength, cutoff_wavelength, hurst, rng)
-    # Columns above the cut-off are zero: transforming y first leaves them out.
-    columns = fft.ifft(spectrum, axis=0, norm="forward")
-    heights: Array = fft.irfft(columns, shape[1], axis=1, norm="forward")
-    rms = float(np.linalg.norm(heights)) / math.sqrt(heights.size)
-    if rms == 0:
-        raise InputError(
-            f"no wave between cutoff_wavelength = {cutoff_wavelength!r} m and the sides {side} m"
-        )
-    heights *= rms_height / rms
-    return heights
+    require_positive(rms_height=rms_height)
+    _check_waves(pixel, rolloff_wavelength, cutoff_wavelength, hurst)
+    spectrum = _spectrum(shape, pixel, rolloff_wavelength, cutoff_wavelength, hurst, rng)
+    return _heights(spectrum, shape[1], rms_height)
 
 
 def reference_map(n: int, rng_seed: int = 0) -> tuple[Array, tuple[float, float]]:
@@ -167,15 +138,38 @@ def reference_map(n: int, rng_seed: int = 0) -> tuple[Array, tuple[float, float]
     return heights, pixel
 
 
+def _check_waves(
+    pixel: tuple[float, float], rolloff_wavelength: float, cutoff_wavelength: float, hurst: float
+) -> None:
+    require_positive(rolloff_wavelength=rolloff_wavelength, cutoff_wavelength=cutoff_wavelength)
+    if not 0 <= hurst <= 1:
+        raise InputError(f"must lie in [0, 1], got {hurst!r}", argument="hurst", value=hurst)
+    # The slack in the comparisons with wavelengths forgives the rounding of side / waves.
+    if cutoff_wavelength < 2 * max(pixel) * (1 - _SLACK):
+        raise InputError(
+            f"must be at least two pixels = {2 * max(pixel):g} m, got {cutoff_wavelength!r}",
+            argument="cutoff_wavelength",
+            value=cutoff_wavelength,
+        )
+    if cutoff_wavelength > rolloff_wavelength * (1 + _SLACK):
+        raise InputError(
+            f"must not exceed rolloff_wavelength = {rolloff_wavelength!r} m, "
+            f"got {cutoff_wavelength!r}",
+            argument="cutoff_wavelength",
+            value=cutoff_wavelength,
+        )
+
+
 def _spectrum(
     shape: tuple[int, int],
-    side: tuple[float, float],
+    pixel: tuple[float, float],
     rolloff_wavelength: float,
     cutoff_wavelength: float,
     hurst: float,
     rng: np.random.Generator,
 ) -> NDArray[np.complex128]:
     # Fourier coefficients of real heights: rows in FFT order, columns 0, 1, … up to the cut-off.
+    side = (shape[0] * pixel[0], shape[1] * pixel[1])
     shells = int(max(side) / cutoff_wavelength * (1 + _SLACK))
     columns = min(int(side[1] / cutoff_wavelength * (1 + _SLACK)), (shape[1] - 1) // 2) + 1
     spectrum = np.zeros((shape[0], columns), dtype=np.complex128)
@@ -187,10 +181,22 @@ def _spectrum(
         keep = (q * cutoff_wavelength <= 1 + _SLACK) & (2 * np.abs(i) < shape[0]) & (j < columns)
         i, j, q, noise = i[keep], j[keep], q[keep], noise[keep]
         spectrum[i, j] = noise * np.maximum(q * rolloff_wavelength, 1) ** (-1 - hurst)
+    if not spectrum.any():
+        raise InputError(
+            f"no wave between cutoff_wavelength = {cutoff_wavelength!r} m and the sides {side} m"
+        )
     # Column 0 holds both signs of the row index; heights are real.
     half = (shape[0] - 1) // 2
     spectrum[shape[0] - half :, 0] = spectrum[1 : half + 1, 0][::-1].conj()
     return spectrum
+
+
+def _heights(spectrum: NDArray[np.complex128], columns: int, rms_height: float) -> Array:
+    # Columns above the cut-off are zero: transforming y first leaves them out.
+    rows = fft.ifft(spectrum, axis=0, norm="forward")
+    heights: Array = fft.irfft(rows, columns, axis=1, norm="forward")
+    heights *= rms_height / (float(np.linalg.norm(heights)) / math.sqrt(heights.size))
+    return heights
 
 
 def _box(shell: int, side: tuple[float, float]) -> tuple[int, int]:
