@@ -15,9 +15,9 @@ from matplotlib.image import imread
 import roughcontact as rc
 from roughcontact.contact import solve
 from roughcontact.contact.result import ContactResult
-from roughcontact.report import chapters
 from roughcontact.report import contact as report
-from roughcontact.report.chapters import Section
+from roughcontact.report import page as layout
+from roughcontact.report.page import Section
 from roughcontact.units import engineering, percent
 
 STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
@@ -111,9 +111,9 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def undrawn(figure: Figure, alt: str, caption: str) -> Any:
         assert figure.axes
-        return chapters.Picture(caption, alt, "AAAA", 1, 1)
+        return layout.Picture(caption, alt, "AAAA", 1, 1)
 
-    monkeypatch.setattr(chapters, "picture", undrawn)
+    monkeypatch.setattr(layout, "picture", undrawn)
 
 
 def test_the_page_is_well_formed(whole: tuple[ContactResult, str]) -> None:

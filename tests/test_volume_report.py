@@ -15,9 +15,10 @@ import roughcontact as rc
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import Linear, Tabulated
 from roughcontact.plots import volume as volume_plots
-from roughcontact.report import assumptions, chapters
+from roughcontact.report import assumptions
+from roughcontact.report import page as layout
 from roughcontact.report import volume as volume_report
-from roughcontact.report.chapters import Section
+from roughcontact.report.page import Section
 from roughcontact.units import engineering, percent
 
 DAY = datetime.date(2024, 2, 29)
@@ -29,9 +30,9 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def undrawn(figure: Figure, alt: str, caption: str) -> Any:
         assert figure.axes
-        return chapters.Picture(caption, alt, "AAAA", 1, 1)
+        return layout.Picture(caption, alt, "AAAA", 1, 1)
 
-    monkeypatch.setattr(chapters, "picture", undrawn)
+    monkeypatch.setattr(layout, "picture", undrawn)
 
 
 def words(text: str) -> str:

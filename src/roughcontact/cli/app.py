@@ -20,7 +20,8 @@ from roughcontact.cli import console
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.files import to_json
 from roughcontact.formats import export
-from roughcontact.request import options, outputs, parsing, run, sections
+from roughcontact.report import sections
+from roughcontact.request import options, outputs, parsing, run
 from roughcontact.request.options import BODIES, MAP, OPTIONS, OUTPUT, SOLVER
 from roughcontact.request.request import Request, from_text
 

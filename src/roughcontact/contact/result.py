@@ -18,7 +18,7 @@ from roughcontact.material.material import Material, softer
 from roughcontact.surface.surface import Surface
 
 if TYPE_CHECKING:
-    from roughcontact.report.chapters import Section
+    from roughcontact.report.page import Section
 
 BELOW_FIRST_YIELD = "below first yield"
 YIELDING_BELOW = "yielding below the surface"
@@ -345,17 +345,17 @@ class ContactResult:
             HTML file to write; it appears only once it is complete.
         command : str
             What was typed to get this result.
-        sections : sequence of `roughcontact.report.chapters.Section`
+        sections : sequence of `roughcontact.report.page.Section`
             Further chapters.
 
         Notes
         -----
         Where the ceiling is reached, the same problem is solved without one for comparison.
         """
-        from roughcontact.report import chapters
         from roughcontact.report import contact as report
+        from roughcontact.report import page
 
-        chapters.check_path(path)
+        page.check_path(path)
         elastic = None
         if self.saturated_fraction > 0:
             try:

@@ -1,21 +1,11 @@
-"""Chapters that all reports share, and the page that is made of chapters.
-
-A page is one HTML file that needs nothing else and prints to A4.
-"""
+"""Chapters that all reports share."""
 
 from __future__ import annotations
 
-import base64
-import datetime
-import io
 import math
-import os
 import platform
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
-from importlib import metadata, resources
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from importlib import metadata
 
 import numpy as np
 
@@ -23,23 +13,21 @@ from roughcontact._version import __version__
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
 from roughcontact.errors import InputError
-from roughcontact.files import replacing
 from roughcontact.material.material import Material
 from roughcontact.plots import maps, profiles
-from roughcontact.plots.style import DPI
-from roughcontact.report import assumptions
+from roughcontact.report import assumptions, page
+from roughcontact.report.page import Chapter, Row, Section, Table
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-_TEMPLATE = "report.html.j2"
 _LIBRARIES = ("numpy", "scipy", "ducc0", "matplotlib")
+
 
 # Spots whose share of the load is told, and spots that make a distribution worth drawing.
 _LARGEST = 10
+
 _ENOUGH_SPOTS = 3
+
 
 ROUGHNESS = {
     "Sq": ("m", "root-mean-square height"),
@@ -64,242 +52,6 @@ ROUGHNESS = {
     "Vvv": ("ml/m²", "void volume of the dales"),
 }
 """Unit and meaning of the parameters of `Surface.roughness`."""
-
-_FEW_COLUMNS, _FEW_ROWS = 5, 24
-
-# Dots from which a figure has several panels, and needs the whole width of a page.
-_WIDE = 8 * DPI
-
-Row = tuple[str, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Section:
-    """A chapter that other results add to a report.
-
-    Parameters
-    ----------
-    title : str
-        Its heading.
-    text : tuple of str
-        Paragraphs, plain text.
-    table : tuple of tuple of str
-        Rows of a table, the first of them its head; empty for none.
-    figures : tuple of (str, Figure)
-        Captions with their figures.
-    """
-
-    title: str
-    text: tuple[str, ...] = ()
-    table: tuple[Row, ...] = ()
-    figures: tuple[tuple[str, Figure], ...] = ()
-
-
-@dataclass(frozen=True)
-class Table:
-    """Rows of text, the first cell of each its head.
-
-    Parameters
-    ----------
-    rows : sequence of tuple of str
-        The cells.
-    head : tuple of str
-        Heads of the columns; empty for none.
-    """
-
-    rows: Sequence[Row]
-    head: Row = ()
-
-    @property
-    def style(self) -> str:
-        """Many columns stand close; few rows stay on one page."""
-        dense = "dense" if len(self.head) > _FEW_COLUMNS else ""
-        return f"{dense} {'short' if len(self.rows) <= _FEW_ROWS else ''}".strip()
-
-
-@dataclass
-class Picture:
-    """A figure as a page takes it.
-
-    Parameters
-    ----------
-    caption, alt : str
-        What stands below it, and what stands for it where it is not seen.
-    source : str
-        PNG file in base 64.
-    width, height : int
-        Size in dots.
-    number : int
-        Its number on the page, given last.
-    """
-
-    caption: str
-    alt: str
-    source: str
-    width: int
-    height: int
-    number: int = 0
-
-    @property
-    def wide(self) -> bool:
-        """Whether it needs the whole width of a page."""
-        return self.width > _WIDE
-
-
-@dataclass
-class Chapter:
-    """Heading and blocks in their order.
-
-    Parameters
-    ----------
-    title : str
-        The heading.
-    blocks : list of (str, object)
-        Kind and content: text, warning, steps, table, figure, terms or code.
-    anchor : str
-        Where links lead to; like the number, given last.
-    number : int
-        Its number on the page.
-    """
-
-    title: str
-    blocks: list[tuple[str, Any]] = field(default_factory=list)
-    anchor: str = ""
-    number: int = 0
-
-    def add(self, kind: str, content: Any) -> None:
-        """Append a block."""
-        self.blocks.append((kind, content))
-
-
-def check_path(path: str | os.PathLike[str]) -> None:
-    """Raise `InputError` unless a report can have this name, before anything is computed."""
-    target = Path(path)
-    if target.suffix.lower() not in (".html", ".htm"):
-        raise InputError(
-            f"of a report must end in .html, got {str(target)!r}",
-            argument="path",
-            value=str(target),
-        )
-    if target.is_dir():
-        raise InputError(f"{str(target)!r} is a folder; give the name of a file", argument="path")
-    if not target.parent.is_dir():
-        raise InputError(
-            f"the folder of the report {str(target)!r} does not exist; create it first"
-        )
-
-
-def page(
-    chapters: Sequence[Chapter],
-    *,
-    title: str,
-    subtitle: str,
-    date: datetime.date | None,
-    status: str,
-    key_numbers: Sequence[Row],
-    regime: str,
-    regime_text: str,
-    certificate: str,
-    warnings: Iterable[str],
-    stated: Iterable[assumptions.Statement],
-) -> str:
-    """Return a page as the text of an HTML file.
-
-    Parameters
-    ----------
-    chapters : sequence of Chapter
-        What follows the summary; they get their numbers here.
-    title, subtitle : str
-        What the page is on.
-    date : date or None
-        Its date; today without.
-    status : str
-        ``"converged"``, or why the solver stopped.
-    key_numbers : sequence of (str, str, str)
-        Names, values and remarks of what is asked for first.
-    regime, regime_text : str
-        How far the bodies are from elastic, in two words and in sentences.
-    certificate : str
-        How exactly it is solved, in sentences.
-    warnings : iterable of str
-        What a reader of the numbers has to know.
-    stated : iterable of Statement
-        What is assumed, for its cautions.
-
-    Returns
-    -------
-    str
-        HTML with its figures inside: no other file, no network and no script is needed.
-    """
-    # Imported late: only reports need it.
-    import jinja2
-
-    _number(chapters)
-    environment = jinja2.Environment(
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        finalize=_printable,
-    )
-    source = resources.files("roughcontact.report").joinpath("templates", _TEMPLATE)
-    return environment.from_string(source.read_text(encoding="utf-8")).render(
-        title=title,
-        subtitle=subtitle,
-        date=(date or datetime.date.today()).isoformat(),
-        version=__version__,
-        converged=status == "converged",
-        status=status,
-        key_numbers=key_numbers,
-        regime=regime,
-        regime_text=regime_text,
-        certificate=certificate,
-        warnings=[sentence(note) for note in warnings],
-        cautions=[sentence(item.caution) for item in stated if item.caution],
-        chapters=chapters,
-    )
-
-
-def write(text: str, path: str | os.PathLike[str]) -> None:
-    """Write a page to a file, which appears only once it is complete."""
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-
-
-def _printable(value: Any) -> Any:
-    # A file name can hold bytes that are no text, or control characters, which HTML forbids.
-    if type(value) is not str or value.isprintable():
-        return value
-    return "".join(c if c.isprintable() or c in "\n\t" else "�" for c in value)
-
-
-def _number(chapters: Sequence[Chapter]) -> None:
-    pictures = 0
-    for number, chapter in enumerate(chapters, start=1):
-        chapter.number = number
-        chapter.anchor = f"chapter-{number}"
-        for kind, content in chapter.blocks:
-            if kind == "figure":
-                pictures += 1
-                content.number = pictures
-
-
-def picture(figure: Figure, alt: str, caption: str) -> Picture:
-    """Return a figure as a page takes it."""
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=DPI)
-    data = stream.getvalue()
-    # Width and height stand first in a PNG file's first chunk.
-    width, height = (int.from_bytes(data[at : at + 4], "big") for at in (16, 20))
-    return Picture(caption, alt, base64.b64encode(data).decode("ascii"), width, height)
-
-
-def sentence(note: str) -> str:
-    """Return a note with a capital letter and a full stop; nothing for nothing."""
-    if not note:
-        return ""
-    text = note[:1].upper() + note[1:]
-    return text if text.endswith(".") else f"{text}."
 
 
 def subtitle(result: ContactResult) -> str:
@@ -338,13 +90,13 @@ def prepared(result: ContactResult) -> list[Chapter]:
         of = f" of the {name}" if len(names) > 1 else ""
         if surface.provenance.steps:
             chapter.add("text", f"Preparation{of}, in this order:")
-            chapter.add("steps", [sentence(step) for step in surface.provenance.steps])
+            chapter.add("steps", [page.sentence(step) for step in surface.provenance.steps])
         else:
             chapter.add("text", f"Preparation{of}: none recorded; the heights are as given.")
         sq = engineering(surface.Sq, "m", 3)
         chapter.add(
             "figure",
-            picture(
+            page.picture(
                 maps.surface(surface),
                 f"Map of the heights{of}, root-mean-square height {sq}.",
                 f"Heights{of} as they were pressed, after preparation. Light is high: contact "
@@ -362,7 +114,7 @@ def prepared(result: ContactResult) -> list[Chapter]:
         of = f" of the {name}" if len(names) > 1 else ""
         roughness.add(
             "figure",
-            picture(
+            page.picture(
                 profiles.bearing_curve(surface),
                 f"Material ratio curve{of}.",
                 f"Material ratio curve{of} (bearing curve): which share of the map lies above a "
@@ -500,7 +252,7 @@ def assumed(stated: Iterable[assumptions.Statement]) -> Chapter:
         "The numbers of this report are those of a model. It takes the following for granted; "
         "where one of these does not hold for the part at hand, the numbers do not either.",
     )
-    chapter.add("terms", [(item.topic, item.text, sentence(item.caution)) for item in stated])
+    chapter.add("terms", [(item.topic, item.text, page.sentence(item.caution)) for item in stated])
     return chapter
 
 
@@ -548,7 +300,7 @@ def contact_spots(result: ContactResult, spots: Spots) -> Chapter:
     if spots.count >= _ENOUGH_SPOTS:
         chapter.add(
             "figure",
-            picture(
+            page.picture(
                 maps.spots(result),
                 f"Number of contact spots of at least a given area; {spots.count} in all.",
                 "How many spots have at least a given area, both axes logarithmic. On the shaded "
@@ -567,7 +319,7 @@ def added(section: Section) -> Chapter:
         head, *rows = section.table
         chapter.add("table", Table(rows, head))
     for caption, figure in section.figures:
-        chapter.add("figure", picture(figure, caption, caption))
+        chapter.add("figure", page.picture(figure, caption, caption))
     return chapter
 
 

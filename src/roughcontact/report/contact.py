@@ -19,8 +19,8 @@ from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE
 from roughcontact.contact.spots import Spots
 from roughcontact.errors import InputError
 from roughcontact.plots import curves, maps, profiles
-from roughcontact.report import assumptions, chapters, script
-from roughcontact.report.chapters import Chapter, Row, Section, Table
+from roughcontact.report import assumptions, chapters, page, script
+from roughcontact.report.page import Chapter, Row, Section, Table
 from roughcontact.units import engineering, percent
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def render(
     found += [chapters.added(section) for section in sections]
     lines = script.repeating(result)
     found += [_certificate(result), chapters.repetition(result.version, command, lines)]
-    return chapters.page(
+    return page.render(
         found,
         title=_title(result),
         subtitle=chapters.subtitle(result),
@@ -106,7 +106,7 @@ def render(
         regime_text=assumptions.regime(result),
         certificate=_certificate_in_short(result),
         warnings=result.warnings,
-        stated=stated,
+        cautions=[item.caution for item in stated if item.caution],
     )
 
 
@@ -138,11 +138,11 @@ def save(
     OSError
         If the file cannot be written.
     """
-    chapters.check_path(path)
+    page.check_path(path)
     text = render(
         result, elastic=elastic, curve=curve, sections=sections, command=command, date=date
     )
-    chapters.write(text, path)
+    page.write(text, path)
 
 
 def _title(result: ContactResult) -> str:
@@ -269,7 +269,7 @@ def _tilt_rows(result: ContactResult) -> list[Row]:
     ]
 
 
-def _result_pictures(result: ContactResult, spots: Spots) -> list[chapters.Picture]:
+def _result_pictures(result: ContactResult, spots: Spots) -> list[page.Picture]:
     largest = engineering(result.max_pressure, "Pa", 3)
     touching = percent(result.contact_fraction)
     saturated = percent(result.saturated_fraction)
@@ -318,7 +318,7 @@ def _result_pictures(result: ContactResult, spots: Spots) -> list[chapters.Pictu
                 "It shows whether the pixels of the map resolve the contact.",
             ),
         )
-    return [chapters.picture(draw(), alt, caption) for draw, alt, caption in drawn]
+    return [page.picture(draw(), alt, caption) for draw, alt, caption in drawn]
 
 
 def _profiles(result: ContactResult, spots: Spots) -> Chapter:
@@ -333,14 +333,12 @@ def _profiles(result: ContactResult, spots: Spots) -> Chapter:
     if result.saturated_fraction > 0:
         caption += " Dark red is saturated: that much material has to flow away."
     alt = "Sections along x and y through the highest peak: heights before and under load, pressure"
-    chapter.add(
-        "figure", chapters.picture(profiles.section(result), f"{alt}; whole length.", caption)
-    )
+    chapter.add("figure", page.picture(profiles.section(result), f"{alt}; whole length.", caption))
     width = _close_up(result, spots)
     if width is not None:
         chapter.add(
             "figure",
-            chapters.picture(
+            page.picture(
                 profiles.section(result, width),
                 f"{alt}; {engineering(width, 'm', 3)} around the peak.",
                 f"The same sections, {engineering(width, 'm', 3)} around the peak.",
@@ -418,7 +416,7 @@ def _comparison(result: ContactResult, elastic: ContactResult | None) -> Chapter
         )
     chapter.add(
         "figure",
-        chapters.picture(
+        page.picture(
             maps.comparison(pair, ["elastic", label]),
             "Maps of pressure and contact, elastic on the left and with the ceiling on the right.",
             "Pressure above, contact below; elastic on the left, with the ceiling on the right. "
@@ -429,7 +427,7 @@ def _comparison(result: ContactResult, elastic: ContactResult | None) -> Chapter
     wide = elastic.max_pressure > _WIDE_RANGE * result.max_pressure
     chapter.add(
         "figure",
-        chapters.picture(
+        page.picture(
             profiles.pressure_histogram(
                 pair, ["elastic", label], scale="log" if wide else "linear"
             ),
@@ -464,7 +462,7 @@ def _load_curve(curve: LoadCurve) -> Chapter:
         )
     chapter.add(
         "figure",
-        chapters.picture(
+        page.picture(
             curves.load_curve(curve),
             "Four diagrams over the load: areas, approach and gap, stiffness, number of spots.",
             "Contact and saturated area beside Persson's theory; approach and mean gap; stiffness; "

@@ -14,8 +14,8 @@ import numpy as np
 
 from roughcontact.contact.solve import LOAD_TOLERANCE
 from roughcontact.plots import maps, profiles, volume
-from roughcontact.report import assumptions, chapters, script
-from roughcontact.report.chapters import Chapter, Row, Section, Table
+from roughcontact.report import assumptions, chapters, page, script
+from roughcontact.report.page import Chapter, Row, Section, Table
 from roughcontact.units import counted, engineering, percent
 from roughcontact.volume import depth as sections
 from roughcontact.volume.result import ElastoplasticResult
@@ -77,7 +77,7 @@ def render(
     found += [chapters.added(section) for section in sections]
     lines = script.repeating_volume(result)
     found += [_certificate(result), chapters.repetition(result.version, command, lines)]
-    return chapters.page(
+    return page.render(
         found,
         title=_title(result),
         subtitle=chapters.subtitle(contact),
@@ -88,7 +88,7 @@ def render(
         regime_text=assumptions.volume_regime(result),
         certificate=_certificate_in_short(result),
         warnings=[note for note in result.warnings if note != result.status],
-        stated=stated,
+        cautions=[item.caution for item in stated if item.caution],
     )
 
 
@@ -117,8 +117,8 @@ def save(
     OSError
         If the file cannot be written.
     """
-    chapters.check_path(path)
-    chapters.write(render(result, sections=sections, command=command, date=date), path)
+    page.check_path(path)
+    page.write(render(result, sections=sections, command=command, date=date), path)
 
 
 def _title(result: ElastoplasticResult) -> str:
@@ -380,7 +380,7 @@ def _path(result: ElastoplasticResult) -> Chapter:
     )
     chapter.add(
         "figure",
-        chapters.picture(
+        page.picture(
             volume.path(result),
             "Four diagrams over the load: approach, contact area, pressure, plastic strain.",
             "Approach, contact area, largest pressure and largest plastic strain, from the first "
@@ -464,5 +464,5 @@ def _certificate(result: ElastoplasticResult) -> Chapter:
 
 def _with(chapter: Chapter, drawn: Sequence[Drawn]) -> Chapter:
     for draw, alt, caption in drawn:
-        chapter.add("figure", chapters.picture(draw(), alt, caption))
+        chapter.add("figure", page.picture(draw(), alt, caption))
     return chapter

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact import units
 from roughcontact.errors import RoughcontactError
-from roughcontact.request import outputs, sections
+from roughcontact.report import sections
+from roughcontact.request import outputs
 from roughcontact.request.outputs import FIGURES, Say
 from roughcontact.request.request import Request
 

@@ -16,7 +16,7 @@ from roughcontact.halfspace import tensors
 from roughcontact.material.material import Material
 
 if TYPE_CHECKING:
-    from roughcontact.report.chapters import Section
+    from roughcontact.report.page import Section
     from roughcontact.volume.depth import DepthProfile, DepthSection, LayerProfile
 
 Array = NDArray[Any]
@@ -376,7 +376,7 @@ class ElastoplasticResult:
             HTML file to write; it appears only once it is complete.
         command : str
             What was typed to get this result.
-        sections : sequence of `roughcontact.report.chapters.Section`
+        sections : sequence of `roughcontact.report.page.Section`
             Further chapters.
         """
         from roughcontact.report import volume as volume_report

@@ -10,12 +10,12 @@ if TYPE_CHECKING:
     from roughcontact.contact.load_history import LoadHistory
     from roughcontact.contact.resolution_study import ResolutionStudy
     from roughcontact.contact.subsurface import StressResult
-    from roughcontact.report.chapters import Section
+    from roughcontact.report.page import Section
 
 
 def sections(study: ResolutionStudy | None, notes: tuple[str, ...]) -> list[Section]:
     """Return the chapters of a report that the result itself does not hold."""
-    from roughcontact.report.chapters import Section
+    from roughcontact.report.page import Section
 
     chapters = []
     if notes:
@@ -41,7 +41,7 @@ def sections(study: ResolutionStudy | None, notes: tuple[str, ...]) -> list[Sect
 def stress_section(stress: StressResult) -> Section:
     """Return the chapter of a report on the stress below the surface."""
     from roughcontact.plots import stress as stress_plots
-    from roughcontact.report.chapters import Section
+    from roughcontact.report.page import Section
 
     told = stress.summary()
     depth, y, x = stress.place
@@ -81,7 +81,7 @@ def stress_section(stress: StressResult) -> Section:
 def history_section(history: LoadHistory) -> Section:
     """Return the chapter of a report on a load history."""
     from roughcontact.plots import curves
-    from roughcontact.report.chapters import Section
+    from roughcontact.report.page import Section
 
     head = ("step", "load", "approach", "contact", "saturated", "newly indented", "dissipated")
     nominal = history.last.pressure.size * history.last.pixel_area
