@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -83,6 +84,11 @@ class Convolution:
         self._blocks = [slice(top, min(top + step, shape[0])) for top in range(0, shape[0], step)]
         self._column_step = max(4, min(self._rows[1], fft.COLUMN_BYTES // (padded[0] * itemsize)))
 
+    @property
+    def wrapped(self) -> tuple[bool, bool]:
+        """Whether the map goes on beyond an edge on the opposite side, along y and along x."""
+        return self.padded[0] == self.shape[0], self.padded[1] == self.shape[1]
+
     def support(self, index: NDArray[np.int64]) -> Support:
         """Return where the pixels with these ascending flat indices lie in the row blocks."""
         nx = self.shape[1]
@@ -148,14 +154,14 @@ class Convolution:
         taken for the softest of the others: one left out could not be inverted under a given
         approach. The buffer is shared: the two operators must not be at work at the same time.
         """
-        step = 1 if self.padded == self.shape else 2
-        spectrum = self.spectrum[::step, ::step].astype(np.float64)
+        steps = [1 if wrapped else 2 for wrapped in self.wrapped]
+        spectrum = self.spectrum[:: steps[0], :: steps[1]].astype(np.float64)
         spectrum[spectrum <= 0] = spectrum.max()
         np.divide(self.self_displacement, spectrum, out=spectrum)
         return Convolution(
             spectrum,
             self.shape,
-            (self.padded[0] // step, self.padded[1] // step),
+            (self.padded[0] // steps[0], self.padded[1] // steps[1]),
             workspace=self.workspace,
             precision="single",
         )
@@ -308,3 +314,57 @@ def periodic(
     symbol = kernels.periodic(shape, pixel, contact_modulus)
     workspace = workspace or Workspace(workers)
     return Convolution(symbol, shape, shape, workspace=workspace, precision=precision)
+
+
+def strip(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    contact_modulus: float,
+    axis: int,
+    *,
+    datum: float | None = None,
+    workers: int | None = None,
+    precision: str = "double",
+    workspace: Workspace | None = None,
+) -> Convolution:
+    """Return the operator ``pressure → displacement`` of a half-space that repeats along one axis.
+
+    Parameters
+    ----------
+    shape, pixel, contact_modulus, workers, precision, workspace
+        As for `free`.
+    axis : {0, 1}
+        Along which the map is one period: 0 for y, 1 for x.
+    datum : float, optional
+        Distance from a uniform line load at which the surface counts as not displaced [m]; by
+        default the longer side of the map.
+
+    Returns
+    -------
+    Convolution
+        Circular along that axis, in whose waves the pressure is developed as by `periodic`, and
+        linear along the other one, exact to rounding by zero padding.
+
+    Notes
+    -----
+    The kernel falls and is convex along the free axis (`kernels.strip`), and positive as far as
+    the datum: so no wave of the padded map has a negative symbol.
+    """
+    workspace = workspace or Workspace(workers)
+    if datum is None:
+        datum = max(shape[0] * pixel[0], shape[1] * pixel[1])
+    # The kernel knows x as the periodic axis.
+    period, edges = shape[axis], (pixel[1 - axis], pixel[axis])
+    half = fft.fast_length(shape[1 - axis])
+    table = np.zeros((half + 1, period // 2 + 1))
+
+    def fill(waves: slice) -> None:
+        table[:, waves] = kernels.strip((half + 1, period), edges, contact_modulus, datum, waves)
+
+    # As much work each: from one to the next, waves die out at half the distance.
+    ends = [0, *(1 << n for n in range((period // 2).bit_length() + 1))]
+    workspace.each(fill, [slice(*pair) for pair in pairwise(ends)])
+    table = fft.even_spectrum(table, workspace.workers, axes=(0,))
+    padded = (2 * half, period) if axis == 1 else (period, 2 * half)
+    spectrum = table if axis == 1 else np.ascontiguousarray(table.T)
+    return Convolution(spectrum, shape, padded, workspace=workspace, precision=precision)

@@ -81,15 +81,17 @@ def fft_columns(columns: NDArray[Any], forward: bool) -> NDArray[Any]:
     return transformed
 
 
-def even_spectrum(quadrant: NDArray[np.float64], workers: int) -> NDArray[np.float64]:
-    """Return the discrete Fourier transform of an even sequence, from and as one quadrant."""
+def even_spectrum(
+    quadrant: NDArray[np.float64], workers: int, axes: tuple[int, ...] = (0, 1)
+) -> NDArray[np.float64]:
+    """Return the transform of what is even along these axes, from and as one quadrant."""
     spectrum: NDArray[np.float64]
     if _ducc0 is not None:
-        spectrum = _ducc0.fft.dct(quadrant, axes=(0, 1), type=1, out=quadrant, nthreads=workers)
+        spectrum = _ducc0.fft.dct(quadrant, axes=axes, type=1, out=quadrant, nthreads=workers)
         return spectrum
     import scipy.fft
 
-    spectrum = scipy.fft.dctn(quadrant, type=1, overwrite_x=True, workers=workers)
+    spectrum = scipy.fft.dctn(quadrant, type=1, axes=axes, overwrite_x=True, workers=workers)
     return spectrum
 
 

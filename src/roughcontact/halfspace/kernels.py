@@ -1,6 +1,6 @@
 """Influence coefficients of the elastic half-space: normal displacement per pressure.
 
-Both functions return one quadrant, because both kernels are even in x and in y.
+All functions return one quadrant, because all kernels are even in x and in y.
 """
 
 from __future__ import annotations
@@ -17,6 +17,9 @@ Array = NDArray[np.float64]
 _BLOCK_BYTES = 1 << 18
 # Distance in long pixel edges from which moments up to the fourth are exact to 1e-12.
 _NEAR = 64
+# Exponent beyond which a wave has died out, and the step of the trapezoidal rule for K₀.
+_DEAD = 40.0
+_STEP = 0.25
 
 
 def love(
@@ -178,3 +181,108 @@ def periodic(shape: tuple[int, int], pixel: tuple[float, float], contact_modulus
     symbol[0, 0] = np.inf
     np.divide(2 / contact_modulus, symbol, out=symbol)
     return symbol
+
+
+def strip(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    contact_modulus: float,
+    datum: float,
+    waves: slice = slice(None),
+) -> Array:
+    """Return the displacement per pressure of each wave along x, at each offset along y.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Offsets in y wanted, from 0 on, and grid points of one period in x.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    contact_modulus : float
+        E* [Pa].
+    datum : float
+        Distance from a line load along x at which the surface counts as not displaced [m].
+    waves : slice
+        Wave numbers wanted of ``0 … nx//2``, for a table that is made in parts.
+
+    Returns
+    -------
+    ndarray, shape (ny, waves)
+        Displacement [m/Pa] of the pixels at these offsets under a pressure ``cos(q x)`` on the
+        row of pixels at offset 0, over ``cos(q x)``.
+
+    Raises
+    ------
+    InputError
+        If a pixel edge, the modulus or the datum is not positive and finite.
+
+    Notes
+    -----
+    A line of pressure ``cos(q x)`` displaces the surface at a distance y by ``2/(π E*) K₀(|q y|)``:
+    the transform along y of the half-space's ``2/(E* (q² + k²)^½)``. For q = 0 there is plane
+    strain, ``-2/(π E*) ln(|y|/datum)``, which has no natural zero. Both are integrated over the
+    pixel, whose edge in multiples of 1/q is w. From ``K₀(z) = ∫ exp(-z cosh t) dt`` over t > 0::
+
+        ∫ K₀ over the m-th pixel = 1/q ∫ exp(-(m - ½) w c) (1 - exp(-w c)) / c dt,  c = cosh t,
+
+    and twice that with w/2 for w and without the first factor where m = 0. No term cancels, and
+    the trapezoidal rule converges as ``exp(-π²/step)``: all digits with a step of 1/4.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), eqs. (2.17b) and (13.1), doi:10.1017/CBO9781139171731;
+    NIST Digital Library of Mathematical Functions, 10.32.9, https://dlmf.nist.gov/10.32
+    """
+    require_pixel(pixel)
+    require_positive(contact_modulus=contact_modulus, datum=datum)
+    (ny, nx), (dy, dx) = shape, pixel
+    q: Array = 2 * math.pi * np.arange(nx // 2 + 1, dtype=np.float64)[waves] / (nx * dx)
+    coefficients = np.zeros((ny, q.size))
+    uniform = q == 0
+    if uniform.any():
+        coefficients[:, uniform] = -dy * _mean_logarithm(ny, dy / datum)[:, None]
+    # Waves within a factor of two die out at about the same offset.
+    first = int(np.count_nonzero(uniform))
+    while first < q.size:
+        last = int(np.searchsorted(q, 2 * q[first]))
+        coefficients[:, first:last] = _bessel_pixels(ny, q[first:last] * dy) / q[first:last]
+        first = last
+    coefficients *= 2 / (math.pi * contact_modulus)
+    return coefficients
+
+
+def _mean_logarithm(offsets: int, edge: float) -> Array:
+    """Return the mean of ln|y| over pixels at consecutive offsets from 0."""
+    m = np.arange(1, offsets, dtype=np.float64)
+    # (m + ½) ln(m + ½) - (m - ½) ln(m - ½) - 1, without cancellation far away
+    beyond = (m + 0.5) * np.log1p(0.5 / m) - (m - 0.5) * np.log1p(-0.5 / m) - 1
+    return np.concatenate([[math.log(0.5) - 1], np.log(m) + beyond]) + math.log(edge)
+
+
+def _bessel_pixels(offsets: int, edges: Array) -> Array:
+    """Return the integral of K₀(|z|) over pixels at consecutive offsets from 0.
+
+    The edges are ascending and much alike; the result has the shape ``(offsets, edges)``.
+    """
+    integrals = np.zeros((offsets, edges.size))
+    cosh, weight = _nodes(math.log(4 / (1e-18 * edges[0])))
+    integrals[0] = 2 * (-np.expm1(-0.5 * edges[:, None] * cosh) * weight).sum(axis=1)
+    reach = min(offsets, math.ceil(_DEAD / edges[0] + 0.5) + 1)
+    top = 1
+    while top < reach:
+        # Nodes that contribute to the nearest of these rows.
+        cosh, weight = _nodes(math.acosh(max(2.0, _DEAD / ((top - 0.5) * edges[0]))))
+        z = edges[:, None] * cosh
+        bottom = min(reach, top + max(1, _BLOCK_BYTES // (8 * z.size)))
+        decay = np.exp((0.5 - np.arange(top, bottom))[:, None, None] * z)
+        integrals[top:bottom] = np.einsum("mqt,qt->mq", decay, -np.expm1(-z) * weight)
+        top = bottom
+    return integrals
+
+
+def _nodes(most: float) -> tuple[Array, Array]:
+    """Return cosh t and the weight of dt/cosh t in the trapezoidal rule from 0 to ``most``."""
+    cosh = np.cosh(np.arange(0, most + _STEP, _STEP))
+    weight = _STEP / cosh
+    weight[0] *= 0.5
+    return cosh, weight

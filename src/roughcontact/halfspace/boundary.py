@@ -1,0 +1,232 @@
+"""What lies beyond the edges of a map: one object for all that depends on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from typing import NamedTuple
+
+from roughcontact.errors import InputError
+from roughcontact.halfspace import convolution
+from roughcontact.halfspace.convolution import Convolution
+from roughcontact.halfspace.fft import Workspace
+
+
+class Boundary(StrEnum):
+    """Along which axes the map is one period of an endless surface; along others it ends.
+
+    A member equals the text that names it, as do the values that arguments take.
+
+    Raises
+    ------
+    InputError
+        If a text names none of them.
+
+    Examples
+    --------
+    >>> Boundary("periodic-x").periodic_axes, Boundary.FREE == "free"
+    ((1,), True)
+    """
+
+    FREE = "free"
+    PERIODIC = "periodic"
+    PERIODIC_X = "periodic-x"
+    PERIODIC_Y = "periodic-y"
+
+    @classmethod
+    def _missing_(cls, value: object) -> Boundary:
+        choices = " or ".join(repr(str(choice)) for choice in cls)
+        raise InputError(f"must be {choices}, got {value!r}", argument="boundary", value=value)
+
+    @property
+    def periodic_axes(self) -> tuple[int, ...]:
+        """Axes along which the map goes on beyond an edge on the opposite side: 0 y, 1 x."""
+        return _BEYOND[self].periodic_axes
+
+    @property
+    def free_axes(self) -> tuple[int, ...]:
+        """Axes along which the map ends at its edges."""
+        return tuple(axis for axis in (0, 1) if axis not in self.periodic_axes)
+
+    @property
+    def meaning(self) -> str:
+        """In a few words."""
+        return _BEYOND[self].meaning
+
+    @property
+    def heading(self) -> str:
+        """Heading of the assumption."""
+        return _BEYOND[self].heading
+
+    @property
+    def assumption(self) -> str:
+        """In sentences, for a reader of the results."""
+        return _BEYOND[self].assumption
+
+    def require_alike(self, what: str) -> None:
+        """Raise `InputError` for what is known only of maps that end, or repeat, along both axes.
+
+        Parameters
+        ----------
+        what : str
+            What is asked for, to begin the sentence with.
+        """
+        if len(self.periodic_axes) == 1:
+            alike = " or ".join(repr(str(b)) for b in Boundary if len(b.periodic_axes) != 1)
+            raise InputError(
+                f"= {str(self)!r} does not serve {what}, which is known of a map that ends or "
+                f"repeats along both axes: solve with {alike}",
+                argument="boundary",
+                value=self,
+            )
+
+    def operator(
+        self,
+        shape: tuple[int, int],
+        pixel: tuple[float, float],
+        contact_modulus: float,
+        *,
+        datum: float | None = None,
+        precision: str = "double",
+        workspace: Workspace | None = None,
+    ) -> Convolution:
+        """Return the operator ``pressure → displacement`` of a map.
+
+        Parameters
+        ----------
+        shape : (int, int)
+            Grid points ``(ny, nx)``.
+        pixel : (float, float)
+            Pixel edges ``(dy, dx)`` [m].
+        contact_modulus : float
+            E* [Pa].
+        datum : float, optional
+            As for `convolution.strip`; of no account where both axes are alike.
+        precision : {"double", "single"}
+            Arithmetic of the transforms.
+        workspace : Workspace, optional
+            Threads and memory to use instead of new ones.
+
+        Returns
+        -------
+        Convolution
+            The operator.
+        """
+        if not self.periodic_axes:
+            return convolution.free(
+                shape, pixel, contact_modulus, precision=precision, workspace=workspace
+            )
+        if not self.free_axes:
+            return convolution.periodic(
+                shape, pixel, contact_modulus, precision=precision, workspace=workspace
+            )
+        return convolution.strip(
+            shape, pixel, contact_modulus, self.periodic_axes[0],
+            datum=datum, precision=precision, workspace=workspace,
+        )  # fmt: skip
+
+    def operators(
+        self,
+        shape: tuple[int, int],
+        pixel: tuple[float, float],
+        contact_modulus: float,
+        *,
+        precision: str = "double",
+        workspace: Workspace | None = None,
+    ) -> Callable[[tuple[int, int], tuple[int, int]], Convolution]:
+        """Return what makes the operator of a map on coarser grids, and of parts of it.
+
+        Parameters
+        ----------
+        shape, pixel, contact_modulus, workspace
+            As for `operator`.
+        precision : {"double", "single"}
+            Arithmetic on the grid of the map.
+
+        Returns
+        -------
+        callable
+            ``operator(shape, (ky, kx))`` as `bounded.solve` wants it.
+        """
+        workspace = workspace or Workspace()
+        # Part of what is displaced or not, the map as a whole tells where zero is.
+        datum = max(shape[0] * pixel[0], shape[1] * pixel[1])
+
+        def operator(shape: tuple[int, int], coarsening: tuple[int, int]) -> Convolution:
+            coarse = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
+            # On coarse grids the error of the grid outweighs that of the arithmetic.
+            arithmetic = precision if coarsening == (1, 1) else "single"
+            return self.operator(
+                shape, coarse, contact_modulus,
+                datum=datum, precision=arithmetic, workspace=workspace,
+            )  # fmt: skip
+
+        return operator
+
+    def operator_memory(self, shape: tuple[int, int], precision: str) -> int:
+        """Return the memory of `operator` at work, in bytes.
+
+        Parameters
+        ----------
+        shape : (int, int)
+            Grid points ``(ny, nx)``.
+        precision : {"double", "single"}
+            Arithmetic of the transforms.
+
+        Returns
+        -------
+        int
+            Spectra of the rows, and a quarter of that of the kernel.
+        """
+        ny, nx = shape
+        real = 8 if precision == "double" else 4
+        padded_y, padded_x = (2 if axis in self.free_axes else 1 for axis in (0, 1))
+        rows = 2 * real * ny * (nx * padded_x // 2 + 1)
+        kernel = 8 * (ny + 1) * (nx + 1) * padded_y * padded_x // 4
+        if precision == "single":
+            kernel += kernel // 2
+        return rows + kernel
+
+
+class _Beyond(NamedTuple):
+    periodic_axes: tuple[int, ...]
+    meaning: str
+    heading: str
+    assumption: str
+
+
+def _strip(axis: int) -> _Beyond:
+    along, across = ("y", "x") if axis == 0 else ("x", "y")
+    return _Beyond(
+        (axis,),
+        f"the map is one period of a strip that is endless along {along} and ends along {across}",
+        f"Half-spaces, map periodic along {along}",
+        f"The map is one period of an endless strip: it repeats along {along}, and there is no "
+        f"contact beyond its edges along {across}. The load is that on one period, and every spot "
+        f"feels its copies along {along}. A measured map does not fit its own opposite edge; the "
+        "seam is then a step that the surface does not have. A line load displaces a half-space "
+        "without bound, so the approach needs a datum: a uniform line load along "
+        f"{along} is taken to displace nothing at a distance of the longer side of the map. "
+        "Pressures and gaps under a given load do not depend on it.",
+    )
+
+
+_BEYOND = {
+    Boundary.FREE: _Beyond(
+        (),
+        "the map is all that touches",
+        "Half-spaces, free boundary",
+        "The map is all that touches: there is no contact outside of it.",
+    ),
+    Boundary.PERIODIC: _Beyond(
+        (0, 1),
+        "the map is one period of an endless surface",
+        "Half-spaces, periodic map",
+        "The map is one period of an endless surface: it repeats in x and y, the load "
+        "is that on one period, and every spot feels the copies of all others. A measured "
+        "map does not fit its own opposite edge; the seam is then a step that the surface "
+        "does not have.",
+    ),
+    Boundary.PERIODIC_X: _strip(1),
+    Boundary.PERIODIC_Y: _strip(0),
+}
