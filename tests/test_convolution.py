@@ -5,22 +5,25 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughcontact.halfspace import convolution
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.fft import Workspace
 
 MODULUS = 3.0
 PIXEL = (0.4, 1.0)
 # Odd, even, prime, long and thin; with PIXEL also dy ≠ dx.
 SHAPES = [(2, 2), (3, 5), (8, 8), (7, 13), (12, 31), (29, 6), (2, 33), (41, 2)]
-BOUNDARIES = ["free", "periodic"]
+BOUNDARIES = list(Boundary)
 
 
 def make(boundary, shape, pixel=PIXEL, **options):
-    options.setdefault("workers", 1)
-    return getattr(convolution, boundary)(shape, pixel, MODULUS, **options)
+    workspace = Workspace(options.pop("workers", 1))
+    return Boundary(boundary).operator(shape, pixel, MODULUS, workspace=workspace, **options)
 
 
 def direct(independent, boundary, pressure, pixel=PIXEL):
     """Sum over all pairs of pixels; no transform."""
+    if boundary not in ("free", "periodic"):
+        return independent.strip_displacement(pressure, pixel, MODULUS, "yx".index(boundary[-1]))[0]
     ny, nx = pressure.shape
     rows, columns = np.arange(-ny + 1, ny), np.arange(-nx + 1, nx)
     if boundary == "free":

@@ -9,6 +9,7 @@ from scipy.integrate import quad
 from roughcontact.errors import InputError
 from roughcontact.halfspace import convolution, kernels
 
+MODULUS = 3.0
 EPS = np.finfo(float).eps
 
 # Corner sum of Love's formula with 60 digits (mpmath 1.4.1), dy = 3, dx = 0.75, E* = 2;
@@ -184,7 +185,65 @@ def test_periodic_is_not_free():
     assert free.min() > 0
 
 
-@pytest.mark.parametrize("kernel", [kernels.love, kernels.periodic])
+@pytest.mark.parametrize(
+    ("shape", "pixel"), [((40, 16), (0.4, 1.0)), ((300, 9), (1.0, 0.03)), ((12, 301), (0.01, 1.0))]
+)
+def test_strip_against_a_quadrature(independent, shape, pixel):
+    found = kernels.strip(shape, pixel, MODULUS, 7.0)
+    q = 2 * math.pi * np.arange(shape[1] // 2 + 1) / (shape[1] * pixel[1])
+    expected = independent.strip_coefficients(shape[0], pixel[0], q, MODULUS, 7.0)
+    # Some roundings of the peak of each wave, those of the quadrature included.
+    assert (np.abs(found - expected) <= 1e-14 * np.abs(expected).max(axis=0)).all()
+
+
+def test_strip_in_parts_is_the_strip_at_once():
+    whole = kernels.strip((33, 40), (0.4, 1.0), MODULUS, 7.0)
+    parts = [
+        kernels.strip((33, 40), (0.4, 1.0), MODULUS, 7.0, waves)
+        for waves in (slice(0, 3), slice(3, 4), slice(4, None))
+    ]
+    np.testing.assert_allclose(np.hstack(parts), whole, rtol=0, atol=1e-15 * whole.max())
+
+
+def test_strip_row_blocks_leave_no_seam(monkeypatch):
+    whole = kernels.strip((60, 40), (0.05, 1.0), MODULUS, 7.0)
+    monkeypatch.setattr(kernels, "_BLOCK_BYTES", 1)
+    rows = kernels.strip((60, 40), (0.05, 1.0), MODULUS, 7.0)
+    np.testing.assert_allclose(rows, whole, rtol=0, atol=1e-15 * whole.max())
+
+
+def test_a_wave_on_a_wide_strip_is_that_of_the_half_plane():
+    # Sum over all rows: the wave with the same pressure everywhere, 2/(E* q).
+    dy, nx, dx = 0.05, 12, 0.5
+    table = kernels.strip((4000, nx), (dy, dx), MODULUS, 1.0)
+    q = 2 * math.pi * np.arange(1, nx // 2 + 1) / (nx * dx)
+    np.testing.assert_allclose(
+        2 * table[1:, 1:].sum(axis=0) + table[0, 1:], 2 / (MODULUS * q), rtol=1e-13
+    )
+
+
+def test_the_datum_of_a_strip_is_where_a_line_displaces_nothing():
+    # The mean of ln|y| over a pixel of edge h at y lies h²/24y² below the logarithm there.
+    table = kernels.strip((101, 2), (0.1, 1.0), MODULUS, 10.0)[:, 0]
+    assert (table[:100] > 0).all()
+    expected = 2 * 0.1 / (math.pi * MODULUS) / (24 * 100**2)
+    assert table[100] == pytest.approx(expected, rel=1e-4)
+    # Another datum is another constant.
+    other = kernels.strip((101, 2), (0.1, 1.0), MODULUS, 5.0)[:, 0]
+    np.testing.assert_allclose(table - other, 0.2 / (math.pi * MODULUS) * math.log(2), rtol=1e-13)
+
+
+def strip_of_datum_1(shape, pixel, contact_modulus):
+    return kernels.strip(shape, pixel, contact_modulus, 1.0)
+
+
+@pytest.mark.parametrize("datum", [0.0, -1.0, math.inf, math.nan])
+def test_a_datum_that_cannot_be(datum):
+    with pytest.raises(ValueError, match="datum"):
+        kernels.strip((4, 4), (1.0, 1.0), 1.0, datum)
+
+
+@pytest.mark.parametrize("kernel", [kernels.love, kernels.periodic, strip_of_datum_1])
 @pytest.mark.parametrize(
     ("pixel", "modulus", "words"),
     [
