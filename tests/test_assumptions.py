@@ -10,7 +10,7 @@ import pytest
 import roughcontact as rc
 from roughcontact.contact.result import ContactResult
 from roughcontact.material.hardening import Swift
-from roughcontact.report import assumptions
+from roughcontact.report import assumptions, regimes
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 from roughcontact.volume.comparison import recommended_ceiling
@@ -180,20 +180,20 @@ def test_first_yield_is_that_of_the_softer_body() -> None:
 def test_every_regime_is_a_sentence_with_its_numbers() -> None:
     below = solved(ball())
     assert below.regime == "below first yield"
-    assert "Nothing yields" in assumptions.regime(below)
-    assert "1.61 GPa" in assumptions.regime(below)
+    assert "Nothing yields" in regimes.regime(below)
+    assert "1.61 GPa" in regimes.regime(below)
     beneath = solved(ball(1e-3), load=0.8)
     assert beneath.regime == "yielding below the surface"
-    assert "reaches the ceiling" in assumptions.regime(beneath)
+    assert "reaches the ceiling" in regimes.regime(beneath)
     without = solved(ball(1e-3), load=0.8, ceiling=None)
-    assert "reaches three yield strengths" in assumptions.regime(without)
+    assert "reaches three yield strengths" in regimes.regime(without)
     saturated = solved(rough(), load=1.0)
     share = saturated.saturated_fraction / saturated.contact_fraction
-    assert f"{100 * share:.1f} %" in assumptions.regime(saturated)
+    assert f"{100 * share:.1f} %" in regimes.regime(saturated)
     beyond = solved(rough(), load=1.0, ceiling=None)
-    assert f"{beyond.max_pressure / 1e9:.3g} times the yield" in assumptions.regime(beyond)
+    assert f"{beyond.max_pressure / 1e9:.3g} times the yield" in regimes.regime(beyond)
     unknown = solved(ball(), material=rc.Material(210e9, 0.3))
-    assert "No yield strength was given" in assumptions.regime(unknown)
+    assert "No yield strength was given" in regimes.regime(unknown)
 
 
 def test_a_hardness_stands_in_for_a_yield_strength() -> None:
@@ -204,10 +204,10 @@ def test_a_hardness_stands_in_for_a_yield_strength() -> None:
     assert "Tabor" not in words(saturated)
     assert "first yield" not in words(saturated)
     below = solved(ball(), material=ceramic)
-    assert "stays below the hardness" in assumptions.regime(below)
+    assert "stays below the hardness" in regimes.regime(below)
     beyond = solved(rough(), material=ceramic, load=1.0, ceiling=None)
     assert beyond.regime == "elastic pressure beyond the hardness"
-    assert "exceeds the hardness of the softer body, 15 GPa" in assumptions.regime(beyond)
+    assert "exceeds the hardness of the softer body, 15 GPa" in regimes.regime(beyond)
     twice = solved(rough(), material=ceramic, load=1.0, ceiling=7.5e9)
     assert "as given: 0.5 times the hardness)" in words(twice)
     both = solved(rough(), material=ceramic, counter_material=STEEL, load=1.0)

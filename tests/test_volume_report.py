@@ -15,7 +15,7 @@ import roughcontact as rc
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import Linear, Tabulated
 from roughcontact.plots import volume as volume_plots
-from roughcontact.report import assumptions
+from roughcontact.report import assumptions_volume, regimes, wording
 from roughcontact.report import page as layout
 from roughcontact.report import volume as volume_report
 from roughcontact.report.page import Section
@@ -65,7 +65,7 @@ def test_answer_first_then_chapters_in_the_order_of_the_other_report(pressed) ->
     ):
         assert f'class="value">{value}<' in text
     assert f"Regime: {pressed.regime}." in page
-    assert assumptions.volume_regime(pressed) in page
+    assert regimes.volume_regime(pressed) in page
     titles = re.findall(r'<h2 id="chapter-\d+">\d+ ([^<]+)</h2>', text)
     assert titles == [
         "Input and preparation", "Roughness of the prepared surface", "Materials and load",
@@ -80,7 +80,7 @@ def test_answer_first_then_chapters_in_the_order_of_the_other_report(pressed) ->
         assert f"{step.residual:.1e}" in page
     assert f"{pressed.contact.certificate:.1e}" in page
     assert f"{pressed.yield_excess:+.1e}" in page
-    for statement in assumptions.volume_statements(pressed, contact.spots()):
+    for statement in assumptions_volume.statements(pressed, contact.spots()):
         assert statement.text in page
     assert "No warnings" in page
     assert "Hardening Swift hardening, 1.24 GPa (30 + 1e6 e)^0.085 rigid" in page
@@ -160,7 +160,7 @@ def test_strains_of_more_than_one_are_told(pressed) -> None:
 
 
 def cautions(result: Any) -> str:
-    found = assumptions.volume_statements(result, result.contact.spots())
+    found = assumptions_volume.statements(result, result.contact.spots())
     return " ".join(item.caution for item in found if item.caution)
 
 
@@ -168,7 +168,7 @@ def test_small_deformations_are_checked(pressed) -> None:
     assert cautions(pressed) == ""
     # By hand: r/R at the rim is √2 times the root mean square over a disc.
     (small,) = [
-        s for s in assumptions.volume_statements(pressed, pressed.contact.spots())
+        s for s in assumptions_volume.statements(pressed, pressed.contact.spots())
         if s.topic == "Small strains"
     ]  # fmt: skip
     told = re.search(r"spot of radius a = ([\d.]+) R", small.text)
@@ -192,8 +192,8 @@ def test_perfect_plasticity_and_short_tables_are_told(pressed, released) -> None
     scatter = "the pressure of single pixels scatters by 5 to 10 %"
     assert scatter in cautions(with_material(pressed, yield_strength=1656e6))
     assert scatter not in cautions(with_material(released, yield_strength=1656e6))
-    assert scatter in assumptions.volume_cautions(with_material(pressed, yield_strength=1656e6))[0]
-    assert assumptions.volume_cautions(pressed) == ()
+    assert scatter in assumptions_volume.cautions(with_material(pressed, yield_strength=1656e6))[0]
+    assert assumptions_volume.cautions(pressed) == ()
     body = pressed.bodies[0]
     for last, short in ((0.005, True), (0.5, False)):
         law = Tabulated((0.0, last), (1.6e9, 3e9))
@@ -240,4 +240,4 @@ def test_two_bodies_have_a_chapter_each() -> None:
     ],
 )
 def test_laws_in_words(material: rc.Material, words: str) -> None:
-    assert assumptions.hardening(material) == words
+    assert wording.hardening(material) == words

@@ -110,13 +110,13 @@ def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
 def show_volume(volume: ElastoplasticResult, notes: Sequence[str], written: Sequence[Path]) -> None:
     """Print problem, answer and trust of a contact with plasticity of the volume."""
     from roughcontact import units
-    from roughcontact.report import assumptions
+    from roughcontact.report import assumptions_volume, wording
 
     contact = volume.contact
     problem = _problem_rows(contact, None)
-    law = assumptions.hardening(contact.material)
+    law = wording.hardening(contact.material)
     if contact.material.yield_strength is None:
-        law = f"of the counter-body: {assumptions.hardening(contact.counter_material)}"
+        law = f"of the counter-body: {wording.hardening(contact.counter_material)}"
     problem.append(("plasticity", law))
     area = units.engineering(contact.contact_area, "m²")
     steps = units.counted(len(volume.increments), "increment")
@@ -144,7 +144,7 @@ def show_volume(volume: ElastoplasticResult, notes: Sequence[str], written: Sequ
     ]
     _print_table(problem, answer, trust)
     told = [note for note in volume.warnings if note != volume.status]
-    _print_warnings([*told, *assumptions.volume_cautions(volume)])
+    _print_warnings([*told, *assumptions_volume.cautions(volume)])
     _print_warnings(notes, "note")
     _print_written(written)
 

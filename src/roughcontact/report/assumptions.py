@@ -2,33 +2,24 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roughcontact.contact.result import (
-    BELOW_FIRST_YIELD,
-    BEYOND_CEILING,
-    BEYOND_HARDNESS,
-    SATURATED,
-    UNKNOWN,
-    YIELDING_BELOW,
-    ContactResult,
-)
+from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import FEW_PIXELS, Spots
 from roughcontact.errors import InputError
-from roughcontact.material.hardening import Linear, Perfect, Swift, Tabulated
-from roughcontact.material.material import RIGID, Material, softer
+from roughcontact.material.material import Material, softer
+from roughcontact.report import wording
+from roughcontact.report.wording import is_rigid
 from roughcontact.surface import roughness
 from roughcontact.units import counted, engineering, percent
-from roughcontact.volume.body import law_of
 from roughcontact.volume.comparison import recommended_ceiling
 
 if TYPE_CHECKING:
-    from roughcontact.volume.result import ElastoplasticResult, PlasticBody
+    from roughcontact.volume.result import ElastoplasticResult
 
 SMALL_SLOPE, LARGE_SLOPE = 0.1, 0.3
 """Root-mean-square slopes at which the error of order slope² is 1 % and about 10 %."""
@@ -41,13 +32,6 @@ CEILING_ERROR = 0.05
 
 LARGE_STRAIN = 0.1
 """Pressure over contact modulus, which the strain is of the order of; plastic strain."""
-
-LARGE_DEFORMATION = 0.1
-"""Root-mean-square slope under the contact, 0.7 a/R of a sphere.
-
-From a/R = 0.16 on finite elements show large deformations under a sphere (Mesarovic and Fleck 1999,
-doi:10.1098/rspa.1999.0423).
-"""
 
 
 @dataclass(frozen=True)
@@ -69,7 +53,7 @@ class Statement:
     caution: str = ""
 
 
-_FRICTIONLESS = Statement(
+FRICTIONLESS = Statement(
     "No friction, no adhesion",
     "The bodies press on each other at right angles to the plane of the map. Friction, and with "
     "it the small sliding of unlike materials against each other, is left out. The bodies do not "
@@ -95,14 +79,14 @@ def statements(result: ContactResult, spots: Spots) -> tuple[Statement, ...]:
         points and single precision where there are any.
     """
     found = [
-        _half_spaces(result, _elastic_half_spaces(result)),
-        _bodies(result),
-        _slopes(result),
+        half_spaces(result, _elastic_half_spaces(result)),
+        bodies(result),
+        slopes(result),
         _strains(result),
-        _FRICTIONLESS,
+        FRICTIONLESS,
         _yielding(result, spots),
-        _resolution(result, spots),
-        _holes(result),
+        resolution(result, spots),
+        holes(result),
         _loading(result),
     ]
     if result.precision == "single":
@@ -114,111 +98,6 @@ def statements(result: ContactResult, spots: Spots) -> tuple[Statement, ...]:
             )
         )
     return tuple(statement for statement in found if statement.text)
-
-
-def regime(result: ContactResult) -> str:
-    """Return the regime of a result as a sentence with its numbers.
-
-    Parameters
-    ----------
-    result : ContactResult
-        A solution.
-
-    Returns
-    -------
-    str
-        What yields, and where.
-    """
-    largest = engineering(result.max_pressure, "Pa", 3)
-    name = result.regime
-    if name == SATURATED:
-        share = percent(result.saturated_fraction / result.contact_fraction)
-        return (
-            f"The material yields at the surface: on {share} of the contact area the pressure is "
-            "at its ceiling, and the surface there keeps an indentation."
-        )
-    body = softer(result.material, result.counter_material)
-    if name == UNKNOWN and (body is None or body.hardness is None):
-        return (
-            f"No yield strength was given: whether the material bears the largest pressure of "
-            f"{largest} cannot be said."
-        )
-    assert body is not None
-    if name in (UNKNOWN, BEYOND_HARDNESS):
-        assert body.hardness is not None
-        hardness = engineering(body.hardness, "Pa", 3)
-        if name == UNKNOWN:
-            return (
-                f"The largest pressure, {largest}, stays below the hardness of the softer body, "
-                f"{hardness}. Whether it yields below the surface cannot be said without a yield "
-                "strength."
-            )
-        return (
-            f"The elastic pressure, up to {largest}, exceeds the hardness of the softer body, "
-            f"{hardness}, more than it can carry. The true contact area is larger, the true "
-            "pressure lower."
-        )
-    assert body.first_yield_pressure is not None
-    assert body.yield_strength is not None
-    first = engineering(body.first_yield_pressure, "Pa", 3)
-    if name == BELOW_FIRST_YIELD:
-        return (
-            f"Nothing yields: the largest pressure, {largest}, stays below {first}, at which a "
-            "sphere of the softer material first yields below its surface."
-        )
-    if name == YIELDING_BELOW:
-        return (
-            f"The material yields below the surface of the most loaded spots: the largest "
-            f"pressure, {largest}, exceeds {first}, at which a sphere first yields, but no point "
-            "reaches "
-            + ("the ceiling." if result.ceiling is not None else "three yield strengths.")
-            + " The pressures shown are those of an elastic body."
-        )
-    assert name == BEYOND_CEILING
-    times = result.max_pressure / body.yield_strength
-    return (
-        f"The elastic pressure, up to {largest}, is {times:.3g} times the yield strength of the "
-        "softer body, more than it can carry. The true contact area is larger, the true pressure "
-        "lower."
-    )
-
-
-def ceiling_origin(result: ContactResult) -> str:
-    """Return the ceiling of a result and where it comes from, without a full stop.
-
-    Parameters
-    ----------
-    result : ContactResult
-        A solution.
-
-    Returns
-    -------
-    str
-        Such as ``"3 GPa, three times the yield strength of the softer body"``.
-    """
-    ceiling = result.ceiling
-    if ceiling is None:
-        return "none: purely elastic"
-    if isinstance(ceiling, np.ndarray):
-        low, high = float(ceiling.min()), float(ceiling.max())
-        return (
-            f"given point by point, {engineering(low, 'Pa')} to "
-            + (engineering(high, "Pa") if math.isfinite(high) else "none")
-        )  # fmt: skip
-    text = engineering(float(ceiling), "Pa")
-    body = softer(result.material, result.counter_material)
-    if body is None or body.ceiling is None:
-        return f"{text}, as given"
-    automatic = math.isclose(float(ceiling), body.ceiling, rel_tol=1e-9)
-    whose = "" if _one_ceiling(result) else " of the softer body"
-    if body.yield_strength is None:
-        if automatic:
-            return f"{text}, the hardness{whose}"
-        return f"{text}, as given: {float(ceiling) / body.ceiling:.3g} times the hardness{whose}"
-    if automatic:
-        return f"{text}, three times the yield strength{whose}"
-    factor = float(ceiling) / body.yield_strength
-    return f"{text}, as given: {factor:.3g} times the yield strength{whose}"
 
 
 def ceiling_caution(result: ContactResult, spots: Spots) -> str:
@@ -302,152 +181,16 @@ def carrying_pixels(result: ContactResult, spots: Spots) -> int:
     return round(float(spots.area[min(index, spots.count - 1)]) / result.pixel_area)
 
 
-def volume_statements(result: ElastoplasticResult, spots: Spots) -> tuple[Statement, ...]:
-    """Return what a result of the volume model assumes, for the case at hand.
-
-    Parameters
-    ----------
-    result : ElastoplasticResult
-        A state of the volume.
-    spots : Spots
-        Its contact spots.
-
-    Returns
-    -------
-    tuple of Statement
-        Geometry, slopes, strains, hardening, friction and adhesion, resolution, loading; missing
-        points and single precision where there are any.
-    """
-    contact = result.contact
-    found = [
-        _half_spaces(contact, _yielding_half_spaces(result)),
-        _bodies(contact),
-        _slopes(contact),
-        _small_deformations(result),
-        _hardening(result),
-        _FRICTIONLESS,
-        _layers(result),
-        _resolution(contact, spots, result) if contact.load else Statement("", ""),
-        _holes(contact),
-        _path(result),
-    ]
-    if result.precision == "single":
-        found.append(
-            Statement(
-                "Single precision of the volume",
-                "Strain and stress in the volume were computed with seven digits instead of "
-                "sixteen, the contact with sixteen; pressures change by about a part in 100 000.",
-            )
-        )
-    return tuple(statement for statement in found if statement.text)
-
-
-def volume_cautions(result: ElastoplasticResult) -> tuple[str, ...]:
-    """Return why the pressures of the volume model have to be read with care, if so.
-
-    Parameters
-    ----------
-    result : ElastoplasticResult
-        A state of the volume.
-
-    Returns
-    -------
-    tuple of str
-        One sentence each, without a full stop: on strains and hardening.
-    """
-    stated = _small_deformations(result), _hardening(result)
-    return tuple(statement.caution for statement in stated if statement.caution)
-
-
-def volume_regime(result: ElastoplasticResult) -> str:
-    """Return the regime of a result of the volume model as a sentence with its numbers.
-
-    Parameters
-    ----------
-    result : ElastoplasticResult
-        A state of the volume.
-
-    Returns
-    -------
-    str
-        What has yielded, and how deep.
-    """
-    if not result.plastic_volume:
-        share = percent(min(1 + result.yield_excess, 1.0))
-        return (
-            f"Nothing has yielded: the von Mises stress is at most {share} of the yield strength."
-        )
-    reached = engineering(result.plastic_depth, "m", 3)
-    strain = percent(result.max_plastic_strain)
-    text = f"Plastic strain, up to {strain}, reaches down to {reached}"
-    surface = (
-        " and up to the surface."
-        if result.plastic_at_surface
-        else "; the surface above it has stayed elastic."
-    )
-    if result.contact.load:
-        return text + surface
-    deepest = engineering(float(result.residual_displacement.max()), "m", 3)
-    return f"{text}{surface} The load is gone, and has left a dent of up to {deepest}."
-
-
-def hardening(body: Material) -> str:
-    """Return how a material hardens, in a few words.
-
-    Parameters
-    ----------
-    body : Material
-        The material.
-
-    Returns
-    -------
-    str
-        Such as ``"linear hardening, modulus 2 GPa"``.
-    """
-    law = body.hardening
-    if isinstance(law, Linear):
-        return f"linear hardening, modulus {engineering(law.modulus, 'Pa')}"
-    if isinstance(law, Swift):
-        strength = engineering(law.coefficient, "Pa")
-        return f"Swift hardening, {strength} ({law.offset:g} + 1e6 e)^{law.exponent:g}"
-    if isinstance(law, Tabulated):
-        last = engineering(law.stress[-1], "Pa")
-        return f"tabulated hardening, {last} from a strain of {law.strain[-1]:g} on"
-    if _rigid(body):
-        return "rigid"
-    return "elastic" if body.yield_strength is None else "perfectly plastic"
-
-
-def _one_ceiling(result: ContactResult) -> bool:
-    ceilings = {result.material.ceiling, result.counter_material.ceiling}
-    return len(ceilings - {None}) == 1
-
-
-def _rigid(body: Material) -> bool:
-    return body.young == RIGID.young
-
-
 def _elastic_half_spaces(result: ContactResult) -> str:
-    if _rigid(result.material):
+    if is_rigid(result.material):
         return "The counter-body is an elastic half-space, the body with this map is rigid"
-    if _rigid(result.counter_material):
+    if is_rigid(result.counter_material):
         return "The body is an elastic half-space, the counter-body is rigid"
     return "Both bodies are elastic half-spaces"
 
 
-def _yielding_half_spaces(result: ElastoplasticResult) -> str:
-    def kind(body: Material) -> str:
-        if _rigid(body):
-            return "rigid"
-        return "an elastic half-space" + (" that yields" if body.yield_strength else "")
-
-    first, second = kind(result.contact.material), kind(result.contact.counter_material)
-    if first == second:
-        return "Both bodies are elastic half-spaces that yield"
-    return f"The body with this map is {first}, the counter-body is {second}"
-
-
-def _half_spaces(result: ContactResult, who: str) -> Statement:
+def half_spaces(result: ContactResult, who: str) -> Statement:
+    """Return the statement on half-spaces and the boundary of the map."""
     text = (
         f"{who}: every spot is pressed into material that goes on without end below and beside "
         "it, isotropic and the same everywhere. The part has to be thick and wide compared with "
@@ -467,7 +210,8 @@ def _half_spaces(result: ContactResult, who: str) -> Statement:
     )
 
 
-def _bodies(result: ContactResult) -> Statement:
+def bodies(result: ContactResult) -> Statement:
+    """Return the statement on what the counter-body is."""
     if result.counter_surface is None:
         return Statement(
             "Flat counter-body",
@@ -482,7 +226,8 @@ def _bodies(result: ContactResult) -> Statement:
     )
 
 
-def _slopes(result: ContactResult) -> Statement:
+def slopes(result: ContactResult) -> Statement:
+    """Return the statement on small slopes."""
     slope = rms_slope(result)
     if math.isnan(slope):
         return Statement("Small slopes", "Slopes are taken as small; this map has none to judge.")
@@ -557,7 +302,7 @@ def _yielding(result: ContactResult, spots: Spots) -> Statement:
         if body is None:
             return Statement("No yielding", f"{text} No yield strength was given.")
         return Statement("No yielding", f"{text} {_first_yield(body)}".strip())
-    text = f"The pressure may not exceed a ceiling ({ceiling_origin(result)}). "
+    text = f"The pressure may not exceed a ceiling ({wording.ceiling(result)}). "
     if result.saturated_fraction == 0:
         text += "It is reached nowhere: the solution is the elastic one."
         text += f" {_first_yield(body)}" if body else ""
@@ -600,9 +345,10 @@ def _first_yield(body: Material) -> str:
     )
 
 
-def _resolution(
+def resolution(
     result: ContactResult, spots: Spots, volume: ElastoplasticResult | None = None
 ) -> Statement:
+    """Return the statement on what the map resolves; `volume` where bodies yield."""
     dy, dx = (engineering(edge, "m", 3) for edge in result.surface.pixel)
     pixels = carrying_pixels(result, spots)
     text = (
@@ -633,7 +379,8 @@ def _resolution(
     return Statement("Resolution", text, caution)
 
 
-def _holes(result: ContactResult) -> Statement:
+def holes(result: ContactResult) -> Statement:
+    """Return the statement on missing points, empty if there are none."""
     missing = int(np.count_nonzero(np.isnan(result.gap)))
     bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
     filled = any(
@@ -669,140 +416,3 @@ def _loading(result: ContactResult) -> Statement:
         f"{given}It is applied once, slowly, to the surfaces as prepared: earlier passes, "
         "unloading, sliding, creep and wear are not in it.",
     )
-
-
-def _small_deformations(result: ElastoplasticResult) -> Statement:
-    slope, strain = _slope_under(result), result.max_plastic_strain
-    caution = ""
-    if strain > LARGE_STRAIN:
-        caution = (
-            f"the largest plastic strain is {strain:.2g}, beyond the small strains of the model "
-            f"(about {LARGE_STRAIN:g}): read strains and pressures there as estimates"
-        )
-    elif slope > LARGE_DEFORMATION:
-        caution = (
-            f"the slope under the contact is {slope:.2g}, beyond the small deformations of the "
-            f"model (about {LARGE_DEFORMATION:g}): read areas and pressures as estimates"
-        )
-    text = (
-        "Equilibrium is that of bodies that keep their shape, and strains are small: those of "
-        "elasticity and plastic flow add up. The largest plastic strain is "
-        f"{percent(strain)}. "
-    )
-    if math.isfinite(slope):
-        text += (
-            f"The root-mean-square slope under the contact is {slope:.3g}, which for a sphere of "
-            f"radius R is that of a spot of radius a = {math.sqrt(2) * slope:.2g} R. "
-        )
-    return Statement(
-        "Small strains",
-        f"{text}Strain and slope should stay below about {LARGE_STRAIN:g}; from a/R = 0.16 on "
-        "large deformations change what a sphere carries (Mesarovic and Fleck 1999).",
-        caution,
-    )
-
-
-def _slope_under(result: ElastoplasticResult) -> float:
-    """Return the root-mean-square slope of the first gap under contact or plastic strain."""
-    gap = result.contact.initial_gap
-    under = result.contact.contact
-    if not under.any():
-        ny, nx = gap.shape
-        for body in result.bodies:
-            inside = np.s_[:, body.margin : body.margin + ny, body.margin : body.margin + nx]
-            under = under | body.accumulated[inside].any(axis=0)
-    square = np.zeros(gap.shape)
-    for slope in np.gradient(gap, *result.contact.surface.pixel):
-        square += slope * slope
-    known = square[under & np.isfinite(square)]
-    return math.sqrt(float(known.mean())) if known.size else math.nan
-
-
-def _hardening(result: ElastoplasticResult) -> Statement:
-    text = (
-        "Metal flows where the von Mises stress reaches the yield strength, without changing its "
-        "volume. The strength grows with the accumulated plastic strain, the same in all "
-        "directions: that metals yield earlier after a reversal of the load (Bauschinger effect) "
-        "is left out. It does not depend on speed, time or temperature; there is no creep, no "
-        "fracture and no change of phase."
-    )
-    yielding = [body.material for body in result.bodies]
-    perfect = any(
-        body.hardening is None
-        or isinstance(body.hardening, Perfect)
-        or (isinstance(body.hardening, Linear) and body.hardening.modulus == 0)
-        for body in yielding
-    )
-    if perfect:
-        text += (
-            " A perfectly plastic field has too few freedoms for the pressure of single pixels: "
-            "it scatters by 5 to 10 %, more at the rim of spots. Means over 3 × 3 pixels or over "
-            "spots are right; a little hardening removes the scatter."
-        )
-    beyond = [
-        body.material.hardening.strain[-1]
-        for body in result.bodies
-        if isinstance(body.material.hardening, Tabulated)
-        and body.max_plastic_strain > body.material.hardening.strain[-1]
-    ]
-    caution = ""
-    if beyond:
-        caution = (
-            f"the plastic strain exceeds {beyond[0]:.3g}, where the table of the yield strength "
-            "ends: beyond it the strength is taken as constant"
-        )
-    elif perfect and result.plastic_volume and result.contact.load:
-        caution = (
-            "without hardening the pressure of single pixels scatters by 5 to 10 %: use means "
-            "over 3 × 3 pixels or more, not the largest value"
-        )
-    return Statement("Isotropic hardening", text, caution)
-
-
-def _layers(result: ElastoplasticResult) -> Statement:
-    body = result.bodies[0]
-    thin, thick = (engineering(h, "m", 3) for h in (body.thickness[0], body.thickness[-1]))
-    text = (
-        f"Strain and stress are averages over layers, {thin} thick at the surface and {thick} at "
-        f"the bottom, {engineering(float(body.thickness.sum()), 'm', 3)} down; in the plane they "
-        "are values at the centres of pixels. Peaks narrower than that are cut."
-    )
-    if body.margin:
-        text += (
-            f" The volume goes on {counted(body.margin, 'pixel')} beyond each edge of the map, "
-            "and the body without end."
-        )
-    return Statement("Layers", text)
-
-
-def _path(result: ElastoplasticResult) -> Statement:
-    loads = [step.load for step in result.increments]
-    if not loads:
-        return Statement("", "")
-    turns = any(later < earlier for earlier, later in itertools.pairwise(loads))
-    text = (
-        f"The load was changed slowly, in {counted(len(loads), 'increment')}, up to "
-        f"{engineering(max(loads), 'N')}"
-        + (f", and ended at {engineering(loads[-1], 'N')}. " if turns else ". ")
-        + "The result depends on this path, and a little on the size of its increments. The "
-        "bodies are pressed together without tilting or sliding. They were free of stress before: "
-        "residual stress of machining is not in it."
-    )
-    caution = ""
-    if result.contact.load and any(_flows_back(body) for body in result.bodies):
-        caution = (
-            "the residual stress exceeds the yield strength, so that the bodies would flow again "
-            "on unloading: end the path at zero load (--unload on the command line) to see "
-            "what stays"
-        )
-    return Statement("Path of loads", text, caution)
-
-
-def _flows_back(body: PlasticBody) -> bool:
-    law = law_of(body.material)
-    over = body.residual_von_mises > (1 + _ROUNDING) * law.strength(body.accumulated)
-    return bool(over.any())
-
-
-# Share of the yield strength by which the iteration may miss it.
-_ROUNDING = 1e-3

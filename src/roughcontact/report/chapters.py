@@ -15,7 +15,7 @@ from roughcontact.contact.spots import Spots
 from roughcontact.errors import InputError
 from roughcontact.material.material import Material
 from roughcontact.plots import maps, profiles
-from roughcontact.report import assumptions, page
+from roughcontact.report import assumptions, page, wording
 from roughcontact.report.page import Chapter, Row, Section, Table
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
@@ -214,7 +214,7 @@ def problem(
         ("Yield strength σ_Y", *(_strength(body.yield_strength) for body in bodies)),
     ]
     if laws or any(body.hardening is not None for body in bodies):
-        rows.append(("Hardening", *(assumptions.hardening(body) for body in bodies)))
+        rows.append(("Hardening", *(wording.hardening(body) for body in bodies)))
     if not laws:
         rows.append(("Hardness", *(_strength(body.hardness) for body in bodies)))
     first = (_strength(body.first_yield_pressure) for body in bodies)

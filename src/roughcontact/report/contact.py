@@ -19,7 +19,7 @@ from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE
 from roughcontact.contact.spots import Spots
 from roughcontact.errors import InputError
 from roughcontact.plots import curves, maps, profiles
-from roughcontact.report import assumptions, chapters, page, script
+from roughcontact.report import assumptions, chapters, page, regimes, script, wording
 from roughcontact.report.page import Chapter, Row, Section, Table
 from roughcontact.units import engineering, percent
 
@@ -103,7 +103,7 @@ def render(
         status=result.status,
         key_numbers=_key_numbers(result),
         regime=result.regime,
-        regime_text=assumptions.regime(result),
+        regime_text=regimes.regime(result),
         certificate=_certificate_in_short(result),
         warnings=result.warnings,
         cautions=[item.caution for item in stated if item.caution],
@@ -199,7 +199,7 @@ def _problem(result: ContactResult) -> Chapter:
     if result.moments is not None:
         about_y, about_x = (engineering(moment, "N m") for moment in result.moments)
         moments = [("Moments W·y, W·x (given)", f"{about_y}, {about_x}")]
-    ceiling = ("Pressure ceiling", assumptions.ceiling_origin(result))
+    ceiling = ("Pressure ceiling", wording.ceiling(result))
     return chapters.problem(result, [given, *moments], [ceiling])
 
 

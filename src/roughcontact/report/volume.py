@@ -14,7 +14,7 @@ import numpy as np
 
 from roughcontact.contact.solve import LOAD_TOLERANCE
 from roughcontact.plots import maps, profiles, volume
-from roughcontact.report import assumptions, chapters, page, script
+from roughcontact.report import assumptions_volume, chapters, page, regimes, script
 from roughcontact.report.page import Chapter, Row, Section, Table
 from roughcontact.units import counted, engineering, percent
 from roughcontact.volume import depth as sections
@@ -62,7 +62,7 @@ def render(
     """
     contact = result.contact
     spots = contact.spots()
-    stated = assumptions.volume_statements(result, spots)
+    stated = assumptions_volume.statements(result, spots)
     found = [
         *chapters.prepared(contact),
         _problem(result),
@@ -85,7 +85,7 @@ def render(
         status=result.status,
         key_numbers=_key_numbers(result),
         regime=result.regime,
-        regime_text=assumptions.volume_regime(result),
+        regime_text=regimes.volume_regime(result),
         certificate=_certificate_in_short(result),
         warnings=[note for note in result.warnings if note != result.status],
         cautions=[item.caution for item in stated if item.caution],

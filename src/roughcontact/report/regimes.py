@@ -1,0 +1,115 @@
+"""How far from elastic a result is, as a sentence with its numbers."""
+
+from __future__ import annotations
+
+from roughcontact.contact.result import (
+    BELOW_FIRST_YIELD,
+    BEYOND_CEILING,
+    BEYOND_HARDNESS,
+    SATURATED,
+    UNKNOWN,
+    YIELDING_BELOW,
+    ContactResult,
+)
+from roughcontact.material.material import softer
+from roughcontact.units import engineering, percent
+from roughcontact.volume.result import ElastoplasticResult
+
+
+def regime(result: ContactResult) -> str:
+    """Return the regime of a result as a sentence with its numbers.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+
+    Returns
+    -------
+    str
+        What yields, and where.
+    """
+    largest = engineering(result.max_pressure, "Pa", 3)
+    name = result.regime
+    if name == SATURATED:
+        share = percent(result.saturated_fraction / result.contact_fraction)
+        return (
+            f"The material yields at the surface: on {share} of the contact area the pressure is "
+            "at its ceiling, and the surface there keeps an indentation."
+        )
+    body = softer(result.material, result.counter_material)
+    if name == UNKNOWN and (body is None or body.hardness is None):
+        return (
+            f"No yield strength was given: whether the material bears the largest pressure of "
+            f"{largest} cannot be said."
+        )
+    assert body is not None
+    if name in (UNKNOWN, BEYOND_HARDNESS):
+        assert body.hardness is not None
+        hardness = engineering(body.hardness, "Pa", 3)
+        if name == UNKNOWN:
+            return (
+                f"The largest pressure, {largest}, stays below the hardness of the softer body, "
+                f"{hardness}. Whether it yields below the surface cannot be said without a yield "
+                "strength."
+            )
+        return (
+            f"The elastic pressure, up to {largest}, exceeds the hardness of the softer body, "
+            f"{hardness}, more than it can carry. The true contact area is larger, the true "
+            "pressure lower."
+        )
+    assert body.first_yield_pressure is not None
+    assert body.yield_strength is not None
+    first = engineering(body.first_yield_pressure, "Pa", 3)
+    if name == BELOW_FIRST_YIELD:
+        return (
+            f"Nothing yields: the largest pressure, {largest}, stays below {first}, at which a "
+            "sphere of the softer material first yields below its surface."
+        )
+    if name == YIELDING_BELOW:
+        return (
+            f"The material yields below the surface of the most loaded spots: the largest "
+            f"pressure, {largest}, exceeds {first}, at which a sphere first yields, but no point "
+            "reaches "
+            + ("the ceiling." if result.ceiling is not None else "three yield strengths.")
+            + " The pressures shown are those of an elastic body."
+        )
+    assert name == BEYOND_CEILING
+    times = result.max_pressure / body.yield_strength
+    return (
+        f"The elastic pressure, up to {largest}, is {times:.3g} times the yield strength of the "
+        "softer body, more than it can carry. The true contact area is larger, the true pressure "
+        "lower."
+    )
+
+
+def volume_regime(result: ElastoplasticResult) -> str:
+    """Return the regime of a result of the volume model as a sentence with its numbers.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        A state of the volume.
+
+    Returns
+    -------
+    str
+        What has yielded, and how deep.
+    """
+    if not result.plastic_volume:
+        share = percent(min(1 + result.yield_excess, 1.0))
+        return (
+            f"Nothing has yielded: the von Mises stress is at most {share} of the yield strength."
+        )
+    reached = engineering(result.plastic_depth, "m", 3)
+    strain = percent(result.max_plastic_strain)
+    text = f"Plastic strain, up to {strain}, reaches down to {reached}"
+    surface = (
+        " and up to the surface."
+        if result.plastic_at_surface
+        else "; the surface above it has stayed elastic."
+    )
+    if result.contact.load:
+        return text + surface
+    deepest = engineering(float(result.residual_displacement.max()), "m", 3)
+    return f"{text}{surface} The load is gone, and has left a dent of up to {deepest}."

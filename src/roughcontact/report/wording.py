@@ -1,0 +1,87 @@
+"""Materials, laws and ceilings in a few words."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.material.hardening import Linear, Swift, Tabulated
+from roughcontact.material.material import RIGID, Material, softer
+from roughcontact.units import engineering
+
+
+def ceiling(result: ContactResult) -> str:
+    """Return the ceiling of a result and where it comes from, without a full stop.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+
+    Returns
+    -------
+    str
+        Such as ``"3 GPa, three times the yield strength of the softer body"``.
+    """
+    ceiling = result.ceiling
+    if ceiling is None:
+        return "none: purely elastic"
+    if isinstance(ceiling, np.ndarray):
+        low, high = float(ceiling.min()), float(ceiling.max())
+        return (
+            f"given point by point, {engineering(low, 'Pa')} to "
+            + (engineering(high, "Pa") if math.isfinite(high) else "none")
+        )  # fmt: skip
+    text = engineering(float(ceiling), "Pa")
+    body = softer(result.material, result.counter_material)
+    if body is None or body.ceiling is None:
+        return f"{text}, as given"
+    automatic = math.isclose(float(ceiling), body.ceiling, rel_tol=1e-9)
+    whose = "" if _one_ceiling(result) else " of the softer body"
+    if body.yield_strength is None:
+        if automatic:
+            return f"{text}, the hardness{whose}"
+        return f"{text}, as given: {float(ceiling) / body.ceiling:.3g} times the hardness{whose}"
+    if automatic:
+        return f"{text}, three times the yield strength{whose}"
+    factor = float(ceiling) / body.yield_strength
+    return f"{text}, as given: {factor:.3g} times the yield strength{whose}"
+
+
+def hardening(body: Material) -> str:
+    """Return how a material hardens, in a few words.
+
+    Parameters
+    ----------
+    body : Material
+        The material.
+
+    Returns
+    -------
+    str
+        Such as ``"linear hardening, modulus 2 GPa"``.
+    """
+    law = body.hardening
+    if isinstance(law, Linear):
+        return f"linear hardening, modulus {engineering(law.modulus, 'Pa')}"
+    if isinstance(law, Swift):
+        strength = engineering(law.coefficient, "Pa")
+        return f"Swift hardening, {strength} ({law.offset:g} + 1e6 e)^{law.exponent:g}"
+    if isinstance(law, Tabulated):
+        last = engineering(law.stress[-1], "Pa")
+        return f"tabulated hardening, {last} from a strain of {law.strain[-1]:g} on"
+    if is_rigid(body):
+        return "rigid"
+    return "elastic" if body.yield_strength is None else "perfectly plastic"
+
+
+def _one_ceiling(result: ContactResult) -> bool:
+    ceilings = {result.material.ceiling, result.counter_material.ceiling}
+    return len(ceilings - {None}) == 1
+
+
+def is_rigid(body: Material) -> bool:
+    """Return whether a material is rigid."""
+    return body.young == RIGID.young
