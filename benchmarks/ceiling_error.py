@@ -6,8 +6,8 @@
 
 Spheres from first yield to full plasticity and periodic rough maps, perfectly plastic and
 hardening. Each is solved once with plasticity of the volume, with a row of ceilings, and with
-the ceiling that `comparison.recommended_ceiling` reads from the solution at three yield
-strengths. The line of `comparison.ceiling_factor` is fitted anew. The stored numbers are those of
+the ceiling that `ceiling.recommended_ceiling` reads from the solution at three yield
+strengths. The line of `ceiling.ceiling_factor` is fitted anew. The stored numbers are those of
 the tables of the page of assumptions, written with them, and of its chart.
 """
 
@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 import roughcontact as rc
+from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.material.hardening import Hardening, Linear, Perfect, Swift
 from roughcontact.surface import roughness, shapes, synthetic
 from roughcontact.theory import hertz
@@ -127,7 +128,7 @@ def rough(
 def recommended(both: rc.ModelComparison, place: int, boundary: str) -> dict[str, Any]:
     """Return what the rule reads from three yield strengths, and the errors of its ceiling."""
     usual = both.ceiling[both.factors.index(3.0)][place]
-    advice = comparison.recommended_ceiling(usual)
+    advice = recommended_ceiling(usual)
     assert advice is not None
     again = rc.solve(
         usual.surface, material=usual.material, load=usual.load, boundary=boundary,

@@ -21,6 +21,7 @@ WINGS = (
 
 # One-line methods of the public face that pass `self` on to a wing above, inside the function.
 DELEGATIONS: dict[str, set[str]] = {
+    "contact.result": {"contact.solve", "contact.stiffness", "formats.export", "report.contact"},
     "surface.surface": {"formats.export"},
 }
 

@@ -8,7 +8,8 @@ import xarray
 
 import roughcontact as rc
 from roughcontact.contact import archive
-from roughcontact.contact.archive import load_result, save_result
+from roughcontact.contact.archive import save_result
+from roughcontact.volume.archive import load_result
 
 STEEL = rc.Material(young=210e9, poisson=0.3, name="steel")
 YIELDING = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9, name="hard steel 1/3")

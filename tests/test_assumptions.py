@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import ContactResult
 from roughcontact.material.hardening import Swift
 from roughcontact.report import assumptions, regimes
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
-from roughcontact.volume.comparison import recommended_ceiling
 
 STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
 SOFT = rc.Material(70e9, 0.33, 0.3e9, name="aluminium")

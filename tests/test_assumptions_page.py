@@ -13,10 +13,10 @@ import scipy.optimize
 
 import ceiling_error
 import roughcontact as rc
+from roughcontact.contact.ceiling import ceiling_factor
 from roughcontact.material.hardening import Perfect
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
-from roughcontact.volume import comparison
 
 NU = 0.3
 STEEL = rc.Material(young=210e9, poisson=NU, yield_strength=1e9)
@@ -213,7 +213,7 @@ def test_the_tables_of_ceilings_are_those_of_the_stored_comparison() -> None:
 def test_the_regimes_have_the_ceilings_of_the_rule() -> None:
     formula = re.search(r"f = ([\d.]+) \+ ([\d.]+) log₁₀\(P/P_c\)", TEXT)
     start, slope = float(formula[1]), float(formula[2])
-    assert comparison.ceiling_factor(10) == pytest.approx(start + slope, rel=1e-12)
+    assert ceiling_factor(10) == pytest.approx(start + slope, rel=1e-12)
     assert ceiling_error.stored()["fit"] == pytest.approx([start, slope], abs=0.02)
     # E*a/(σ_Y R) of a sphere whose mean pressure is the ceiling.
     first = 1.295 * math.exp(0.736 * NU)
@@ -221,7 +221,7 @@ def test_the_regimes_have_the_ceilings_of_the_rule() -> None:
         r"\| (\d+) to (\d+) \| (\d+) to (\d+) \| ([\d.]+) to ([\d.]+) σ_Y", TEXT
     ):
         loads, indices, factors = (tuple(map(float, words[i : i + 2])) for i in (0, 2, 4))
-        expected = [comparison.ceiling_factor(load) for load in loads]
+        expected = [ceiling_factor(load) for load in loads]
         assert factors == pytest.approx(expected, abs=0.06)
         assert indices == pytest.approx(
             [

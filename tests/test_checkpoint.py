@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact import archive, resume
-from roughcontact.contact.archive import load_elastoplastic
+from roughcontact.contact import resume
 from roughcontact.material.hardening import Swift
+from roughcontact.volume import archive
+from roughcontact.volume.archive import load_elastoplastic
 from roughcontact.volume.loop import Progress
 from roughcontact.volume.result import ElastoplasticResult
 from roughcontact.volume.solve import solve_elastoplastic

@@ -23,6 +23,7 @@ from roughcontact.plots import maps
 from roughcontact.request import outputs
 from roughcontact.solvers.progress import Step
 from roughcontact.theory import hertz
+from roughcontact.volume import archive as volume_archive
 from roughcontact.volume import loop
 from roughcontact.volume import solve as elastoplastic
 
@@ -1168,7 +1169,7 @@ def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
     assert err == ""
     assert max(map(len, out.splitlines())) <= 80
     assert "linear hardening, modulus 2 GPa" in out
-    stored = archive.load_elastoplastic(output)
+    stored = volume_archive.load_elastoplastic(output)
     steel = roughcontact.Material(210e9, 0.3, hardening=hardening.Linear(1e9, 2e9))
     expected = roughcontact.solve_elastoplastic(
         stored.contact.surface, material=steel, load=100.0, increments=3
@@ -1190,7 +1191,7 @@ def test_the_volume_model_ends_without_load(tmp_path: Path, capsys: Capture) -> 
     output = tmp_path / "out.nc"
     assert app.main(["solve", *BALL, "--unload", "--output", str(output)]) == app.SOLVED
     assert "0 N after 100 N, in 4 increments\n" in capsys.readouterr().out
-    stored = archive.load_elastoplastic(output)
+    stored = volume_archive.load_elastoplastic(output)
     loads = [step.load for step in stored.increments]
     assert loads == pytest.approx([100 / 3, 200 / 3, 100, 0])
     assert not stored.contact.pressure.any()
@@ -1226,7 +1227,7 @@ def test_a_volume_run_is_kept_and_goes_on(
     assert all(path.exists() for path in outputs)
     folder = tmp_path / "steps"
     again = ["solve", *BALL, "--folder", str(folder)]
-    written, calls = archive.save_elastoplastic, []
+    written, calls = volume_archive.save_elastoplastic, []
 
     def save(result: Any, path: Path, carried: Any) -> None:
         calls.append(path.name)
@@ -1235,7 +1236,7 @@ def test_a_volume_run_is_kept_and_goes_on(
         written(result, path, carried)
 
     with monkeypatch.context() as patch:
-        patch.setattr(archive, "save_elastoplastic", save)
+        patch.setattr(volume_archive, "save_elastoplastic", save)
         assert app.main(again) == app.INTERRUPTED
     kept = ["step-0001.nc", "step-0002.nc"]
     assert files(folder) == {*kept, "volume.json"}
@@ -1244,12 +1245,12 @@ def test_a_volume_run_is_kept_and_goes_on(
     calls.clear()
     output = tmp_path / "resumed.nc"
     with monkeypatch.context() as patch:
-        patch.setattr(archive, "save_elastoplastic", save)
+        patch.setattr(volume_archive, "save_elastoplastic", save)
         calls += ["", "", ""]
         assert app.main([*again, "--output", str(output), "--json"]) == app.SOLVED
     assert calls[3:] == ["step-0003.nc"]
     shown = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
-    whole, resumed = (archive.load_elastoplastic(path) for path in (outputs[0], output))
+    whole, resumed = (volume_archive.load_elastoplastic(path) for path in (outputs[0], output))
     assert resumed.contact.pressure.tobytes() == whole.contact.pressure.tobytes()
     assert resumed.increments == whole.increments
     assert shown["regime"] == shown["volume"]["regime"] == whole.regime

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import roughcontact as rc
-from roughcontact.contact.solve import check_memory, memory_estimate
+from roughcontact.contact.checks import check_memory, memory_estimate
 from roughcontact.halfspace import convolution
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
@@ -642,7 +642,7 @@ def test_a_wrong_operator_is_not_certified_away(independent, monkeypatch):
     def wrong(shape, pixel, modulus, **options):
         return true(shape, pixel, modulus / 1.01, **options)
 
-    monkeypatch.setitem(rc.contact.solve._BOUNDARIES, "free", wrong)
+    monkeypatch.setitem(rc.contact.operators._BOUNDARIES, "free", wrong)
     result = rc.solve(reference(64), material=STEEL, load=LOAD)
     assert result.converged
     assert independent.judge(result).certificate > 1e-3

@@ -19,10 +19,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import roughcontact as rc
-from roughcontact.contact.archive import load_elastoplastic
 from roughcontact.files import to_json
 from roughcontact.formats import export
 from roughcontact.material.hardening import Linear
+from roughcontact.volume.archive import load_elastoplastic
 
 MEASUREMENTS = Path(__file__).parents[1] / ".." / "shared" / "measurements"
 

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import roughcontact as rc
-from roughcontact.contact import load_history as history
 from roughcontact.contact import solve
-from roughcontact.contact.load_history import LoadHistory, Stage, load_history, passes
+from roughcontact.contact.history import UNITS, LoadHistory, Stage, passes
+from roughcontact.contact.load_history import TOLERANCE, load_history
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 HARD = rc.Material(210e9, 0.3, 3e9, "hard steel")
@@ -60,7 +60,7 @@ def test_reloading_finds_the_same_pressure_and_no_new_saturation(boundary: str) 
     again = load_history(rough(), [1.0, 0.4, 0.0, 0.7, 1.0], **options)
     # An error of ε ‖p‖ in the projected pressure is at most a few times that in the pressure.
     off = np.linalg.norm(again.last.pressure - first.last.pressure)
-    assert off <= 10 * history.TOLERANCE * np.linalg.norm(first.last.pressure)
+    assert off <= 10 * TOLERANCE * np.linalg.norm(first.last.pressure)
     assert again.steps[-1].approach == pytest.approx(first.steps[0].approach, rel=1e-8)
     volume = again.column("indentation_volume")
     assert volume[0] > 0
@@ -346,8 +346,8 @@ def test_saved_csv_keeps_every_number(found: LoadHistory, tmp_path: Path) -> Non
     found.save(tmp_path / "history.csv")
     with (tmp_path / "history.csv").open(newline="", encoding="utf-8") as stream:
         head, *rows = csv.reader(stream)
-    assert head == [f"{name} [{unit}]" for name, unit in history.UNITS.items()]
-    for number, name in enumerate(history.UNITS):
+    assert head == [f"{name} [{unit}]" for name, unit in UNITS.items()]
+    for number, name in enumerate(UNITS):
         assert [float(row[number]) for row in rows] == found.column(name).tolist()
 
 

@@ -12,7 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import roughcontact as rc
-from roughcontact.contact import load_curve, solve
+from roughcontact.contact import load_curve
+from roughcontact.contact.curve import UNITS
+from roughcontact.contact.stiffness import stiffness
 from roughcontact.theory import hertz, persson
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
@@ -30,7 +32,7 @@ def ball(n: int, radius: float = 0.01, side: float = 64e-6) -> rc.Surface:
 
 
 def numbers(curve: rc.LoadCurve) -> list[tuple[float, ...]]:
-    names = [name for name in load_curve.UNITS if name != "seconds"]
+    names = [name for name in UNITS if name != "seconds"]
     return [tuple(curve.column(name).tolist()) for name in names]
 
 
@@ -79,7 +81,7 @@ def test_stiffness_is_the_slope_of_the_curve(ceiling: float | None, boundary: st
     assert (near.contact == here.contact).all()
     assert (near.saturated == here.saturated).all()
     slope = (near.load - here.load) / (near.approach - here.approach)
-    assert solve.stiffness(here) == pytest.approx(slope, rel=1e-4)
+    assert stiffness(here) == pytest.approx(slope, rel=1e-4)
 
 
 def test_stiffness_of_a_circle_is_twice_modulus_times_radius() -> None:

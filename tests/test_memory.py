@@ -8,7 +8,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.contact import solve
-from roughcontact.contact.solve import check_memory, memory_estimate
+from roughcontact.contact.checks import check_memory, memory_estimate
 
 psutil = pytest.importorskip("psutil")
 

@@ -14,8 +14,9 @@ from matplotlib.image import imread
 from numpy.typing import NDArray
 
 from roughcontact import plots
-from roughcontact.contact.load_curve import LoadCurve, LoadStep
-from roughcontact.contact.load_history import Stage, load_history
+from roughcontact.contact.curve import LoadCurve, LoadStep
+from roughcontact.contact.history import Stage
+from roughcontact.contact.load_history import load_history
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import solve
 from roughcontact.errors import InputError, RoughcontactError

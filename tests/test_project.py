@@ -11,8 +11,8 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.cli import app
-from roughcontact.contact.archive import load_elastoplastic
 from roughcontact.fleet import engines, plan, project
+from roughcontact.volume.archive import load_elastoplastic
 
 Capture = pytest.CaptureFixture[str]
 

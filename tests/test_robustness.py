@@ -63,7 +63,7 @@ def test_a_wrong_answer_is_seen(monkeypatch):
     with monkeypatch.context() as patch:
         # A modulus that is 1 % off, which the program itself cannot see.
         patch.setitem(
-            rc.contact.solve._BOUNDARIES, "free",
+            rc.contact.operators._BOUNDARIES, "free",
             lambda shape, pixel, modulus, **options: true(shape, pixel, modulus / 1.01, **options),
         )  # fmt: skip
         outcome = robustness.attempt(case)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact import resolution_study
+from roughcontact.contact import study
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 
@@ -24,7 +24,7 @@ def noisy(rms: float = 5e-9) -> np.ndarray:
 def test_everything_is_converged_on_a_smooth_ball() -> None:
     found = looked_at(ceiling=None)
     assert [grid.value for grid in found.grids] == [4, 2, 1, 0.5]
-    assert all(found.independent(name) for name in resolution_study.QUANTITIES)
+    assert all(found.independent(name) for name in study.QUANTITIES)
     assert "contact area, maximum pressure, mean pressure" in found.sentences[0]
     assert not any("Not converged" in sentence for sentence in found.sentences)
     modulus = 210e9 / 0.91
@@ -108,14 +108,14 @@ def test_a_ceiling_too_low_for_the_load_is_said() -> None:
 
 
 def test_a_grid_that_does_not_fit_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    real = rc.contact.solve.check_memory
+    real = rc.contact.checks.check_memory
 
     def small(shape: tuple[int, int], **options: str) -> None:
         if shape[0] > 128:
             raise rc.InsufficientMemoryError("too much")
         real(shape, **options)
 
-    monkeypatch.setattr(rc.contact.solve, "check_memory", small)
+    monkeypatch.setattr(rc.contact.checks, "check_memory", small)
     found = looked_at()
     assert [grid.value for grid in found.grids] == [4, 2, 1]
     assert "0.5 × the pixel was left out: too much" in found.sentences[-1]

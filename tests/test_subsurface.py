@@ -8,8 +8,7 @@ import pytest
 import xarray
 
 import roughcontact as rc
-from roughcontact.contact import solve as contact
-from roughcontact.contact import subsurface
+from roughcontact.contact import first_yield, subsurface
 from roughcontact.halfspace import stress, stress_summary, tensors
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
@@ -201,7 +200,7 @@ def test_onset_of_a_sphere(poisson, start):
     expected = hertz.first_yield_load(RADIUS, modulus, material.first_yield_pressure)
     a = hertz.contact_radius(expected, RADIUS, modulus)
     pixel = (a / 30, a / 30)
-    onset = subsurface.yield_onset(ball(96, pixel=pixel), material=material, start=start)
+    onset = rc.yield_onset(ball(96, pixel=pixel), material=material, start=start)
     # The pressure is asked for to 1 %, of which the fit of Jackson and Green takes a part.
     assert onset.contact.max_pressure == pytest.approx(material.first_yield_pressure, rel=0.01)
     assert onset.contact.load == pytest.approx(expected, rel=0.03)
@@ -213,8 +212,8 @@ def test_onset_in_the_counter_body_and_with_friction():
     soft = rc.Material(70e9, 0.33, yield_strength=0.2e9)
     options = {"material": rc.Material(210e9, 0.3), "counter_material": soft, "body": "second"}
     # The contact is 30 pixels in radius.
-    plain = subsurface.yield_onset(ball(radius=3.5e-3), **options)
-    sliding = subsurface.yield_onset(ball(radius=3.5e-3), friction=0.4, **options)
+    plain = rc.yield_onset(ball(radius=3.5e-3), **options)
+    sliding = rc.yield_onset(ball(radius=3.5e-3), friction=0.4, **options)
     assert plain.material is soft
     assert plain.contact.max_pressure == pytest.approx(soft.first_yield_pressure, rel=0.015)
     # With friction the load of first yield falls.
@@ -223,27 +222,27 @@ def test_onset_in_the_counter_body_and_with_friction():
 
 def test_onset_needs_a_yield_strength(monkeypatch):
     with pytest.raises(rc.InputError, match="no yield strength"):
-        subsurface.yield_onset(ball(), material=SOFT)
+        rc.yield_onset(ball(), material=SOFT)
     with pytest.raises(rc.InputError, match=r"body.*'third'"):
-        subsurface.yield_onset(ball(), material=STEEL, body="third")
+        rc.yield_onset(ball(), material=STEEL, body="third")
     with pytest.raises(rc.InputError, match=r"start.*-1"):
-        subsurface.yield_onset(ball(), material=STEEL, start=-1.0)
+        rc.yield_onset(ball(), material=STEEL, start=-1.0)
     monkeypatch.setattr(subsurface, "_SOLVES", 1)
     with pytest.raises(rc.ConvergenceError, match="after 1 contacts") as caught:
-        subsurface.yield_onset(ball(), material=STEEL)
+        rc.yield_onset(ball(), material=STEEL)
     assert caught.value.result.pressure.max() > 0
 
 
 def test_the_search_is_short(monkeypatch):
     loads = []
-    solve = contact.solve
+    solve = rc.solve
 
     def counted(*arguments, load, **options):
         loads.append(load)
         return solve(*arguments, load=load, **options)
 
-    monkeypatch.setattr(contact, "solve", counted)
-    onset = subsurface.yield_onset(ball(radius=2e-3), material=STEEL)
+    monkeypatch.setattr(first_yield, "solve", counted)
+    onset = rc.yield_onset(ball(radius=2e-3), material=STEEL)
     assert loads[-1] == onset.contact.load
     # From a hundred-thousandth of the load, along the power 1/3.
     assert len(loads) <= 6
@@ -255,7 +254,7 @@ def test_the_search_finds_any_power(power):
     while not known or abs(known[-1][1]) > 1e-6:
         # A power with a bend, like a contact that spreads over a map.
         known.append((at, power * (at - 2.0) + 0.3 * power * math.sin(at)))
-        at = subsurface._next(known)
+        at = first_yield._next(known)
         assert len(known) < 30
 
 

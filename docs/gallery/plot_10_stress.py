@@ -20,7 +20,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.contact.subsurface import subsurface_stress, yield_onset
+from roughcontact.contact.first_yield import yield_onset
+from roughcontact.contact.subsurface import subsurface_stress
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 

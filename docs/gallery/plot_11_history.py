@@ -16,7 +16,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.contact.load_history import load_history, passes
+from roughcontact.contact.history import passes
+from roughcontact.contact.load_history import load_history
 
 POINTS = 256
 

@@ -22,10 +22,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
+from roughcontact.contact.ceiling import ceiling_factor, recommended_ceiling
 from roughcontact.material.hardening import Linear, Swift
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
-from roughcontact.volume.comparison import ceiling_factor, recommended_ceiling
 
 POINTS = 40
 
@@ -99,7 +99,7 @@ axes.legend(frameon=False)
 # --------------------------------
 # A lower ceiling gives more area and approach. Where the error changes its sign the ceiling is right:
 # for the area along a line that grows with the logarithm of the load, from the pressure of first yield,
-# 1.6 σ_Y, to three yield strengths. This line is ``comparison.ceiling_factor``. Approach and map of
+# 1.6 σ_Y, to three yield strengths. This line is ``ceiling.ceiling_factor``. Approach and map of
 # pressures want a tenth to a quarter of a yield strength more.
 
 figure_error, panels = plt.subplots(1, 3, figsize=(11, 4.2), sharey=True, layout="constrained")

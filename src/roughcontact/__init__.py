@@ -1,13 +1,18 @@
 """Contact of measured rough surfaces: pressure, real contact area, saturated area and gap."""
 
 from roughcontact._version import __version__
-from roughcontact.contact.archive import load_result, save_result
-from roughcontact.contact.load_curve import LoadCurve, load_curve
-from roughcontact.contact.load_history import LoadHistory, Stage, load_history
-from roughcontact.contact.resolution_study import ResolutionStudy, resolution_study
+from roughcontact.contact.archive import save_result
+from roughcontact.contact.curve import LoadCurve
+from roughcontact.contact.first_yield import yield_onset
+from roughcontact.contact.history import LoadHistory, Stage
+from roughcontact.contact.load_curve import load_curve
+from roughcontact.contact.load_history import load_history
+from roughcontact.contact.resolution_study import resolution_study
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import solve
-from roughcontact.contact.subsurface import StressResult, subsurface_stress, yield_onset
+from roughcontact.contact.stress import StressResult
+from roughcontact.contact.study import ResolutionStudy
+from roughcontact.contact.subsurface import subsurface_stress
 from roughcontact.errors import (
     CapacityError,
     ConvergenceError,
@@ -22,6 +27,7 @@ from roughcontact.solvers.progress import Step
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.surface.synthetic import reference_map, self_affine
+from roughcontact.volume.archive import load_result
 from roughcontact.volume.comparison import ModelComparison, compare_models
 from roughcontact.volume.result import ElastoplasticResult
 from roughcontact.volume.solve import solve_elastoplastic

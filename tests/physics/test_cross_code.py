@@ -67,7 +67,7 @@ def test_the_certificate_tells_what_other_settings_leave(rows):
 def test_the_comparison_would_see_a_wrong_kernel(monkeypatch):
     true = convolution.free
     monkeypatch.setitem(
-        rc.contact.solve._BOUNDARIES, "free",
+        rc.contact.operators._BOUNDARIES, "free",
         lambda shape, pixel, modulus, **o: true(shape, pixel, modulus * (1 + 1e-6), **o),
     )  # fmt: skip
     stored = problems.load("aspher")[1]["tight", "rough-64"]

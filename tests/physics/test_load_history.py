@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact.load_history import Stage, load_history
+from roughcontact.contact.history import Stage
+from roughcontact.contact.load_history import load_history
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 MODULUS = 210e9 / 0.91

@@ -497,7 +497,8 @@ def _history(
     as_json: _Json = False,
     quiet: _Quiet = False,
 ) -> None:  # fmt: skip
-    from roughcontact.contact import load_history
+    from roughcontact.contact.history import Stage
+    from roughcontact.contact.load_history import load_history
     from roughcontact.plots import curves
 
     if path is None:
@@ -508,7 +509,7 @@ def _history(
         raise InputError(f"--passes must be at least 1, got {count}")
     move = (0.0, 0.0) if shift is None else OPTIONS["offset"].parse(shift, "--shift")
     stages = [
-        load_history.Stage(**{control: value}, shift=(number * move[0], number * move[1]))
+        Stage(**{control: value}, shift=(number * move[0], number * move[1]))
         for number in range(count)
         for control, value in points
     ]
@@ -529,7 +530,7 @@ def _history(
         del problem["precision"]
         if problem["tolerance"] is None:
             del problem["tolerance"]
-        found = load_history.load_history(
+        found = load_history(
             maps[0],
             stages,
             **problem,

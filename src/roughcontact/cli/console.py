@@ -19,11 +19,11 @@ from rich.text import Text
 from roughcontact.request import options
 
 if TYPE_CHECKING:
-    from roughcontact.contact.load_curve import LoadCurve
-    from roughcontact.contact.load_history import LoadHistory
-    from roughcontact.contact.resolution_study import ResolutionStudy
+    from roughcontact.contact.curve import LoadCurve
+    from roughcontact.contact.history import LoadHistory
     from roughcontact.contact.result import ContactResult
-    from roughcontact.contact.subsurface import StressResult
+    from roughcontact.contact.stress import StressResult
+    from roughcontact.contact.study import ResolutionStudy
     from roughcontact.fleet.plan import Report
     from roughcontact.formats.source import Channel
     from roughcontact.material.catalogue import Entry

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughcontact import netcdf
 from roughcontact.contact.result import ContactResult
@@ -21,7 +19,6 @@ from roughcontact.material import hardening
 from roughcontact.material.material import Material
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
-from roughcontact.volume.result import ElastoplasticResult, Increment, PlasticBody
 
 if TYPE_CHECKING:
     import xarray
@@ -48,7 +45,7 @@ _NUMBERS = {
 _WORDS = ("boundary", "precision", "control", "status", "version")
 _COUNTS = ("iterations", "convolutions")
 _PAIRS = {"tilt": "1", "moments": "N m"}
-_BODIES = ("material", "counter_material")
+BODIES = ("material", "counter_material")
 
 
 def surface_to_dataset(surface: Surface) -> xarray.Dataset:
@@ -118,7 +115,7 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
     elif result.ceiling is not None:
         attributes["ceiling"] = result.ceiling
         attributes["ceiling_units"] = "Pa"
-    for body in _BODIES:
+    for body in BODIES:
         material: Material = getattr(result, body)
         attributes[f"{body}_name"] = material.name
         attributes[f"{body}_young"] = material.young
@@ -199,7 +196,7 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
     OSError
         If the file cannot be written; an old file survives.
     """
-    _require_suffix(path)
+    require_suffix(path)
     dataset = to_dataset(result)
     # Most pixels carry nothing: these two shrink to little; heights would not.
     packed = {name: {"zlib": True, "complevel": 1} for name in ("pressure", "saturated")}
@@ -207,7 +204,7 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
         dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
 
 
-def load_result(path: str | os.PathLike[str]) -> ContactResult:
+def load_contact(path: str | os.PathLike[str]) -> ContactResult:
     """Read a result that `ContactResult.save` wrote.
 
     Parameters
@@ -225,26 +222,27 @@ def load_result(path: str | os.PathLike[str]) -> ContactResult:
     FormatError
         If the file is missing, damaged or not a result of this program.
     """
-    dataset = _opened(path)
-    with _refused(path, "ContactResult"):
-        return _from_dataset(dataset)
+    dataset = opened(path)
+    with refused(path, "ContactResult"):
+        return from_dataset(dataset)
 
 
-def _require_suffix(path: str | os.PathLike[str]) -> None:
+def require_suffix(path: str | os.PathLike[str]) -> None:
+    """Raise `InputError` unless a name ends in ``.nc``."""
     if Path(path).suffix.lower() != ".nc":
         raise InputError(f"must end in .nc, got {str(path)!r}", argument="path", value=str(path))
 
 
-def _opened(path: str | os.PathLike[str]) -> xarray.Dataset:
+def opened(path: str | os.PathLike[str]) -> xarray.Dataset:
     """Return the content of a file."""
     if not Path(path).is_file():
         raise FormatError(f"{path} does not exist or is no file; check its name")
-    with _refused(path, "ContactResult"), netcdf.opened(Path(path)) as dataset:
+    with refused(path, "ContactResult"), netcdf.opened(Path(path)) as dataset:
         return dataset.load()
 
 
 @contextmanager
-def _refused(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
+def refused(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
     """Turn whatever goes wrong with the content of a file into one error."""
     try:
         yield
@@ -257,7 +255,8 @@ def _refused(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
         ) from None
 
 
-def _from_dataset(dataset: xarray.Dataset) -> ContactResult:
+def from_dataset(dataset: xarray.Dataset) -> ContactResult:
+    """Return the result that `to_dataset` put into a dataset."""
     attributes = dataset.attrs
     maps = {}
     for name in _MAPS:
@@ -289,7 +288,7 @@ def _from_dataset(dataset: xarray.Dataset) -> ContactResult:
             hardness=_optional(attributes, f"{body}_hardness"),
             hardening=_law(attributes.get(f"{body}_hardening")),
         )
-        for body in _BODIES
+        for body in BODIES
     }
     scalars: dict[str, Any] = {name: float(attributes[name]) for name in _NUMBERS}
     scalars |= {name: str(attributes[name]) for name in _WORDS}
@@ -319,192 +318,3 @@ def _optional(attributes: dict[str, Any], name: str) -> float | None:
 
 def _law(text: Any) -> hardening.Hardening | None:
     return None if text is None else hardening.from_text(str(text))
-
-
-_COMPONENTS = ("zz", "(xx-yy)/2", "xy", "xz", "yz")
-_TENSORS = {
-    "plastic_strain": ("1", "plastic strain"),
-    "stress": ("Pa", "deviator of the stress under load, average over the layer"),
-    "residual_stress": ("Pa", "deviator of the stress by the plastic strain alone"),
-}
-_FIELDS = {
-    "accumulated": ("1", "accumulated plastic strain"),
-    "mean_stress": ("Pa", "a third of the trace of the stress under load"),
-    "mean_residual_stress": ("Pa", "a third of the trace of the stress by plastic strain alone"),
-}
-_STEPS = {
-    "load": "N",
-    "approach": "m",
-    "contact_area": "m2",
-    "max_pressure": "Pa",
-    "max_plastic_strain": "1",
-    "plastic_volume": "m3",
-    "convolutions": "1",
-}
-
-
-# Most of the volume carries no plastic strain. Bytes of like weight stand together: half the time,
-# a tenth less space.
-_PACKED = {"zlib": True, "complevel": 1, "shuffle": True}
-_CARRIED = "carried_"
-
-
-def save_elastoplastic(
-    result: ElastoplasticResult,
-    path: str | os.PathLike[str],
-    carried: Mapping[str, NDArray[Any]] | None = None,
-) -> None:
-    """Write an elastic-plastic result to a NetCDF file; `load_result` reads its contact.
-
-    Parameters
-    ----------
-    result : ElastoplasticResult
-        The result.
-    path : str or path
-        File to write; an old one is replaced when the new one is complete.
-    carried : mapping of ndarray, optional
-        What a run needs besides the result to go on to the same bits, for `load_step`.
-
-    Raises
-    ------
-    InputError
-        If the suffix is not ``.nc``.
-    OSError
-        If the file cannot be written; an old file survives.
-    """
-    _require_suffix(path)
-    dataset = to_dataset(result.contact)
-    unit = {"units": "m", "long_name": "displacement of the surface by plastic strain"}
-    dataset["residual_displacement"] = (("y", "x"), result.residual_displacement, unit)
-    packed = {"pressure": _PACKED}
-    for name, body in zip(_yielding(result.contact), result.bodies, strict=True):
-        volume = ("layer", "volume_y", "volume_x")
-        units = {"units": "m", "long_name": "thickness of the layer"}
-        dataset[f"{name}_thickness"] = ("layer", body.thickness, units)
-        for field, (unit_name, text) in (_TENSORS | _FIELDS).items():
-            dims = (volume[0], "component", *volume[1:]) if field in _TENSORS else volume
-            about = {"units": unit_name, "long_name": text}
-            dataset[f"{name}_{field}"] = (dims, getattr(body, field), about)
-            packed[f"{name}_{field}"] = _PACKED
-        dataset.attrs["volume_margin"] = body.margin
-    dataset["component"] = ("component", list(_COMPONENTS))
-    for field, unit_name in _STEPS.items():
-        values = np.array([getattr(step, field) for step in result.increments])
-        dataset[f"increment_{field}"] = ("increment", values, {"units": unit_name})
-    counts = [step.iterations for step in result.increments]
-    residuals = [residual for step in result.increments for residual in step.residuals]
-    about = {"units": "1", "long_name": "iterations of the loop"}
-    dataset["increment_iterations"] = ("increment", np.array(counts), about)
-    about = {"units": "1", "long_name": "residual after each iteration, increment by increment"}
-    dataset["iteration_residual"] = ("iteration", np.array(residuals), about)
-    dataset.attrs |= {
-        "elastoplastic_status": result.status,
-        "elastoplastic_precision": result.precision,
-        "elastoplastic_tolerance": result.tolerance,
-        "elastoplastic_seconds": result.seconds,
-        "elastoplastic_version": result.version,
-        "yield_excess": result.yield_excess,
-        # The contact alone knows no plastic strain: its words on yield would be wrong.
-        "regime": result.regime,
-        "warnings": "\n".join(result.warnings),
-    }
-    for key, array in (carried or {}).items():
-        name = f"{_CARRIED}{key}"
-        # HDF5 packs no array without numbers.
-        if array.size:
-            dataset[name] = ([f"{name}_{axis}" for axis in range(array.ndim)], array)
-            packed[name] = _PACKED
-    with replacing(path) as temporary:
-        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
-
-
-def load_elastoplastic(path: str | os.PathLike[str]) -> ElastoplasticResult:
-    """Read a result that `ElastoplasticResult.save` wrote.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Returns
-    -------
-    ElastoplasticResult
-        The same result; every number keeps its bits, so a run can go on from it.
-
-    Raises
-    ------
-    FormatError
-        If the file is missing, damaged or not an elastic-plastic result of this program.
-    """
-    return load_step(path)[0]
-
-
-def load_step(
-    path: str | os.PathLike[str],
-) -> tuple[ElastoplasticResult, dict[str, NDArray[Any]]]:
-    """Read a result of `save_elastoplastic`, and what the run carried on to the next load.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Returns
-    -------
-    result : ElastoplasticResult
-        See `load_elastoplastic`.
-    carried : dict of ndarray
-        As it was given, but for arrays without numbers.
-
-    Raises
-    ------
-    FormatError
-        As for `load_elastoplastic`.
-    """
-    dataset = _opened(path)
-    with _refused(path, "ElastoplasticResult"):
-        contact = _from_dataset(dataset)
-        attributes = dataset.attrs
-        bodies = []
-        for name in _yielding(contact):
-            arrays = {
-                field: np.array(dataset[f"{name}_{field}"].values)
-                for field in ("thickness", *_TENSORS, *_FIELDS)
-            }
-            body = PlasticBody(
-                material=getattr(contact, name),
-                pixel_area=contact.pixel_area,
-                margin=int(attributes["volume_margin"]),
-                **arrays,
-            )
-            bodies.append(body)
-        columns = {field: dataset[f"increment_{field}"].values.tolist() for field in _STEPS}
-        residuals = iter(dataset["iteration_residual"].values.tolist())
-        columns["residuals"] = [
-            tuple(islice(residuals, count))
-            for count in dataset["increment_iterations"].values.tolist()
-        ]
-        rows = zip(*columns.values(), strict=True)
-        result = ElastoplasticResult(
-            contact=contact,
-            residual_displacement=np.array(dataset["residual_displacement"].values),
-            bodies=tuple(bodies),
-            increments=tuple(Increment(**dict(zip(columns, row, strict=True))) for row in rows),
-            yield_excess=float(attributes["yield_excess"]),
-            precision=str(attributes["elastoplastic_precision"]),
-            tolerance=float(attributes["elastoplastic_tolerance"]),
-            status=str(attributes["elastoplastic_status"]),
-            seconds=float(attributes["elastoplastic_seconds"]),
-            version=str(attributes["elastoplastic_version"]),
-        )
-        carried = {
-            str(name).removeprefix(_CARRIED): np.array(values)
-            for name, values in dataset.data_vars.items()
-            if str(name).startswith(_CARRIED)
-        }
-        return result, carried
-
-
-def _yielding(contact: ContactResult) -> list[str]:
-    """Return which bodies of a contact yield."""
-    return [name for name in _BODIES if getattr(contact, name).yield_strength is not None]

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, fields
-from functools import cached_property
+from dataclasses import asdict, fields
 from itertools import pairwise
 from numbers import Real
 from pathlib import Path
@@ -15,232 +14,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact._version import __version__
-from roughcontact.contact import result, resume, solve
+from roughcontact.contact import resume, solve
+from roughcontact.contact.ceiling import resolved_ceiling
+from roughcontact.contact.curve import LoadCurve, LoadStep
+from roughcontact.contact.pair import initial_gap
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.stiffness import stiffness
 from roughcontact.errors import ConvergenceError, FormatError, InputError
-from roughcontact.files import replacing, to_json
+from roughcontact.files import replacing
 from roughcontact.material.material import RIGID, Material, contact_modulus
 from roughcontact.solvers.progress import Step
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
-from roughcontact.theory import persson
 
 Array = NDArray[np.float64]
-
-LOW_LOAD = 0.05
-"""Contact fraction up to which the area is taken as proportional to the load."""
-
-
-@dataclass(frozen=True)
-class LoadStep:
-    """The scalars of one solved load.
-
-    Parameters
-    ----------
-    load : float
-        W [N].
-    approach : float
-        ω [m].
-    contact_area : float
-        Real contact area [m²]: the pixels with pressure.
-    corrected_contact_area : float
-        The same without the excess of its rim; see `ContactResult.corrected_contact_area` [m²].
-    saturated_area : float
-        Area at the ceiling [m²].
-    max_pressure : float
-        Largest pressure [Pa].
-    mean_gap : float
-        Mean open gap [m].
-    stiffness : float
-        dW/dω [N/m]; see `roughcontact.contact.solve.stiffness`.
-    spots : int
-        Number of contact spots.
-    mean_spot_area, largest_spot_area : float
-        Of the contact spots [m²].
-    certificate, load_error : float
-        How exactly the step is solved.
-    convolutions : int
-        On the full grid.
-    seconds : float
-        Wall time of the solve.
-    """
-
-    load: float
-    approach: float
-    contact_area: float
-    corrected_contact_area: float
-    saturated_area: float
-    max_pressure: float
-    mean_gap: float
-    stiffness: float
-    spots: int
-    mean_spot_area: float
-    largest_spot_area: float
-    certificate: float
-    load_error: float
-    convolutions: int
-    seconds: float
-
-
-UNITS = {
-    "load": "N", "approach": "m", "contact_area": "m²", "corrected_contact_area": "m²",
-    "saturated_area": "m²", "max_pressure": "Pa", "mean_gap": "m", "stiffness": "N/m",
-    "spots": "1", "mean_spot_area": "m²", "largest_spot_area": "m²", "certificate": "1",
-    "load_error": "1", "convolutions": "1", "seconds": "s",
-}  # fmt: skip
-"""Unit of each field of a `LoadStep`."""
-
-
-@dataclass(frozen=True, eq=False)
-class LoadCurve:
-    """Contact against load, and what the simple laws say about it.
-
-    Parameters
-    ----------
-    steps : tuple of LoadStep
-        The solved loads, ascending.
-    control : {"load", "approach"}
-        Which of the two was given.
-    nominal_area : float
-        Area of the whole map [m²].
-    contact_modulus : float
-        E* [Pa].
-    rms_gradient : float
-        h′ of the gap at first touch.
-    ceiling : float, ndarray of shape (ny, nx), or None
-        Largest pressure allowed [Pa].
-    boundary : {"free", "periodic"}
-        Whether the map is all there is, or one period.
-    source : str
-        Where the map came from.
-    preparation : tuple of str
-        What was done to it.
-    """
-
-    steps: tuple[LoadStep, ...]
-    control: str
-    nominal_area: float
-    contact_modulus: float
-    rms_gradient: float
-    ceiling: float | NDArray[np.float64] | None
-    boundary: str
-    source: str
-    preparation: tuple[str, ...]
-
-    def column(self, name: str) -> Array:
-        """Return one field of all steps, shape (n,); see `LoadStep` for names and units."""
-        if name not in UNITS:
-            raise InputError(
-                f"must be one of {', '.join(UNITS)}, got {name!r}", argument="name", value=name
-            )
-        return np.array([getattr(step, name) for step in self.steps], dtype=float)
-
-    @property
-    def constriction_length(self) -> Array:
-        """Length 2 (dW/dω)/E* [m], shape (n,).
-
-        Divided by the sum of the resistivities of the two bodies it is the electrical conductance
-        of the contact, and likewise the thermal one (Barber 2003, doi:10.1098/rspa.2002.1038); a
-        circle of radius a has 4 a.
-        """
-        return 2 * self.column("stiffness") / self.contact_modulus
-
-    @cached_property
-    def low_load_slope(self) -> float:
-        """κ of A = κ W/(E* h′), where no more than a twentieth of the map touches.
-
-        Least squares through the origin on the corrected contact area of the loads at which no
-        more than a tenth of it is saturated; NaN if there is none. Theory: √(2π) = 2.5 (Bush,
-        Gibson and Thomas 1975), √(8/π) = 1.6 (Persson 2001); boundary elements: 1.8 to 2.3 (Hyun
-        et al. 2004). It means something where there are many spots.
-        """
-        area, load = self.column("corrected_contact_area"), self.column("load")
-        saturated = self.column("saturated_area")
-        low = (area <= LOW_LOAD * self.nominal_area) & (saturated <= 0.1 * area) & (load > 0)
-        if not low.any():
-            return math.nan
-        slope = float(area[low] @ load[low] / (load[low] @ load[low]))
-        return slope * self.contact_modulus * self.rms_gradient
-
-    @property
-    def persson(self) -> tuple[Array, Array]:
-        """Contact and saturated area by Persson's theory [m²], each of shape (n,).
-
-        With a ceiling that differs from pixel to pixel its mean is taken. NaN where the mean
-        pressure exceeds the ceiling.
-        """
-        ceiling = self.ceiling
-        limit = None if ceiling is None else float(np.mean(ceiling))
-        pairs = []
-        for load in self.column("load"):
-            mean = float(load) / self.nominal_area
-            if mean == 0 or (limit is not None and mean > limit):
-                pairs.append((0.0, 0.0) if mean == 0 else (math.nan, math.nan))
-            else:
-                pairs.append(
-                    persson.persson_fractions(mean, self.contact_modulus, self.rms_gradient, limit)
-                )
-        table = np.array(pairs).reshape(-1, 2) * self.nominal_area
-        return table[:, 0], table[:, 1]
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the curve to a table.
-
-        Parameters
-        ----------
-        path : str or path
-            A name that ends in ``.csv`` (one row a load, units in the head) or ``.json``.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another one.
-        """
-        suffix = Path(path).suffix.lower()
-        if suffix not in (".csv", ".json"):
-            raise InputError(
-                f"must end in .csv or .json, got {str(path)!r}", argument="path", value=str(path)
-            )
-        contact_area, saturated_area = self.persson
-        extra = {
-            "constriction_length": ("m", self.constriction_length),
-            "persson_contact_area": ("m²", contact_area),
-            "persson_saturated_area": ("m²", saturated_area),
-        }
-        if suffix == ".csv":
-            names = [*UNITS, *extra]
-            units = [*UNITS.values(), *(unit for unit, _ in extra.values())]
-            lines = [",".join(f"{n} [{u}]" for n, u in zip(names, units, strict=True))]
-            for number, step in enumerate(self.steps):
-                values = [*asdict(step).values(), *(float(v[number]) for _, v in extra.values())]
-                lines.append(",".join(repr(value) for value in values))
-            text = "\n".join(lines) + "\n"
-        else:
-            text = to_json(self.summary()) + "\n"
-        with replacing(path) as temporary:
-            temporary.write_text(text, encoding="utf-8")
-
-    def summary(self) -> dict[str, Any]:
-        """Return the curve and its laws by name, in SI units, ready for JSON."""
-        contact_area, saturated_area = self.persson
-        ceiling = self.ceiling
-        return {
-            "source": self.source,
-            "preparation": list(self.preparation),
-            "control": self.control,
-            "boundary": self.boundary,
-            "nominal_area": self.nominal_area,
-            "contact_modulus": self.contact_modulus,
-            "rms_gradient": self.rms_gradient,
-            "ceiling": "per pixel" if isinstance(ceiling, np.ndarray) else ceiling,
-            "low_load_slope": self.low_load_slope,
-            **{name: self.column(name).tolist() for name in UNITS},
-            "constriction_length": self.constriction_length.tolist(),
-            "persson_contact_area": contact_area.tolist(),
-            "persson_saturated_area": saturated_area.tolist(),
-            "version": __version__,
-        }
 
 
 def load_curve(
@@ -353,14 +140,14 @@ max_iterations, precision
         if path is not None:
             _write_step(path, step, pressure)
         steps.append(step)
-    gap = result.initial_gap(surface, counter_surface)
+    gap = initial_gap(surface, counter_surface)
     return LoadCurve(
         steps=tuple(steps),
         control=control,
         nominal_area=surface.size[0] * surface.size[1],
         contact_modulus=contact_modulus(material, counter_material),
         rms_gradient=roughness.rms_gradient(gap, surface.pixel),
-        ceiling=solve.resolved_ceiling(ceiling, material, counter_material, surface.shape),
+        ceiling=resolved_ceiling(ceiling, material, counter_material, surface.shape),
         boundary=boundary,
         source=surface.provenance.source,
         preparation=surface.provenance.steps,
@@ -434,7 +221,7 @@ def _step(solved: ContactResult) -> LoadStep:
         saturated_area=solved.saturated_fraction * solved.pressure.size * solved.pixel_area,
         max_pressure=solved.max_pressure,
         mean_gap=solved.mean_gap,
-        stiffness=solve.stiffness(solved),
+        stiffness=stiffness(solved),
         spots=spots.count,
         mean_spot_area=float(spots.area.mean()) if spots.count else 0.0,
         largest_spot_area=float(spots.area[0]) if spots.count else 0.0,

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.contact import spots
-from roughcontact.errors import ConvergenceError, InsufficientMemoryError
+from roughcontact.contact import area, spots
+from roughcontact.contact.pair import initial_gap
 from roughcontact.material.material import Material, softer
 from roughcontact.surface.surface import Surface
-
-if TYPE_CHECKING:
-    from roughcontact.report.page import Section
 
 BELOW_FIRST_YIELD = "below first yield"
 YIELDING_BELOW = "yielding below the surface"
@@ -168,7 +164,7 @@ class ContactResult:
         Yastrebov, Anciaux and Molinari 2017, doi:10.1016/j.triboint.2017.04.023
         """
         elastic = self.contact & ~self.saturated
-        excess = rim_excess(self.contact, elastic, self.boundary) * self.pixel_area
+        excess = area.rim_excess(self.contact, elastic, self.boundary) * self.pixel_area
         return max(self.contact_area - excess, 0.0)
 
     @cached_property
@@ -194,7 +190,7 @@ class ContactResult:
     @cached_property
     def centre_of_pressure(self) -> tuple[float, float]:
         """Where the pressure acts: (y, x) from the centre of the map [m]; NaN without load."""
-        return centre_of_pressure(self.pressure, self.surface.pixel)
+        return area.centre_of_pressure(self.pressure, self.surface.pixel)
 
     @property
     def moment_error(self) -> float:
@@ -270,15 +266,15 @@ class ContactResult:
 
     def elastic(self) -> ContactResult:
         """Return the solution of the same problem without a ceiling; ``self`` if it has none."""
-        from roughcontact.contact import solve as contact
+        from roughcontact.contact import solve
 
-        return contact.elastic(self)
+        return solve.elastic(self)
 
     def stiffness(self) -> float:
-        """Return the contact stiffness dW/dω [N/m]; see `roughcontact.contact.solve.stiffness`."""
-        from roughcontact.contact import solve as contact
+        """Return the contact stiffness dW/dω [N/m]; see `roughcontact.contact.stiffness`."""
+        from roughcontact.contact import stiffness
 
-        return contact.stiffness(self)
+        return stiffness.stiffness(self)
 
     def summary(self) -> dict[str, Any]:
         """Return the scalar results by name, in SI units, ready for JSON."""
@@ -336,7 +332,7 @@ class ContactResult:
 
         export.save(self, path)
 
-    def report(self, path: str | Path, command: str = "", sections: Sequence[Section] = ()) -> None:
+    def report(self, path: str | Path, command: str = "", sections: Sequence[Any] = ()) -> None:
         """Write a report that needs no other file; see `roughcontact.report.contact.save`.
 
         Parameters
@@ -352,103 +348,6 @@ class ContactResult:
         -----
         Where the ceiling is reached, the same problem is solved without one for comparison.
         """
-        from roughcontact.report import contact as report
-        from roughcontact.report import page
+        from roughcontact.report import contact
 
-        page.check_path(path)
-        elastic = None
-        if self.saturated_fraction > 0:
-            try:
-                elastic = self.elastic()
-            except ConvergenceError as error:
-                # The chapter shows it as what it is.
-                elastic = error.result if isinstance(error.result, ContactResult) else None
-            except InsufficientMemoryError:
-                # The chapter says that there is none; the report stays worth having.
-                pass
-        report.save(self, path, elastic=elastic, command=command, sections=sections)
-
-
-def initial_gap(surface: Surface, counter_surface: Surface | None = None) -> NDArray[np.float64]:
-    """Return the gap at first touch.
-
-    Parameters
-    ----------
-    surface : Surface
-        The first body.
-    counter_surface : Surface, optional
-        The second body on the same grid; without it, a flat.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        ``max(z) - z`` [m] with z the heights, or the sum of both; NaN where a height is missing.
-    """
-    heights = surface.heights
-    if counter_surface is not None:
-        heights = heights + counter_surface.heights
-    # An empty maximum, unlike np.nanmax's warning, leaves NaN everywhere.
-    highest = np.fmax.reduce(heights, axis=None)
-    gap: NDArray[np.float64] = highest - heights
-    return gap
-
-
-def rim_excess(touching: NDArray[np.bool_], elastic: NDArray[np.bool_], boundary: str) -> float:
-    """Return by how many pixels an elastic rim makes a contact area too large.
-
-    Parameters
-    ----------
-    touching : ndarray of bool, shape (ny, nx)
-        Pixels with pressure.
-    elastic : ndarray of bool, shape (ny, nx)
-        Those of them at whose rim the pressure falls to zero.
-    boundary : {"free", "periodic"}
-        Whether the map goes on beyond its edges.
-
-    Returns
-    -------
-    float
-        (π - 1 + ln 2)/24 times the edges between an elastic pixel and one that does not touch.
-
-    References
-    ----------
-    Yastrebov, Anciaux and Molinari 2017, doi:10.1016/j.triboint.2017.04.023
-    """
-    rims = 0
-    for axis in (0, 1):
-        beyond, elastic_beyond = np.roll(touching, -1, axis), np.roll(elastic, -1, axis)
-        rim = (elastic & ~beyond) | (~touching & elastic_beyond)
-        rims += int(np.count_nonzero(rim if boundary == "periodic" else np.delete(rim, -1, axis)))
-    return (math.pi - 1 + math.log(2)) / 24 * rims
-
-
-def centre_of_pressure(
-    pressure: NDArray[np.float64], pixel: tuple[float, float]
-) -> tuple[float, float]:
-    """Return the point where the resultant of a pressure acts.
-
-    Parameters
-    ----------
-    pressure : ndarray, shape (ny, nx)
-        Contact pressure [Pa].
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-
-    Returns
-    -------
-    (float, float)
-        Its ``(y, x)`` from the centre of the map [m]; NaN without pressure.
-
-    Examples
-    --------
-    >>> centre_of_pressure(np.array([[0.0, 1.0], [0.0, 3.0]]), (1e-6, 2e-6))
-    (2.5e-07, 1e-06)
-    """
-    total = float(pressure.sum())
-    if total == 0:
-        return math.nan, math.nan
-    y, x = (
-        float((np.arange(line.size) - (line.size - 1) / 2) @ line) * edge / total
-        for line, edge in zip((pressure.sum(axis=1), pressure.sum(axis=0)), pixel, strict=True)
-    )
-    return y, x
+        contact.save_compared(self, path, command, sections)

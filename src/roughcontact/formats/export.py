@@ -39,17 +39,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._version import __version__
-from roughcontact.contact.archive import (
-    save_elastoplastic,
-    save_result,
-    surface_to_dataset,
-)
+from roughcontact.contact.archive import save_result, surface_to_dataset
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.files import replacing, to_json
 from roughcontact.formats.matrices import TEXT_MARK
 from roughcontact.halfspace import tensors
 from roughcontact.surface.surface import Surface
+from roughcontact.volume.archive import save_elastoplastic
 from roughcontact.volume.result import ElastoplasticResult, PlasticBody
 
 Array = NDArray[np.float64]

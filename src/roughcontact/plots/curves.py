@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roughcontact.contact.load_curve import LoadCurve
-from roughcontact.contact.load_history import SHAKEN_DOWN, LoadHistory
+from roughcontact.contact.curve import LoadCurve
+from roughcontact.contact.history import SHAKEN_DOWN, LoadHistory
 from roughcontact.plots.style import (
     DPI,
     ELASTIC,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roughcontact.contact.subsurface import StressResult
+from roughcontact.contact.stress import StressResult
 from roughcontact.errors import InputError
 from roughcontact.plots.labels import doubt, load_text
 from roughcontact.plots.style import (

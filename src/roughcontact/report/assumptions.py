@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import FEW_PIXELS, Spots
 from roughcontact.errors import InputError
@@ -16,7 +17,6 @@ from roughcontact.report import wording
 from roughcontact.report.wording import is_rigid
 from roughcontact.surface import roughness
 from roughcontact.units import counted, engineering, percent
-from roughcontact.volume.comparison import recommended_ceiling
 
 if TYPE_CHECKING:
     from roughcontact.volume.result import ElastoplasticResult

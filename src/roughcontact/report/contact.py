@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roughcontact.contact.load_curve import LOW_LOAD, LoadCurve
+from roughcontact.contact.curve import LOW_LOAD, LoadCurve
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE
 from roughcontact.contact.spots import Spots
-from roughcontact.errors import InputError
+from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError
 from roughcontact.plots import curves, maps, profiles
 from roughcontact.report import assumptions, chapters, page, regimes, script, wording
 from roughcontact.report.page import Chapter, Row, Section, Table
@@ -143,6 +143,30 @@ def save(
         result, elastic=elastic, curve=curve, sections=sections, command=command, date=date
     )
     page.write(text, path)
+
+
+def save_compared(
+    result: ContactResult, path: str | os.PathLike[str], command: str, sections: Sequence[Section]
+) -> None:
+    """Write a report of a result; one with saturated pixels is solved without a ceiling beside it.
+
+    Parameters
+    ----------
+    result, path, command, sections
+        As for `save`.
+    """
+    page.check_path(path)
+    elastic = None
+    if result.saturated_fraction > 0:
+        try:
+            elastic = result.elastic()
+        except ConvergenceError as error:
+            # The chapter shows it as what it is.
+            elastic = error.result if isinstance(error.result, ContactResult) else None
+        except InsufficientMemoryError:
+            # The chapter says that there is none; the report stays worth having.
+            pass
+    save(result, path, elastic=elastic, command=command, sections=sections)
 
 
 def _title(result: ContactResult) -> str:

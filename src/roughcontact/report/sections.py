@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from roughcontact import units
 
 if TYPE_CHECKING:
-    from roughcontact.contact.load_history import LoadHistory
-    from roughcontact.contact.resolution_study import ResolutionStudy
-    from roughcontact.contact.subsurface import StressResult
+    from roughcontact.contact.history import LoadHistory
+    from roughcontact.contact.stress import StressResult
+    from roughcontact.contact.study import ResolutionStudy
     from roughcontact.report.page import Section
 
 

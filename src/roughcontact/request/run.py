@@ -15,10 +15,10 @@ from roughcontact.request.outputs import FIGURES, Say
 from roughcontact.request.request import Request
 
 if TYPE_CHECKING:
-    from roughcontact.contact.load_curve import LoadCurve
-    from roughcontact.contact.resolution_study import ResolutionStudy
+    from roughcontact.contact.curve import LoadCurve
     from roughcontact.contact.result import ContactResult
-    from roughcontact.contact.subsurface import StressResult
+    from roughcontact.contact.stress import StressResult
+    from roughcontact.contact.study import ResolutionStudy
     from roughcontact.solvers.progress import Step
     from roughcontact.surface.surface import Surface
     from roughcontact.volume.result import ElastoplasticResult
@@ -209,10 +209,10 @@ def _figure_tasks(
 
 def first_yield(stress: StressResult) -> StressResult:
     """Return the contact of the same bodies at the load at which the first point yields."""
-    from roughcontact.contact import subsurface
+    from roughcontact.contact.first_yield import yield_onset
 
     contact = stress.contact
-    return subsurface.yield_onset(
+    return yield_onset(
         contact.surface,
         material=contact.material,
         counter_material=contact.counter_material,

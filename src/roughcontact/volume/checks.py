@@ -9,8 +9,8 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roughcontact.contact.solve import check_bodies, check_choice, check_surfaces
-from roughcontact.errors import CapacityError, InputError, require_positive
+from roughcontact.contact.checks import check_bodies, check_surfaces
+from roughcontact.errors import CapacityError, InputError, require_choice, require_positive
 from roughcontact.volume.body import law_of
 from roughcontact.volume.contact_solver import ContactSolver
 from roughcontact.volume.problem import Problem
@@ -38,9 +38,9 @@ def check_arguments(
         raise InputError(
             f"must be an ElastoplasticResult, got {type(start).__name__}", argument="start"
         )
-    check_choice("boundary", problem.boundary, ("free", "periodic"))
-    check_choice("precision", precision, ("double", "single"))
-    check_choice("on_failure", on_failure, ("raise", "return"))
+    require_choice(("free", "periodic"), boundary=problem.boundary)
+    require_choice(("double", "single"), precision=precision)
+    require_choice(("raise", "return"), on_failure=on_failure)
     counts = ("increments", increments), ("max_iterations", problem.max_iterations)
     for name, count in counts:
         if not isinstance(count, Integral) or count < 1:

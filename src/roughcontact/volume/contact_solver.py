@@ -7,8 +7,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.contact.result import initial_gap
-from roughcontact.contact.solve import operators
+from roughcontact.contact.operators import operators
+from roughcontact.contact.pair import initial_gap
 from roughcontact.errors import CapacityError, InputError
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import CEILING_FACTOR, contact_modulus

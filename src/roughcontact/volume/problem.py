@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughcontact.contact.result import initial_gap
+from roughcontact.contact.pair import initial_gap
 from roughcontact.errors import InputError
 from roughcontact.material.material import Material
 from roughcontact.surface.surface import Surface

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.contact.result import ContactResult, rim_excess
+from roughcontact.contact.area import rim_excess
+from roughcontact.contact.result import ContactResult
 from roughcontact.halfspace import tensors
 from roughcontact.material.material import Material
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from roughcontact.contact import resume
 from roughcontact.errors import FormatError, InputError
+from roughcontact.volume import archive
 from roughcontact.volume.problem import Problem
 from roughcontact.volume.result import ElastoplasticResult
 
@@ -51,10 +52,8 @@ def kept(
     path: Path, loads: list[float], problem: Problem
 ) -> tuple[ElastoplasticResult, dict[str, Array]]:
     """Return the state after some loads, and what the loop carries on from it."""
-    from roughcontact.contact.archive import load_step
-
     try:
-        result, carried = load_step(path)
+        result, carried = archive.load_step(path)
         asked = carried.pop("loads")
     except FormatError as error:
         raise FormatError(f"{error}; remove {path} to solve it again") from None
@@ -71,10 +70,8 @@ def kept(
 
 def save(result: ElastoplasticResult, path: Path, carried: Mapping[str, Array]) -> None:
     """Write the state after a load, and what the loop carries on from it."""
-    from roughcontact.contact.archive import save_elastoplastic
-
     try:
-        save_elastoplastic(result, path, carried)
+        archive.save_elastoplastic(result, path, carried)
     except OSError as error:
         reason = error.strerror or " ".join(str(error).split())
         raise InputError(

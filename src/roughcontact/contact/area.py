@@ -1,0 +1,69 @@
+"""Real contact area of a map of pixels, and where its pressure acts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def rim_excess(touching: NDArray[np.bool_], elastic: NDArray[np.bool_], boundary: str) -> float:
+    """Return by how many pixels an elastic rim makes a contact area too large.
+
+    Parameters
+    ----------
+    touching : ndarray of bool, shape (ny, nx)
+        Pixels with pressure.
+    elastic : ndarray of bool, shape (ny, nx)
+        Those of them at whose rim the pressure falls to zero.
+    boundary : {"free", "periodic"}
+        Whether the map goes on beyond its edges.
+
+    Returns
+    -------
+    float
+        (π - 1 + ln 2)/24 times the edges between an elastic pixel and one that does not touch.
+
+    References
+    ----------
+    Yastrebov, Anciaux and Molinari 2017, doi:10.1016/j.triboint.2017.04.023
+    """
+    rims = 0
+    for axis in (0, 1):
+        beyond, elastic_beyond = np.roll(touching, -1, axis), np.roll(elastic, -1, axis)
+        rim = (elastic & ~beyond) | (~touching & elastic_beyond)
+        rims += int(np.count_nonzero(rim if boundary == "periodic" else np.delete(rim, -1, axis)))
+    return (math.pi - 1 + math.log(2)) / 24 * rims
+
+
+def centre_of_pressure(
+    pressure: NDArray[np.float64], pixel: tuple[float, float]
+) -> tuple[float, float]:
+    """Return the point where the resultant of a pressure acts.
+
+    Parameters
+    ----------
+    pressure : ndarray, shape (ny, nx)
+        Contact pressure [Pa].
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+
+    Returns
+    -------
+    (float, float)
+        Its ``(y, x)`` from the centre of the map [m]; NaN without pressure.
+
+    Examples
+    --------
+    >>> centre_of_pressure(np.array([[0.0, 1.0], [0.0, 3.0]]), (1e-6, 2e-6))
+    (2.5e-07, 1e-06)
+    """
+    total = float(pressure.sum())
+    if total == 0:
+        return math.nan, math.nan
+    y, x = (
+        float((np.arange(line.size) - (line.size - 1) / 2) @ line) * edge / total
+        for line, edge in zip((pressure.sum(axis=1), pressure.sum(axis=0)), pixel, strict=True)
+    )
+    return y, x

@@ -1,0 +1,333 @@
+"""Load history: a path of loads and positions, and what saturated pixels leave behind."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from numbers import Real
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact._version import __version__
+from roughcontact.contact.result import ContactResult
+from roughcontact.errors import InputError
+from roughcontact.files import replacing
+from roughcontact.surface.surface import Surface
+
+Array = NDArray[np.float64]
+
+SHAKEN_DOWN = 1e-5
+"""Share of the whole indentation volume up to which a step counts as elastic."""
+
+# A load or approach is reached again if it is missed by no more than this part.
+_REACHED = 1e-6
+
+VOLUME_ACCOUNT = (
+    "the indented volume is lost: saturated pixels are lowered and nothing is raised in return "
+    "(no pile-up), pixels below the ceiling keep their height to the bit, and no other residual "
+    "displacement or stress stays behind"
+)
+"""What the model conserves and what it does not."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One point of a path: a load or an approach, at a lateral position.
+
+    Parameters
+    ----------
+    load : float, optional
+        Normal load W [N], 0 for bodies that just touch; give either this or ``approach``.
+    approach : float, optional
+        Approach ω from the first touch of the undeformed bodies at the first position [m]; where
+        they do not touch at it the load is 0.
+    shift : (float, float)
+        Lateral shift ``(y, x)`` of the counter-body from its first position [m], a whole number
+        of pixels.
+
+    Raises
+    ------
+    InputError
+        If a value cannot be used.
+    """
+
+    load: float | None = None
+    approach: float | None = None
+    shift: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse what is no point of a path."""
+        if (self.load is None) == (self.approach is None):
+            raise InputError("a stage needs either a load or an approach, and only one of them")
+        if self.load is not None and not (_is_finite(self.load) and self.load >= 0):
+            raise InputError(
+                f"must be finite and not negative [N], got {self.load!r}",
+                argument="load",
+                value=self.load,
+            )
+        if self.approach is not None and not _is_finite(self.approach):
+            raise InputError(
+                f"must be finite [m], got {self.approach!r}",
+                argument="approach",
+                value=self.approach,
+            )
+        try:
+            y, x = (float(length) for length in self.shift)
+        except (TypeError, ValueError):
+            y = x = math.nan
+        if not (math.isfinite(y) and math.isfinite(x)):
+            raise InputError(
+                f"must be a pair (y, x) of lengths [m], got {self.shift!r}",
+                argument="shift",
+                value=self.shift,
+            )
+        object.__setattr__(self, "shift", (y, x))
+
+
+@dataclass(frozen=True)
+class HistoryStep:
+    """The scalars of one solved stage.
+
+    Parameters
+    ----------
+    load : float
+        W [N].
+    approach : float
+        ω from the first touch of the undeformed bodies at the first position [m].
+    shift_y, shift_x : float
+        Lateral shift of the counter-body [m].
+    contact_area, saturated_area : float
+        Area with pressure, and at the ceiling [m²].
+    max_pressure : float
+        Largest pressure [Pa].
+    indentation_volume : float
+        Volume newly indented in this step [m³].
+    dissipated_energy : float
+        Ceiling times newly indented volume, summed over the pixels [J].
+    elastic_energy : float
+        Elastic energy stored at the end of the step, ½ Σ p u ΔxΔy [J].
+    certificate, load_error : float
+        How exactly the step is solved.
+    convolutions : int
+        On the full grid.
+    seconds : float
+        Wall time of the solve.
+    """
+
+    load: float
+    approach: float
+    shift_y: float
+    shift_x: float
+    contact_area: float
+    saturated_area: float
+    max_pressure: float
+    indentation_volume: float
+    dissipated_energy: float
+    elastic_energy: float
+    certificate: float
+    load_error: float
+    convolutions: int
+    seconds: float
+
+
+UNITS = {
+    "load": "N", "approach": "m", "shift_y": "m", "shift_x": "m", "contact_area": "m²",
+    "saturated_area": "m²", "max_pressure": "Pa", "indentation_volume": "m³",
+    "dissipated_energy": "J", "elastic_energy": "J", "certificate": "1", "load_error": "1",
+    "convolutions": "1", "seconds": "s",
+}  # fmt: skip
+"""Unit of each field of a `HistoryStep`."""
+
+
+@dataclass(frozen=True, eq=False)
+class LoadHistory:
+    """A path of loads and positions, and what it left behind.
+
+    Parameters
+    ----------
+    path : tuple of Stage
+        What was asked for.
+    steps : tuple of HistoryStep
+        What was found, one a stage.
+    indented_body : {"surface", "counter_surface"}
+        The body that keeps the indentation.
+    indentation : ndarray
+        Permanent lowering d ≥ 0 of that body [m], on its own grid; read-only.
+    origin : (int, int)
+        Pixel of ``indentation`` that faced pixel (0, 0) of the surface at the first position. It
+        is (0, 0) unless a counter-body without a map, a flat, was indented at several positions.
+    residual : Surface
+        That body with its indentation, unloaded.
+    last : ContactResult
+        The last stage. Its surfaces are those before the stage, its approach counts from their
+        first touch, and its ``residual_indentation`` is what the stage added.
+    """
+
+    path: tuple[Stage, ...]
+    steps: tuple[HistoryStep, ...]
+    indented_body: str
+    indentation: Array
+    origin: tuple[int, int]
+    residual: Surface
+    last: ContactResult
+
+    def column(self, name: str) -> Array:
+        """Return one field of all steps, shape (n,); see `HistoryStep` for names and units."""
+        if name not in UNITS:
+            raise InputError(
+                f"must be one of {', '.join(UNITS)}, got {name!r}", argument="name", value=name
+            )
+        return np.array([getattr(step, name) for step in self.steps], dtype=float)
+
+    @property
+    def hysteresis(self) -> tuple[Array, Array]:
+        """Approach [m] and load [N] of the steps, each of shape (n,)."""
+        return self.column("approach"), self.column("load")
+
+    @cached_property
+    def dissipated_energy(self) -> float:
+        """Energy dissipated along the whole path [J]."""
+        return math.fsum(self.column("dissipated_energy"))
+
+    @cached_property
+    def indentation_volume(self) -> float:
+        """Volume of the whole indentation [m³]."""
+        dy, dx = self.residual.pixel
+        return math.fsum(self.indentation.ravel()) * dy * dx
+
+    @cached_property
+    def shaken_down(self) -> bool:
+        """Whether going on along the path would stay elastic.
+
+        True if no step indents, or if after the last step that does (more than 1e-5 of the whole
+        volume) every position of the path has seen its largest load, or its largest approach,
+        again.
+        """
+        volume = self.column("indentation_volume")
+        plastic = np.flatnonzero(volume > SHAKEN_DOWN * self.indentation_volume)
+        if plastic.size == 0:
+            return True
+        wanted = self._largest(0)
+        seen = self._largest(int(plastic[-1]) + 1)
+        return all(
+            what in seen and seen[what] >= value - _REACHED * abs(value)
+            for what, value in wanted.items()
+        )
+
+    def _largest(self, first: int) -> dict[tuple[tuple[float, float], str], float]:
+        """Return the largest load and approach asked for at each position from a stage on."""
+        found: dict[tuple[tuple[float, float], str], float] = {}
+        for stage in self.path[first:]:
+            for control, value in (("load", stage.load), ("approach", stage.approach)):
+                if value is not None:
+                    what = stage.shift, control
+                    found[what] = max(found.get(what, value), value)
+        return found
+
+    def summary(self) -> dict[str, Any]:
+        """Return the history by name, in SI units, ready for JSON."""
+        last = self.last
+        ceiling = last.ceiling
+        return {
+            "source": last.surface.provenance.source,
+            "preparation": list(last.surface.provenance.steps),
+            "boundary": last.boundary,
+            "contact_modulus": last.contact_modulus,
+            "ceiling": "per pixel" if isinstance(ceiling, np.ndarray) else ceiling,
+            "tolerance": last.tolerance,
+            "indented_body": self.indented_body,
+            "indentation_volume": self.indentation_volume,
+            "max_indentation": float(self.indentation.max()),
+            "dissipated_energy": self.dissipated_energy,
+            "shaken_down": self.shaken_down,
+            "volume_account": VOLUME_ACCOUNT,
+            "control": ["approach" if s.load is None else "load" for s in self.path],
+            "steps": {name: self.column(name).tolist() for name in UNITS},
+            "version": __version__,
+        }
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the steps to a table.
+
+        Parameters
+        ----------
+        path : str or path
+            A name that ends in ``.csv`` (one row a step, units in the head) or ``.json`` (with
+            the totals).
+
+        Raises
+        ------
+        InputError
+            If the suffix is another one.
+        """
+        suffix = Path(path).suffix.lower()
+        if suffix not in (".csv", ".json"):
+            raise InputError(
+                f"must end in .csv or .json, got {str(path)!r}", argument="path", value=str(path)
+            )
+        if suffix == ".csv":
+            table = io.StringIO()
+            writer = csv.writer(table, lineterminator="\n")
+            writer.writerow([f"{name} [{unit}]" for name, unit in UNITS.items()])
+            writer.writerows([list(map(repr, asdict(step).values())) for step in self.steps])
+            text = table.getvalue()
+        else:
+            text = json.dumps(self.summary(), indent=2, ensure_ascii=False) + "\n"
+        with replacing(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+
+
+def passes(
+    loads: Sequence[float], count: int, shift: tuple[float, float] = (0.0, 0.0)
+) -> list[Stage]:
+    """Return the stages of a load cycle that is repeated, each time a step further.
+
+    Parameters
+    ----------
+    loads : sequence of float
+        Normal loads of one pass [N], in their order.
+    count : int
+        Number of passes.
+    shift : (float, float)
+        Lateral shift ``(y, x)`` of the counter-body from pass to pass [m].
+
+    Returns
+    -------
+    list of Stage
+        ``count × len(loads)`` stages, the first pass at the first position.
+
+    Raises
+    ------
+    InputError
+        If a value cannot be used.
+
+    Examples
+    --------
+    >>> [stage.load for stage in passes([1.0, 0.0], 2)]
+    [1.0, 0.0, 1.0, 0.0]
+    >>> passes([1.0], 3, shift=(0.0, 2e-6))[2].shift
+    (0.0, 4e-06)
+    """
+    if not isinstance(count, int) or count < 1:
+        raise InputError(
+            f"must be a positive integer, got {count!r}", argument="count", value=count
+        )
+    step = Stage(load=0.0, shift=shift).shift
+    return [
+        Stage(load=load, shift=(number * step[0], number * step[1]))
+        for number in range(count)
+        for load in loads
+    ]
+
+
+def _is_finite(value: Any) -> bool:
+    return isinstance(value, Real) and math.isfinite(value)
