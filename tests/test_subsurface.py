@@ -227,7 +227,7 @@ def test_onset_needs_a_yield_strength(monkeypatch):
         rc.yield_onset(ball(), material=STEEL, body="third")
     with pytest.raises(rc.InputError, match=r"start.*-1"):
         rc.yield_onset(ball(), material=STEEL, start=-1.0)
-    monkeypatch.setattr(subsurface, "_SOLVES", 1)
+    monkeypatch.setattr(first_yield, "_SOLVES", 1)
     with pytest.raises(rc.ConvergenceError, match="after 1 contacts") as caught:
         rc.yield_onset(ball(), material=STEEL)
     assert caught.value.result.pressure.max() > 0
