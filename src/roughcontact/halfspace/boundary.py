@@ -64,18 +64,11 @@ class Boundary(StrEnum):
         return _BEYOND[self].assumption
 
     def require_alike(self, what: str) -> None:
-        """Raise `InputError` for what is known only of maps that end, or repeat, along both axes.
-
-        Parameters
-        ----------
-        what : str
-            What is asked for, to begin the sentence with.
-        """
+        """Raise `InputError` for ``what`` needs a map that ends, or repeats, along both axes."""
         if len(self.periodic_axes) == 1:
             alike = " or ".join(repr(str(b)) for b in Boundary if len(b.periodic_axes) != 1)
             raise InputError(
-                f"= {str(self)!r} does not serve {what}, which is known of a map that ends or "
-                f"repeats along both axes: solve with {alike}",
+                f"= {str(self)!r} is not available for {what}; solve with {alike}",
                 argument="boundary",
                 value=self,
             )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.errors import InputError, require_pixel, require_positive
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.images import Images, coarse_grid, periods
 from roughcontact.halfspace.layers import Array, Fill, Layers, Visit
@@ -72,15 +73,11 @@ class HalfSpace:
                 argument="thickness",
                 value=thickness,
             )
-        if boundary not in ("free", "periodic"):
-            raise InputError(
-                f"must be 'free' or 'periodic', got {boundary!r}",
-                argument="boundary",
-                value=boundary,
-            )
+        boundary = Boundary(boundary)
+        boundary.require_alike("the volume model")
         self.shape, self.thickness = shape, layers
         self.workspace = workspace or Workspace()
-        free = boundary == "free"
+        free = not boundary.periodic_axes
         padded = shape
         self._images: Images | None = None
         if free:
@@ -156,7 +153,7 @@ def points_transformed(shape: tuple[int, int], boundary: str) -> int:
     int
         Points; those of the coarse grids of a free boundary too, as if it had all the layers.
     """
-    if boundary == "periodic":
+    if not Boundary(boundary).free_axes:
         return shape[0] * shape[1]
     coarse, cells = coarse_grid(shape)
     near, far = periods(shape, coarse, cells)

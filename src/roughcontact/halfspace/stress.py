@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.errors import InputError, require_pixel
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.stress_field import Field, field_of
 
@@ -78,7 +79,7 @@ def graded_depths(
         position = np.arange(weights.size) * edge
         spread = float(weights @ (position - weights @ position) ** 2)
         reach = max(reach, _DEEPEST * math.sqrt(5 * spread))
-    if boundary == "periodic":
+    if not Boundary(boundary).free_axes:
         reach = min(reach, max(n * edge for n, edge in zip(pressure.shape, pixel, strict=True)))
     first = _SHALLOWEST * min(pixel)
     # A single loaded pixel has no spread; its stress is gone a few pixels below.

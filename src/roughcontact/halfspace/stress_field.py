@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.errors import InputError, require_pixel
 from roughcontact.halfspace import stress_kernels
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace, free_period
 from roughcontact.halfspace.responses import Responses, Symbols, Term
 
@@ -64,12 +65,14 @@ def field_of(
     """Return the stress field below a pressure; arguments as for `stress.slices`."""
     require_pixel(pixel)
     stress_kernels.require_poisson(poisson)
-    for name, value, choices in (
-        ("boundary", boundary, ("free", "periodic")),
-        ("precision", precision, ("double", "single")),
-    ):
-        if value not in choices:
-            raise InputError(f"{name} must be one of {choices}, got {value!r}")
+    boundary = Boundary(boundary)
+    boundary.require_alike("the stress below the surface")
+    if precision not in ("double", "single"):
+        raise InputError(
+            f"must be 'double' or 'single', got {precision!r}",
+            argument="precision",
+            value=precision,
+        )
     for name, number in (("friction", friction), ("direction", direction)):
         if not math.isfinite(number):
             raise InputError(f"{name} must be finite, got {number!r}")
@@ -99,7 +102,7 @@ def field_of(
     def responses(padded: tuple[int, int]) -> Responses:
         return Responses(source, padded, terms, workspace=workspace, precision=precision)
 
-    if boundary == "periodic":
+    if not boundary.free_axes:
         period = responses(shape)
         damped = _DAMPED[precision]
         return Field(

@@ -47,20 +47,20 @@ class Patch:
 class Patches:
     """The smallest patch worth having that holds the pixels of a linear solve.
 
-    A pressure displaces a pixel alike on any map that holds both, unless the map is periodic:
-    where the contact is confined, so are the transforms.
+    A pressure displaces a pixel alike on any map that holds both, and reaches along the whole of
+    an axis that is periodic: where the contact is confined, so are the transforms.
     """
 
     def __init__(self, operator: Convolution, family: Family, pixel: tuple[int, int]) -> None:
         self._family, self._pixel, self._width = family, pixel, operator.shape[1]
         self._whole = self._patch((0, 0), operator)
-        self._periodic = operator.padded == operator.shape
+        self._wrapped = operator.wrapped
         self._last = self._whole
 
     def around(self, index: NDArray[np.int64]) -> Patch:
         """Return a patch that holds these pixels."""
         ny, nx = shape = self._whole.operator.shape
-        if self._periodic or not index.size:
+        if all(self._wrapped) or not index.size:
             return self._whole
         column = index % nx
         low = int(index[0] // nx), int(column.min())
@@ -68,7 +68,11 @@ class Patches:
         if self._last is not self._whole and self._last.holds(low, high):
             return self._last
         first, points = [], []
-        for start, end, most in zip(low, high, shape, strict=True):
+        for start, end, most, wrapped in zip(low, high, shape, self._wrapped, strict=True):
+            if wrapped:
+                first.append(0)
+                points.append(most)
+                continue
             # Room for the contact to grow by a few pixels from step to step.
             margin = 2 + (end - start) // 32
             first.append(max(0, start - margin))
