@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 import roughcontact as rc
 from roughcontact.files import to_json
-from roughcontact.formats import export
+from roughcontact.formats import binary, export, metrology, netcdf, tables, vtk
 from roughcontact.material.hardening import Linear
 from roughcontact.volume.archive import load_elastoplastic
 
@@ -256,7 +256,7 @@ MAPS = {
 def test_vtk_holds_all_maps(
     block: int, result: rc.ContactResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(export, "_BLOCK", block)
+    monkeypatch.setattr(binary, "BLOCK", block)
     result.save(tmp_path / "out.vti")
     image, arrays = vtk_image(tmp_path / "out.vti")
     assert set(arrays) == MAPS
@@ -283,7 +283,7 @@ def test_vtk_places_the_points_at_the_centres(result: rc.ContactResult, tmp_path
 
 
 def test_vtk_names_the_units(pair: rc.ContactResult, tmp_path: Path) -> None:
-    export.save_vtk(pair, tmp_path / "out.vti")
+    vtk.save_vtk(pair, tmp_path / "out.vti")
     image, arrays = vtk_image(tmp_path / "out.vti")
     assert set(arrays) == MAPS | {"counter_height", "ceiling"}
     np.testing.assert_array_equal(arrays["ceiling"].reshape(SHAPE), pair.ceiling)
@@ -362,7 +362,7 @@ def volume_grid(
 def test_the_volume_is_a_grid_of_graded_layers(
     block: int, volume: rc.ElastoplasticResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(export, "_BLOCK", block)
+    monkeypatch.setattr(binary, "BLOCK", block)
     volume.save(tmp_path / "out.vtr")
     _, arrays = volume_grid(tmp_path / "out.vtr", volume)
     lower, upper = volume.bodies
@@ -462,11 +462,11 @@ def test_maps_pressure_and_numbers_of_a_volume(
     np.testing.assert_array_equal(
         np.loadtxt(tmp_path / "out.csv", delimiter=","), volume.contact.pressure
     )
-    export.save_csv(volume, tmp_path / "left.csv", "residual_displacement")
+    tables.save_csv(volume, tmp_path / "left.csv", "residual_displacement")
     np.testing.assert_array_equal(np.loadtxt(tmp_path / "left.csv", delimiter=","), left)
     assert "# unit: m\n" in (tmp_path / "left.csv").read_text(encoding="utf-8")
     with pytest.raises(rc.InputError, match="field must be one of"):
-        export.save_csv(volume, tmp_path / "left.csv", "saturated")
+        tables.save_csv(volume, tmp_path / "left.csv", "saturated")
     told = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
     assert told["volume"] == volume.summary()
     # The words on yield are those of the volume, not of a contact without ceiling.
@@ -482,7 +482,7 @@ def test_csv_of_every_map(result: rc.ContactResult, pair: rc.ContactResult, tmp_
     path = tmp_path / "map.csv"
     for source, extra in ((result, set()), (pair, {"counter_height", "ceiling"})):
         for field in MAPS | extra:
-            export.save_csv(source, path, field)
+            tables.save_csv(source, path, field)
             if field == "height":
                 expected = source.surface.heights
             elif field == "counter_height":
@@ -507,7 +507,7 @@ def test_csv_of_a_result_is_its_pressure(result: rc.ContactResult, tmp_path: Pat
 
 
 def test_masks_are_0_and_1(result: rc.ContactResult, tmp_path: Path) -> None:
-    export.save_csv(result, tmp_path / "out.csv", "contact")
+    tables.save_csv(result, tmp_path / "out.csv", "contact")
     rows = [line for line in (tmp_path / "out.csv").read_text().splitlines() if line[0] != "#"]
     assert set(",".join(rows)) == {"0", "1", ","}
 
@@ -520,7 +520,7 @@ def test_csv_of_a_map_that_is_not_there(result: rc.ContactResult, tmp_path: Path
         (result, "stress", "pressure, gap"),
     ):
         with pytest.raises(rc.InputError, match=f"field must be one of .*{known}.*got '{field}'"):
-            export.save_csv(source, tmp_path / "out.csv", field)
+            tables.save_csv(source, tmp_path / "out.csv", field)
     assert not any(tmp_path.iterdir())
 
 
@@ -598,7 +598,7 @@ def test_names_that_are_no_xml(tmp_path: Path) -> None:
 
 
 def test_x3p_of_several_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(export, "_BLOCK", 1000)
+    monkeypatch.setattr(binary, "BLOCK", 1000)
     rough().save(tmp_path / "map.x3p")
     with zipfile.ZipFile(tmp_path / "map.x3p") as archive:
         data = archive.read("bindata/data.bin")
@@ -608,7 +608,7 @@ def test_x3p_of_several_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 def test_x3p_beyond_2_gb(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # The bounds of the archive and of this program, both lowered for a map of 6.6 kB.
     monkeypatch.setattr(zipfile, "ZIP64_LIMIT", 4000)
-    monkeypatch.setattr(export, "_LARGE", 4000)
+    monkeypatch.setattr(metrology, "_LARGE", 4000)
     rough().save(tmp_path / "map.x3p")
     with zipfile.ZipFile(tmp_path / "map.x3p") as archive:
         assert [entry.extract_version for entry in archive.infolist()][:2] == [20, 45]
@@ -623,7 +623,7 @@ def test_x3p_beyond_2_gb(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 def test_sur_by_its_bytes(
     block: int, holes: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(export, "_BLOCK", block)
+    monkeypatch.setattr(binary, "BLOCK", block)
     surface = rough(holes)
     path = tmp_path / "map.sur"
     surface.save(path)
@@ -724,7 +724,7 @@ def test_json_holds_the_summary(result: rc.ContactResult, tmp_path: Path) -> Non
 
 
 def test_json_of_two_bodies(pair: rc.ContactResult, tmp_path: Path) -> None:
-    export.save_json(pair, tmp_path / "out.json")
+    tables.save_json(pair, tmp_path / "out.json")
     read = json.loads((tmp_path / "out.json").read_text())
     assert read["ceiling"] == "per pixel"
     assert read["counter_source"] == "other.opd"
@@ -745,7 +745,7 @@ def is_number(word: str) -> bool:
 
 
 def test_table(pair: rc.ContactResult, tmp_path: Path) -> None:
-    export.save_table(pair, tmp_path / "out.csv")
+    tables.save_table(pair, tmp_path / "out.csv")
     with (tmp_path / "out.csv").open(newline="", encoding="utf-8") as stream:
         head, *rows = csv.reader(stream)
     assert head == ["name", "value", "unit"]
@@ -771,6 +771,19 @@ def test_table(pair: rc.ContactResult, tmp_path: Path) -> None:
 # --- files -----------------------------------------------------------------------------------
 
 
+def test_one_table_knows_every_format() -> None:
+    for kind, known in (
+        (export.Kind.SURFACE, SURFACE_SUFFIXES),
+        (export.Kind.CONTACT, RESULT_SUFFIXES),
+        (export.Kind.VOLUME, VOLUME_SUFFIXES),
+    ):
+        assert sorted(export.suffixes(kind)) == sorted(known)
+        assert all(f"{suffix} " in export.told(kind) for suffix in known)
+    assert export.told(export.Kind.SURFACE).startswith(".nc heights and provenance")
+    assert ".csv pressure, " in export.told(export.Kind.CONTACT, export.Kind.VOLUME)
+    assert ".vtr strain and stress" in export.told(export.Kind.CONTACT, export.Kind.VOLUME)
+
+
 def test_the_suffixes_are_told_where_none_fits(
     result: rc.ContactResult, volume: rc.ElastoplasticResult, tmp_path: Path
 ) -> None:
@@ -793,15 +806,15 @@ def test_each_function_insists_on_its_suffix(
     result: rc.ContactResult, volume: rc.ElastoplasticResult, tmp_path: Path
 ) -> None:
     for write, source, suffix in (
-        (export.save_netcdf, rough(), ".nc"),
-        (export.save_npz, rough(), ".npz"),
-        (export.save_x3p, rough(), ".x3p"),
-        (export.save_sur, rough(), ".sur"),
-        (export.save_csv, rough(), ".csv"),
-        (export.save_vtk, rough(), ".vti"),
-        (export.save_vtr, volume, ".vtr"),
-        (export.save_json, result, ".json"),
-        (export.save_table, result, ".csv"),
+        (netcdf.save, rough(), ".nc"),
+        (tables.save_npz, rough(), ".npz"),
+        (metrology.save_x3p, rough(), ".x3p"),
+        (metrology.save_sur, rough(), ".sur"),
+        (tables.save_csv, rough(), ".csv"),
+        (vtk.save_vtk, rough(), ".vti"),
+        (vtk.save_vtr, volume, ".vtr"),
+        (tables.save_json, result, ".json"),
+        (tables.save_table, result, ".csv"),
     ):
         with pytest.raises(rc.InputError, match=rf"path must end in \{suffix}, got"):
             write(source, tmp_path / "out.txt")  # type: ignore[operator]

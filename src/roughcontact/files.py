@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from roughcontact.errors import InputError
+
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
@@ -32,6 +34,24 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
         os.replace(temporary, target)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def require_suffix(path: str | os.PathLike[str], *suffixes: str) -> None:
+    """Raise `InputError` unless a file is named for a format that it can have.
+
+    Parameters
+    ----------
+    path : str or path
+        The file wanted.
+    *suffixes : str
+        How it may end, such as ``".nc"``.
+    """
+    if Path(path).suffix.lower() not in suffixes:
+        raise InputError(
+            f"must end in {' or '.join(suffixes)}, got {str(path)!r}",
+            argument="path",
+            value=str(path),
+        )
 
 
 def to_json(values: Mapping[str, Any]) -> str:

@@ -19,7 +19,7 @@ from roughcontact._version import __version__
 from roughcontact.cli import console
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.files import to_json
-from roughcontact.formats import export
+from roughcontact.formats import export, tables
 from roughcontact.report import sections
 from roughcontact.request import options, outputs, parsing, run
 from roughcontact.request.options import BODIES, MAP, OPTIONS, OUTPUT, SOLVER
@@ -225,7 +225,7 @@ def _solve(asked: Request, as_json: _Json = False, quiet: _Quiet = False) -> Non
         outcome = run.run(asked, say, lambda step: say(console.described(step)))
     result, volume = outcome.result, outcome.volume
     if as_json:
-        told = {**export.record(volume or result), "resolution_notes": list(outcome.notes)}
+        told = {**tables.record(volume or result), "resolution_notes": list(outcome.notes)}
         if outcome.study is not None:
             told["study"] = outcome.study.summary()
         print(to_json({**told, "written": [str(path) for path in outcome.written]}))
@@ -442,7 +442,7 @@ def _stress(
             tasks.append((report, lambda path: found.contact.report(path, command, chapters)))
         written = outputs.write(tasks, say)
     if as_json:
-        told = {**export.record(found.contact), "stress": found.summary()}
+        told = {**tables.record(found.contact), "stress": found.summary()}
         if first is not None:
             told["first_yield"] = first.summary()
         print(to_json({**told, "written": [str(path) for path in written]}))
@@ -488,7 +488,8 @@ def _history(
         Path | None,
         _option(
             "--residual", "FILE",
-            "Write the indented surface: .x3p, .sur, .csv, .npz, .nc, .vti.", OUTPUT,
+            f"Write the indented surface: {', '.join(export.suffixes(export.Kind.SURFACE))}.",
+            OUTPUT,
         ),
     ] = None,
     figure: Annotated[
@@ -521,8 +522,8 @@ def _history(
             outputs.check_place(place, option)
     if output is not None and output.suffix.lower() not in (".csv", ".json"):
         raise InputError(f"--output must end in .csv or .json, got '{output}'")
-    if residual is not None and residual.suffix.lower() not in export.SURFACE_SUFFIXES:
-        known = ", ".join(export.SURFACE_SUFFIXES)
+    if residual is not None and residual.suffix.lower() not in export.suffixes(export.Kind.SURFACE):
+        known = ", ".join(export.suffixes(export.Kind.SURFACE))
         raise InputError(f"--residual must end in one of {known}, got '{residual}'")
     with console.progress(quiet) as say:
         maps = asked.surfaces(say)

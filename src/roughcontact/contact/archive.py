@@ -13,8 +13,8 @@ import numpy as np
 
 from roughcontact import netcdf
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import FormatError, InputError
-from roughcontact.files import replacing
+from roughcontact.errors import FormatError
+from roughcontact.files import replacing, require_suffix
 from roughcontact.material import hardening
 from roughcontact.material.material import Material
 from roughcontact.surface.provenance import Provenance
@@ -196,7 +196,7 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
     OSError
         If the file cannot be written; an old file survives.
     """
-    require_suffix(path)
+    require_suffix(path, ".nc")
     dataset = to_dataset(result)
     # Most pixels carry nothing: these two shrink to little; heights would not.
     packed = {name: {"zlib": True, "complevel": 1} for name in ("pressure", "saturated")}
@@ -225,12 +225,6 @@ def load_contact(path: str | os.PathLike[str]) -> ContactResult:
     dataset = opened(path)
     with refused(path, "ContactResult"):
         return from_dataset(dataset)
-
-
-def require_suffix(path: str | os.PathLike[str]) -> None:
-    """Raise `InputError` unless a name ends in ``.nc``."""
-    if Path(path).suffix.lower() != ".nc":
-        raise InputError(f"must end in .nc, got {str(path)!r}", argument="path", value=str(path))
 
 
 def opened(path: str | os.PathLike[str]) -> xarray.Dataset:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from roughcontact._version import __version__
 from roughcontact.errors import InputError
-from roughcontact.files import replacing, to_json
+from roughcontact.files import replacing, require_suffix, to_json
 from roughcontact.theory import persson
 
 Array = NDArray[np.float64]
@@ -188,11 +188,8 @@ class LoadCurve:
         InputError
             If the suffix is another one.
         """
+        require_suffix(path, ".csv", ".json")
         suffix = Path(path).suffix.lower()
-        if suffix not in (".csv", ".json"):
-            raise InputError(
-                f"must end in .csv or .json, got {str(path)!r}", argument="path", value=str(path)
-            )
         contact_area, saturated_area = self.persson
         extra = {
             "constriction_length": ("m", self.constriction_length),

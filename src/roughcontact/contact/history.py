@@ -269,11 +269,8 @@ class LoadHistory:
         InputError
             If the suffix is another one.
         """
+        require_suffix(path, ".csv", ".json")
         suffix = Path(path).suffix.lower()
-        if suffix not in (".csv", ".json"):
-            raise InputError(
-                f"must end in .csv or .json, got {str(path)!r}", argument="path", value=str(path)
-            )
         if suffix == ".csv":
             table = io.StringIO()
             writer = csv.writer(table, lineterminator="\n")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from roughcontact.contact import archive
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
-from roughcontact.files import replacing
+from roughcontact.files import replacing, require_suffix
 from roughcontact.halfspace import stress_summary
 from roughcontact.halfspace.tensors import COMPONENTS, von_mises
 from roughcontact.material.material import Material
@@ -180,10 +180,7 @@ class StressResult:
         OSError
             If the file cannot be written; an old file survives.
         """
-        if Path(path).suffix.lower() != ".nc":
-            raise InputError(
-                f"must end in .nc, got {str(path)!r}", argument="path", value=str(path)
-            )
+        require_suffix(path, ".nc")
         dataset = to_dataset(self)
         packed = {name: {"zlib": True, "complevel": 1} for name in ("pressure", "saturated")}
         with replacing(path) as temporary:

@@ -15,7 +15,7 @@ from roughcontact.errors import RoughcontactError
 from roughcontact.files import replacing, to_json
 from roughcontact.fleet import plan
 from roughcontact.fleet.plan import FAILED, KEPT, SOLVED, Entry, Report
-from roughcontact.formats import export
+from roughcontact.formats import tables
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import run as running
 from roughcontact.request.options import in_options
@@ -112,7 +112,7 @@ def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
     if outcome.status != "converged":
         reached = "" if outcome.volume else f"certificate {result.certificate:.1e}; "
         return FAILED, {}, f"not converged: {reached}{outcome.status}"
-    told = export.record(outcome.volume or result)
+    told = tables.record(outcome.volume or result)
     told["resolution_notes"] = list(outcome.notes)
     if outcome.study is not None:
         told["study"] = outcome.study.summary()

@@ -2,19 +2,44 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import netcdf
+from roughcontact.contact.archive import surface_to_dataset
 from roughcontact.errors import FormatError
+from roughcontact.files import replacing, require_suffix
 from roughcontact.formats.scale import refuse_given
 from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
+
+
+def save(surface: Surface, path: str | os.PathLike[str]) -> None:
+    """Write a height map to a NetCDF file: heights, pixel and provenance.
+
+    Parameters
+    ----------
+    surface : Surface
+        The map.
+    path : str or path
+        File to write; it must end in ``.nc``.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another.
+    OSError
+        If the file cannot be written; an old file survives.
+    """
+    require_suffix(path, ".nc")
+    with replacing(path) as temporary:
+        surface_to_dataset(surface).to_netcdf(temporary, engine="h5netcdf")
 
 
 def read(path: Path, name: str, asked: Asked) -> Surface:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from roughcontact.formats import export
 from roughcontact.request import parsing
 
 MAP, BODIES, SOLVER, OUTPUT = "Map", "Bodies and load", "Solver", "Output"
@@ -211,8 +212,8 @@ OPTIONS: dict[str, Option] = {
     ),
     "output": Option(
         OUTPUT, "FILE",
-        "Write the result: .nc everything, .vti maps for ParaView, .csv pressure, .json numbers, "
-        ".vtr strain and stress of the volume model; may be given again.", parsing.path, many=True,
+        f"Write the result: {export.told(export.Kind.CONTACT, export.Kind.VOLUME)}; may be given "
+        "again.", parsing.path, many=True,
     ),
     "folder": Option(
         OUTPUT, "FOLDER",

@@ -91,6 +91,6 @@ def check_suffix(path: Path, option: str, suffixes: tuple[str, ...]) -> None:
     """Raise `InputError` unless a name ends in one of the suffixes."""
     if path.suffix.lower() not in suffixes:
         known = " or ".join([", ".join(suffixes[:-1]), suffixes[-1]] if suffixes[1:] else suffixes)
-        volume = path.suffix.lower() in export.VOLUME_SUFFIXES and option == "--output"
+        volume = path.suffix.lower() in export.suffixes(export.Kind.VOLUME) and option == "--output"
         more = f"; {path.suffix} needs --model volume" if volume else ""
         raise InputError(f"{option} needs a name that ends in {known}, got '{path}'{more}")

@@ -115,11 +115,9 @@ class Request:
                     raise InputError(f"--{name} needs --model volume")
         if self.load_point is not None and (self.load is None or self.study):
             raise InputError("--load-point needs --load, and goes without --study")
-        volume = self.model == "volume"
+        kind = export.Kind.VOLUME if self.model == "volume" else export.Kind.CONTACT
         for path in self.output:
-            outputs.check_suffix(
-                path, "--output", export.VOLUME_SUFFIXES if volume else export.RESULT_SUFFIXES
-            )
+            outputs.check_suffix(path, "--output", export.suffixes(kind))
         if self.report is not None:
             outputs.check_suffix(self.report, "--report", (".html",))
 

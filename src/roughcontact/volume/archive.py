@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from roughcontact.contact import archive
 from roughcontact.contact.result import ContactResult
-from roughcontact.files import replacing
+from roughcontact.files import replacing, require_suffix
 from roughcontact.volume.result import ElastoplasticResult, Increment, PlasticBody
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def save_elastoplastic(
     OSError
         If the file cannot be written; an old file survives.
     """
-    archive.require_suffix(path)
+    require_suffix(path, ".nc")
     dataset = archive.to_dataset(result.contact)
     unit = {"units": "m", "long_name": "displacement of the surface by plastic strain"}
     dataset["residual_displacement"] = (("y", "x"), result.residual_displacement, unit)

@@ -12,7 +12,6 @@ import math
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from roughcontact.contact import checks
 from roughcontact.contact import solve as contact
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError, InputError
-from roughcontact.files import replacing, to_json
+from roughcontact.files import replacing, require_suffix, to_json
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material, softer
 from roughcontact.surface.surface import Surface
 from roughcontact.volume import solve as elastoplastic
@@ -210,10 +209,7 @@ class ModelComparison:
         InputError
             If it ends otherwise.
         """
-        if Path(path).suffix.lower() != ".json":
-            raise InputError(
-                f"must end in .json, got {str(path)!r}", argument="path", value=str(path)
-            )
+        require_suffix(path, ".json")
         with replacing(path) as temporary:
             temporary.write_text(to_json(self.summary()) + "\n", encoding="utf-8")
 

@@ -1,0 +1,238 @@
+"""Height maps in the formats of surface metrology: X3P of ISO 25178-72, SUR of Digital Surf."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+import struct
+import zipfile
+from datetime import UTC, datetime
+
+import numpy as np
+
+from roughcontact._version import __version__
+from roughcontact.errors import InputError
+from roughcontact.files import replacing, require_suffix
+from roughcontact.formats import binary
+from roughcontact.surface.surface import Surface
+
+# Bytes of a member of an archive from which it gets the header for more than 2 GB, which not
+# every reader knows.
+_LARGE = 2**30
+
+
+def save_x3p(surface: Surface, path: str | os.PathLike[str]) -> None:
+    """Write a height map as X3P, the exchange format of ISO 25178-72 (ISO 5436-2).
+
+    Parameters
+    ----------
+    surface : Surface
+        The map.
+    path : str or path
+        File to write; it must end in ``.x3p``. Heights in metres with all their bits, NaN where
+        missing, as the standard has it for data in floating point; source and preparation are in
+        the comment. The dates that the standard asks for are those of the writing.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another.
+    OSError
+        If the file cannot be written; an old file survives.
+
+    References
+    ----------
+    ISO 25178-72:2017, Geometrical product specifications (GPS), Surface texture: Areal, Part 72:
+    XML file format x3p
+    """
+    require_suffix(path, ".x3p")
+    heights = binary.little_endian(surface.heights)
+    document = _x3p_document(surface, _md5(heights)).encode("utf-8")
+    members: dict[str, bytes | memoryview] = {
+        "main.xml": document,
+        "bindata/data.bin": heights,
+        "md5checksum.hex": f"{_md5(document)} *main.xml\n".encode("ascii"),
+    }
+    with (
+        replacing(path) as temporary,
+        zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+    ):
+        for name, content in members.items():
+            with archive.open(name, "w", force_zip64=len(content) > _LARGE) as member:
+                for block in binary.blocks(content):
+                    member.write(block)
+
+
+def save_sur(surface: Surface, path: str | os.PathLike[str]) -> None:
+    """Write a height map as SUR, the format of Digital Surf's programs.
+
+    Parameters
+    ----------
+    surface : Surface
+        The map.
+    path : str or path
+        File to write; it must end in ``.sur``.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another, or the map has more points or other scales than the header can
+        tell.
+    OSError
+        If the file cannot be written; an old file survives.
+
+    Notes
+    -----
+    The format holds integers of 32 bits and their step, hence heights to within half a step of
+    max|z| / (2³¹ - 2), and the pixel in single precision, hence to 6 × 10⁻⁸ of itself. X3P and
+    NPZ keep every bit. Heights are integer × step; the header's offset is zero, since some readers
+    add it, others leave it out, and one counts from the lowest point instead.
+
+    References
+    ----------
+    Surf file format of Digital Surf, as D. Nečas and P. Klapetek describe it in Gwyddion's
+    ``surffile.c``
+    """
+    require_suffix(path, ".sur")
+    (ny, nx), heights = surface.shape, surface.heights
+    if surface.heights.size >= 2**31:
+        raise InputError(
+            f"{path} can hold fewer than 2³¹ points, got {ny} × {nx}; write .x3p or .npz"
+        )
+    # Missing points are the least height less 2, which has to be an integer of 32 bits as well.
+    limit = 2**31 - 2
+    low, high = float(np.nanmin(heights)), float(np.nanmax(heights))
+    largest = 1e3 * max(abs(low), abs(high))
+    with np.errstate(over="ignore"):
+        single = np.float32(max(largest / limit, float(np.finfo(np.float32).tiny)))
+        if float(single) * limit < largest:
+            single = np.nextafter(single, np.float32(np.inf))
+        edges = [float(np.float32(1e3 * edge)) for edge in surface.pixel]
+    step = float(single)
+    if not all(0 < value < math.inf for value in (step, *edges)):
+        raise InputError(
+            f"{path} keeps pixel and step of the heights in single precision, got pixel "
+            f"{surface.pixel} m and heights up to {largest / 1e3:g} m; write .x3p or .npz"
+        )
+    lowest, highest = (round(1e3 * extreme / step) for extreme in (low, high))
+    missing = lowest - 2
+    with replacing(path) as temporary, temporary.open("wb") as stream:
+        stream.write(_sur_header(surface, (lowest, highest), (edges[0], edges[1]), step))
+        rows = max(1, binary.BLOCK // (8 * nx))
+        for first in range(0, ny, rows):
+            block = np.rint(1e3 * heights[first : first + rows] / step)
+            stream.write(np.where(np.isnan(block), missing, block).astype("<i4").tobytes())
+
+
+# Headers
+
+
+def _x3p_document(surface: Surface, checksum: str) -> str:
+    (ny, nx), (dy, dx), about = surface.shape, surface.pixel, surface.provenance
+    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    comment = "\n".join(_xml(line) for line in (about.source, about.channel, *about.steps) if line)
+    return f"""<?xml version="1.0" encoding="UTF-8" standalone="no"?>
+<p:ISO5436_2 xmlns:p="http://www.opengps.eu/2008/ISO5436_2"\
+ xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"\
+ xsi:schemaLocation="http://www.opengps.eu/2008/ISO5436_2\
+ http://www.opengps.eu/2008/ISO5436_2/ISO5436_2.xsd">
+  <Record1>
+    <Revision>ISO5436 - 2000</Revision>
+    <FeatureType>SUR</FeatureType>
+    <Axes>
+      <CX>
+        <AxisType>I</AxisType>
+        <DataType>L</DataType>
+        <Increment>{dx!r}</Increment>
+        <Offset>0</Offset>
+      </CX>
+      <CY>
+        <AxisType>I</AxisType>
+        <DataType>L</DataType>
+        <Increment>{dy!r}</Increment>
+        <Offset>0</Offset>
+      </CY>
+      <CZ>
+        <AxisType>A</AxisType>
+        <DataType>D</DataType>
+        <Increment>1</Increment>
+        <Offset>0</Offset>
+      </CZ>
+    </Axes>
+  </Record1>
+  <Record2>
+    <Date>{now}</Date>
+    <Instrument>
+      <Manufacturer>unknown</Manufacturer>
+      <Model>{_xml(about.instrument) or "unknown"}</Model>
+      <Serial>unknown</Serial>
+      <Version>roughcontact {__version__}</Version>
+    </Instrument>
+    <CalibrationDate>{now}</CalibrationDate>
+    <ProbingSystem>
+      <Type>Software</Type>
+      <Identification>unknown</Identification>
+    </ProbingSystem>
+    <Comment>{comment}</Comment>
+  </Record2>
+  <Record3>
+    <MatrixDimension>
+      <SizeX>{nx}</SizeX>
+      <SizeY>{ny}</SizeY>
+      <SizeZ>1</SizeZ>
+    </MatrixDimension>
+    <DataLink>
+      <PointDataLink>bindata/data.bin</PointDataLink>
+      <MD5ChecksumPointData>{checksum.upper()}</MD5ChecksumPointData>
+    </DataLink>
+  </Record3>
+  <Record4>
+    <ChecksumFile>md5checksum.hex</ChecksumFile>
+  </Record4>
+</p:ISO5436_2>
+"""
+
+
+def _sur_header(
+    surface: Surface, extremes: tuple[int, int], pixel: tuple[float, float], step: float
+) -> bytes:
+    """Return the 512 bytes ahead of the heights; pixel and step in mm."""
+    ny, nx = surface.shape
+    source = _printable(surface.provenance.source).encode("latin-1", "replace")[:30]
+    return struct.pack(
+        "<12s4H30s30s5H8xH5i3f" + 9 * "16s" + "3f3H12x7Hf10x2H128s3f34x",
+        b"DIGITAL SURF",
+        # PC format, one object, version, surface.
+        0, 1, 1, 2,
+        # The object and who measured it. Words are filled up with blanks.
+        source.ljust(30), b" " * 30,
+        # Material, acquisition and range unknown; missing points or none; absolute heights.
+        0, 0, 0, int(surface.missing > 0), 1,
+        32, *extremes, nx, ny, nx * ny,
+        pixel[1], pixel[0], step,
+        *(name.ljust(16) for name in (b"X", b"Y", b"Z", *6 * (b"mm",))),
+        1.0, 1.0, 1.0,
+        # Neither imprint nor inverted nor levelled; date and duration unknown; no comment, no
+        # offsets.
+        0, 0, 0,
+        0, 0, 0, 0, 0, 0, 0, 0.0,
+        0, 0, b" " * 128, 0.0, 0.0, 0.0,
+    )  # fmt: skip
+
+
+def _xml(text: str) -> str:
+    # Imported late: it brings the network with it.
+    from xml.sax.saxutils import escape
+
+    return escape(_printable(text))
+
+
+def _printable(text: str) -> str:
+    # XML has no way to write most control characters, and UTF-8 none to write lone surrogates.
+    return "".join(c if c.isprintable() else " " for c in text)
+
+
+def _md5(content: bytes | memoryview) -> str:
+    # A checksum that the standard asks for, no protection.
+    return hashlib.md5(content, usedforsecurity=False).hexdigest()

@@ -1,0 +1,235 @@
+"""Maps as matrices of numbers, and the numbers of a result as a table and as JSON."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+from typing import Any
+
+import numpy as np
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.errors import InputError
+from roughcontact.files import replacing, require_suffix, to_json
+from roughcontact.formats import fields
+from roughcontact.formats.fields import Result
+from roughcontact.formats.matrices import TEXT_MARK
+from roughcontact.surface.surface import Surface
+from roughcontact.volume.result import ElastoplasticResult
+
+_SUMMARY_UNITS = {
+    "certificate": "1",
+    "load_error": "1",
+    "moments": "N m",
+    "moment_error": "1",
+    "tilt": "rad",
+    "tolerance": "1",
+    "load": "N",
+    "approach": "m",
+    "contact_modulus": "Pa",
+    "ceiling": "Pa",
+    "contact_area": "m2",
+    "contact_fraction": "1",
+    "saturated_fraction": "1",
+    "max_pressure": "Pa",
+    "mean_gap": "m",
+    "max_residual_indentation": "m",
+    "shape": "1",
+    "pixel": "m",
+    "iterations": "1",
+    "convolutions": "1",
+    "seconds": "s",
+    "young": "Pa",
+    "poisson": "1",
+    "yield_strength": "Pa",
+    "hardness": "Pa",
+}
+
+
+def save_npz(surface: Surface, path: str | os.PathLike[str]) -> None:
+    """Write a height map to a NumPy archive.
+
+    Parameters
+    ----------
+    surface : Surface
+        The map.
+    path : str or path
+        File to write; it must end in ``.npz``. It holds the arrays ``heights`` [y, x] and
+        ``pixel`` (dy, dx), and in ``unit`` the unit of both: an archive with these three needs no
+        unit and size when it is read.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another.
+    OSError
+        If the file cannot be written; an old file survives.
+    """
+    require_suffix(path, ".npz")
+    with replacing(path) as temporary, temporary.open("wb") as stream:
+        np.savez(stream, heights=surface.heights, pixel=np.array(surface.pixel), unit=np.array("m"))
+
+
+def save_csv(
+    source: Surface | Result, path: str | os.PathLike[str], field: str | None = None
+) -> None:
+    """Write one map as a matrix of numbers, one row of the map a line.
+
+    Parameters
+    ----------
+    source : Surface, ContactResult or ElastoplasticResult
+        Where the map is taken from.
+    path : str or path
+        File to write; it must end in ``.csv``.
+    field : str, optional
+        Which map: ``"height"``, ``"counter_height"``, ``"initial_gap"``, ``"pressure"``,
+        ``"gap"``, ``"contact"``, ``"saturated"``, ``"residual_indentation"``, ``"ceiling"``,
+        ``"residual_displacement"``, as far as the source has them. By default the heights of a
+        surface, the pressure of a result.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another, or the source has no such map.
+    OSError
+        If the file cannot be written; an old file survives.
+
+    Notes
+    -----
+    Lines that start with # head the file and name quantity, unit and pixel; `read_surface` takes
+    unit and size of a file of heights from them. Every number keeps its bits; "nan" is a missing
+    point, and masks are 0 and 1.
+    """
+    require_suffix(path, ".csv")
+    if field is None:
+        field = "height" if isinstance(source, Surface) else "pressure"
+    known = fields.names(source)
+    if field not in known:
+        raise InputError(
+            f"must be one of {', '.join(known)}, got {field!r}", argument="field", value=field
+        )
+    (dy, dx), values = fields.surface_of(source).pixel, fields.values(source, field)
+    if values.dtype == np.bool_:
+        values = values.astype(np.uint8)
+    with (
+        replacing(path) as temporary,
+        temporary.open("w", encoding="utf-8", newline="\n") as stream,
+    ):
+        stream.write(
+            f"{TEXT_MARK}\n"
+            f"# quantity: {field}\n"
+            f"# unit: {fields.UNITS[field]}\n"
+            f"# pixel_y: {dy!r} m\n"
+            f"# pixel_x: {dx!r} m\n"
+            f"# {values.shape[0]} rows along y from the smallest y on, {values.shape[1]} columns "
+            "along x; nan where missing\n"
+        )
+        for row in values:
+            stream.write(",".join(map(repr, row.tolist())))
+            stream.write("\n")
+
+
+def save_table(result: ContactResult, path: str | os.PathLike[str]) -> None:
+    """Write the summary of a result as a table of name, value and unit.
+
+    Parameters
+    ----------
+    result : ContactResult
+        The result.
+    path : str or path
+        File to write; it must end in ``.csv``. One line a number or word; several values of one
+        name are separated by semicolons, pairs in the order (y, x). Units are SI.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another.
+    OSError
+        If the file cannot be written; an old file survives.
+    """
+    require_suffix(path, ".csv")
+    rows = [
+        (f"{name}_{part}" if part else name, entry)
+        for name, value in record(result).items()
+        for part, entry in (value.items() if isinstance(value, dict) else [("", value)])
+    ]
+    with (
+        replacing(path) as temporary,
+        temporary.open("w", encoding="utf-8", errors="backslashreplace", newline="") as stream,
+    ):
+        table = csv.writer(stream, lineterminator="\n")
+        table.writerow(("name", "value", "unit"))
+        for name, value in rows:
+            quantity = name.removeprefix("counter_").removeprefix("material_")
+            unit = _SUMMARY_UNITS.get(quantity, "")
+            table.writerow((name, _cell(value), "" if isinstance(value, str) else unit))
+
+
+def save_json(result: Result, path: str | os.PathLike[str]) -> None:
+    """Write the summary of a result, as `record` gives it, as JSON in SI units.
+
+    Parameters
+    ----------
+    result : ContactResult or ElastoplasticResult
+        The result.
+    path : str or path
+        File to write; it must end in ``.json``. Numbers that are not finite are ``null``.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another.
+    OSError
+        If the file cannot be written; an old file survives.
+    """
+    require_suffix(path, ".json")
+    with replacing(path) as temporary:
+        temporary.write_text(to_json(record(result)) + "\n", encoding="utf-8")
+
+
+def record(result: Result) -> dict[str, Any]:
+    """Return the summary of a result with the bodies that went in.
+
+    Parameters
+    ----------
+    result : ContactResult or ElastoplasticResult
+        The result.
+
+    Returns
+    -------
+    dict
+        `ContactResult.summary` and ``converged``, ``precision``, ``material``,
+        ``counter_material``, ``counter_source``, ``counter_preparation``; SI units. With plasticity
+        of the volume also ``volume``, the `ElastoplasticResult.summary`.
+    """
+    if isinstance(result, ElastoplasticResult):
+        told = result.summary()
+        # The contact alone knows no plastic strain.
+        own = {name: told[name] for name in ("status", "regime", "warnings")}
+        return {**record(result.contact), **own, "converged": result.converged, "volume": told}
+    bodies = {"material": result.material, "counter_material": result.counter_material}
+    other = result.counter_surface
+    return {
+        **result.summary(),
+        "converged": result.converged,
+        "precision": result.precision,
+        **{
+            name: {
+                "rigid": math.isinf(body.young),
+                "young": body.young,
+                "poisson": body.poisson,
+                "yield_strength": body.yield_strength,
+                "hardness": body.hardness,
+            }
+            for name, body in bodies.items()
+        },
+        "counter_source": None if other is None else other.provenance.source,
+        "counter_preparation": None if other is None else list(other.provenance.steps),
+    }
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, list):
+        return "; ".join(map(_cell, value))
+    return "" if value is None else str(value)

@@ -1,0 +1,294 @@
+"""Maps and volumes for ParaView, in VTK's XML formats."""
+
+from __future__ import annotations
+
+import base64
+import os
+import struct
+import zlib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import IO, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.files import replacing, require_suffix
+from roughcontact.formats import binary, fields
+from roughcontact.halfspace.tensors import equivalent, tensor
+from roughcontact.surface.surface import Surface
+from roughcontact.volume.result import ElastoplasticResult, PlasticBody
+
+_VTK_TYPES = {"b1": "UInt8", "f4": "Float32", "f8": "Float64"}
+_SYMMETRIC = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
+
+
+def save_vtk(source: Surface | fields.Result, path: str | os.PathLike[str]) -> None:
+    """Write all maps to one VTK image, which ParaView opens.
+
+    Parameters
+    ----------
+    source : Surface, ContactResult or ElastoplasticResult
+        The heights of a surface; of a result ``height``, ``initial_gap``, ``pressure``, ``gap``,
+        ``contact``, and ``counter_height`` where it is a map; with a ceiling ``saturated``,
+        ``residual_indentation`` and ``ceiling`` where it is a map; with plasticity of the volume
+        ``residual_displacement``. NaN where missing.
+    path : str or path
+        File to write; it must end in ``.vti``.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another.
+    OSError
+        If the file cannot be written; an old file survives.
+
+    See Also
+    --------
+    save_vtr : What lies below the surface.
+
+    Notes
+    -----
+    A pixel is an area, yet its values are stored at its centre, as data of the points of the
+    image, not of its cells: *Warp By Scalar*, which turns the flat image into a relief, takes
+    nothing else. Choose ``height`` in it and a scale factor to exaggerate the heights, and colour
+    by ``pressure``. The image therefore ends half a pixel before the edge of the map on each side.
+    *Threshold* over the whole range of ``height`` cuts the missing points out of the relief.
+
+    All lengths are in metres; the field data ``units`` says the unit of each map. The layout is
+    VTK's XML ImageData with appended data, base64, zlib, little-endian, headers of 64 bits.
+
+    References
+    ----------
+    Kitware, VTK File Formats, "XML File Formats", https://docs.vtk.org/en/latest/vtk_file_formats/
+    """
+    require_suffix(path, ".vti")
+    surface = fields.surface_of(source)
+    (ny, nx), (dy, dx) = surface.shape, surface.pixel
+    names = fields.names(source)
+    maps = [_VtkArray.of(name, fields.values(source, name), fields.UNITS[name]) for name in names]
+    shown = "pressure" if "pressure" in names else "height"
+    _write_vtk(
+        path, "ImageData", f"0 {nx - 1} 0 {ny - 1} 0 0",
+        f' Origin="{dx / 2!r} {dy / 2!r} 0" Spacing="{dx!r} {dy!r} 1"',
+        {f'PointData Scalars="{shown}"': maps},
+    )  # fmt: skip
+
+
+def save_vtr(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
+    """Write plastic strain and stress of the volume to a VTK grid, which ParaView opens.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        The result.
+    path : str or path
+        File to write; it must end in ``.vtr``.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another.
+    OSError
+        If the file cannot be written; an old file survives.
+
+    See Also
+    --------
+    save_vtk : The maps of the surface.
+
+    Notes
+    -----
+    A cell is a pixel of a layer; its values are those of the layer, averages over its thickness.
+    The map begins at x = y = 0 as in the file of `save_vtk`, and the margin of the volume lies
+    around it. The surface is z = 0 and z points up: the rough body lies below, its counter-body
+    above, as far as they yield. The tensors are in these axes, hence the shear components xz and yz
+    of the lower body are those of `PlasticBody`, whose z points into the body, with the other sign.
+
+    ``plastic_strain``, ``stress`` and ``residual_stress`` have the components XX, YY, ZZ, XY, YZ,
+    XZ, in which VTK keeps symmetric tensors; shear strains are those of the tensor, half the
+    engineering ones. Stress includes its mean, tension is positive. ``accumulated_plastic_strain``,
+    ``von_mises`` and ``residual_von_mises`` are scalars. Numbers have the precision of the volume,
+    lengths are in metres, the field data ``units`` says the rest. The layout is VTK's XML
+    RectilinearGrid with appended data as in `save_vtk`: the layers are graded, and an image knows
+    equal steps only.
+
+    References
+    ----------
+    Kitware, VTK File Formats, "XML File Formats", https://docs.vtk.org/en/latest/vtk_file_formats/
+    """
+    require_suffix(path, ".vtr")
+    (ny, nx), (dy, dx) = result.contact.surface.shape, result.contact.surface.pixel
+    margin = result.bodies[0].margin
+    x = np.arange(-margin, nx + margin + 1) * dx
+    y = np.arange(-margin, ny + margin + 1) * dy
+    z, cells = _stacked(result)
+    axes = [_VtkArray.of(name, values, "m") for name, values in zip("xyz", (x, y, z), strict=True)]
+    data = [
+        _in_cells(cells, "plastic_strain", "1", _tensor("plastic_strain"), 6),
+        _in_cells(cells, "accumulated_plastic_strain", "1", lambda cell: cell.of("accumulated")),
+        _in_cells(cells, "stress", "Pa", _tensor("stress", "mean_stress"), 6),
+        _in_cells(cells, "von_mises", "Pa", lambda cell: equivalent(cell.of("stress"))),
+        _in_cells(
+            cells, "residual_stress", "Pa", _tensor("residual_stress", "mean_residual_stress"), 6
+        ),
+        _in_cells(
+            cells, "residual_von_mises", "Pa", lambda cell: equivalent(cell.of("residual_stress"))
+        ),
+    ]
+    _write_vtk(
+        path, "RectilinearGrid", f"0 {x.size - 1} 0 {y.size - 1} 0 {z.size - 1}", "",
+        {'CellData Scalars="von_mises"': data, "Coordinates": axes},
+    )  # fmt: skip
+
+
+class _Layer(NamedTuple):
+    """A layer of cells; ``side`` is -1 for one below the surface, 1 for one above."""
+
+    side: int
+    body: PlasticBody
+    number: int
+
+    def of(self, name: str) -> NDArray[Any]:
+        """Return its part of an array of the body."""
+        part: NDArray[Any] = getattr(self.body, name)[self.number]
+        return part
+
+
+def _stacked(result: ElastoplasticResult) -> tuple[NDArray[np.float64], list[_Layer]]:
+    """Return the faces [m] and the layers of all bodies that yield, from the lowest up."""
+    pair = result.contact.material, result.contact.counter_material
+    sides = [
+        side for side, body in zip((-1, 1), pair, strict=True) if body.yield_strength is not None
+    ]
+    cells: list[_Layer] = []
+    faces = [0.0]
+    for side, body in zip(sides, result.bodies, strict=True):
+        layers = [_Layer(side, body, number) for number in range(body.thickness.size)]
+        depths = np.cumsum(body.thickness).tolist()
+        if side < 0:
+            cells, faces = layers[::-1], [-depth for depth in depths[::-1]] + faces
+        else:
+            cells, faces = cells + layers, faces + depths
+    return np.array(faces), cells
+
+
+def _in_cells(
+    cells: list[_Layer],
+    name: str,
+    unit: str,
+    show: Callable[[_Layer], NDArray[Any]],
+    components: int = 1,
+) -> _VtkArray:
+    # One layer after the other: a tensor of the whole volume would need its memory again.
+    parts = (np.asarray(show(cell)) for cell in cells)
+    return _VtkArray(name, cells[0].body.stress.dtype, unit, components, parts)
+
+
+def _tensor(name: str, mean: str | None = None) -> Callable[[_Layer], NDArray[Any]]:
+    """Return what gives the six components of a tensor in the axes of the file."""
+
+    def show(cell: _Layer) -> NDArray[Any]:
+        full = tensor(cell.of(name), 0 if mean is None else cell.of(mean))
+        six: NDArray[Any] = full[..., (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)]
+        six[..., 4:] *= cell.side
+        return six
+
+    return show
+
+
+@dataclass(frozen=True, eq=False)
+class _VtkArray:
+    """One array of a VTK file; its numbers come in parts, one after the other."""
+
+    name: str
+    dtype: np.dtype[Any]
+    unit: str
+    components: int
+    parts: Iterable[NDArray[Any]]
+
+    @classmethod
+    def of(cls, name: str, values: NDArray[Any], unit: str) -> _VtkArray:
+        return cls(name, values.dtype, unit, 1, (values,))
+
+    def tag(self, offset: int) -> str:
+        shape = ""
+        if self.components > 1:
+            shape = f' NumberOfComponents="{self.components}"' + "".join(
+                f' ComponentName{number}="{name}"' for number, name in enumerate(_SYMMETRIC)
+            )
+        return (
+            f'        <DataArray type="{_VTK_TYPES[self.dtype.str[1:]]}" Name="{self.name}"{shape} '
+            # Of one length whatever the number is: the head is written again at the end.
+            f'format="appended" offset="{offset:020d}"/>\n'
+        )
+
+
+def _write_vtk(
+    path: str | os.PathLike[str],
+    kind: str,
+    extent: str,
+    attributes: str,
+    groups: Mapping[str, list[_VtkArray]],
+) -> None:
+    """Write one piece of a structured grid as VTK's XML with appended data."""
+    arrays = [array for group in groups.values() for array in group]
+    units = [f"{array.name}: {array.unit}\0".encode("ascii") for array in arrays]
+
+    def head(offsets: list[int]) -> bytes:
+        left = iter(offsets)
+        data = "".join(
+            f"      <{tag}>\n"
+            + "".join(array.tag(next(left)) for array in group)
+            + f"      </{tag.split()[0]}>\n"
+            for tag, group in groups.items()
+        )
+        text = (
+            '<?xml version="1.0"?>\n'
+            f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" '
+            'header_type="UInt64" compressor="vtkZLibDataCompressor">\n'
+            f'  <{kind} WholeExtent="{extent}"{attributes}>\n'
+            "    <FieldData>\n"
+            f'      <Array type="String" Name="units" NumberOfTuples="{len(units)}" '
+            f'format="ascii">{" ".join(map(str, b"".join(units)))}</Array>\n'
+            "    </FieldData>\n"
+            f'    <Piece Extent="{extent}">\n'
+            f"{data}"
+            "    </Piece>\n"
+            f"  </{kind}>\n"
+            '  <AppendedData encoding="base64">\n'
+            "_"
+        )
+        return text.encode("ascii")
+
+    with replacing(path) as temporary, temporary.open("wb") as stream:
+        start = stream.write(head([0] * len(arrays)))
+        offsets = []
+        for array in arrays:
+            offsets.append(stream.tell() - start)
+            _append(stream, array.parts)
+        stream.write(b"\n  </AppendedData>\n</VTKFile>\n")
+        stream.seek(0)
+        stream.write(head(offsets))
+
+
+def _append(stream: IO[bytes], parts: Iterable[NDArray[Any]]) -> None:
+    """Write one array of appended data: its table of blocks, then the blocks, in base64."""
+    packed, pending = [], b""
+    for part in parts:
+        for piece in binary.blocks(binary.little_endian(part)):
+            pending += piece
+            if len(pending) >= binary.BLOCK:
+                packed.append(zlib.compress(pending[: binary.BLOCK], 1))
+                pending = pending[binary.BLOCK :]
+    if pending:
+        packed.append(zlib.compress(pending, 1))
+    table = (len(packed), binary.BLOCK, len(pending), *map(len, packed))
+    stream.write(base64.b64encode(struct.pack(f"<{len(table)}Q", *table)))
+    # Encoded as one stream: three bytes become four letters, and only the end is filled up.
+    rest = b""
+    for block in packed:
+        joined = rest + block
+        whole = len(joined) // 3 * 3
+        stream.write(base64.b64encode(joined[:whole]))
+        rest = joined[whole:]
+    stream.write(base64.b64encode(rest))
