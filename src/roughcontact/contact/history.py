@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from roughcontact._version import __version__
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
-from roughcontact.files import replacing
+from roughcontact.files import replacing, require_suffix
 from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
