@@ -23,6 +23,7 @@ WINGS = (
 DELEGATIONS: dict[str, set[str]] = {
     "contact.result": {"contact.solve", "contact.stiffness", "formats.export", "report.contact"},
     "surface.surface": {"formats.export"},
+    "volume.result": {"formats.export", "report.volume", "volume.depth"},
 }
 
 

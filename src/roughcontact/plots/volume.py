@@ -39,14 +39,14 @@ from roughcontact.plots.style import (
     single_axes,
 )
 from roughcontact.units import counted, engineering, percent
-from roughcontact.volume import depth as sections
+from roughcontact.volume import depth
 from roughcontact.volume.result import ElastoplasticResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from roughcontact.volume.depth import DepthSection
+    from roughcontact.volume.profiles import DepthSection
 
 Array = NDArray[Any]
 
@@ -150,7 +150,7 @@ def section(
 
     if width is not None:
         require_positive(width=width)
-    cut = _window(sections.section(result, along, index, body), width)
+    cut = _window(depth.cut(result, along, index, body), width)
     plane, columns, rows = cut.plane, cut.columns, cut.rows
     length = float(plane.edges[columns.stop] - plane.edges[columns.start])
     height = _PANEL * cut.depth / length
@@ -244,7 +244,7 @@ def profile(
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
-    found = sections.profile(result, point, body)
+    found = depth.profile(result, point, body)
     figure = Figure(figsize=(10.8, 5.6), dpi=DPI, layout=layout())
     grid = figure.subplots(1, 3, sharey=True)
     length, length_unit = prefixed(float(found.faces[-1]), "m")
@@ -311,7 +311,7 @@ def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
-    found = sections.layers(result, body)
+    found = depth.layers(result, body)
     figure = Figure(figsize=(10.8, 5.6), dpi=DPI, layout=layout())
     grid = figure.subplots(1, 3, sharey=True)
     length, length_unit = prefixed(float(found.faces[-1]), "m")

@@ -17,7 +17,7 @@ from roughcontact.plots import maps, profiles, volume
 from roughcontact.report import assumptions_volume, chapters, page, regimes, script
 from roughcontact.report.page import Chapter, Row, Section, Table
 from roughcontact.units import counted, engineering, percent
-from roughcontact.volume import depth as sections
+from roughcontact.volume import depth
 from roughcontact.volume.result import ElastoplasticResult
 
 if TYPE_CHECKING:
@@ -314,10 +314,10 @@ def _volume(result: ElastoplasticResult, body: int) -> Chapter:
 def _volume_rows(result: ElastoplasticResult, body: int) -> list[Row]:
     """Return where strain and stress of one body are largest, and its layers."""
     held = result.bodies[body]
-    layer, row, column = sections.most_strained(result, body)
+    layer, row, column = depth.most_strained(result, body)
     dy, dx = result.contact.surface.pixel
     depth = float(held.depth[layer])
-    told = sections.layers(result, body)
+    told = depth.layers(result, body)
     deepest = int(told.max_residual_von_mises.argmax())
     place = f"{engineering((row + 0.5) * dy, 'm')}, {engineering((column + 0.5) * dx, 'm')}"
     rows: list[Row] = [
@@ -361,7 +361,7 @@ def _volume_rows(result: ElastoplasticResult, body: int) -> list[Row]:
 
 def _close_up(result: ElastoplasticResult, body: int) -> float | None:
     """Return a width that shows the zone at the largest strain, or None if all of the map does."""
-    zone = sections.profile(result, body=body)
+    zone = depth.profile(result, body=body)
     plastic = np.flatnonzero(zone.accumulated)
     if not plastic.size:
         return None

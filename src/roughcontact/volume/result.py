@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,7 @@ from roughcontact.contact.area import rim_excess
 from roughcontact.contact.result import ContactResult
 from roughcontact.halfspace import tensors
 from roughcontact.material.material import Material
-
-if TYPE_CHECKING:
-    from roughcontact.report.page import Section
-    from roughcontact.volume.depth import DepthProfile, DepthSection, LayerProfile
+from roughcontact.volume.profiles import DepthProfile, DepthSection, LayerProfile
 
 Array = NDArray[Any]
 
@@ -357,10 +354,10 @@ class ElastoplasticResult:
         return depth.profile(self, point, body)
 
     def section(self, along: str = "x", index: int | None = None, body: int = 0) -> DepthSection:
-        """Return them on a vertical plane; see `roughcontact.volume.depth.section`."""
+        """Return them on a vertical plane; see `roughcontact.volume.depth.cut`."""
         from roughcontact.volume import depth
 
-        return depth.section(self, along, index, body)
+        return depth.cut(self, along, index, body)
 
     def layers(self, body: int = 0) -> LayerProfile:
         """Return what each layer holds at most; see `roughcontact.volume.depth.layers`."""
@@ -368,7 +365,7 @@ class ElastoplasticResult:
 
         return depth.layers(self, body)
 
-    def report(self, path: str | Path, command: str = "", sections: Sequence[Section] = ()) -> None:
+    def report(self, path: str | Path, command: str = "", sections: Sequence[Any] = ()) -> None:
         """Write a report that needs no other file; see `roughcontact.report.volume.save`.
 
         Parameters
