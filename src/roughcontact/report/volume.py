@@ -316,7 +316,7 @@ def _volume_rows(result: ElastoplasticResult, body: int) -> list[Row]:
     held = result.bodies[body]
     layer, row, column = depth.most_strained(result, body)
     dy, dx = result.contact.surface.pixel
-    depth = float(held.depth[layer])
+    deep = float(held.depth[layer])
     told = depth.layers(result, body)
     deepest = int(told.max_residual_von_mises.argmax())
     place = f"{engineering((row + 0.5) * dy, 'm')}, {engineering((column + 0.5) * dx, 'm')}"
@@ -326,7 +326,7 @@ def _volume_rows(result: ElastoplasticResult, body: int) -> list[Row]:
             percent(held.max_plastic_strain)
             if held.plastic_volume
             else engineering(float(held.von_mises.max()), "Pa"),
-            f"{engineering(depth, 'm', 3)} deep, at y, x = {place}",
+            f"{engineering(deep, 'm', 3)} deep, at y, x = {place}",
         ),
         (
             "Plastic depth",
