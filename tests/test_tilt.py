@@ -1,4 +1,5 @@
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 import roughcontact as rc
 from roughcontact.contact import solve
+from roughcontact.halfspace.sums import LocalSums
 from roughcontact.solvers import bounded, tilt
 from roughcontact.solvers.problem import Problem
 
@@ -167,9 +169,9 @@ def test_the_first_guess_is_exact_for_a_circle() -> None:
         bounded.Status.CONVERGED, 0, 0, (),
     )  # fmt: skip
     problem = Problem(np.where(np.isnan(punch), np.inf, 0.0), np.inf, 1.0)
-    steepness, reach = tilt._guess(
-        problem, solution, np.zeros(2), *tilt.levers((n, n), (pixel, pixel))
-    )
+    operator = SimpleNamespace(rows=slice(0, n), sums=LocalSums())
+    levers = tilt.levers((n, n), (pixel, pixel))
+    steepness, reach = tilt._guess(problem, solution, np.zeros(2), *levers, operator)
     exact = 4 / 3 * flat.contact_modulus * a**3 / (2.0 * (n * pixel) ** 2)
     # The rim is known to a part of a pixel, 5 % of the radius.
     np.testing.assert_allclose(steepness, exact * np.eye(2), rtol=0.05, atol=1e-9 * exact)

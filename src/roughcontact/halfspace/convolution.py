@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from roughcontact.halfspace import fft, kernels
 from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.sums import LocalSums
 
 Visit = Callable[[int, slice, NDArray[Any]], None]
 
@@ -61,6 +62,10 @@ class Convolution:
     ----------
     self_displacement : float
         Displacement of a pixel under unit pressure on itself, K₀₀ [m/Pa].
+    rows : slice
+        Rows of the map that this process holds: all of them.
+    sums : LocalSums
+        Sums over all pixels.
     """
 
     def __init__(
@@ -77,6 +82,7 @@ class Convolution:
         self.shape, self.padded, self.workspace = shape, padded, workspace
         self.spectrum = spectrum.astype(self.real, copy=False)
         self.self_displacement = _value_at_origin(spectrum, padded)
+        self.rows, self.sums = slice(0, shape[0]), LocalSums()
         self._rows = (shape[0], padded[1] // 2 + 1)
         itemsize = np.dtype(self._complex).itemsize
         workspace.reserve(self._rows[0] * self._rows[1] * itemsize)

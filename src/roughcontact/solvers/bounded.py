@@ -19,6 +19,7 @@ doi:10.1137/S1052623401383558):
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -27,18 +28,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.halfspace.convolution import Convolution
 from roughcontact.solvers.active_set import active_set_step
 from roughcontact.solvers.iterate import (
     Iterate,
     Viewer,
     admissible,
-    norm,
     projected,
     settled,
     slopes,
 )
-from roughcontact.solvers.operator import Family
+from roughcontact.solvers.operator import Family, Operator, norm
 from roughcontact.solvers.patches import Patches
 from roughcontact.solvers.problem import Loaded, Problem, coarsened, prolonged
 from roughcontact.solvers.progress import Step
@@ -103,7 +102,7 @@ class Solution:
 
 def solve(
     problem: Problem,
-    operator: Family,
+    family: Family,
     *,
     tolerance: float,
     max_iterations: int,
@@ -116,9 +115,9 @@ def solve(
     ----------
     problem : Problem
         What to solve; it must be feasible.
-    operator : callable
-        ``operator(shape, (ky, kx))`` returns ``pressure → displacement`` on a grid of that shape
-        whose pixels are as large as ``ky × kx`` pixels of the map.
+    family : callable
+        ``family(shape, (ky, kx))`` returns the `Operator` ``pressure → displacement`` on a map of
+        that shape whose pixels are as large as ``ky × kx`` pixels of this one.
     tolerance : float
         Certificate ε at which the solution counts as converged.
     max_iterations : int
@@ -143,22 +142,22 @@ def solve(
 
     levels = [problem]
     if start is None:
-        while min(levels[-1].initial_gap.shape) >= 2 * _COARSEST:
+        while min(levels[-1].shape) >= 2 * _COARSEST:
             levels.append(coarsened(levels[-1]))
         pixels = levels[-1].initial_gap.size
-        mean = (levels[-1].total or 0.0) / pixels
+        mean = (levels[-1].total or 0.0) / math.prod(levels[-1].shape)
         start = np.arange(pixels), np.full(pixels, mean)
     # The largest operator first: the coarse ones then work in its memory.
-    finest_operator = operator(_shape(problem), (1, 1))
+    finest_operator = family(problem.shape, (1, 1))
     for depth in range(len(levels) - 1, -1, -1):
         level = levels[depth]
         finest = depth == 0
         pixel = (2**depth, 2**depth)
-        level_operator = finest_operator if finest else operator(_shape(level), pixel)
+        level_operator = finest_operator if finest else family(level.shape, pixel)
         solution = _solve_level(
             level,
             level_operator,
-            Patches(level_operator, operator, pixel),
+            Patches(level_operator, family, pixel),
             start,
             max(tolerance, _COARSE_TOLERANCE) if not finest else tolerance,
             max_iterations,
@@ -171,26 +170,20 @@ def solve(
     return Solution(**{**vars(solution), "history": tuple(history)})
 
 
-def _shape(problem: Problem) -> tuple[int, int]:
-    ny, nx = problem.initial_gap.shape
-    return ny, nx
-
-
 def _solve_level(
     problem: Problem,
-    operator: Convolution,
+    operator: Operator,
     patches: Patches,
     first: Loaded,
     tolerance: float,
     max_iterations: int,
     note: Callable[[Step], None],
 ) -> Solution:
-    shape = _shape(problem)
     viewer = Viewer(problem, operator)
-    now = best = viewer.look(*admissible(problem, first))
+    now = best = viewer.look(*admissible(problem, first, operator.sums))
     iteration, fruitless, bursts = 0, 0, 0
     while True:
-        note(Step(shape, iteration, viewer.convolutions, now.certificate, tolerance))
+        note(Step(problem.shape, iteration, viewer.convolutions, now.certificate, tolerance))
         if now.certificate <= tolerance:
             now = settled(now, viewer, tolerance)
             status = Status.CONVERGED
@@ -262,7 +255,7 @@ def projected_gradient(now: Iterate, viewer: Viewer, steps: int, max_iterations:
             energies.append(energies[-1] + 0.5 * (start + end))
             now = after
             continue
-        rate = norm(target - now.pressure) ** 2 / (end - start)
+        rate = norm(target - now.pressure, viewer.sums) ** 2 / (end - start)
         cut = 1.0
         if 0.5 * (start + end) + energies[-1] > max(energies[-_NONMONOTONE:]):
             cut = -start / (end - start)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.halfspace.convolution import Convolution
+from roughcontact.solvers.operator import Operator, Sums, norm
 from roughcontact.solvers.problem import Limit, Loaded, Problem
 from roughcontact.solvers.projection import project, shift_to_sum, without_dust
 
@@ -34,9 +34,9 @@ class Iterate:
 class Viewer:
     """Looks at what a pressure does on the whole map."""
 
-    def __init__(self, problem: Problem, operator: Convolution) -> None:
+    def __init__(self, problem: Problem, operator: Operator) -> None:
         self.problem, self.operator = problem, operator
-        self.unit = operator.self_displacement
+        self.unit, self.sums = operator.self_displacement, operator.sums
         self.convolutions = 0
         # The last look: displacement plus initial gap before the approach is taken off, and the
         # pixels that matter.
@@ -51,7 +51,7 @@ class Viewer:
     def look(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Iterate:
         """Return what a pressure does, computed afresh over the whole map."""
         initial_gap, total = self.problem.initial_gap, self.problem.total
-        pressure = without_dust(pressure, self.limit(index))
+        pressure = without_dust(pressure, self.limit(index), self.sums)
         loaded = pressure > 0
         index, pressure = index[loaded], pressure[loaded]
 
@@ -65,9 +65,9 @@ class Viewer:
         if total is not None:
             # More pixels can only lower the approach that carries the load: this one is a bound.
             approach = self._multiplier(index, pressure, total)
-        loaded_pixels = index.size
+        loaded_pixels = self.sums.size(index)
         index, pressure = self._joined(index, pressure, support.starts, approach)
-        if total is not None and index.size > loaded_pixels:
+        if total is not None and self.sums.size(index) > loaded_pixels:
             approach = self._multiplier(index, pressure, total)
         opened = self.opened(index)
         gap = opened - approach
@@ -79,7 +79,8 @@ class Viewer:
         doubt = np.abs(opened) + np.abs(initial_gap.ravel()[index])
         doubt *= 0.5 * float(np.finfo(self.operator.real).eps) / self.unit
         doubt = np.clip(reach + doubt, 0, bound) - np.clip(reach - doubt, 0, bound)
-        size, moved, floor = norm(pressure), norm(step), 0.5 * norm(doubt)
+        size, moved = norm(pressure, self.sums), norm(step, self.sums)
+        floor = 0.5 * norm(doubt, self.sums)
         if self.operator.real is not np.float64:
             # Double precision would see it.
             moved = math.hypot(moved, floor)
@@ -102,9 +103,9 @@ class Viewer:
     ) -> float:
         opened = self.opened(index)
         # Offset first, so that the root find works on numbers of the size of the pressure.
-        offset = float(opened.mean())
+        offset = self.sums.total(opened) / self.sums.size(opened)
         values = pressure - (opened - offset) / self.unit
-        return offset + self.unit * shift_to_sum(values, self.limit(index), total)
+        return offset + self.unit * shift_to_sum(values, self.limit(index), total, self.sums)
 
     def _joined(
         self,
@@ -134,7 +135,7 @@ class Viewer:
         return np.insert(index, at, new), np.insert(pressure, at, 0.0)
 
 
-def admissible(problem: Problem, start: Loaded) -> Loaded:
+def admissible(problem: Problem, start: Loaded, sums: Sums) -> Loaded:
     """Return a pressure that keeps bounds and load, near the one given."""
     index, pressure = start
     touchable = np.isfinite(problem.initial_gap)
@@ -145,17 +146,17 @@ def admissible(problem: Problem, start: Loaded) -> Loaded:
     bound = problem.limit.ravel()[index] if isinstance(problem.limit, np.ndarray) else problem.limit
     if problem.total is None:
         return index, np.clip(pressure, 0, bound)
-    if not index.size or float(np.broadcast_to(bound, index.shape).sum()) < problem.total:
+    if not sums.size(index) or sums.total(np.broadcast_to(bound, index.shape)) < problem.total:
         # What is loaded cannot carry the load: start from everything that can touch.
         index = np.flatnonzero(touchable)
         pressure = np.zeros(index.size)
-        pressure += problem.total / index.size
+        pressure += problem.total / sums.size(index)
         if isinstance(problem.limit, np.ndarray):
             bound = problem.limit.ravel()[index]
-    return index, project(pressure, bound, problem.total)
+    return index, project(pressure, bound, problem.total, sums)
 
 
-def slopes(now: Iterate, moved: NDArray[np.float64], viewer: Viewer) -> NDArray[np.float64]:
+def slopes(now: Iterate, moved: NDArray[np.float64], viewer: Viewer) -> tuple[float, float]:
     """Return the slopes of the energy at both ends of the step that was looked at last.
 
     The energy is quadratic: its change is the mean of the two, its curvature their difference.
@@ -163,14 +164,17 @@ def slopes(now: Iterate, moved: NDArray[np.float64], viewer: Viewer) -> NDArray[
     direction = moved - now.pressure
     # Whatever approach is taken off cancels under a given load, where the step sums to zero.
     gap = viewer.opened(now.index) - now.approach
-    return np.array([dot(direction, now.gap), dot(direction, gap)])
+    sums = viewer.sums
+    return sums.dot(direction, now.gap), sums.dot(direction, gap)
 
 
 def projected(now: Iterate, viewer: Viewer, rate: float) -> NDArray[np.float64]:
     """Return the admissible pressure nearest to a step down the gradient."""
     bound, total = viewer.limit(now.index), viewer.problem.total
     target = now.pressure - rate * now.gap
-    return np.clip(target, 0, bound) if total is None else project(target, bound, total)
+    if total is None:
+        return np.clip(target, 0, bound)
+    return project(target, bound, total, viewer.sums)
 
 
 def settled(now: Iterate, viewer: Viewer, tolerance: float) -> Iterate:
@@ -184,19 +188,7 @@ def settled(now: Iterate, viewer: Viewer, tolerance: float) -> Iterate:
     target = projected(now, viewer, 1 / viewer.unit)
     falls = (target <= 0) & (now.pressure > 0)
     rises = (target >= bound) & (now.pressure < bound)
-    if not (falls | rises).any():
+    if not viewer.sums.count(falls | rises):
         return now
     settled = viewer.look(now.index, target)
     return settled if settled.certificate <= tolerance else now
-
-
-def dot(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-    """Return the inner product."""
-    # Not by BLAS: its threads spin for a while after each call, and the transforms need the cores.
-    return float(np.einsum("i,i->", first, second))
-
-
-def norm(values: NDArray[Any]) -> float:
-    """Return the Euclidean norm, summed in double precision."""
-    values = values.astype(np.float64, copy=False)
-    return math.sqrt(dot(values, values))

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.halfspace.convolution import Convolution
-from roughcontact.solvers.operator import Family
+from roughcontact.solvers.operator import Family, Operator
 from roughcontact.solvers.preconditioner import FreePixelInverse
 
 # Blocks per side for the collective modes of the contact spots, and the fewest points in one.
@@ -22,7 +21,7 @@ class Patch:
 
     first: tuple[int, int]
     map_width: int
-    operator: Convolution
+    operator: Operator
     inverse: FreePixelInverse
 
     def holds(self, low: tuple[int, int], high: tuple[int, int]) -> bool:
@@ -48,33 +47,30 @@ class Patches:
     """The smallest patch worth having that holds the pixels of a linear solve.
 
     A pressure displaces a pixel alike on any map that holds both, and reaches along the whole of
-    an axis that is periodic: where the contact is confined, so are the transforms.
+    an axis that is wrapped: where the contact is confined, so are the transforms.
     """
 
-    def __init__(self, operator: Convolution, family: Family, pixel: tuple[int, int]) -> None:
+    def __init__(self, operator: Operator, family: Family, pixel: tuple[int, int]) -> None:
         self._family, self._pixel, self._width = family, pixel, operator.shape[1]
         self._whole = self._patch((0, 0), operator)
-        self._wrapped = operator.wrapped
         self._last = self._whole
 
     def around(self, index: NDArray[np.int64]) -> Patch:
         """Return a patch that holds these pixels."""
-        ny, nx = shape = self._whole.operator.shape
-        if all(self._wrapped) or not index.size:
+        whole = self._whole.operator
+        (ny, nx), sums = whole.shape, whole.sums
+        if all(whole.wrapped) or not sums.size(index):
             return self._whole
-        column = index % nx
-        low = int(index[0] // nx), int(column.min())
-        high = int(index[-1] // nx), int(column.max())
+        # Indices ascend: the rows of the first and of the last are the lowest and the highest.
+        row, column = index[[0, -1]] // nx, index % nx
+        low = int(sums.smallest(row)), int(sums.smallest(column))
+        high = int(sums.largest(row)), int(sums.largest(column))
         if self._last is not self._whole and self._last.holds(low, high):
             return self._last
         first, points = [], []
-        for start, end, most, wrapped in zip(low, high, shape, self._wrapped, strict=True):
-            if wrapped:
-                first.append(0)
-                points.append(most)
-                continue
+        for start, end, most, wrapped in zip(low, high, whole.shape, whole.wrapped, strict=True):
             # Room for the contact to grow by a few pixels from step to step.
-            margin = 2 + (end - start) // 32
+            margin = most if wrapped else 2 + (end - start) // 32
             first.append(max(0, start - margin))
             points.append(min(most, end + 1 + margin) - first[-1])
         if 2 * points[0] * points[1] > ny * nx:
@@ -83,7 +79,7 @@ class Patches:
         self._last = self._patch((first[0], first[1]), operator)
         return self._last
 
-    def _patch(self, first: tuple[int, int], operator: Convolution) -> Patch:
+    def _patch(self, first: tuple[int, int], operator: Operator) -> Patch:
         response = _responses(operator.shape, self._family, self._pixel)
         if response is not None:
             response /= operator.self_displacement

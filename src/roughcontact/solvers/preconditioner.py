@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.halfspace.convolution import Convolution
+from roughcontact.solvers.operator import Operator
 
 Array = NDArray[np.float64]
 
@@ -36,16 +36,17 @@ class FreePixelInverse:
 
     Parameters
     ----------
-    wrapped : Convolution
-        ``displacement / K₀₀ → pressure``; see `Convolution.approximate_inverse`.
+    wrapped : Operator
+        ``displacement / K₀₀ → pressure``; see `Operator.approximate_inverse`.
     response : ndarray, shape (by, bx), optional
         Displacement over K₀₀ of the pixels of each block under unit pressure on one pixel of the
         first block; without it only the wrapped inverse is used.
     """
 
-    def __init__(self, wrapped: Convolution, response: Array | None = None) -> None:
+    def __init__(self, wrapped: Operator, response: Array | None = None) -> None:
         self._wrapped, self._response = wrapped, response
-        self._weights = np.full(wrapped.shape[0] * wrapped.shape[1], np.nan, np.float16)
+        here = (wrapped.rows.stop - wrapped.rows.start) * wrapped.shape[1]
+        self._weights = np.full(here, np.nan, np.float16)
         self._coarse = np.empty((0, 0))
 
     def on(self, index: NDArray[np.int64]) -> Callable[[Array], Array]:
@@ -56,20 +57,22 @@ class FreePixelInverse:
         index : ndarray of int, shape (n,)
             Flat indices of the pixels, ascending.
         """
-        support = self._wrapped.support(index)
-        if self._response is None or index.size < 2:
+        support, sums = self._wrapped.support(index), self._wrapped.sums
+        if self._response is None or sums.size(index) < 2:
             return lambda displacement: self._wrapped.gather(support, displacement)
         (ny, nx), (by, bx) = self._wrapped.shape, self._response.shape
         row, column = np.divmod(index, nx)
+        row += self._wrapped.rows.start
         block = row // -(-ny // by) * bx + column // -(-nx // bx)
         weight = self._weights[index].astype(np.float64)
         unknown = np.isnan(weight)
-        if np.count_nonzero(unknown) > _STALE * index.size:
+        if sums.count(unknown) > _STALE * sums.size(index):
             # Positive but for rounding: a pixel is stiffer than its neighbours are soft.
             weight = np.maximum(self._wrapped.gather(support, np.ones(index.size)), 1e-6)
             self._weights[...] = np.nan
             self._weights[index] = weight
-            self._coarse = self._collective(np.bincount(block, weight, minlength=by * bx))
+            stiffness = sums.added(np.bincount(block, weight, minlength=by * bx))
+            self._coarse = self._collective(stiffness)
         else:
             weight[unknown] = 1e-6
         coarse = self._coarse
@@ -77,8 +80,7 @@ class FreePixelInverse:
         def apply(displacement: Array) -> Array:
             pressure = self._wrapped.gather(support, displacement)
             force = np.bincount(block, weight * displacement, minlength=by * bx)
-            # Not by BLAS: its threads spin for a while after each call.
-            pressure -= weight * np.einsum("ij,j->i", coarse, force)[block]
+            pressure -= weight * _product(coarse, sums.added(force))[block]
             return pressure
 
         return apply
@@ -93,3 +95,9 @@ class FreePixelInverse:
         system[np.diag_indices_from(system)] += 1
         inverse: Array = np.linalg.solve(system.T, coupling)
         return inverse
+
+
+def _product(matrix: Array, vector: Array) -> Array:
+    # Not by BLAS: its threads spin for a while after each call.
+    product: Array = np.einsum("ij,j->i", matrix, vector)
+    return product

@@ -26,12 +26,24 @@ class Problem:
         Sum of the pressures wanted [Pa]: load over pixel area.
     approach : float, optional
         ω [m]; exactly one of ``total`` and ``approach`` is given.
+    whole : (int, int), optional
+        Grid points of the whole map, where other processes hold a part of it; the maps above have
+        the rows of this process.
     """
 
     initial_gap: NDArray[Any]
     limit: Limit
     total: float | None = None
     approach: float | None = None
+    whole: tuple[int, int] | None = None
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Grid points of the whole map."""
+        if self.whole is not None:
+            return self.whole
+        ny, nx = self.initial_gap.shape
+        return ny, nx
 
 
 def coarsened(problem: Problem) -> Problem:
@@ -51,8 +63,13 @@ def coarsened(problem: Problem) -> Problem:
         limit = np.where(touchable, limit, 0)
     if isinstance(limit, np.ndarray):
         limit = _block_mean(limit)
-    total = None if problem.total is None else problem.total / 4
-    return Problem(gap, limit, total, problem.approach)
+    return Problem(
+        initial_gap=gap,
+        limit=limit,
+        total=None if problem.total is None else problem.total / 4,
+        approach=problem.approach,
+        whole=problem.whole and _halved(problem.whole),
+    )
 
 
 def prolonged(start: Loaded, width: int, shape: tuple[int, ...]) -> Loaded:
@@ -74,6 +91,10 @@ def prolonged(start: Loaded, width: int, shape: tuple[int, ...]) -> Loaded:
             pressure[at] = coarse_pressure
             inside[at] = (fine_row < shape[0]) & (fine_column < shape[1])
     return index[inside], pressure[inside]
+
+
+def _halved(shape: tuple[int, int]) -> tuple[int, int]:
+    return -(-shape[0] // 2), -(-shape[1] // 2)
 
 
 def _block_mean(values: NDArray[Any]) -> NDArray[np.float64]:

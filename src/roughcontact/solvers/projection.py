@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.solvers.operator import Sums
+
 _MAX_STEPS = 200
 _ROUNDING = 1e-15
 # Relative to the limit, or to the largest value: what this near to a bound is put on it.
@@ -12,7 +14,7 @@ _DUST = 1e-12
 
 
 def shift_to_sum(
-    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float
+    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float, sums: Sums
 ) -> float:
     """Return λ such that the sum of ``clip(values + λ, 0, limit)`` is ``total``.
 
@@ -24,6 +26,8 @@ def shift_to_sum(
         Upper bounds, positive; ``inf`` where there is none.
     total : float
         Sum wanted, between 0 and the sum of the limits.
+    sums : Sums
+        Sums over all values, those of other processes included.
 
     Returns
     -------
@@ -36,7 +40,7 @@ def shift_to_sum(
     ``clip(values + λ, 0, limit)`` is the Euclidean projection of ``values`` on the set, and λ the
     multiplier of its sum (Pardalos and Kovoor 1990, doi:10.1007/BF01585748).
     """
-    low, high = _bracket(values, limit, total)
+    low, high = _bracket(values, limit, total, sums)
     if total <= 0:
         return low
     shift = min(max(0.0, low), high)
@@ -45,7 +49,7 @@ def shift_to_sum(
     while len(tried) < _MAX_STEPS and shift not in tried:
         tried.add(shift)
         moved = values + shift
-        excess = float(np.clip(moved, 0, limit).sum()) - total
+        excess = sums.total(np.clip(moved, 0, limit)) - total
         # As exact as the sum of so many numbers is itself.
         if abs(excess) <= _ROUNDING * total:
             break
@@ -54,7 +58,7 @@ def shift_to_sum(
             high = shift
         else:
             low = shift
-        free = int(np.count_nonzero((moved > 0) & (moved < limit)))
+        free = sums.count((moved > 0) & (moved < limit))
         step = shift - excess / free if free and not halve else np.nan
         # Newton's steps may creep along a staircase of values: then halve the bracket in between.
         halve = not halve and high - low > 0.5 * width
@@ -64,28 +68,28 @@ def shift_to_sum(
 
 
 def _bracket(
-    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float
+    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float, sums: Sums
 ) -> tuple[float, float]:
     """Return shifts below and above which the sum cannot lie on its way to ``total``."""
     limits = np.broadcast_to(limit, values.shape)
     unlimited = np.isinf(limits)
-    if unlimited.any():
+    if sums.count(unlimited):
         # One value without limit can carry everything.
-        high = total - float(values[unlimited].max())
+        high = total - sums.largest(values[unlimited])
     else:
-        high = float((limits - values).max())
-    low = -float(values.max())
+        high = sums.largest(limits - values)
+    low = -sums.largest(values)
     return min(low, high), max(low, high)
 
 
 def project(
-    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float
+    values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float, sums: Sums
 ) -> NDArray[np.float64]:
     """Return the point nearest to ``values`` with entries in ``[0, limit]`` and sum ``total``.
 
     Parameters
     ----------
-    values, limit, total
+    values, limit, total, sums
         As for `shift_to_sum`.
 
     Returns
@@ -93,18 +97,19 @@ def project(
     ndarray, shape (n,)
         The projection; entries at a bound are exactly the bound.
     """
-    projected = np.clip(values + shift_to_sum(values, limit, total), 0, limit)
+    projected = np.clip(values + shift_to_sum(values, limit, total, sums), 0, limit)
     # What the resolution of the shift leaves, if the values dwarf the limit.
-    missing = total - float(projected.sum())
+    missing = total - sums.total(projected)
     free = (projected > 0) & (projected < limit)
-    if missing and free.any():
-        share = missing / np.count_nonzero(free)
+    count = sums.count(free)
+    if missing and count:
+        share = missing / count
         np.clip(projected + share, 0, limit, out=projected, where=free)
     return projected
 
 
 def without_dust(
-    pressure: NDArray[np.float64], limit: float | NDArray[np.float64]
+    pressure: NDArray[np.float64], limit: float | NDArray[np.float64], sums: Sums
 ) -> NDArray[np.float64]:
     """Return the pressure with what rounding left near a bound put on the bound.
 
@@ -114,13 +119,15 @@ def without_dust(
         Values in ``[0, limit]``.
     limit : float or ndarray, shape (n,)
         Upper bounds.
+    sums : Sums
+        Sums over all pixels, those of other processes included.
 
     Returns
     -------
     ndarray, shape (n,)
         The values; whether a pixel touches or is saturated is no matter of rounding any more.
     """
-    dust = _DUST * np.minimum(limit, pressure.max(initial=0))
+    dust = _DUST * np.minimum(limit, sums.largest(pressure, least=0))
     cleaned = np.where(pressure > limit - dust, limit, pressure)
     cleaned[cleaned < dust] = 0
     return cleaned

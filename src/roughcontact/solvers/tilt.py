@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from roughcontact.solvers import bounded
 from roughcontact.solvers.bounded import Solution, Status
-from roughcontact.solvers.operator import Family
+from roughcontact.solvers.operator import Family, Operator
 from roughcontact.solvers.problem import Loaded, Problem
 from roughcontact.solvers.progress import Step
 
@@ -138,7 +138,7 @@ def _nearest(points: Array) -> Array:
 
 def solve(
     problem: Problem,
-    operator: Family,
+    family: Family,
     target: Array,
     pixel: tuple[float, float],
     slope: tuple[float, float],
@@ -156,7 +156,7 @@ def solve(
     problem : Problem
         A problem under a given load on a map with free boundary; ``initial_gap`` is that
         without tilt.
-    operator, tolerance, max_iterations, start, progress
+    family, tolerance, max_iterations, start, progress
         As for `roughcontact.solvers.bounded.solve`.
     target : ndarray, shape (2,)
         Mean lever (y, x) wanted; `excess` tells whether any pressure has it.
@@ -174,19 +174,24 @@ def solve(
     (float, float)
         Slopes of the gap along y and x that the tilt adds.
     """
-    shape = problem.initial_gap.shape
-    y, x = levers(shape, pixel)
-    side = max(points * edge for points, edge in zip(shape, pixel, strict=True))
+    finest = family(problem.shape, (1, 1))
+    y, x = levers(problem.shape, pixel)
+    side = max(points * edge for points, edge in zip(problem.shape, pixel, strict=True))
     last: Solution | None = None
     tilt = np.array(slope) * side
     iterations = convolutions = 0
 
+    def again(shape: tuple[int, int], coarsening: tuple[int, int]) -> Operator:
+        known = coarsening == (1, 1) and shape == finest.shape
+        return finest if known else family(shape, coarsening)
+
     def respond(now: Array, accuracy: float) -> Array | None:
         nonlocal last, tilt, iterations, convolutions
         tilt = now
+        tilted = problem.initial_gap + now[0] * y[finest.rows] + now[1] * x
         last = bounded.solve(
-            replace(problem, initial_gap=problem.initial_gap + now[0] * y + now[1] * x),
-            operator,
+            replace(problem, initial_gap=tilted),
+            again,
             tolerance=min(accuracy, tolerance),
             max_iterations=max_iterations,
             start=start if last is None else (last.index, last.pressure),
@@ -195,42 +200,49 @@ def solve(
         iterations += last.iterations
         convolutions += last.convolutions
         # More accuracy than the result needs may be out of reach; less would lead nowhere.
-        return None if last.certificate > tolerance else _mean(last, y, x) - target
+        return None if last.certificate > tolerance else _mean(last, y, x, finest) - target
 
     error = respond(tilt, tolerance)
     assert last is not None
     if error is not None:
-        steepness, reach = _guess(problem, last, tilt, y, x)
+        steepness, reach = _guess(problem, last, tilt, y, x, finest)
         balance(respond, tilt, error, steepness, reach, tolerance=0.9 * moment_tolerance)
     status = Status.CONVERGED if last.certificate <= tolerance else last.status
     found = replace(last, status=status, iterations=iterations, convolutions=convolutions)
     return found, (float(tilt[0]) / side, float(tilt[1]) / side)
 
 
-def _mean(solution: Solution, y: Array, x: Array) -> Array:
-    """Return the mean lever of the pressure."""
+def _arms(solution: Solution, y: Array, x: Array, operator: Operator) -> tuple[Array, Array, Array]:
+    """Return the levers of the pixels with pressure, and the part of the load that each carries."""
     row, column = np.divmod(solution.index, x.size)
-    share = solution.pressure / solution.pressure.sum()
-    return np.array([share @ y[row, 0], share @ x[column]])
+    row += operator.rows.start
+    return y[row, 0], x[column], solution.pressure / operator.sums.total(solution.pressure)
+
+
+def _mean(solution: Solution, y: Array, x: Array, operator: Operator) -> Array:
+    """Return the mean lever of the pressure."""
+    arm_y, arm_x, share = _arms(solution, y, x, operator)
+    return operator.sums.added(np.array([share @ arm_y, share @ arm_x]))
 
 
 def _guess(
-    problem: Problem, solution: Solution, tilt: Array, y: Array, x: Array
+    problem: Problem, solution: Solution, tilt: Array, y: Array, x: Array, operator: Operator
 ) -> tuple[Array, float]:
     """Return how fast the moment may fall with the tilt, and how far that may hold.
 
     A flat circle of radius a has the vertical stiffness 2 E* a, the tilting stiffness 4/3 E* a³
     and the mean square lever a²/3 of its pressure: twice their product.
     """
-    row, column = np.divmod(solution.index, x.size)
-    arms = np.stack([y[row, 0], x[column]])
-    share = solution.pressure / solution.pressure.sum()
+    added = operator.sums.added
+    *levers_of_pixels, share = _arms(solution, y, x, operator)
+    arms = np.stack(levers_of_pixels)
     opened = problem.initial_gap.ravel()[solution.index] + tilt @ arms
     displacement = solution.gap.ravel()[solution.index] + solution.approach - opened
-    sunk = float(share @ displacement)
-    arms = arms - (arms @ share)[:, None]
+    sunk = float(added(share @ displacement))
+    arms = arms - added(arms @ share)[:, None]
     # A pixel has some width even where it is alone.
-    spread = (share * arms) @ arms.T + np.diag([np.ptp(y) / y.size, np.ptp(x) / x.size]) ** 2 / 12
+    width = np.diag([np.ptp(y) / y.size, np.ptp(x) / x.size])
+    spread = added((share * arms) @ arms.T) + width**2 / 12
     return 2 * spread / sunk, sunk / math.sqrt(np.trace(spread))
 
 
