@@ -62,8 +62,8 @@ def test_a_wrong_answer_is_seen(monkeypatch):
     true = convolution.free
     with monkeypatch.context() as patch:
         # A modulus that is 1 % off, which the program itself cannot see.
-        patch.setitem(
-            rc.contact.operators._BOUNDARIES, "free",
+        patch.setattr(
+            convolution, "free",
             lambda shape, pixel, modulus, **options: true(shape, pixel, modulus / 1.01, **options),
         )  # fmt: skip
         outcome = robustness.attempt(case)

@@ -36,7 +36,7 @@ def test_spots_are_those_of_a_flood_fill(
 ) -> None:
     rng = np.random.default_rng(seed)
     pressure = np.where(rng.random((ny, nx)) < share, rng.random((ny, nx)) + 0.1, 0.0)
-    found = spots.find(pressure, PIXEL, periodic)
+    found = spots.find(pressure, PIXEL, (0, 1) if periodic else ())
     area = PIXEL[0] * PIXEL[1]
     assert np.round(found.area / area).astype(int).tolist() == flood(pressure > 0, periodic)
     assert found.count == found.label.max(initial=0)
@@ -52,11 +52,11 @@ def test_a_corner_does_not_join_and_an_edge_of_a_period_does() -> None:
     pressure = np.zeros((5, 6))
     pressure[0, 2], pressure[1, 3], pressure[4, 2] = 1, 1, 1
     assert spots.find(pressure, PIXEL).count == 3
-    assert spots.find(pressure, PIXEL, periodic=True).count == 2
+    assert spots.find(pressure, PIXEL, periodic_axes=(0, 1)).count == 2
 
 
 def test_no_contact_has_no_spots() -> None:
-    found = spots.find(np.zeros((3, 4)), PIXEL, periodic=True)
+    found = spots.find(np.zeros((3, 4)), PIXEL, periodic_axes=(0, 1))
     assert found.count == 0
     assert found.load.size == found.peak.size == 0
 

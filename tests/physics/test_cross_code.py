@@ -6,7 +6,6 @@ import problems
 import pytest
 
 import cross_code
-import roughcontact as rc
 from roughcontact.halfspace import convolution
 
 
@@ -66,8 +65,8 @@ def test_the_certificate_tells_what_other_settings_leave(rows):
 
 def test_the_comparison_would_see_a_wrong_kernel(monkeypatch):
     true = convolution.free
-    monkeypatch.setitem(
-        rc.contact.operators._BOUNDARIES, "free",
+    monkeypatch.setattr(
+            convolution, "free",
         lambda shape, pixel, modulus, **o: true(shape, pixel, modulus * (1 + 1e-6), **o),
     )  # fmt: skip
     stored = problems.load("aspher")[1]["tight", "rough-64"]

@@ -102,7 +102,9 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
     for name in _NUMBERS:
         attributes[name] = float(getattr(result, name))
         attributes[f"{name}_units"] = _NUMBERS[name]
-    for name in (*_WORDS, *_COUNTS):
+    for name in _WORDS:
+        attributes[name] = str(getattr(result, name))
+    for name in _COUNTS:
         attributes[name] = getattr(result, name)
     for name, unit in _PAIRS.items():
         pair = getattr(result, name)

@@ -7,8 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.halfspace.boundary import Boundary
 
-def rim_excess(touching: NDArray[np.bool_], elastic: NDArray[np.bool_], boundary: str) -> float:
+
+def rim_excess(
+    touching: NDArray[np.bool_], elastic: NDArray[np.bool_], boundary: Boundary
+) -> float:
     """Return by how many pixels an elastic rim makes a contact area too large.
 
     Parameters
@@ -17,7 +21,7 @@ def rim_excess(touching: NDArray[np.bool_], elastic: NDArray[np.bool_], boundary
         Pixels with pressure.
     elastic : ndarray of bool, shape (ny, nx)
         Those of them at whose rim the pressure falls to zero.
-    boundary : {"free", "periodic"}
+    boundary : Boundary
         Whether the map goes on beyond its edges.
 
     Returns
@@ -33,7 +37,8 @@ def rim_excess(touching: NDArray[np.bool_], elastic: NDArray[np.bool_], boundary
     for axis in (0, 1):
         beyond, elastic_beyond = np.roll(touching, -1, axis), np.roll(elastic, -1, axis)
         rim = (elastic & ~beyond) | (~touching & elastic_beyond)
-        rims += int(np.count_nonzero(rim if boundary == "periodic" else np.delete(rim, -1, axis)))
+        wrapped = axis in boundary.periodic_axes
+        rims += int(np.count_nonzero(rim if wrapped else np.delete(rim, -1, axis)))
     return (math.pi - 1 + math.log(2)) / 24 * rims
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact import memory
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import CapacityError, InputError, Mention, Part
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
 from roughcontact.solvers import tilt
 from roughcontact.surface.surface import Surface
@@ -53,7 +54,7 @@ def check_surfaces(surface: Surface, counter_surface: Surface | None) -> None:
 
 
 def checked_moments(
-    moments: tuple[float, float], load: float | None, boundary: str, precision: str
+    moments: tuple[float, float], load: float | None, boundary: Boundary, precision: str
 ) -> tuple[float, float]:
     """Return the moments as two numbers, or raise `InputError` if they cannot be balanced."""
     try:
@@ -70,7 +71,7 @@ def checked_moments(
         raise InputError(
             "need a load to balance; give load instead of approach", argument="moments"
         )
-    if boundary == "periodic":
+    if boundary.periodic_axes:
         raise InputError("need boundary='free': a tilt has no period", argument="moments")
     if precision == "single":
         raise InputError("need precision='double' to be balanced to 1e-8", argument="moments")
@@ -154,9 +155,7 @@ def memory_estimate(
     ----------
     shape : (int, int)
         Grid points ``(ny, nx)``.
-    boundary : {"free", "periodic"}
-        As for `solve`.
-    precision : {"double", "single"}
+    boundary, precision
         As for `solve`.
 
     Returns
@@ -165,17 +164,11 @@ def memory_estimate(
         Bytes, for a contact on a small part of the map; a map in full contact needs about
         twice as much.
     """
-    ny, nx = shape
     real = 8 if precision == "double" else 4
-    pixels = ny * nx
-    spectra = 2 if boundary == "free" else 1
-    rows = 2 * real * ny * (nx * spectra // 2 + 1)
-    kernel = 8 * (ny + 1) * (nx + 1) // (1 if boundary == "free" else 4)
-    if precision == "single":
-        kernel += kernel // 2
+    pixels = shape[0] * shape[1]
     # Initial gap and open gap, coarse grids, then the pressure that is returned.
     maps = 2 * real * pixels + real * pixels // 2 + 8 * pixels
-    return rows + kernel + maps
+    return Boundary(boundary).operator_memory(shape, precision) + maps
 
 
 def check_memory(

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import CapacityError
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material, softer
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
@@ -25,7 +26,7 @@ class Facing:
     surface: Surface
     counter: Surface | None
     on_counter: bool
-    periodic: bool
+    boundary: Boundary
     origin: tuple[int, int]
 
     @property
@@ -43,12 +44,9 @@ class Facing:
         if counter is None:
             return surface, None
         heights = counter.heights - indentation if self.on_counter else counter.heights
-        if self.periodic:
-            moved = np.roll(heights, shift, (0, 1))
-        else:
-            moved = np.full(surface.shape, np.nan)
-            here, there = self._overlap(shift)
-            moved[here] = heights[there]
+        moved = np.full(surface.shape, np.nan)
+        here, there = self._overlap(shift)
+        moved[here] = self._rolled(heights, shift)[there]
         if np.isnan(moved + surface.heights).all():
             raise CapacityError(
                 f"no contact is possible: shifted by {shift} pixels the counter-body has no point "
@@ -59,25 +57,31 @@ class Facing:
     def _overlap(self, shift: tuple[int, int]) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
         """Return which part of the surface faces the counter-body, and which part of that."""
         assert self.counter is not None
-        here, there = [], []
+        here, there = [slice(None)] * 2, [slice(None)] * 2
         for axis, (points, own) in enumerate(
             zip(self.surface.shape, self.counter.shape, strict=True)
         ):
+            if axis in self.boundary.periodic_axes:
+                continue
             ahead = shift[axis] - self.origin[axis]
             first, last = max(0, ahead), min(points, ahead + own)
-            here.append(slice(first, last))
-            there.append(slice(first - ahead, last - ahead))
+            here[axis] = slice(first, last)
+            there[axis] = slice(first - ahead, last - ahead)
         return tuple(here), tuple(there)
+
+    def _rolled(self, values: Array, shift: tuple[int, int]) -> Array:
+        """Return a map shifted along the axes where it goes on beyond its edges."""
+        axes = self.boundary.periodic_axes
+        return np.roll(values, [shift[axis] for axis in axes], axes) if axes else values
 
     def indent(self, indentation: Array, new: Array, shift: tuple[int, int]) -> None:
         """Add what was indented on the grid of the surface to the body that keeps it."""
         if not self.on_counter:
             indentation += new
-        elif self.periodic:
-            indentation += np.roll(new, (-shift[0], -shift[1]), (0, 1))
         else:
             here, there = self._overlap(shift)
-            indentation[there] += new[here]
+            back = -shift[0], -shift[1]
+            indentation[there] += self._rolled(new, back)[here]
 
 
 def facing(
@@ -85,7 +89,7 @@ def facing(
     counter: Surface | None,
     material: Material,
     counter_material: Material,
-    boundary: str,
+    boundary: Boundary,
     shifts: list[tuple[int, int]],
 ) -> Facing:
     """Return the two bodies of a path of shifts, the softer one ready to be indented."""
@@ -93,14 +97,16 @@ def facing(
     on_counter = material.compliance == 0 if body is None else body is not material
     origin = (0, 0)
     if on_counter and counter is None:
-        shape = surface.shape
-        if boundary == "free":
-            # A flat without end: as much of it as will face the map.
-            least = [min(0, *(shift[axis] for shift in shifts)) for axis in (0, 1)]
-            origin = max(0, *(y for y, _ in shifts)), max(0, *(x for _, x in shifts))
-            shape = shape[0] + origin[0] - least[0], shape[1] + origin[1] - least[1]
+        # A flat without end: as much of it as will face the map.
+        ends = boundary.free_axes
+        reach = [[shift[axis] * (axis in ends) for shift in shifts] for axis in (0, 1)]
+        origin = max(0, *reach[0]), max(0, *reach[1])
+        shape = tuple(
+            points + most - min(0, *along)
+            for points, most, along in zip(surface.shape, origin, reach, strict=True)
+        )
         counter = Surface(np.zeros(shape), surface.pixel, Provenance(source="flat"))
-    return Facing(surface, counter, on_counter, boundary == "periodic", origin)
+    return Facing(surface, counter, on_counter, boundary, origin)
 
 
 def indented(body: Surface, indentation: Array) -> Surface:

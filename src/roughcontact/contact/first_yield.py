@@ -10,6 +10,7 @@ from roughcontact.contact.stress import BODIES, StressResult
 from roughcontact.contact.subsurface import subsurface_stress
 from roughcontact.errors import ConvergenceError, InputError, require_positive
 from roughcontact.halfspace import stress_summary
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
 from roughcontact.surface.surface import Surface
 
@@ -64,6 +65,7 @@ def yield_onset(
     under next to no load: the answer then is one of the resolution.
     """
     require_positive(tolerance=tolerance)
+    Boundary(boundary).require_alike("the stress below the surface")
     if start is not None:
         require_positive(start=start)
     if body not in BODIES:

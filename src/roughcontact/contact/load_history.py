@@ -17,6 +17,7 @@ from roughcontact.contact.history import HistoryStep, LoadHistory, Stage
 from roughcontact.contact.pair import initial_gap
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import CapacityError, ConvergenceError, InputError
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material, contact_modulus
 from roughcontact.solvers.progress import Step
 from roughcontact.surface.surface import Surface
@@ -125,7 +126,9 @@ def load_history(
     limit = resolved_ceiling(ceiling, material, counter_material, surface.shape)
     problem["ceiling"] = limit
     shifts = [_pixels(stage.shift, surface, n) for n, stage in enumerate(stages, start=1)]
-    bodies = facing(surface, counter_surface, material, counter_material, boundary, shifts)
+    bodies = facing(
+        surface, counter_surface, material, counter_material, Boundary(boundary), shifts
+    )
     if bodies.on_counter and isinstance(limit, np.ndarray) and any(map(any, shifts)):
         raise InputError(
             "a ceiling per pixel stays with the pixels of surface, but here the counter-body is "

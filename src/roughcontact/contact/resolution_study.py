@@ -15,6 +15,7 @@ from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.study import ResolutionStudy, Variant
 from roughcontact.errors import InputError, InsufficientMemoryError
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.surface import filters
 from roughcontact.surface.surface import Surface
@@ -76,6 +77,7 @@ precision
     (periodic) and adds no roughness: it shows the error of the grid alone. Whether peaks below
     the pixel would change the result can only be read from the trend over the coarser grids.
     All grids cover the same outline, which may lose up to three rows and columns of a free map.
+    Along a periodic axis a map keeps its outline, and its own waves make all grids.
 
     Examples
     --------
@@ -105,7 +107,7 @@ contact area, maximum pressure, mean pressure.
     solve.check(surface, **options, counter_surface=counter_surface, ceiling=ceiling)
     limit = resolved_ceiling(ceiling, material, counter_material, surface.shape)
     bodies = [body for body in (surface, counter_surface) if body is not None]
-    periodic = boundary == "periodic"
+    beyond = Boundary(boundary)
     say = progress or (lambda text: None)
 
     def solved(maps: list[Surface], at: float | Array | None) -> ContactResult:
@@ -113,13 +115,13 @@ contact area, maximum pressure, mean pressure.
             maps[0], **options, counter_surface=maps[1] if len(maps) > 1 else None, ceiling=at
         )
 
-    outline = [body if periodic else _divisible(body) for body in bodies]
+    outline = [_divisible(body, beyond) for body in bodies]
     grids, saturated, notes = [], [], []
     for factor in PIXEL_FACTORS:
         if min(surface.shape) / factor < _FEWEST_POINTS:
             continue
         say(f"pixel × {factor:g}")
-        maps = [_scaled(body, factor, periodic) for body in outline]
+        maps = [_scaled(body, factor, beyond) for body in outline]
         at = limit
         if isinstance(limit, np.ndarray):
             at = _nearest(limit, outline[0].shape, maps[0].shape)
@@ -167,30 +169,41 @@ def _variant(value: float, found: ContactResult) -> Variant:
     )
 
 
-def _divisible(surface: Surface) -> Surface:
-    rows, columns = (points - points % int(max(PIXEL_FACTORS)) for points in surface.shape)
+def _divisible(surface: Surface, boundary: Boundary) -> Surface:
+    rows, columns = (
+        points - points % int(max(PIXEL_FACTORS)) if axis in boundary.free_axes else points
+        for axis, points in enumerate(surface.shape)
+    )
     if (rows, columns) == surface.shape:
         return surface
     return surface.cropped((0, rows), (0, columns))
 
 
-def _scaled(surface: Surface, factor: float, periodic: bool) -> Surface:
+def _scaled(surface: Surface, factor: float, boundary: Boundary) -> Surface:
     """Return a map on a grid whose pixels are larger by a factor."""
     if factor == 1:
         return surface
     ny, nx = surface.shape
     shape = (round(ny / factor), round(nx / factor))
     pixel = (surface.size[0] / shape[0], surface.size[1] / shape[1])
-    if factor > 1 and not periodic:
-        block = int(factor)
+    # Along the periodic axes first, by the map's own waves.
+    heights, grid = surface.heights, surface.shape
+    if boundary.periodic_axes or factor < 1:
+        rows, columns = (
+            (shape if axis in boundary.periodic_axes else grid)[axis] for axis in (0, 1)
+        )
+        grid = rows, columns
+        heights = filters.resample(surface.filled().heights, grid, "bandlimited")
+        if factor < 1:
+            grid = shape
+            heights = filters.resample(heights, grid, "spline")
+        if surface.missing:
+            holes = np.isnan(surface.heights).astype(float)
+            heights[_nearest(holes, surface.shape, grid) > 0] = np.nan
+    if factor > 1 and boundary.free_axes:
+        block = [int(factor) if axis in boundary.free_axes else 1 for axis in (0, 1)]
         # A hole anywhere in a block leaves no honest mean of it.
-        heights = surface.heights.reshape(shape[0], block, shape[1], block).mean(axis=(1, 3))
-        return replace(surface, heights=heights, pixel=pixel)
-    whole = surface.filled().heights
-    heights = filters.resample(whole, shape, "bandlimited" if periodic else "spline")
-    if surface.missing:
-        holes = np.isnan(surface.heights).astype(float)
-        heights[_nearest(holes, surface.shape, shape) > 0] = np.nan
+        heights = heights.reshape(shape[0], block[0], shape[1], block[1]).mean(axis=(1, 3))
     return replace(surface, heights=heights, pixel=pixel)
 
 

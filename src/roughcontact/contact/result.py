@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from roughcontact.contact import area, spots
 from roughcontact.contact.pair import initial_gap
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material, softer
 from roughcontact.surface.surface import Surface
 
@@ -42,8 +43,8 @@ class ContactResult:
         E* [Pa].
     ceiling : float, ndarray of shape (ny, nx), or None
         Largest pressure allowed [Pa]; ``None`` for a purely elastic contact.
-    boundary : {"free", "periodic"}
-        Whether the map is all there is, or one period.
+    boundary : Boundary
+        Along which axes the map is one period; it ends along the others.
     precision : {"double", "single"}
         Arithmetic of the transforms.
     tolerance : float
@@ -54,8 +55,9 @@ class ContactResult:
         Normal load W [N]: given, or that of the pressure found.
     approach : float
         Approach ω [m], from the first touch; the mean displacement of a periodic body counts
-        as zero. Where the bodies tilt, that of the centre of the map from their first touch
-        without tilt.
+        as zero, and where the map is periodic along one axis, a uniform line load along it
+        displaces nothing at a distance of the longer side of the map. Where the bodies tilt,
+        that of the centre of the map from their first touch without tilt.
     pressure : ndarray, shape (ny, nx)
         Contact pressure [Pa].
     gap : ndarray, shape (ny, nx)
@@ -89,7 +91,7 @@ class ContactResult:
     counter_material: Material
     contact_modulus: float
     ceiling: float | NDArray[np.float64] | None
-    boundary: str
+    boundary: Boundary
     precision: str
     tolerance: float
     control: str
@@ -108,7 +110,8 @@ class ContactResult:
     moments: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        """Make the maps read-only."""
+        """Make the maps read-only, and a boundary of its name."""
+        object.__setattr__(self, "boundary", Boundary(self.boundary))
         self.pressure.flags.writeable = False
         self.gap.flags.writeable = False
 
@@ -236,12 +239,8 @@ class ContactResult:
                 f"not converged: certificate {self.certificate:.1e}, tolerance "
                 f"{self.tolerance:.0e} ({self.status})"
             )
-        touching = self.contact
-        edge = (
-            touching[0].any() or touching[-1].any()
-            or touching[:, 0].any() or touching[:, -1].any()
-        )  # fmt: skip
-        if self.boundary == "free" and edge:
+        edges = (self.contact.take((0, -1), axis) for axis in self.boundary.free_axes)
+        if any(edge.any() for edge in edges):
             notes.append(
                 "contact reaches the edge of the map: either the map is too small for this load, "
                 "or the body is meant to end there"
@@ -262,7 +261,7 @@ class ContactResult:
 
     def spots(self) -> spots.Spots:
         """Return the contact spots: edge-connected pixels with pressure, the largest first."""
-        return spots.find(self.pressure, self.surface.pixel, self.boundary == "periodic")
+        return spots.find(self.pressure, self.surface.pixel, self.boundary.periodic_axes)
 
     def elastic(self) -> ContactResult:
         """Return the solution of the same problem without a ceiling; ``self`` if it has none."""
@@ -290,7 +289,7 @@ class ContactResult:
             "moments": None if self.moments is None else list(self.moments),
             "moment_error": self.moment_error,
             "tilt": list(self.tilt),
-            "boundary": self.boundary,
+            "boundary": str(self.boundary),
             "contact_modulus": self.contact_modulus,
             "ceiling": "per pixel" if isinstance(ceiling, np.ndarray) else ceiling,
             "contact_area": self.contact_area,

@@ -15,7 +15,6 @@ from roughcontact._version import __version__
 from roughcontact.contact import checks
 from roughcontact.contact.area import centre_of_pressure
 from roughcontact.contact.ceiling import resolved_ceiling
-from roughcontact.contact.operators import operators
 from roughcontact.contact.pair import initial_gap
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import (
@@ -25,7 +24,7 @@ from roughcontact.errors import (
     require_choice,
     require_positive,
 )
-from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material, contact_modulus
 from roughcontact.solvers import bounded, tilt
 from roughcontact.solvers.problem import Problem
@@ -85,8 +84,9 @@ def solve(
         Largest pressure [Pa], one for all or one a pixel. ``"auto"`` is the smaller of the
         bodies' ceilings, three times the yield strength or, without one, the hardness; no ceiling
         where none is known. ``None`` is purely elastic.
-    boundary : {"free", "periodic"}
-        Whether the map is all there is, or one period of an endless surface.
+    boundary : {"free", "periodic", "periodic-x", "periodic-y"}
+        Whether the map is all there is, or one period of an endless surface, or of a strip that
+        is endless along one axis and ends along the other; see `Boundary`.
     tolerance : float, optional
         Certificate ε at which the result counts as converged; 1e-6, or 1e-4 in single precision.
     max_iterations : int
@@ -159,7 +159,9 @@ def solve(
         "start": loaded,
         "progress": progress,
     }
-    make = operators(boundary, surface.pixel, stated.modulus, precision, Workspace())
+    make = Boundary(boundary).operators(
+        surface.shape, surface.pixel, stated.modulus, precision=precision
+    )
     slope = 0.0, 0.0
     if stated.target is None:
         solution = bounded.solve(problem, make, **options)
@@ -195,7 +197,7 @@ def solve(
         counter_material=counter_material,
         contact_modulus=stated.modulus,
         ceiling=stated.ceiling,
-        boundary=boundary,
+        boundary=Boundary(boundary),
         precision=precision,
         tolerance=tolerance,
         control="load" if approach is None else "approach",
@@ -307,7 +309,7 @@ def _stated(
     on_failure: str = "raise",
 ) -> _Stated:
     checks.check_bodies(surface, material, counter_material, counter_surface)
-    require_choice(("free", "periodic"), boundary=boundary)
+    boundary = Boundary(boundary)
     require_choice(("double", "single"), precision=precision)
     require_choice(("raise", "return"), on_failure=on_failure)
     if tolerance is None:
@@ -351,7 +353,7 @@ def _stated(
         checks.check_balance(target, load, resolved, gap, surface)
     if approach is not None:
         require_positive(approach=approach)
-        if boundary == "periodic" and resolved is None and valid == gap.size:
+        if not boundary.free_axes and resolved is None and valid == gap.size:
             full = float(gap.mean())
             if approach >= full:
                 raise CapacityError(

@@ -42,7 +42,7 @@ class Spots:
         return self.area.size
 
 
-def find(pressure: Array, pixel: tuple[float, float], periodic: bool = False) -> Spots:
+def find(pressure: Array, pixel: tuple[float, float], periodic_axes: tuple[int, ...] = ()) -> Spots:
     """Return the connected parts of the contact.
 
     Parameters
@@ -51,8 +51,8 @@ def find(pressure: Array, pixel: tuple[float, float], periodic: bool = False) ->
         Contact pressure [Pa]; pixels with a positive pressure touch.
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
-    periodic : bool
-        Whether a spot goes on beyond an edge of the map on the opposite side.
+    periodic_axes : tuple of int
+        Axes along which a spot goes on beyond an edge of the map on the opposite side: 0 y, 1 x.
 
     Returns
     -------
@@ -82,8 +82,8 @@ def find(pressure: Array, pixel: tuple[float, float], periodic: bool = False) ->
     require_pixel(pixel)
     found, count = scipy.ndimage.label(pressure > 0)
     label = np.asarray(found, np.int32)
-    if periodic:
-        label, count = _joined(label, count)
+    if periodic_axes:
+        label, count = _joined(label, count, periodic_axes)
     numbers = np.arange(1, count + 1)
     pixels = np.bincount(label.ravel(), minlength=count + 1)[1:]
     order = np.argsort(-pixels, kind="stable")
@@ -98,13 +98,16 @@ def find(pressure: Array, pixel: tuple[float, float], periodic: bool = False) ->
     return Spots(areas, loads, peaks.reshape(count), label)
 
 
-def _joined(label: NDArray[np.int32], count: int) -> tuple[NDArray[np.int32], int]:
+def _joined(
+    label: NDArray[np.int32], count: int, periodic_axes: tuple[int, ...]
+) -> tuple[NDArray[np.int32], int]:
     """Give spots that meet across opposite edges the same number."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    first = np.concatenate([label[0], label[:, 0]])
-    second = np.concatenate([label[-1], label[:, -1]])
+    first, second = (
+        np.concatenate([label.take(edge, axis) for axis in periodic_axes]) for edge in (0, -1)
+    )
     meet = (first > 0) & (second > 0)
     links = coo_array(
         (np.ones(np.count_nonzero(meet)), (first[meet] - 1, second[meet] - 1)), (count, count)

@@ -6,10 +6,8 @@ import math
 
 import numpy as np
 
-from roughcontact.contact.operators import operators
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError
-from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers import bounded
 from roughcontact.solvers.problem import Problem
 
@@ -47,12 +45,11 @@ def stiffness(result: ContactResult) -> float:
     total = 1 / result.pixel_area
     solution = bounded.solve(
         Problem(initial_gap=gap, limit=np.inf, total=total),
-        operators(
-            result.boundary,
+        result.boundary.operators(
+            result.surface.shape,
             result.surface.pixel,
             result.contact_modulus,
-            result.precision,
-            Workspace(),
+            precision=result.precision,
         ),
         tolerance=max(result.tolerance, 1e-6),
         max_iterations=500,

@@ -20,6 +20,7 @@ from roughcontact.errors import (
     InputError,
 )
 from roughcontact.halfspace import stress, stress_summary
+from roughcontact.halfspace.boundary import Boundary
 
 if TYPE_CHECKING:
     pass
@@ -147,7 +148,7 @@ def memory_estimate(
     pixels, real = ny * nx, 4 if precision == "single" else 8
     # Scaled pressure and largest stress over depth; row spectra of six components.
     maps = 8 * pixels + real * pixels
-    if boundary == "periodic":
+    if not Boundary(boundary).free_axes:
         return maps + (6 + 1) * real * ny * (nx + 2)
     padded = (2 * ny) * (2 * nx + 2)
     # Spectra of the pressure, the second with room to blend kernels; samples of the kernels.

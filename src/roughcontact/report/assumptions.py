@@ -196,18 +196,7 @@ def half_spaces(result: ContactResult, who: str) -> Statement:
         "it, isotropic and the same everywhere. The part has to be thick and wide compared with "
         "the contact; coatings, thin walls and edges are not in the model. "
     )
-    if result.boundary == "periodic":
-        return Statement(
-            "Half-spaces, periodic map",
-            text + "The map is one period of an endless surface: it repeats in x and y, the load "
-            "is that on one period, and every spot feels the copies of all others. A measured "
-            "map does not fit its own opposite edge; the seam is then a step that the surface "
-            "does not have.",
-        )
-    return Statement(
-        "Half-spaces, free boundary",
-        text + "The map is all that touches: there is no contact outside of it.",
-    )
+    return Statement(result.boundary.heading, text + result.boundary.assumption)
 
 
 def bodies(result: ContactResult) -> Statement:

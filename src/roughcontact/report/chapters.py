@@ -220,10 +220,7 @@ def problem(
     first = (_strength(body.first_yield_pressure) for body in bodies)
     rows.append(("Peak pressure of first yield, sphere", *first))
     chapter.add("table", Table(rows, ("", "body", "counter-body")))
-    boundary = {
-        "free": "free: the map is all that touches",
-        "periodic": "periodic: the map is one period of an endless surface",
-    }[result.boundary]
+    boundary = f"{result.boundary}: {result.boundary.meaning}"
     modulus = (
         f"{engineering(result.contact_modulus, 'Pa')}, from 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂"
     )

@@ -125,7 +125,7 @@ def repeating(result: ContactResult) -> str:
     if result.counter_surface is not None:
         lines.append("    counter_surface=counter_surface,")
     lines.append(f"    ceiling={None if result.ceiling is None else _number(result.ceiling)},")
-    if result.boundary != "free":
+    if result.boundary.periodic_axes:
         lines.append(f'    boundary="{result.boundary}",')
     if single:
         lines.append('    precision="single",')
@@ -168,7 +168,7 @@ def repeating_volume(result: ElastoplasticResult) -> str:
     lines += [f"    {name}={_material(body)}," for name, body in materials.items()]
     if contact.counter_surface is not None:
         lines.append("    counter_surface=counter_surface,")
-    if contact.boundary != "free":
+    if contact.boundary.periodic_axes:
         lines.append(f'    boundary="{contact.boundary}",')
     lines += ["    layers=layers,", f"    tolerance={_number(result.tolerance)},"]
     if result.precision != "single":

@@ -38,7 +38,7 @@ def check_arguments(
         raise InputError(
             f"must be an ElastoplasticResult, got {type(start).__name__}", argument="start"
         )
-    require_choice(("free", "periodic"), boundary=problem.boundary)
+    problem.boundary.require_alike("the volume model")
     require_choice(("double", "single"), precision=precision)
     require_choice(("raise", "return"), on_failure=on_failure)
     counts = ("increments", increments), ("max_iterations", problem.max_iterations)
@@ -89,7 +89,7 @@ def check_arguments(
 
 def check_capacity(problem: Problem, contact: ContactSolver, load: float) -> None:
     """Refuse a load under which a map that ends flows without end."""
-    if problem.boundary == "periodic":
+    if not problem.boundary.free_axes:
         return
     strain = np.array(1e9)
     strongest = min(float(law.strength(strain)) for law in map(law_of, problem.yielding))

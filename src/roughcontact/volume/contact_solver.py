@@ -7,7 +7,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.contact.operators import operators
 from roughcontact.contact.pair import initial_gap
 from roughcontact.errors import CapacityError, InputError
 from roughcontact.halfspace.fft import Workspace
@@ -102,5 +101,7 @@ def untouched(problem: Problem, workspace: Workspace) -> ContactSolver:
         )
     pixel = problem.surface.pixel
     # The contact is solved again and again on the same few grids.
-    make = lru_cache(maxsize=12)(operators(problem.boundary, pixel, modulus, "double", workspace))
+    shape = problem.surface.shape
+    family = problem.boundary.operators(shape, pixel, modulus, workspace=workspace)
+    make = lru_cache(maxsize=12)(family)
     return ContactSolver(gap, make, pixel[0] * pixel[1])

@@ -36,7 +36,7 @@ def first_volume(
     pixel = problem.surface.pixel
     weaker = softer(problem.material, problem.counter_material)
     radius, margin = _spots(contact, load, weaker, pixel)
-    margin = margin if problem.boundary == "free" else 0
+    margin = margin if problem.boundary.free_axes else 0
     if layers is None:
         if depth is None:
             depth = max(_DEPTH * radius, _LEAST_DEPTH * max(pixel))

@@ -8,6 +8,7 @@ import numpy as np
 
 from roughcontact.contact.pair import initial_gap
 from roughcontact.errors import InputError
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
 from roughcontact.surface.surface import Surface
 from roughcontact.volume.result import ElastoplasticResult
@@ -21,7 +22,7 @@ class Problem:
     counter_surface: Surface | None
     material: Material
     counter_material: Material
-    boundary: str
+    boundary: Boundary
     tolerance: float
     max_iterations: int
     precision: str

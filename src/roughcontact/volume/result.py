@@ -276,7 +276,7 @@ class ElastoplasticResult:
                 f"{100 * self.yield_excess:.3g} %: plastic strain is so large beside the yield "
                 "strain that it takes a smaller tolerance"
             )
-        if self.contact.boundary == "free":
+        if self.contact.boundary.free_axes:
             if _rim(self.contact.contact, 1):
                 notes.append(
                     "contact reaches the edge of the map: either the map is too small for this "
@@ -314,7 +314,7 @@ class ElastoplasticResult:
             "plastic_depth": self.plastic_depth,
             "regime": self.regime,
             "warnings": list(self.warnings),
-            "boundary": contact.boundary,
+            "boundary": str(contact.boundary),
             "precision": self.precision,
             "layers": [body.thickness.size for body in self.bodies],
             "shape": list(contact.pressure.shape),

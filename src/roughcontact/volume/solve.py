@@ -19,6 +19,7 @@ from roughcontact._version import __version__
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE
 from roughcontact.errors import ConvergenceError
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material, contact_modulus
 from roughcontact.solvers import bounded
@@ -148,8 +149,8 @@ def solve_elastoplastic(
     """
     began = time.perf_counter()
     problem = Problem(
-        surface, counter_surface, material, counter_material, boundary, tolerance, max_iterations,
-        precision,
+        surface, counter_surface, material, counter_material, Boundary(boundary), tolerance,
+        max_iterations, precision,
     )  # fmt: skip
     checks.check_arguments(problem, increments, depth, layers, start, on_failure)
     path = checks.path_of(
@@ -189,11 +190,12 @@ def solve_elastoplastic(
         loop.resume(before, carried)
         done = list(before.increments)
 
+    widen = bool(problem.boundary.free_axes)
     result, status = None, "converged"
     for number in range(kept, len(path)):
         result = None
         loop.thaw()
-        status = loop.follow([path[number]], done, deepen=layers is None, widen=boundary == "free")
+        status = loop.follow([path[number]], done, deepen=layers is None, widen=widen)
         if status != "converged":
             break
         if files:
