@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from roughcontact.formats import export
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import parsing
 
 MAP, BODIES, SOLVER, OUTPUT = "Map", "Bodies and load", "Solver", "Output"
@@ -186,9 +187,10 @@ OPTIONS: dict[str, Option] = {
         parsing.hardening,
     ),
     "boundary": Option(
-        BODIES, "free|periodic",
-        "free (default): the map is all there is; periodic: it repeats.",
-        parsing.choice("free", "periodic"),
+        BODIES, "|".join(Boundary),
+        "free (default): the map is all there is; periodic: it repeats; periodic-x, periodic-y: it "
+        "repeats along x, or along y, and ends along the other.",
+        parsing.choice(*Boundary),
     ),
     "tolerance": Option(
         SOLVER, "NUMBER",
