@@ -130,8 +130,8 @@ def run_roughcontact(case: Case, folder: Path, *, quick: bool) -> dict[str, Any]
     options = arguments(case, quick=quick)
     told: list[int] = []
 
-    def progress(step: rc.volume.loop.Progress) -> None:
-        told.append(step.iteration)
+    def progress(at: rc.Progress) -> None:
+        told.append(at.step.iteration)
 
     cpu, began = time.process_time(), time.perf_counter()
     result = rc.solve_elastoplastic(**options, progress=progress, on_failure="return")

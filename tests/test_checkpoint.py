@@ -16,9 +16,9 @@ import pytest
 import roughcontact as rc
 from roughcontact.contact import resume
 from roughcontact.material.hardening import Swift
+from roughcontact.solvers.progress import Progress
 from roughcontact.volume import archive
 from roughcontact.volume.archive import load_elastoplastic
-from roughcontact.volume.loop import Progress
 from roughcontact.volume.result import ElastoplasticResult
 from roughcontact.volume.solve import solve_elastoplastic
 
@@ -58,7 +58,7 @@ class StopError(Exception):
 
 def stopping_at(load: float, iteration: int = 2):
     def stop(at: Progress) -> None:
-        if at.load == load and at.iteration == iteration:
+        if at.step.load == load and at.step.iteration == iteration:
             raise StopError
 
     return stop
@@ -101,8 +101,11 @@ def test_a_stopped_run_ends_with_the_same_bits(arguments, stop, tmp_path: Path) 
     assert bits(resumed) == bits(whole)
     assert all(path.stat().st_mtime_ns == stamp for path, stamp in before.items())
     # Once for all that stood there, then what is new.
-    assert (told[0].load, told[0].iteration) == (asked[kept - 1], 0)
-    assert all(at.iteration > 0 and at.load != asked[0] for at in told[1:])
+    assert (told[0].step.load, told[0].step.iteration) == (asked[kept - 1], 0)
+    assert {at.count for at in told} == {len(asked)}
+    assert [at.number for at in told] == sorted(at.number for at in told)
+    assert (told[0].number, told[-1].number) == (kept, len(asked))
+    assert all(at.step.iteration > 0 and at.step.load != asked[0] for at in told[1:])
     assert bits(load_elastoplastic(folder / names[-1])) == bits(whole)
     # Arrays of the caller's own result stay read-only.
     with pytest.raises(ValueError, match="read-only"):
@@ -122,7 +125,7 @@ def test_every_step_is_the_end_of_its_own_run(tmp_path: Path) -> None:
     )
     assert bits(again) == bits(whole)
     assert again.seconds == whole.seconds
-    assert [at.iteration for at in told] == [0]
+    assert [(at.number, at.step.iteration) for at in told] == [(3, 0)]
 
 
 def test_loads_may_be_added(tmp_path: Path) -> None:

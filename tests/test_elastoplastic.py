@@ -366,7 +366,8 @@ def test_progress_and_cut_increments() -> None:
     result = caught.value.result
     assert not result.converged
     assert result.contact.load == result.increments[-1].load < 0.65
-    assert len({step.load for step in steps}) > 3  # halved again and again
+    assert len({at.step.load for at in steps}) > 3  # halved again and again
+    assert {(at.number, at.count) for at in steps} == {(1, 2), (2, 2)}
     assert any("halved 5 times" in note for note in result.warnings)
 
 

@@ -22,12 +22,13 @@ from roughcontact.errors import (
     RoughcontactError,
 )
 from roughcontact.formats.read import read_surface
+from roughcontact.material.hardening import Linear, Perfect, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, contact_modulus
-from roughcontact.solvers.progress import Step
+from roughcontact.solvers.progress import Progress, Step
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.surface.synthetic import reference_map, self_affine
-from roughcontact.volume.archive import load_result
+from roughcontact.volume.archive import load_elastoplastic, load_result
 from roughcontact.volume.comparison import ModelComparison, compare_models
 from roughcontact.volume.result import ElastoplasticResult
 from roughcontact.volume.solve import solve_elastoplastic
@@ -41,10 +42,13 @@ __all__ = [
     "FormatError",
     "InputError",
     "InsufficientMemoryError",
+    "Linear",
     "LoadCurve",
     "LoadHistory",
     "Material",
     "ModelComparison",
+    "Perfect",
+    "Progress",
     "Provenance",
     "ResolutionStudy",
     "RoughcontactError",
@@ -52,10 +56,13 @@ __all__ = [
     "Step",
     "StressResult",
     "Surface",
+    "Swift",
+    "Tabulated",
     "__version__",
     "compare_models",
     "contact_modulus",
     "load_curve",
+    "load_elastoplastic",
     "load_history",
     "load_result",
     "read_surface",

@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
     from roughcontact.contact.stress import StressResult
     from roughcontact.contact.study import ResolutionStudy
-    from roughcontact.solvers.progress import Step
+    from roughcontact.solvers.progress import Progress, Step
     from roughcontact.surface.surface import Surface
+    from roughcontact.volume.loop import Look
     from roughcontact.volume.result import ElastoplasticResult
 
 
@@ -117,7 +118,6 @@ def run(request: Request, say: Say, look: Callable[[Step], None] | None = None) 
 
 
 def _run_volume(request: Request, maps: Sequence[Surface], say: Say) -> Outcome:
-    from roughcontact.volume import loop as increments
     from roughcontact.volume import solve as elastoplastic
 
     assert request.load is not None
@@ -130,11 +130,12 @@ def _run_volume(request: Request, maps: Sequence[Surface], say: Say) -> Outcome:
         if key in request.given
     }
 
-    def look(at: increments.Progress) -> None:
-        state = f"iteration {at.iteration}, residual {at.residual:.1e}"
+    def look(at: Progress) -> None:
+        step: Look = at.step
+        state = f"iteration {step.iteration}, residual {step.residual:.1e}"
         say(
-            f"{units.percent(at.load / load)} of the load: "
-            f"{state if at.iteration else f'kept in {request.folder}'}"
+            f"{units.percent(step.load / load)} of the load: "
+            f"{state if step.iteration else f'kept in {request.folder}'}"
         )
 
     steps = request.increments or 10

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roughcontact.contact.checks import check_bodies, check_surfaces
-from roughcontact.errors import CapacityError, InputError, require_choice, require_positive
+from roughcontact.errors import CapacityError, InputError, Mention, require_choice, require_positive
 from roughcontact.volume.body import law_of
 from roughcontact.volume.contact_solver import ContactSolver
 from roughcontact.volume.problem import Problem
@@ -44,23 +44,52 @@ def check_arguments(
     counts = ("increments", increments), ("max_iterations", problem.max_iterations)
     for name, count in counts:
         if not isinstance(count, Integral) or count < 1:
-            raise InputError(f"{name} must be a positive integer, got {count!r}")
+            raise InputError(
+                f"must be a positive integer, got {count!r}", argument=name, value=count
+            )
     require_positive(tolerance=tolerance)
     if tolerance < 1e-6 and precision == "single":
         raise InputError(
-            f"tolerance = {tolerance!r} lies below what single precision can reach; "
-            'ask for 1e-6 or more, or for precision="double"'
+            f"= {tolerance!r} lies below what single precision can reach; ask for 1e-6 or more, "
+            "or for ",
+            Mention("precision", "double"),
+            argument="tolerance",
+            value=tolerance,
         )
+    _check_layers(depth, layers, min(surface.pixel))
+    check_surfaces(surface, counter_surface)
+    for body in (material, counter_material):
+        if body.yield_strength is not None and math.isinf(body.young):
+            raise InputError("a rigid material cannot yield: give it a Young's modulus")
+    if min(surface.shape) < 8:
+        raise InputError(f"has {surface.shape} pixels: give at least 8 × 8", argument="surface")
+    if start is None:
+        return
+    if depth is not None or layers is not None:
+        raise InputError(
+            "brings its layers along: leave out ",
+            Mention("depth"),
+            " and ",
+            Mention("layers"),
+            argument="start",
+        )
+    problem.check_same("start", start)
+
+
+def _check_layers(depth: float | None, layers: ArrayLike | None, pixel: float) -> None:
+    """Refuse a depth and layers that cannot be; both, too."""
     if depth is not None:
         require_positive(depth=depth)
-        if depth < min(surface.pixel):
+        if depth < pixel:
             raise InputError(
-                f"= {depth!r} m is less than a pixel, {min(surface.pixel):.4g} m: give some "
+                f"= {depth!r} m is less than a pixel, {pixel:.4g} m: give some "
                 "radii of a contact spot, or leave it out",
                 argument="depth",
             )
         if layers is not None:
-            raise InputError("give either depth or layers, not both")
+            raise InputError(
+                "give either ", Mention("depth"), " or ", Mention("layers"), ", not both"
+            )
     if layers is not None:
         try:
             thickness = np.array(layers, float)
@@ -74,28 +103,15 @@ def check_arguments(
             )
         if not np.isfinite(thickness).all():
             raise InputError(f"must be finite [m], got {layers!r}", argument="layers", value=layers)
-    check_surfaces(surface, counter_surface)
-    for body in (material, counter_material):
-        if body.yield_strength is not None and math.isinf(body.young):
-            raise InputError("a rigid material cannot yield: give it a Young's modulus")
-    if min(surface.shape) < 8:
-        raise InputError(f"surface has {surface.shape} pixels: give at least 8 × 8")
-    if start is None:
-        return
-    if depth is not None or layers is not None:
-        raise InputError("brings its layers along: leave out depth and layers", argument="start")
-    problem.check_same("start", start)
 
 
-def check_capacity(problem: Problem, contact: ContactSolver, load: float) -> None:
+def check_capacity(problem: Problem, solver: ContactSolver, load: float) -> None:
     """Refuse a load under which a map that ends flows without end."""
     if not problem.boundary.free_axes:
         return
     strain = np.array(1e9)
     strongest = min(float(law.strength(strain)) for law in map(law_of, problem.yielding))
-    capacity = (
-        _PUNCH * strongest * contact.area * np.count_nonzero(np.isfinite(contact.initial_gap))
-    )
+    capacity = _PUNCH * strongest * solver.area * np.count_nonzero(np.isfinite(solver.initial_gap))
     if load > capacity:
         raise CapacityError(
             f"= {load:.6g} N is more than the map can carry: even in full contact its body "
@@ -110,7 +126,9 @@ def path_of(
 ) -> list[float]:
     """Return the loads to visit, one after the other."""
     if (load is None) == (loads is None):
-        raise InputError("give either load or loads, and only one of them")
+        raise InputError(
+            "give either ", Mention("load"), " or ", Mention("loads"), ", and only one of them"
+        )
     if load is not None:
         require_positive(load=load)
         before = [first + (load - first) * i / increments for i in range(1, increments)]

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 from roughcontact.contact import checks
 from roughcontact.contact import solve as contact
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import ConvergenceError, InputError
+from roughcontact.errors import InputError
 from roughcontact.files import replacing, require_suffix, to_json
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material, softer
+from roughcontact.solvers.progress import Progress
 from roughcontact.surface.surface import Surface
 from roughcontact.volume import solve as elastoplastic
-from roughcontact.volume.loop import Progress
 from roughcontact.volume.result import ElastoplasticResult
 
 Array = NDArray[np.float64]
@@ -283,31 +283,45 @@ def compare_models(
         "counter_surface": counter_surface,
         "boundary": boundary,
     }
-    lowest = tried[0] * body.yield_strength
-    contact.check(surface, load=given[-1], ceiling=lowest, **bodies)
+    strength = body.yield_strength
+    contact.check(surface, load=given[-1], ceiling=tried[0] * strength, **bodies)
+    states = _states(surface, given, bodies, progress)
+    rows = (_row(surface, given, factor * strength, bodies) for factor in tried)
+    return ModelComparison(tuple(tried), tuple(rows), states, strength)
+
+
+def _states(
+    surface: Surface,
+    loads: list[float],
+    bodies: dict[str, Any],
+    progress: Callable[[Progress], None] | None,
+) -> tuple[ElastoplasticResult, ...]:
+    """Return the state of the volume model after each load."""
     states: list[ElastoplasticResult] = []
-    for load in given:
-        state = elastoplastic.solve_elastoplastic(
-            surface, loads=[load], start=states[-1] if states else None, progress=progress, **bodies
-        )
-        if not state.converged:
-            raise ConvergenceError(f"volume model at {load:.6g} N: {state.status}", state)
-        states.append(state)
-    rows: list[tuple[ContactResult, ...]] = []
-    for factor in tried:
-        row: list[ContactResult] = []
-        for load in given:
-            row.append(
-                contact.solve(
-                    surface,
-                    load=load,
-                    ceiling=factor * body.yield_strength,
-                    start=row[-1] if row else None,
-                    **bodies,
-                )
+    for number, load in enumerate(loads, start=1):
+
+        def tell(at: Progress, number: int = number) -> None:
+            if progress is not None:
+                progress(replace(at, number=number, count=len(loads)))
+
+        before = states[-1] if states else None
+        states.append(
+            elastoplastic.solve_elastoplastic(
+                surface, loads=[load], start=before, progress=tell, **bodies
             )
-        rows.append(tuple(row))
-    return ModelComparison(tuple(tried), tuple(rows), tuple(states), body.yield_strength)
+        )
+    return tuple(states)
+
+
+def _row(
+    surface: Surface, loads: list[float], ceiling: float, bodies: dict[str, Any]
+) -> tuple[ContactResult, ...]:
+    """Return the solution at each load under one ceiling."""
+    row: list[ContactResult] = []
+    for load in loads:
+        before = row[-1] if row else None
+        row.append(contact.solve(surface, load=load, ceiling=ceiling, start=before, **bodies))
+    return tuple(row)
 
 
 def _ascending(name: str, values: Sequence[float]) -> list[float]:

@@ -14,7 +14,6 @@ the contact, which starts each time from the pressure before.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -22,27 +21,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.errors import Mention, Sentence
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers.anderson import Mixer, Parts, embedded
+from roughcontact.volume import memory
 from roughcontact.volume.body import Body, equivalent_strain
 from roughcontact.volume.contact_solver import CONTACT_TOLERANCE, ContactSolver
-from roughcontact.volume.extent import LAYER_RATIO
-from roughcontact.volume.memory import memory_estimate
+from roughcontact.volume.extent import Extent
 from roughcontact.volume.problem import Problem
-from roughcontact.volume.result import GUARD, ElastoplasticResult, Increment
+from roughcontact.volume.result import CONVERGED, GUARD, ElastoplasticResult, Increment
 
 Array = NDArray[Any]
 
 # How often a load increment may be halved.
 _CUTS = 5
-# Depth of the layers over that before, when plastic strain has reached the lowest; growth of the
-# volume to each side when it has reached the edge, over the edge of the map.
-_DEEPER = 1.3
-_WIDER = 0.1
 
 
 @dataclass(frozen=True)
-class Progress:
+class Look:
     """One iteration while the loop runs.
 
     Parameters
@@ -67,35 +63,68 @@ class Progress:
 
 
 class Loop:
-    """The loop over increments and iterations."""
+    """The loop over increments and iterations.
+
+    Parameters
+    ----------
+    problem : Problem
+        What all loads have in common.
+    solver : ContactSolver
+        Of the contact, untouched.
+    workspace : Workspace
+        Threads and memory.
+    extent : Extent
+        The volume to start with.
+    deepen : bool
+        Whether it may grow at its bottom; at its edge it may where the map ends there.
+    """
 
     def __init__(
         self,
         problem: Problem,
-        contact: ContactSolver,
+        solver: ContactSolver,
         workspace: Workspace,
-        target: float,
-        progress: Callable[[Progress], None] | None,
+        extent: Extent,
+        *,
+        deepen: bool,
     ) -> None:
-        pixel, boundary = problem.surface.pixel, problem.boundary
+        self.problem, self.solver, self._workspace = problem, solver, workspace
+        self._deepen, self._widen = deepen, bool(problem.boundary.free_axes)
         self.bodies = [
-            Body(material, pixel, boundary, problem.precision, workspace)
+            Body(material, problem.surface.pixel, problem.boundary, problem.precision, workspace)
             for material in problem.yielding
         ]
-        self.contact = contact
-        self._workspace, self._tolerance = workspace, problem.tolerance
-        self._max_iterations = int(problem.max_iterations)
-        self._target, self._progress = target, progress
+        self._resize(extent)
+
+    def _resize(self, extent: Extent) -> None:
+        """Enlarge the volume of all bodies, and start the increment again."""
+        self.extent = extent
+        self.solver.resize(extent.margin)
+        ny, nx = self.solver.initial_gap.shape
+        for body in self.bodies:
+            body.resize(extent.thickness, (ny, nx))
+        self._forget()
+
+    def _forget(self) -> None:
         # Strain of the increment before, and its load: the first guess of the next.
-        self._places: list[Parts] = []
-        self._added: list[Parts] = []
+        self._places, self._added = self._nothing()
         self._stride = 0.0
+
+    def _nothing(self) -> tuple[list[Parts], list[Parts]]:
+        """Return places and strain of an increment without plastic flow, body by body."""
+        places: list[Parts] = []
+        added: list[Parts] = []
+        for body in self.bodies:
+            layers = len(body.strain)
+            places.append([np.empty(0, np.int64)] * layers)
+            added.append([np.empty((5, 0), body.real)] * layers)
+        return places, added
 
     def carried(self) -> dict[str, Array]:
         """Return what one load hands on to the next beside the state."""
         held = {"stride": np.array([self._stride])}
-        if self.contact.loaded is not None:
-            held["index"], held["pressure"] = self.contact.loaded
+        if self.solver.loaded is not None:
+            held["index"], held["pressure"] = self.solver.loaded
         for body, (places, added) in enumerate(zip(self._places, self._added, strict=True)):
             held[f"sizes_{body}"] = np.array([place.size for place in places])
             held[f"places_{body}"] = np.concatenate(places)
@@ -106,122 +135,119 @@ class Loop:
         """Go on from a result, and from what `carried` returned with it if that is known."""
         for yielding, old in zip(self.bodies, before.bodies, strict=True):
             yielding.resume(old)
-        self.contact.resume(before.contact.pressure)
+        self.solver.resume(before.contact.pressure)
         if not held:
             return
         # Arrays without numbers may be missing.
         self._stride = float(held["stride"][0])
         if "index" in held:
-            self.contact.loaded = held["index"], held["pressure"]
+            self.solver.loaded = held["index"], held["pressure"]
         for body in range(len(self.bodies)):
             if f"places_{body}" in held:
                 cuts = np.cumsum(held[f"sizes_{body}"])[:-1]
                 self._places[body] = np.split(held[f"places_{body}"], cuts)
                 self._added[body] = np.split(held[f"added_{body}"], cuts, axis=1)
 
-    def resize(self, thickness: NDArray[np.float64], margin: int) -> None:
-        """Enlarge the volume of all bodies, and start the increment again."""
-        self.margin = margin
-        self.contact.resize(margin)
-        ny, nx = self.contact.initial_gap.shape
-        for body in self.bodies:
-            body.resize(thickness, (ny, nx))
-        self._places, self._added = self.nothing()
-        self._stride = 0.0
-
     def thaw(self) -> None:
         """Let the strain change that a result has frozen, when that is on disk."""
         for body in self.bodies:
             body.strain.flags.writeable = True
 
-    def nothing(self) -> tuple[list[Parts], list[Parts]]:
-        """Return places and strain of an increment without plastic flow, body by body."""
-        places: list[Parts] = []
-        added: list[Parts] = []
-        for body in self.bodies:
-            layers = len(body.strain)
-            places.append([np.empty(0, np.int64)] * layers)
-            added.append([np.empty((5, 0), body.real)] * layers)
-        return places, added
+    def displacement(self) -> Array:
+        """Return the displacement by the strain accepted, with what its trace adds."""
+        places, added = self._nothing()
+        displacement = np.zeros(self.solver.initial_gap.shape)
+        for body, place, strain in zip(self.bodies, places, added, strict=True):
+            displacement += body.displacement(place, strain, trace=True)
+        return displacement
 
-    def follow(self, path: list[float], done: list[Increment], *, deepen: bool, widen: bool) -> str:
-        """Visit loads one after the other; return why it stopped."""
-        todo = path[::-1]
+    def reach(
+        self, load: float, done: list[Increment], watch: Callable[[float, int, float], None]
+    ) -> str:
+        """Visit a load, by smaller steps where it takes them; return why it stopped.
+
+        Parameters
+        ----------
+        load : float
+            The load [N].
+        done : list of Increment
+            Those before; the new ones are added.
+        watch : callable
+            Called after every iteration with load, iteration and residual.
+
+        Returns
+        -------
+        str
+            `CONVERGED`, or a reason in words.
+        """
+        todo = [load]
         before = done[-1].load if done else 0.0
         cuts = 0
         while todo:
             load = todo[-1]
-            kept = self.contact.loaded
-            found = self._relax(load, before)
+            kept = self.solver.loaded
+            found = self._relax(load, before, watch)
             if found is None:
-                self.contact.loaded = kept
-                self._places, self._added = self.nothing()
-                self._stride = 0.0
+                self.solver.loaded = kept
+                self._forget()
                 if cuts == _CUTS or (not done and load == 0):
-                    what = "plastic strain" if self.contact.solved else "contact"
-                    return (
-                        f"stopped on the way to {load:.6g} N: the {what} did not settle in "
-                        f"{self._max_iterations} iterations, though the step was halved {cuts} "
-                        "times; raise max_iterations, or ask for a larger tolerance"
-                    )
+                    return self._reason(load, cuts)
                 cuts += 1
                 todo.append((before + load) / 2)
                 continue
-            if self._enlarged(deepen, widen):
+            if self._enlarged():
                 continue
             todo.pop()
             cuts = max(0, cuts - 1)
-            for body, places, added in zip(self.bodies, self._places, self._added, strict=True):
-                body.accept(places, added)
-            residuals, convolutions = found
+            self._accept()
             self._stride, before = load - before, load
-            contact = self.contact
-            dy, dx = self.bodies[0].pixel
-            done.append(
-                Increment(
-                    load=load,
-                    approach=contact.approach,
-                    contact_area=int(np.count_nonzero(contact.pressure)) * dy * dx,
-                    max_pressure=float(contact.pressure.max()),
-                    max_plastic_strain=max(float(b.accumulated.max()) for b in self.bodies),
-                    plastic_volume=sum(body.plastic_volume for body in self.bodies),
-                    residuals=residuals,
-                    convolutions=convolutions,
-                )
-            )
-        return "converged"
+            done.append(self._increment(load, *found))
+        return CONVERGED
 
-    def _enlarged(self, deepen: bool, widen: bool) -> bool:
-        """Enlarge the volume if plastic strain has come to its bottom or its edge."""
-        body = self.bodies[0]
-        thickness, margin = list(body.thickness), self.margin
-        (ny, nx), (dy, dx) = body.shape, body.pixel
-        deepest, widest = 2 * max(ny * dy, nx * dx), max(ny, nx)
-        if deepen and any(parts[-1].any() for parts in self._added):
-            depth = min(_DEEPER * sum(thickness), deepest)
-            while sum(thickness) < depth:
-                thickness.append(thickness[-1] * LAYER_RATIO)
-        if widen and 4 * margin < widest and self._at_edge():
-            margin += max(GUARD, math.ceil(_WIDER * min(ny, nx)))
-        if len(thickness) == body.thickness.size and margin == self.margin:
-            return False
-        wider = ny + 2 * (margin - self.margin), nx + 2 * (margin - self.margin)
-        if not self._fits(wider, len(thickness)):
-            # The result says that plastic strain has come to the bottom or to the edge.
-            return False
-        self.resize(np.array(thickness), margin)
-        return True
-
-    def _fits(self, shape: tuple[int, int], layers: int) -> bool:
-        import psutil
-
-        body = self.bodies[0]
-        more: dict[str, Any] = dict(
-            bodies=len(self.bodies), boundary=body.boundary, precision=body.precision
+    def _reason(self, load: float, cuts: int) -> str:
+        what = "plastic strain" if self.solver.solved else "contact"
+        return Sentence(
+            f"stopped on the way to {load:.6g} N: the {what} did not settle in "
+            f"{int(self.problem.max_iterations)} iterations, though the step was halved {cuts} "
+            "times; raise ",
+            Mention("max_iterations"),
+            ", or ask for a larger ",
+            Mention("tolerance"),
         )
-        needed = memory_estimate(shape, layers, **more)
-        held = memory_estimate(body.shape, body.thickness.size, **more)
-        return needed - held < psutil.virtual_memory().available
+
+    def _accept(self) -> None:
+        for body, places, added in zip(self.bodies, self._places, self._added, strict=True):
+            body.accept(places, added)
+
+    def _increment(self, load: float, residuals: tuple[float, ...], convolutions: int) -> Increment:
+        """Return what a load gave whose strain is accepted."""
+        pressure, (dy, dx) = self.solver.pressure, self.problem.surface.pixel
+        return Increment(
+            load=load,
+            approach=self.solver.approach,
+            contact_area=int(np.count_nonzero(pressure)) * dy * dx,
+            max_pressure=float(pressure.max()),
+            max_plastic_strain=max(float(body.accumulated.max()) for body in self.bodies),
+            plastic_volume=sum(body.plastic_volume for body in self.bodies),
+            residuals=residuals,
+            convolutions=convolutions,
+        )
+
+    def _enlarged(self) -> bool:
+        """Enlarge the volume if plastic strain has come to its bottom or its edge."""
+        surface, old = self.problem.surface, self.extent
+        new = old.grown(
+            surface.shape,
+            surface.pixel,
+            deeper=self._deepen and any(parts[-1].any() for parts in self._added),
+            wider=self._widen and self._at_edge(),
+        )
+        sizes = [(one.grid(surface.shape), one.thickness.size) for one in (old, new)]
+        # Where it does not fit the result says that plastic strain has come that far.
+        if sizes[0] == sizes[1] or not memory.fits(self.problem, *sizes):
+            return False
+        self._resize(new)
+        return True
 
     def _at_edge(self) -> bool:
         ny, nx = self.bodies[0].shape
@@ -234,61 +260,78 @@ class Loop:
             for place, strain in zip(places, added, strict=True)
         )
 
-    def _relax(self, load: float, before: float) -> tuple[tuple[float, ...], int] | None:
+    def _relax(
+        self, load: float, before: float, watch: Callable[[float, int, float], None]
+    ) -> tuple[tuple[float, ...], int] | None:
         """Find the plastic strain of one increment; keep it beside that accepted.
 
         Returns the residuals of the iterations and the convolutions of the contact.
         """
-        bodies, contact = self.bodies, self.contact
-        stride = load - before
+        solver, tolerance = self.solver, self.problem.tolerance
+        self._guess(load - before)
+        mixer = Mixer(self._weights(), self._workspace)
+        convolutions = solver.convolutions
+        residuals: list[float] = []
+        for iteration in range(1, int(self.problem.max_iterations) + 1):
+            displacement = sum(
+                body.displacement(places, added)
+                for body, places, added in zip(self.bodies, self._places, self._added, strict=True)
+            )
+            solver.press(np.asarray(displacement), load, CONTACT_TOLERANCE)
+            x, y = self._flow(mixer)
+            defect = [one - other for one, other in zip(x, y, strict=True)]
+            residuals.append(self._residual(x, defect))
+            watch(load, iteration, residuals[-1])
+            settled = residuals[-1] <= tolerance and solver.solved
+            self._keep(x if settled else mixer.mix(x, defect))
+            if settled:
+                return tuple(residuals), solver.convolutions - convolutions
+        return None
+
+    def _guess(self, stride: float) -> None:
+        """Start from the strain of the increment before, in proportion to the load [N]."""
         if self._stride * stride > 0:
             factor = min(stride / self._stride, 1.0)
             self._added = [[part * part.dtype.type(factor) for part in a] for a in self._added]
         elif self._stride:
-            self._places, self._added = self.nothing()
+            self._places, self._added = self._nothing()
         self._stride = 0.0
-        weights = [
-            body.shear_modulus / bodies[0].shear_modulus * float(h / bodies[0].thickness[0])
-            for body in bodies
+
+    def _weights(self) -> list[float]:
+        """Return what a square of strain counts in each layer, all bodies one after the other."""
+        first = self.bodies[0]
+        return [
+            body.shear_modulus / first.shear_modulus * float(h / first.thickness[0])
+            for body in self.bodies
             for h in body.thickness
         ]
-        mixer = Mixer(weights, self._workspace)
-        convolutions = contact.convolutions
-        residuals: list[float] = []
-        for iteration in range(1, self._max_iterations + 1):
-            displacement = sum(
-                body.displacement(places, added)
-                for body, places, added in zip(bodies, self._places, self._added, strict=True)
-            )
-            contact.press(np.asarray(displacement), load, CONTACT_TOLERANCE)
-            x: Parts = []
-            y: Parts = []
-            for number, body in enumerate(bodies):
-                old_places, old = self._places[number], self._added[number]
-                places, flowed = body.flow(contact.pressure, old_places, old)
-                for layer, place in enumerate(places):
-                    if place.size > old_places[layer].size:
-                        mixer.grow(len(x) + layer, old_places[layer], place)
-                        at = np.searchsorted(place, old_places[layer])
-                        old[layer] = embedded(old[layer], at, place.size)
-                self._places[number] = places
-                x += flowed
-                y += old
-            defect = [one - other for one, other in zip(x, y, strict=True)]
-            residual = self._residual(x, defect)
-            residuals.append(residual)
-            if self._progress is not None:
-                self._progress(Progress(load, self._target, iteration, residual, self._tolerance))
-            settled = residual <= self._tolerance and contact.solved
-            if not settled:
-                x = mixer.mix(x, defect)
-            cut = 0
-            for number, body in enumerate(bodies):
-                self._added[number] = x[cut : cut + len(body.strain)]
-                cut += len(body.strain)
-            if settled:
-                return tuple(residuals), contact.convolutions - convolutions
-        return None
+
+    def _flow(self, mixer: Mixer) -> tuple[Parts, Parts]:
+        """Return the strain after the return to the yield surface, and that before it.
+
+        Both are layer by layer, all bodies one after the other, on the same places, which grow.
+        """
+        x: Parts = []
+        y: Parts = []
+        for number, body in enumerate(self.bodies):
+            old_places, old = self._places[number], self._added[number]
+            places, flowed = body.flow(self.solver.pressure, old_places, old)
+            for layer, place in enumerate(places):
+                if place.size > old_places[layer].size:
+                    mixer.grow(len(x) + layer, old_places[layer], place)
+                    at = np.searchsorted(place, old_places[layer])
+                    old[layer] = embedded(old[layer], at, place.size)
+            self._places[number] = places
+            x += flowed
+            y += old
+        return x, y
+
+    def _keep(self, x: Parts) -> None:
+        """Take over the strain of all layers, body by body."""
+        cut = 0
+        for number, body in enumerate(self.bodies):
+            self._added[number] = x[cut : cut + len(body.strain)]
+            cut += len(body.strain)
 
     def _residual(self, x: Parts, defect: Parts) -> float:
         """Return the largest change over the largest strain, or over the yield strain."""

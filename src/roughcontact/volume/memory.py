@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
-from roughcontact.errors import InsufficientMemoryError
+from roughcontact import memory
 from roughcontact.halfspace import plastic
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.halfspace.layers import SWEEP_POINTS
+from roughcontact.volume.problem import Problem
 
 
 def memory_estimate(
@@ -46,19 +45,39 @@ def memory_estimate(
     return int(real * volume) + 200 * points
 
 
-def check_memory(
-    shape: tuple[int, int], layers: int, bodies: int, boundary: str, precision: str
-) -> None:
-    """Raise `InsufficientMemoryError` unless a volume fits into the memory that is free."""
-    import psutil
+def require(problem: Problem, shape: tuple[int, int], layers: int) -> None:
+    """Raise `InsufficientMemoryError` unless a volume fits into the memory that is free.
 
-    needed = memory_estimate(shape, layers, bodies=bodies, boundary=boundary, precision=precision)
-    free = psutil.virtual_memory().available
-    if needed > free:
-        gib = 2**30
-        points = int(math.sqrt(free / needed * shape[0] * shape[1]))
-        raise InsufficientMemoryError(
-            f"{shape[0]} × {shape[1]} points in {layers} layers need about {needed / gib:.1f} GiB, "
-            f"{free / gib:.1f} GiB are free; a square grid of up to about {points} × {points} "
-            "points fits, or fewer layers"
-        )
+    Parameters
+    ----------
+    problem : Problem
+        What is to be solved.
+    shape : (int, int)
+        Points ``(ny, nx)`` of a layer.
+    layers : int
+        Number of layers.
+    """
+    needed = _needed(problem, shape, layers)
+    points = memory.square_side(needed, shape)
+    memory.require(
+        needed,
+        f"{shape[0]} × {shape[1]} points in {layers} layers need",
+        advice=(f"a square grid of up to about {points} × {points} points fits, or fewer layers",),
+    )
+
+
+def fits(
+    problem: Problem, old: tuple[tuple[int, int], int], new: tuple[tuple[int, int], int]
+) -> bool:
+    """Return whether a volume may grow from some shape and number of layers to others."""
+    return _needed(problem, *new) - _needed(problem, *old) < memory.free()
+
+
+def _needed(problem: Problem, shape: tuple[int, int], layers: int) -> int:
+    return memory_estimate(
+        shape,
+        layers,
+        bodies=max(len(problem.yielding), 1),
+        boundary=problem.boundary,
+        precision=problem.precision,
+    )

@@ -22,6 +22,9 @@ Array = NDArray[Any]
 GUARD = 2
 """Rows and columns at the edge of the volume that plastic strain may not reach."""
 
+CONVERGED = "converged"
+"""Status of a path that was followed to its end."""
+
 # Stress beyond the yield strength, over it, that is worth a word.
 _EXCESS = 0.05
 
@@ -202,7 +205,7 @@ class ElastoplasticResult:
     @property
     def converged(self) -> bool:
         """Whether the whole path was followed within the tolerances."""
-        return self.status == "converged"
+        return self.status == CONVERGED
 
     @property
     def residual(self) -> float:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,24 +17,22 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact._version import __version__
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE
-from roughcontact.errors import ConvergenceError
+from roughcontact.errors import ConvergenceError, Sentence, parts_of
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material, contact_modulus
 from roughcontact.solvers import bounded
+from roughcontact.solvers.progress import Progress
 from roughcontact.surface.surface import Surface
-from roughcontact.volume import checks, steps
-from roughcontact.volume.contact_solver import CONTACT_TOLERANCE, untouched
-from roughcontact.volume.extent import first_volume
-from roughcontact.volume.loop import Loop, Progress
-from roughcontact.volume.memory import check_memory
+from roughcontact.volume import checks, memory
+from roughcontact.volume.contact_solver import CONTACT_TOLERANCE, ContactSolver, untouched
+from roughcontact.volume.extent import LEAST_LAYERS, Extent, first_extent
+from roughcontact.volume.loop import Look, Loop
 from roughcontact.volume.problem import Problem
-from roughcontact.volume.result import ElastoplasticResult, Increment
+from roughcontact.volume.result import CONVERGED, ElastoplasticResult, Increment
+from roughcontact.volume.steps import Steps
 
 Array = NDArray[Any]
-
-# No volume of that depth has fewer layers.
-_LEAST_LAYERS = 10
 
 TOLERANCE = 1e-4
 """Residual of the plastic strain at which an increment is done."""
@@ -101,7 +98,8 @@ def solve_elastoplastic(
         on after the last of them and ends with the same numbers. Loads may be added at the end as
         long as the layers stay as they are, which the largest load sets.
     progress : callable, optional
-        Called with a `Progress` after every iteration, and once for what stood in the folder.
+        Called with a `Progress` after every iteration, and once for what stood in the folder; its
+        ``step`` is a `roughcontact.volume.loop.Look`.
 
     Returns
     -------
@@ -153,59 +151,71 @@ def solve_elastoplastic(
         max_iterations, precision,
     )  # fmt: skip
     checks.check_arguments(problem, increments, depth, layers, start, on_failure)
-    path = checks.path_of(
-        load, loads, int(increments), 0.0 if start is None else start.contact.load
-    )
+    first = 0.0 if start is None else start.contact.load
+    path = checks.path_of(load, loads, int(increments), first)
     # Before anything of the size of the map is made; again once the volume is known.
-    least = np.size(layers) if layers is not None else _LEAST_LAYERS
-    check_memory(surface.shape, least, max(len(problem.yielding), 1), boundary, precision)
+    memory.require(problem, surface.shape, LEAST_LAYERS if layers is None else np.size(layers))
     workspace = Workspace()
-    contact = untouched(problem, workspace)
-    checks.check_capacity(problem, contact, max(path))
+    solver = untouched(problem, workspace)
+    checks.check_capacity(problem, solver, max(path))
     if start is None:
-        thickness, margin = first_volume(problem, contact, max(path), depth, layers)
+        extent = first_extent(problem, solver, max(path), depth, layers)
     else:
-        thickness, margin = start.bodies[0].thickness, start.bodies[0].margin
-    grid = surface.shape[0] + 2 * margin, surface.shape[1] + 2 * margin
-    check_memory(grid, thickness.size, len(problem.yielding), boundary, precision)
-    files: list[Path] = []
-    if folder is not None:
-        volume = [margin, layers is None, *thickness]
-        files = steps.files(folder, len(path), problem, start, volume)
-    kept = next((n for n, step in enumerate(files) if not step.exists()), len(files))
-    before, carried = start, dict[str, Array]()
-    if kept:
-        before, carried = steps.kept(files[kept - 1], path[:kept], problem)
-        began -= before.seconds
-        thickness, margin = before.bodies[0].thickness, before.bodies[0].margin
-        if progress is not None:
-            residual = before.increments[-1].residual
-            progress(Progress(before.contact.load, path[-1], 0, residual, tolerance))
-        if kept == len(path):
-            return _judged(before, on_failure, folder)
-    loop = Loop(problem, contact, workspace, path[-1], progress)
-    loop.resize(thickness, margin)
-    done: list[Increment] = []
+        extent = Extent.of(start)
+    memory.require(problem, extent.grid(surface.shape), extent.thickness.size)
+    volume = [extent.margin, layers is None, *extent.thickness]
+    steps = Steps(folder, problem, path, start, volume)
+    done, before, carried = steps.latest()
     if before is not None:
-        loop.resume(before, carried)
-        done = list(before.increments)
+        began -= before.seconds
+        extent = Extent.of(before)
+        watch = _watch(progress, path, done - 1, tolerance)
+        watch(before.contact.load, 0, before.increments[-1].residual)
+    if before is None or done < len(path):
+        loop = Loop(problem, solver, workspace, extent, deepen=layers is None)
+        state = before or start
+        if state is not None:
+            loop.resume(state, carried)
+        before = _follow(loop, path, done, steps, state, progress, began)
+    return _judged(before, on_failure, folder)
 
-    widen = bool(problem.boundary.free_axes)
-    result, status = None, "converged"
-    for number in range(kept, len(path)):
+
+def _follow(
+    loop: Loop,
+    path: list[float],
+    first: int,
+    steps: Steps,
+    before: ElastoplasticResult | None,
+    progress: Callable[[Progress], None] | None,
+    began: float,
+) -> ElastoplasticResult:
+    """Visit the loads from the number ``first`` on, and return the state after the last reached."""
+    done = [] if before is None else list(before.increments)
+    result, status = None, CONVERGED
+    for number in range(first, len(path)):
         result = None
         loop.thaw()
-        status = loop.follow([path[number]], done, deepen=layers is None, widen=widen)
-        if status != "converged":
+        watch = _watch(progress, path, number, loop.problem.tolerance)
+        status = loop.reach(path[number], done, watch)
+        if status != CONVERGED:
             break
-        if files:
-            result = _result(loop, problem, done, status, began)
-            steps.save(
-                result, files[number], loop.carried() | {"loads": np.array(path[: number + 1])}
-            )
-    if result is None:
-        result = _result(loop, problem, done, status, began)
-    return _judged(result, on_failure, folder)
+        if steps:
+            result = _result(loop, done, status, began)
+            steps.save(number, result, loop.carried())
+    return result or _result(loop, done, status, began)
+
+
+def _watch(
+    progress: Callable[[Progress], None] | None, path: list[float], number: int, tolerance: float
+) -> Callable[[float, int, float], None]:
+    """Return what tells of iterations at one load of a path."""
+
+    def watch(load: float, iteration: int, residual: float) -> None:
+        if progress is not None:
+            look = Look(load, path[-1], iteration, residual, tolerance)
+            progress(Progress(number + 1, len(path), look))
+
+    return watch
 
 
 def _judged(
@@ -215,40 +225,67 @@ def _judged(
     if not result.converged and on_failure == "raise":
         kept = "" if folder is None else f"; the loads before it are kept in {folder}"
         raise ConvergenceError(
-            f"{result.status}; the state at {result.contact.load:.6g} N is kept{kept}", result
+            Sentence(
+                *parts_of(result.status),
+                f"; the state at {result.contact.load:.6g} N is kept{kept}",
+            ),
+            result,
         )
     return result
 
 
-def _result(
-    loop: Loop, problem: Problem, done: list[Increment], status: str, began: float
-) -> ElastoplasticResult:
+def _result(loop: Loop, done: list[Increment], status: str, began: float) -> ElastoplasticResult:
     """Solve the contact once more on the strain accepted, and collect all."""
     load = done[-1].load if done else 0.0
-    surface = problem.surface
-    contact = loop.contact
-    before, loaded = contact.convolutions, contact.loaded
-    nothing, none = loop.nothing()
-    displacement = np.zeros(contact.initial_gap.shape)
-    for body, places, added in zip(loop.bodies, nothing, none, strict=True):
-        displacement += body.displacement(places, added, trace=True)
-    contact.press(displacement, load, CONTACT_TOLERANCE)
+    problem, solver = loop.problem, loop.solver
+    before, loaded = solver.convolutions, solver.loaded
+    displacement = loop.displacement()
+    solver.press(displacement, load, CONTACT_TOLERANCE)
     # The next load starts from where the loop ended, whether or not anyone looks at this one.
-    contact.loaded = loaded
-    solution = contact.solution
-    gap = (
-        contact.initial_gap + displacement - contact.approach if solution is None else solution.gap
-    )
-    gap = gap[contact.inside].copy()
-    gap[np.isinf(gap)] = np.nan
-    finished = [body.finished(contact.pressure, loop.margin) for body in loop.bodies]
-    carried = float(contact.pressure.sum()) * surface.pixel[0] * surface.pixel[1]
-    load_error = abs(carried - load) / load if load else 0.0
-    contact_status = bounded.Status.CONVERGED if solution is None else solution.status
-    if contact_status is bounded.Status.CONVERGED and load_error > LOAD_TOLERANCE:
-        contact_status = bounded.Status.STALLED
+    solver.loaded = loaded
+    finished = [body.finished(solver.pressure, loop.extent.margin) for body in loop.bodies]
     seconds = time.perf_counter() - began
-    pressed = ContactResult(
+    pressed = _pressed(problem, solver, displacement, load, solver.convolutions - before, seconds)
+    if status == CONVERGED and not pressed.converged:
+        status = Sentence(
+            "the contact did not converge at the last load: ", *parts_of(pressed.status)
+        )
+    return ElastoplasticResult(
+        contact=pressed,
+        residual_displacement=displacement[solver.inside].copy(),
+        bodies=tuple(body for body, _ in finished),
+        increments=tuple(done),
+        yield_excess=max(excess for _, excess in finished),
+        precision=problem.precision,
+        tolerance=problem.tolerance,
+        status=status,
+        seconds=seconds,
+        version=__version__,
+    )
+
+
+def _pressed(
+    problem: Problem,
+    solver: ContactSolver,
+    displacement: Array,
+    load: float,
+    convolutions: int,
+    seconds: float,
+) -> ContactResult:
+    """Return the contact that the solver found on a displaced surface."""
+    surface, solution = problem.surface, solver.solution
+    if solution is None:
+        gap = solver.initial_gap + displacement - solver.approach
+    else:
+        gap = solution.gap
+    gap = gap[solver.inside].copy()
+    gap[np.isinf(gap)] = np.nan
+    carried = float(solver.pressure.sum()) * surface.pixel[0] * surface.pixel[1]
+    load_error = abs(carried - load) / load if load else 0.0
+    status = bounded.Status.CONVERGED if solution is None else solution.status
+    if status is bounded.Status.CONVERGED and load_error > LOAD_TOLERANCE:
+        status = bounded.Status.STALLED
+    return ContactResult(
         surface=surface,
         counter_surface=problem.counter_surface,
         material=problem.material,
@@ -260,28 +297,14 @@ def _result(
         tolerance=CONTACT_TOLERANCE,
         control="load",
         load=load,
-        approach=contact.approach,
-        pressure=contact.pressure[contact.inside].copy(),
+        approach=solver.approach,
+        pressure=solver.pressure[solver.inside].copy(),
         gap=gap,
         certificate=0.0 if solution is None else solution.certificate,
         load_error=load_error,
-        status=contact_status.value,
+        status=status.value,
         iterations=0 if solution is None else solution.iterations,
-        convolutions=contact.convolutions - before,
-        seconds=seconds,
-        version=__version__,
-    )
-    if status == "converged" and not pressed.converged:
-        status = f"the contact did not converge at the last load: {pressed.status}"
-    return ElastoplasticResult(
-        contact=pressed,
-        residual_displacement=displacement[contact.inside].copy(),
-        bodies=tuple(body for body, _ in finished),
-        increments=tuple(done),
-        yield_excess=max(excess for _, excess in finished),
-        precision=problem.precision,
-        tolerance=problem.tolerance,
-        status=status,
+        convolutions=convolutions,
         seconds=seconds,
         version=__version__,
     )

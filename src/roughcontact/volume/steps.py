@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact import resume
@@ -18,17 +18,90 @@ from roughcontact.volume.result import ElastoplasticResult
 Array = NDArray[Any]
 
 
-def files(
-    folder: str | os.PathLike[str],
-    count: int,
-    problem: Problem,
-    start: ElastoplasticResult | None,
-    volume: list[float],
-) -> list[Path]:
-    """Return the files of all loads, after a look at what stands in the folder.
+class Steps:
+    """The states of a run after each of its loads: files in a folder, or none without one.
 
-    The volume is the margin, whether it may become deeper, and the thickness of its layers.
+    Parameters
+    ----------
+    folder : path, optional
+        Where they are kept.
+    problem : Problem
+        What all loads have in common.
+    path : list of float
+        The loads [N].
+    start : ElastoplasticResult, optional
+        The state before the first.
+    volume : list of float
+        The margin, whether it may become deeper, and the thickness of its layers.
+
+    Raises
+    ------
+    InputError
+        If the folder holds another run.
     """
+
+    def __init__(
+        self,
+        folder: str | os.PathLike[str] | None,
+        problem: Problem,
+        path: list[float],
+        start: ElastoplasticResult | None,
+        volume: list[float],
+    ) -> None:
+        self._problem, self._path = problem, path
+        self._files: list[Path] = []
+        if folder is not None:
+            told = _described(problem, start, volume)
+            place = resume.claim(
+                folder, told, kind="run", record="volume.json", pattern="step-*.nc"
+            )
+            self._files = [place / f"step-{number + 1:04d}.nc" for number in range(len(path))]
+
+    def __bool__(self) -> bool:
+        """Whether anything is kept."""
+        return bool(self._files)
+
+    def latest(self) -> tuple[int, ElastoplasticResult | None, dict[str, Array]]:
+        """Return how many loads are done, the state after them, and what the loop carries on."""
+        missing = (n for n, file in enumerate(self._files) if not file.exists())
+        done = next(missing, len(self._files))
+        if not done:
+            return 0, None, {}
+        file = self._files[done - 1]
+        try:
+            result, carried = archive.load_step(file)
+            asked = carried.pop("loads")
+        except FormatError as error:
+            raise FormatError(f"{error}; remove {file} to solve it again") from None
+        except KeyError:
+            raise FormatError(f"{file} is no step of a run; remove it to solve it again") from None
+        if asked.tolist() != self._path[:done]:
+            raise InputError(
+                f"{file.parent} holds another run: loads differ; give another folder, or remove "
+                "this one to start again",
+                argument="folder",
+            )
+        self._problem.check_same(str(file), result)
+        return done, result, carried
+
+    def save(self, number: int, result: ElastoplasticResult, carried: dict[str, Array]) -> None:
+        """Write the state after a load, and what the loop carries on from it."""
+        file = self._files[number]
+        try:
+            archive.save_elastoplastic(
+                result, file, carried | {"loads": np.array(self._path[: number + 1])}
+            )
+        except OSError as error:
+            reason = error.strerror or " ".join(str(error).split())
+            raise InputError(
+                f"{file} cannot be written ({reason}); the loads before it are kept"
+            ) from None
+
+
+def _described(
+    problem: Problem, start: ElastoplasticResult | None, volume: list[float]
+) -> dict[str, Any]:
+    """Return what the states depend on, for the record in the folder."""
     described = resume.contact(
         problem.surface, problem.counter_surface, problem.material, problem.counter_material
     )
@@ -44,36 +117,4 @@ def files(
         layers = [strain for body in start.bodies for strain in body.plastic_strain]
         flowed = [layer for body in start.bodies for layer in body.accumulated]
         described["start"] = resume.digest(start.contact.pressure, *layers, *flowed)
-    place = resume.claim(folder, described, kind="run", record="volume.json", pattern="step-*.nc")
-    return [place / f"step-{number:04d}.nc" for number in range(1, count + 1)]
-
-
-def kept(
-    path: Path, loads: list[float], problem: Problem
-) -> tuple[ElastoplasticResult, dict[str, Array]]:
-    """Return the state after some loads, and what the loop carries on from it."""
-    try:
-        result, carried = archive.load_step(path)
-        asked = carried.pop("loads")
-    except FormatError as error:
-        raise FormatError(f"{error}; remove {path} to solve it again") from None
-    except KeyError:
-        raise FormatError(f"{path} is no step of a run; remove it to solve it again") from None
-    if asked.tolist() != loads:
-        raise InputError(
-            f"folder {path.parent} holds another run: loads differ; give another folder, or remove "
-            "this one to start again"
-        )
-    problem.check_same(str(path), result)
-    return result, carried
-
-
-def save(result: ElastoplasticResult, path: Path, carried: Mapping[str, Array]) -> None:
-    """Write the state after a load, and what the loop carries on from it."""
-    try:
-        archive.save_elastoplastic(result, path, carried)
-    except OSError as error:
-        reason = error.strerror or " ".join(str(error).split())
-        raise InputError(
-            f"{path} cannot be written ({reason}); the loads before it are kept"
-        ) from None
+    return described
