@@ -10,7 +10,7 @@ import pytest
 
 from roughcontact.halfspace import convolution, kernels
 from roughcontact.halfspace.sums import LocalSums
-from roughcontact.solvers import bounded, patches, tilt
+from roughcontact.solvers import active_set, bounded, patches, tilt
 from roughcontact.solvers.problem import Problem
 from roughcontact.solvers.projection import project, without_dust
 
@@ -268,6 +268,12 @@ def test_a_wave_that_nothing_resists_on_several_processes() -> None:
         here = Problem(np.zeros(SHAPE)[rows], limit[rows], **problem)
         return bounded.solve(here, family, tolerance=1e-9, max_iterations=300)
 
+    def way(family, rows):
+        full = np.ones(limit[rows].size)
+        sums = family((1, 1), (1, 1)).sums
+        return active_set._way(0 * full, full, limit[rows].ravel(), sums)
+
+    assert on_processes((0, 16, 24), way)[0] == [0.3, 0.3]
     alone, _ = on_processes((0, 24), run, waves)
     several, _ = on_processes((0, 16, 24), run, waves)
     same(several, (0, 16, 24), alone[0])
