@@ -24,7 +24,7 @@ class Group:
     def __init__(self, edges):
         self.edges = edges
         self.count = len(edges) - 1
-        self.barrier = threading.Barrier(self.count, timeout=20)
+        self.barrier = threading.Barrier(self.count, timeout=120)
         self.held = [None] * self.count
 
     def exchange(self, rank, part):

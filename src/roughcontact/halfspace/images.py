@@ -114,7 +114,7 @@ class Images:
         self._workspace, self._fine = workspace, fine
         edges = pixel[0] * coarse, pixel[1] * coarse
         thickness = _merged(fine.thickness, _COARSE_DEPTH * min(edges))
-        arguments = (cells, edges, thickness, fine._modulus, fine._poisson)
+        arguments = (cells, edges, thickness, fine.body.shear_modulus, fine.body.poisson)
         more: dict[str, Any] = dict(
             isolated=True, workspace=workspace, precision=precision, smooth=True
         )

@@ -30,6 +30,7 @@ from roughcontact.halfspace.fft import (
     half_frequencies,
     half_spectrum,
 )
+from roughcontact.halfspace.sweep import Band, Body, Sweep
 
 Array = NDArray[Any]
 Fill = Callable[[int, Array], slice | None]
@@ -126,7 +127,7 @@ class Layers:
         self.shape, self.thickness, self.padded = shape, thickness, padded
         self.real: type = np.float32 if precision == "single" else np.float64
         self._complex: type = np.complex64 if precision == "single" else np.complex128
-        self._modulus, self._poisson, self._isolated = shear_modulus, poisson, isolated
+        self.body, self._isolated = Body(thickness, shear_modulus, poisson), isolated
         self._workspace = workspace
         self._quiet = True
         (my, mx), (dy, dx) = padded, pixel
@@ -164,7 +165,7 @@ class Layers:
 
     def _fill_tables(self, q: NDArray[np.float64]) -> None:
         """Tabulate what depends on |q| alone, for the rows with qy ≥ 0."""
-        nz, nu = self.thickness.size, self._poisson
+        nz, nu = self.thickness.size, self.body.poisson
         shape = (nz, *q.shape)
         self._decay, self._mean = np.empty(shape, self.real), np.empty(shape, self.real)
         # Deviator and mean of the stress by unit pressure: zz, (11 - 22)/2, i·13, mean.
@@ -219,8 +220,7 @@ class Layers:
         ndarray, shape (ny, nx)
             Normal displacement [m], positive into the body, without the elastic one by pressure.
         """
-        (my, mx), (ny, nx), nz = self.padded, self.shape, self.thickness.size
-        scale = 1 / (my * mx)
+        nz, my = self.thickness.size, self.padded[0]
         if not self._spectra.size:
             self._spectra = np.empty((nz, 5, 2, my, self._width), self.real)
         if trace and self._trace is None:
@@ -229,6 +229,20 @@ class Layers:
         # x then along y, kept from the sweep of the others. And all at the corner.
         self._odd: Array = np.zeros((nz, 5, 2, 1, my + self._width), self.real)
         self._corner: Array = np.zeros((nz, 5, 2), self.real)
+        self._quiet = not self._transform(fill, see)
+        if self._quiet:
+            if self._trace is not None:
+                self._trace[...] = 0
+            return np.zeros(self.shape)
+        mean = self._mean_displacement()
+        surface = self._sweep(self._trace if trace else None)
+        surface[0, 0] = mean
+        return from_half_spectrum(surface, self.shape, self.padded).astype(np.float64)
+
+    def _transform(self, fill: Fill, see: Visit | None) -> bool:
+        """Keep the spectra of the strain in all layers; return whether there is any."""
+        (my, mx), (ny, nx), nz = self.padded, self.shape, self.thickness.size
+        scale = 1 / (my * mx)
         loud = np.zeros(nz, bool)
 
         def forward(layer: int) -> None:
@@ -256,15 +270,19 @@ class Layers:
                 self._take_nyquist(plane, layer, component)
 
         self._workspace.each(forward, range(nz))
-        self._quiet = not loud.any()
-        if self._quiet:
-            if self._trace is not None:
-                self._trace[...] = 0
-            return np.zeros(self.shape)
-        weights = -self.thickness * (0.5 - self._poisson)
+        return bool(loud.any())
+
+    def _mean_displacement(self) -> float:
+        """Return the mean displacement by the strain: the adjoint of the longest wave's stress."""
+        nu = self.body.poisson
+        weights = -self.thickness * (0.5 - nu)
         if not self._isolated:
-            weights /= 0.5 * (1 - self._poisson)
-        mean = float(weights @ self._spectra[:, 0, 0, 0, 0])
+            weights /= 0.5 * (1 - nu)
+        return float(weights @ self._spectra[:, 0, 0, 0, 0])
+
+    def _sweep(self, trace: Array | None) -> Array:
+        """Leave the stress in place of the strain; return the spectrum of the displacement."""
+        my = self.padded[0]
         surface: Array = np.empty((my, self._width), self._complex)
         step = min(SWEEP_POINTS // self._width, my // (2 * self._workspace.workers))
         step = max(1, step)
@@ -274,16 +292,20 @@ class Layers:
 
         def sweep(rows: slice) -> None:
             fold = rows if rows.start < self._half else slice(my - rows.start, my - rows.stop, -1)
-            self._sweep(
-                self._spectra[..., rows, :], self._angles[:, rows], self._q[fold],
-                self._decay[:, fold], self._mean[:, fold], surface[rows],
-                self._trace[..., rows, :] if trace and self._trace is not None else None,
-            )  # fmt: skip
+            band = Band(
+                self._angles[:, rows], self._q[fold], self._decay[:, fold], self._mean[:, fold]
+            )
+            waves = Sweep(self.body, band, self._spectra[..., rows, :], self._array)
+            waves.up()
+            waves.reflect(surface[rows])
+            waves.down(None if trace is None else trace[..., rows, :])
 
         self._workspace.each(sweep, bands)
-        self._sweep(self._odd, *self._at_nyquist, None, None)
-        surface[0, 0] = mean
-        return from_half_spectrum(surface, self.shape, self.padded).astype(np.float64)
+        waves = Sweep(self.body, self._at_nyquist, self._odd, self._array)
+        waves.up()
+        waves.reflect(None)
+        waves.down(None)
+        return surface
 
     def _take_nyquist(self, plane: Array, layer: int, component: int) -> None:
         """Move what mirrored waves at Nyquist have with opposite signs out of the sweep's way."""
@@ -298,8 +320,8 @@ class Layers:
                 waves[...] = 0
 
     @property
-    def _at_nyquist(self) -> tuple[Array, Array, Array, Array]:
-        """Angles, q, decay and mean of the waves at Nyquist, along x then along y."""
+    def _at_nyquist(self) -> Band:
+        """The waves at Nyquist, along x then along y."""
         my = self.padded[0]
         angles = np.concatenate([self._angles[:, :, -1], self._angles[:, my // 2]], axis=1)
         fold = np.minimum(np.arange(my), my - np.arange(my))
@@ -307,175 +329,7 @@ class Layers:
             np.concatenate([table[..., fold, -1], table[..., my // 2, :]], axis=-1)[..., None, :]
             for table in (self._q, self._decay, self._mean)
         ]
-        return angles[:, None], tables[0], tables[1], tables[2]
-
-    def _sweep(
-        self,
-        spectra: Array,
-        angles: Array,
-        q: Array,
-        decays: Array,
-        means: Array,
-        surface: Array | None,
-        trace: Array | None,
-    ) -> None:
-        """Sweep a band of wave vectors up and down; leave the stress in place of the strain.
-
-        States hold 4(1-ν) q (α - (3-4ν) β), 4(1-ν) q β and i q γ of the amplitudes α, β, γ of
-        the waves; e^(-x) and its mean over a layer are all that the layers' integrals need.
-        """
-        nu, nz = self._poisson, self.thickness.size
-        cosine, sine, cosine2, sine2 = angles
-        shape = (2, *q.shape)
-        arrays = self._array("sweep", (12, *shape))
-        first, second, third, temp, total, one, two, three, four, a, b, g = arrays
-        up = self._array("up", (nz, 3, *shape))
-        size = (4, *shape[1:])
-        x, weight, pull, tail = self._array("weights", size)
-
-        def rotate(into: tuple[Array, Array], these: tuple[Array, Array], c: Array, s: Array,
-                   back: bool) -> None:  # fmt: skip
-            """Turn a pair of components by an angle: (c f + s g, c g - s f), or back."""
-            np.multiply(c, these[0], out=first)
-            np.multiply(s, these[1], out=temp)
-            np.multiply(c, these[1], out=second)
-            np.multiply(s, these[0], out=third)
-            if back:
-                np.subtract(first, temp, out=into[0])
-                np.add(second, third, out=into[1])
-            else:
-                np.add(first, temp, out=into[0])
-                np.subtract(second, third, out=into[1])
-
-        def propagate(layer: int, direction: int) -> None:
-            """Carry the state through a layer and add what the layer sends on."""
-            zz, p, t, shear, cross = spectra[layer]
-            decay = decays[layer]
-            # pull and tail: (1 - e^-x) and 1 - (1 + x) e^-x
-            np.multiply(x, b, out=temp)
-            np.subtract(a, temp, out=a)
-            for state in (a, b, g):
-                np.multiply(state, decay, out=state)
-            combine = np.add if direction < 0 else np.subtract
-            combine(zz, shear, out=temp)
-            np.multiply(temp, -(2 - 4 * nu), out=temp)
-            np.multiply(temp, pull, out=temp)
-            np.add(a, temp, out=a)
-            np.multiply(zz, 1.5, out=temp)
-            np.subtract(temp, p, out=temp)
-            combine(temp, shear, out=temp)
-            combine(temp, shear, out=temp)
-            np.multiply(temp, tail, out=first)
-            np.subtract(a, first, out=a)
-            np.multiply(temp, pull, out=temp)
-            np.add(b, temp, out=b)
-            (np.subtract if direction < 0 else np.add)(t, cross, out=temp)
-            np.multiply(temp, pull, out=temp)
-            np.add(g, temp, out=g)
-
-        def weigh(layer: int) -> None:
-            np.multiply(q, self.real(self.thickness[layer]), out=x)
-            np.subtract(means[layer], decays[layer], out=weight)
-            np.multiply(x, means[layer], out=pull)
-            np.multiply(x, weight, out=tail)
-
-        a[...] = b[...] = g[...] = 0
-        for layer in range(nz - 1, -1, -1):
-            zz, half, xy, xz, yz = spectra[layer]
-            rotate((half, xy), (half, xy), cosine2, sine2, False)
-            rotate((xz, yz), (xz, yz), cosine, sine, False)
-            up[layer, 0], up[layer, 1], up[layer, 2] = a, b, g
-            weigh(layer)
-            propagate(layer, -1)
-
-        # What comes up moves the surface and is thrown back by it.
-        np.multiply(b, 1 - 2 * nu, out=temp)
-        np.add(temp, a, out=temp)
-        with np.errstate(divide="ignore"):
-            np.divide(1, q, out=x)
-        x[q == 0] = 0
-        np.multiply(temp, x, out=temp)
-        if surface is not None:
-            surface.real, surface.imag = temp[0], temp[1]
-        np.multiply(a, 2, out=temp)
-        np.multiply(a, -(3 - 4 * nu), out=a)
-        np.multiply(b, -4 * (1 - nu) * (1 - 2 * nu), out=first)
-        np.add(a, first, out=a)
-        np.multiply(b, 3 - 4 * nu, out=b)
-        np.add(b, temp, out=b)
-
-        mu = self._modulus
-        unit = mu / (2 * (1 - nu))
-        for layer in range(nz):
-            zz, p, t, shear, cross = spectra[layer]
-            from_a, from_b, from_g = up[layer]
-            mean = means[layer]
-            weigh(layer)
-            # two = mean (b↓ + b↑ - own), total = weight (same) - mean (a↓ + a↑ - own ...)
-            np.add(b, from_b, out=one)
-            np.multiply(zz, 3, out=temp)
-            np.subtract(one, temp, out=one)
-            np.add(one, p, out=one)
-            np.add(one, p, out=one)
-            np.multiply(mean, one, out=two)
-            np.multiply(weight, one, out=total)
-            np.add(a, from_a, out=one)
-            np.multiply(zz, 7 - 8 * nu, out=temp)
-            np.add(one, temp, out=one)
-            np.subtract(one, p, out=one)
-            np.subtract(one, p, out=one)
-            np.multiply(mean, one, out=one)
-            np.subtract(total, one, out=total)
-            # Shear 13, times i: differences of the waves.
-            np.subtract(b, from_b, out=one)
-            np.multiply(one, 2 - 2 * nu, out=three)
-            np.subtract(a, from_a, out=temp)
-            np.add(three, temp, out=three)
-            np.multiply(three, mean, out=three)
-            np.multiply(shear, 4, out=temp)
-            np.add(one, temp, out=one)
-            np.multiply(one, weight, out=one)
-            np.subtract(three, one, out=three)
-            np.multiply(three, unit, out=three)
-            # Shear 23, times i.
-            np.subtract(g, from_g, out=four)
-            np.subtract(four, cross, out=four)
-            np.subtract(four, cross, out=four)
-            np.multiply(four, mean, out=four)
-            np.add(four, cross, out=four)
-            np.add(four, cross, out=four)
-            np.multiply(four, -mu, out=four)
-            # Shear 12.
-            np.add(g, from_g, out=one)
-            np.subtract(one, t, out=one)
-            np.subtract(one, t, out=one)
-            np.multiply(one, mean, out=one)
-            np.multiply(one, mu, out=one)
-            propagate(layer, +1)
-            if trace is not None:
-                # -2 (1 + ν) (two + 3 zz - 2 p) and the local part, a third of them.
-                np.subtract(two, p, out=temp)
-                np.subtract(temp, p, out=temp)
-                np.add(temp, zz, out=temp)
-                np.multiply(temp, -2 * (1 + nu) / 3 * unit, out=trace[layer])
-            # Own parts of zz and (11 - 22)/2, then the waves.
-            np.multiply(zz, -(10 - 8 * nu) / 3, out=first)
-            np.multiply(p, -4 / 3 * (1 - 2 * nu), out=second)
-            np.add(first, second, out=first)
-            np.multiply(zz, -(1 - 2 * nu), out=second)
-            np.subtract(second, p, out=second)
-            np.subtract(second, p, out=second)
-            np.subtract(first, total, out=first)
-            np.multiply(two, (1 - 2 * nu) + 2 / 3 * (1 + nu), out=third)
-            np.add(first, third, out=first)
-            np.multiply(first, unit, out=zz)
-            np.multiply(two, 3 - 4 * nu, out=third)
-            np.subtract(total, third, out=total)
-            np.multiply(total, 0.5, out=total)
-            np.add(second, total, out=second)
-            np.multiply(second, unit, out=total)
-            rotate((p, t), (total, one), cosine2, sine2, True)
-            rotate((shear, cross), (three, four), cosine, sine, True)
+        return Band(angles[:, None], *tables)
 
     def stress(self, pressure: Array, visit: Visit) -> None:
         """Show the deviator of the stress by the strain taken in last and by a pressure.
@@ -567,7 +421,9 @@ class Layers:
         if my % 2 == 0 and component in (2, 4):
             parts[:, my // 2] = odd[:, my:]
         if my % 2 == 0 and mx % 2 == 0:
-            parts[:, my // 2, -1] = self._corner[layer, component] * self.real(-2 * self._modulus)
+            parts[:, my // 2, -1] = self._corner[layer, component] * self.real(
+                -2 * self.body.shear_modulus
+            )
 
     def _to_map(self, parts: Array, times_i: bool) -> Array:
         spectrum = self._array("spectrum", parts.shape[1:], self._complex)
