@@ -21,9 +21,19 @@ WINGS = (
 
 # One-line methods of the public face that pass `self` on to a wing above, inside the function.
 DELEGATIONS: dict[str, set[str]] = {
-    "contact.result": {"contact.solve", "contact.stiffness", "formats.export", "report.contact"},
+    "contact.result": {
+        "contact.solve",
+        "contact.stiffness",
+        "formats.export",
+        "report.contact",
+        "report.results",
+    },
+    "contact.curve": {"report.results"},
+    "contact.history": {"report.results"},
+    "contact.stress": {"report.results"},
+    "contact.study": {"report.results"},
     "surface.surface": {"formats.export"},
-    "volume.result": {"formats.export", "report.volume", "volume.depth"},
+    "volume.result": {"formats.export", "report.results", "report.volume", "volume.depth"},
 }
 
 

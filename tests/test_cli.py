@@ -149,17 +149,18 @@ def test_solve_prints_a_table_that_fits_80_columns(
     assert all(line == line.rstrip() for line in lines)
     cells = (re.split(r"  +", line, maxsplit=1) for line in lines)
     shown = {pair[0]: pair[1] for pair in cells if len(pair) == 2}
-    assert shown["grid (y × x)"] == "40 × 64 points, pixel 2.5 µm × 3.125 µm"
+    assert shown["grid (y × x)"] == "40 × 64 points"
+    assert shown["pixel (y × x)"] == "2.5 µm × 3.125 µm"
     assert shown["preparation"] == "leveled: least-squares plane subtracted"
-    assert shown["contact modulus"] == "230.8 GPa"
-    assert shown["ceiling"] == "3 GPa (3 × yield strength)"
-    assert shown["load"] == "100 mN (given)"
+    assert shown["contact modulus E*"] == "230.8 GPa"
+    assert shown["pressure ceiling"] == "3 GPa, three times the yield strength"
+    assert shown["load W"] == "100 mN (given)"
     assert shown["status"] == "converged"
     assert "µm² (" in shown["contact area"]
     assert set(shown) >= {
-        "map", "size (y × x)", "body", "counter-body", "boundary", "approach", "max pressure",
-        "saturated", "mean gap", "residual indentation", "regime", "certificate", "load error",
-        "work",
+        "source", "size (y × x)", "body", "counter-body", "boundary", "approach ω",
+        "largest pressure", "saturated area", "mean gap", "residual indentation", "regime",
+        "certificate ε", "load error", "convolutions on the full grid", "time of the solve",
     }  # fmt: skip
 
 
@@ -322,19 +323,21 @@ def test_demo_writes_both_solutions_and_tells_what_they_are(
     assert (elastic.contact <= limited.contact).mean() > 0.99
 
 
-BALL = ("--body", "sphere 10 mm", "--points", "16", "--size", "0.4 mm")
+SMALL_BALL = ("--body", "sphere 10 mm", "--points", "16", "--size", "0.4 mm")
 WRITERS: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
-    "solve": (("solve", *BALL, "--load", "1 N", *YIELDING), {"--output": "a.nc"}),
+    "solve": (("solve", *SMALL_BALL, "--load", "1 N", *YIELDING), {"--output": "a.nc"}),
     "sweep": (
-        ("sweep", *BALL, "--from", "1 N", "--to", "2 N", "--steps", "2", *YIELDING),
+        ("sweep", *SMALL_BALL, "--from", "1 N", "--to", "2 N", "--steps", "2", *YIELDING),
         {"--output": "a.csv", "--figure": "a.png"},
     ),
-    "stress": (("stress", *BALL, "--load", "1 N", *YIELDING), {"--output": "a.nc"}),
+    "stress": (("stress", *SMALL_BALL, "--load", "1 N", *YIELDING), {"--output": "a.nc"}),
     "history": (
-        ("history", *BALL, "--path", "1 N", *YIELDING), {"--output": "a.csv", "--residual": "a.nc"}
+        ("history", *SMALL_BALL, "--path", "1 N", *YIELDING),
+        {"--output": "a.csv", "--residual": "a.nc"},
     ),
     "volume": (
-        ("solve", "--model", "volume", "--increments", "1", *BALL, "--load", "1 N", *YIELDING),
+        ("solve", "--model", "volume", "--increments", "1", *SMALL_BALL, "--load", "1 N",
+         *YIELDING),
         {"--output": "a.nc"},
     ),
     "demo": (("demo", "--points", "32"), {"--folder": "files"}),
@@ -570,7 +573,7 @@ def test_not_converged_shows_the_best_and_writes_nothing(
     assert solve(rough, *options, "--figures", str(tmp_path / "run1")) == app.NOT_CONVERGED
     out, err = capsys.readouterr()
     assert "NOT CONVERGED" in out
-    assert "max pressure" in out
+    assert "largest pressure" in out
     assert err.startswith("roughcontact: error: not converged: certificate")
     assert "--max-iterations" in err
     assert "no file was written" in err
@@ -604,7 +607,7 @@ def test_a_full_disk_is_one_sentence_after_the_numbers(
     monkeypatch.setattr("xarray.Dataset.to_netcdf", full)
     assert solve(rough, *STEEL, "--output", str(output)) == app.BAD_INPUT
     out, err = capsys.readouterr()
-    assert "max pressure" in out
+    assert "largest pressure" in out
     assert "written" not in out
     assert err.count("\n") == 1
     assert "out.nc cannot be written (No space left on device)" in err
@@ -710,7 +713,8 @@ def test_info_prints_the_table_of_a_measured_file(capsys: Capture) -> None:
     assert err == ""
     assert max(map(len, out.splitlines())) <= 80
     for words in (
-        "512 × 512 points, pixel 195.3 pm × 195.3 pm",
+        "512 × 512 points",
+        "195.3 pm × 195.3 pm",
         "-1.761 µm to -1.648 µm",
         "27.79 nm, after plane 4.688 nm",
         "0: Height [nm]",

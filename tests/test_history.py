@@ -1,4 +1,5 @@
 import csv
+import dataclasses
 import json
 import math
 from pathlib import Path
@@ -10,8 +11,9 @@ from hypothesis import strategies as st
 
 import roughcontact as rc
 from roughcontact.contact import solve
-from roughcontact.contact.history import UNITS, LoadHistory, Stage, passes
+from roughcontact.contact.history import HistoryStep, LoadHistory, Stage, passes
 from roughcontact.contact.load_history import TOLERANCE, load_history
+from roughcontact.report import tables
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 HARD = rc.Material(210e9, 0.3, 3e9, "hard steel")
@@ -346,8 +348,11 @@ def test_saved_csv_keeps_every_number(found: LoadHistory, tmp_path: Path) -> Non
     found.save(tmp_path / "history.csv")
     with (tmp_path / "history.csv").open(newline="", encoding="utf-8") as stream:
         head, *rows = csv.reader(stream)
-    assert head == [f"{name} [{unit}]" for name, unit in UNITS.items()]
-    for number, name in enumerate(UNITS):
+    columns = [column for column in tables.HISTORY_COLUMNS if column.stored]
+    assert head == [f"{column.key} [{column.unit}]" for column in columns]
+    names = [field.name for field in dataclasses.fields(HistoryStep)]
+    assert [column.key for column in columns] == names
+    for number, name in enumerate(names):
         assert [float(row[number]) for row in rows] == found.column(name).tolist()
 
 

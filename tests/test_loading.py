@@ -1,3 +1,4 @@
+import dataclasses
 import json
 import os
 import signal
@@ -13,7 +14,7 @@ from hypothesis import strategies as st
 
 import roughcontact as rc
 from roughcontact.contact import load_curve
-from roughcontact.contact.curve import UNITS
+from roughcontact.contact.curve import LoadStep
 from roughcontact.contact.stiffness import stiffness
 from roughcontact.theory import hertz, persson
 
@@ -32,7 +33,7 @@ def ball(n: int, radius: float = 0.01, side: float = 64e-6) -> rc.Surface:
 
 
 def numbers(curve: rc.LoadCurve) -> list[tuple[float, ...]]:
-    names = [name for name in UNITS if name != "seconds"]
+    names = [f.name for f in dataclasses.fields(LoadStep) if f.name != "seconds"]
     return [tuple(curve.column(name).tolist()) for name in names]
 
 

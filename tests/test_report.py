@@ -237,14 +237,16 @@ def test_the_elastic_solution_stands_beside(whole: tuple[ContactResult, str]) ->
         ("Approach", "m", "approach"), ("Mean gap", "m", "mean_gap"),
     ):  # fmt: skip
         both = [engineering(getattr(r, name), unit) for r in (elastic, result)]
-        assert [head, *both] in page.cells
+        beside = [cells[1:] for cells in page.cells if cells[0] == head and len(cells) == 3]
+        # The area has its share of the map behind it.
+        assert any([text.split(" (")[0] for text in texts] == both for texts in beside)
     inside = np.count_nonzero(elastic.contact & result.contact) / np.count_nonzero(elastic.contact)
     assert f"{percent(inside)} of the elastic contact" in page.words
 
 
 def test_the_load_curve_is_a_table(whole: tuple[ContactResult, str]) -> None:
     page = Page(whole[1])
-    assert {"load", "stiffness [N/m]", "certificate"} <= set(page.texts["th"])
+    assert {"load", "stiffness", "certificate"} <= set(page.texts["th"])
     assert "under 3 loads" in page.words
     row = page.rows()["10 mN"]
     assert re.search(r"nm.*%.*GPa", row)

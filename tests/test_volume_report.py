@@ -57,11 +57,11 @@ def test_answer_first_then_chapters_in_the_order_of_the_other_report(pressed) ->
     assert page.startswith("Contact of ball.nc under 350 mN, with plastic flow")
     contact = pressed.contact
     for value in (
-        engineering(contact.max_pressure, "Pa", 3),
+        engineering(contact.max_pressure, "Pa"),
         percent(contact.contact_fraction),
         percent(pressed.max_plastic_strain),
-        engineering(pressed.plastic_depth, "m", 3),
-        engineering(contact.approach, "m", 3),
+        engineering(pressed.plastic_depth, "m"),
+        engineering(contact.approach, "m"),
     ):
         assert f'class="value">{value}<' in text
     assert f"Regime: {pressed.regime}." in page
@@ -104,7 +104,7 @@ def test_unloaded_it_tells_what_is_left(released) -> None:
     assert f"has left a dent of up to {dent}" in page
     assert "0 N → 350 mN → 0 N" in page
     stress = float(released.bodies[0].residual_von_mises.max())
-    assert f"Residual stress {engineering(stress, 'Pa', 3)}" in page
+    assert f"Residual stress {engineering(stress, 'Pa')}" in page
     assert "Largest von Mises stress under load" not in page
     assert "Contact spots" not in page
 

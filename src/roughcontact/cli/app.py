@@ -20,7 +20,9 @@ from roughcontact.cli import console
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.files import to_json
 from roughcontact.formats import export, tables
-from roughcontact.report import sections
+from roughcontact.report import figures as report_figures
+from roughcontact.report import inputs, sections
+from roughcontact.report.quantities import stored
 from roughcontact.request import options, outputs, parsing, run
 from roughcontact.request.options import BODIES, MAP, OPTIONS, OUTPUT, SOLVER
 from roughcontact.request.request import Request, from_text
@@ -232,7 +234,7 @@ def _solve(asked: Request, as_json: _Json = False, quiet: _Quiet = False) -> Non
     elif not quiet and volume is not None:
         console.show_volume(volume, outcome.notes, outcome.written)
     elif not quiet:
-        console.show_solution(outcome, str(asked.given.get("ceiling", "auto")))
+        console.show_solution(outcome)
     if outcome.failure is not None:
         raise outcome.failure
     if outcome.status != "converged":
@@ -392,7 +394,6 @@ def _stress(
     quiet: _Quiet = False,
 ) -> None:  # fmt: skip
     from roughcontact.contact import subsurface
-    from roughcontact.plots import stress as stress_plots
 
     listed = (
         None
@@ -403,18 +404,13 @@ def _stress(
     angle = OPTIONS["angle"].parse(direction, "--direction")
     if which not in ("first", "second"):
         raise InputError(f"--which must be first or second, got {which!r}")
-    pictures = outputs.figure_files(figures, ("stress-depth", "stress-section", "stress-map"))
+    pictures = outputs.figure_files(figures, report_figures.names(report_figures.STRESS))
     for path in pictures.values():
         outputs.check_place(path, "--figures")
     if output is not None:
         if output.suffix.lower() != ".nc":
             raise InputError(f"--output must end in .nc, got '{output}'")
         outputs.check_place(output, "--output")
-    draw: dict[str, Callable[[Any], Any]] = {
-        "stress-depth": stress_plots.stress_depth,
-        "stress-section": stress_plots.stress_section,
-        "stress-map": stress_plots.stress_map,
-    }
     report, asked = asked.report, dataclasses.replace(asked, report=None)
     if report is not None:
         outputs.check_place(report, "--report")
@@ -433,11 +429,14 @@ def _stress(
             first = run.first_yield(found)
         tasks: list[outputs.Task] = [] if output is None else [(output, found.save)]
         tasks += [
-            (path, outputs.saver(functools.partial(draw[name], found)))
-            for name, path in pictures.items()
+            (path, outputs.saver(draw))
+            for path, draw in zip(pictures.values(), report_figures.drawings(found), strict=True)
         ]
         if report is not None:
-            chapters = [*sections.sections(None, outcome.notes), sections.stress_section(found)]
+            chapters = [
+                *sections.sections(None, outcome.notes),
+                sections.stress_section(found, first),
+            ]
             command = asked.command("stress")
             tasks.append((report, lambda path: found.contact.report(path, command, chapters)))
         written = outputs.write(tasks, say)
@@ -447,7 +446,7 @@ def _stress(
             told["first_yield"] = first.summary()
         print(to_json({**told, "written": [str(path) for path in written]}))
     elif not quiet:
-        console.show_solution(outcome, str(asked.given.get("ceiling", "auto")))
+        console.show_solution(outcome)
         console.show_stress(found, first, written)
 
 
@@ -613,15 +612,15 @@ def _info(
 
     surface = read.read_surface(file, format_name, channel, unit, size)
     channels = read.channels(file, format_name)
-    facts = console.facts(surface)
+    measured = inputs.measured(surface)
     if as_json:
         listed = [
             {"name": c.name, "unit": c.unit, "is_height": c.is_height, "shape": list(c.shape)}
             for c in channels
         ]
-        print(to_json({**facts, "channels": listed}))
+        print(to_json({**stored(inputs.FILE, measured), "channels": listed}))
     else:
-        console.show_info(surface, facts, channels)
+        console.show_info(measured, channels)
 
 
 @_app.command("materials", epilog="Example:\n\nroughcontact materials 'bearing steel'")

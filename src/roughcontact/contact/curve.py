@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._version import __version__
 from roughcontact.errors import InputError
 from roughcontact.files import replacing, require_suffix, to_json
 from roughcontact.theory import persson
@@ -74,13 +73,7 @@ class LoadStep:
     seconds: float
 
 
-UNITS = {
-    "load": "N", "approach": "m", "contact_area": "m²", "corrected_contact_area": "m²",
-    "saturated_area": "m²", "max_pressure": "Pa", "mean_gap": "m", "stiffness": "N/m",
-    "spots": "1", "mean_spot_area": "m²", "largest_spot_area": "m²", "certificate": "1",
-    "load_error": "1", "convolutions": "1", "seconds": "s",
-}  # fmt: skip
-"""Unit of each field of a `LoadStep`."""
+_FIELDS = tuple(field.name for field in fields(LoadStep))
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,9 +114,9 @@ class LoadCurve:
 
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `LoadStep` for names and units."""
-        if name not in UNITS:
+        if name not in _FIELDS:
             raise InputError(
-                f"must be one of {', '.join(UNITS)}, got {name!r}", argument="name", value=name
+                f"must be one of {', '.join(_FIELDS)}, got {name!r}", argument="name", value=name
             )
         return np.array([getattr(step, name) for step in self.steps], dtype=float)
 
@@ -189,21 +182,10 @@ class LoadCurve:
             If the suffix is another one.
         """
         require_suffix(path, ".csv", ".json")
-        suffix = Path(path).suffix.lower()
-        contact_area, saturated_area = self.persson
-        extra = {
-            "constriction_length": ("m", self.constriction_length),
-            "persson_contact_area": ("m²", contact_area),
-            "persson_saturated_area": ("m²", saturated_area),
-        }
-        if suffix == ".csv":
-            names = [*UNITS, *extra]
-            units = [*UNITS.values(), *(unit for unit, _ in extra.values())]
-            lines = [",".join(f"{n} [{u}]" for n, u in zip(names, units, strict=True))]
-            for number, step in enumerate(self.steps):
-                values = [*asdict(step).values(), *(float(v[number]) for _, v in extra.values())]
-                lines.append(",".join(repr(value) for value in values))
-            text = "\n".join(lines) + "\n"
+        if Path(path).suffix.lower() == ".csv":
+            from roughcontact.report import results
+
+            text = results.csv(self)
         else:
             text = to_json(self.summary()) + "\n"
         with replacing(path) as temporary:
@@ -211,21 +193,6 @@ class LoadCurve:
 
     def summary(self) -> dict[str, Any]:
         """Return the curve and its laws by name, in SI units, ready for JSON."""
-        contact_area, saturated_area = self.persson
-        ceiling = self.ceiling
-        return {
-            "source": self.source,
-            "preparation": list(self.preparation),
-            "control": self.control,
-            "boundary": self.boundary,
-            "nominal_area": self.nominal_area,
-            "contact_modulus": self.contact_modulus,
-            "rms_gradient": self.rms_gradient,
-            "ceiling": "per pixel" if isinstance(ceiling, np.ndarray) else ceiling,
-            "low_load_slope": self.low_load_slope,
-            **{name: self.column(name).tolist() for name in UNITS},
-            "constriction_length": self.constriction_length.tolist(),
-            "persson_contact_area": contact_area.tolist(),
-            "persson_saturated_area": saturated_area.tolist(),
-            "version": __version__,
-        }
+        from roughcontact.report import results
+
+        return results.summary(self)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 import os
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from numbers import Real
 from pathlib import Path
@@ -17,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact._version import __version__
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.files import replacing, require_suffix
@@ -139,13 +136,7 @@ class HistoryStep:
     seconds: float
 
 
-UNITS = {
-    "load": "N", "approach": "m", "shift_y": "m", "shift_x": "m", "contact_area": "m²",
-    "saturated_area": "m²", "max_pressure": "Pa", "indentation_volume": "m³",
-    "dissipated_energy": "J", "elastic_energy": "J", "certificate": "1", "load_error": "1",
-    "convolutions": "1", "seconds": "s",
-}  # fmt: skip
-"""Unit of each field of a `HistoryStep`."""
+_FIELDS = tuple(field.name for field in fields(HistoryStep))
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,9 +173,9 @@ class LoadHistory:
 
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `HistoryStep` for names and units."""
-        if name not in UNITS:
+        if name not in _FIELDS:
             raise InputError(
-                f"must be one of {', '.join(UNITS)}, got {name!r}", argument="name", value=name
+                f"must be one of {', '.join(_FIELDS)}, got {name!r}", argument="name", value=name
             )
         return np.array([getattr(step, name) for step in self.steps], dtype=float)
 
@@ -235,25 +226,9 @@ class LoadHistory:
 
     def summary(self) -> dict[str, Any]:
         """Return the history by name, in SI units, ready for JSON."""
-        last = self.last
-        ceiling = last.ceiling
-        return {
-            "source": last.surface.provenance.source,
-            "preparation": list(last.surface.provenance.steps),
-            "boundary": last.boundary,
-            "contact_modulus": last.contact_modulus,
-            "ceiling": "per pixel" if isinstance(ceiling, np.ndarray) else ceiling,
-            "tolerance": last.tolerance,
-            "indented_body": self.indented_body,
-            "indentation_volume": self.indentation_volume,
-            "max_indentation": float(self.indentation.max()),
-            "dissipated_energy": self.dissipated_energy,
-            "shaken_down": self.shaken_down,
-            "volume_account": VOLUME_ACCOUNT,
-            "control": ["approach" if s.load is None else "load" for s in self.path],
-            "steps": {name: self.column(name).tolist() for name in UNITS},
-            "version": __version__,
-        }
+        from roughcontact.report import results
+
+        return results.summary(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the steps to a table.
@@ -270,13 +245,10 @@ class LoadHistory:
             If the suffix is another one.
         """
         require_suffix(path, ".csv", ".json")
-        suffix = Path(path).suffix.lower()
-        if suffix == ".csv":
-            table = io.StringIO()
-            writer = csv.writer(table, lineterminator="\n")
-            writer.writerow([f"{name} [{unit}]" for name, unit in UNITS.items()])
-            writer.writerows([list(map(repr, asdict(step).values())) for step in self.steps])
-            text = table.getvalue()
+        if Path(path).suffix.lower() == ".csv":
+            from roughcontact.report import results
+
+            text = results.csv(self)
         else:
             text = json.dumps(self.summary(), indent=2, ensure_ascii=False) + "\n"
         with replacing(path) as temporary:

@@ -277,38 +277,9 @@ class ContactResult:
 
     def summary(self) -> dict[str, Any]:
         """Return the scalar results by name, in SI units, ready for JSON."""
-        ceiling = self.ceiling
-        return {
-            "status": self.status,
-            "certificate": self.certificate,
-            "load_error": self.load_error,
-            "tolerance": self.tolerance,
-            "load": self.load,
-            "approach": self.approach,
-            "control": self.control,
-            "moments": None if self.moments is None else list(self.moments),
-            "moment_error": self.moment_error,
-            "tilt": list(self.tilt),
-            "boundary": str(self.boundary),
-            "contact_modulus": self.contact_modulus,
-            "ceiling": "per pixel" if isinstance(ceiling, np.ndarray) else ceiling,
-            "contact_area": self.contact_area,
-            "contact_fraction": self.contact_fraction,
-            "saturated_fraction": self.saturated_fraction,
-            "max_pressure": self.max_pressure,
-            "mean_gap": self.mean_gap,
-            "max_residual_indentation": float(self.residual_indentation.max()),
-            "regime": self.regime,
-            "warnings": list(self.warnings),
-            "shape": list(self.pressure.shape),
-            "pixel": list(self.surface.pixel),
-            "source": self.surface.provenance.source,
-            "preparation": list(self.surface.provenance.steps),
-            "iterations": self.iterations,
-            "convolutions": self.convolutions,
-            "seconds": self.seconds,
-            "version": self.version,
-        }
+        from roughcontact.report import results
+
+        return results.summary(self)
 
     def save(self, path: str | Path) -> None:
         """Write the result in the format that the suffix of the file names.

@@ -142,27 +142,9 @@ class StressResult:
 
     def summary(self) -> dict[str, Any]:
         """Return the scalar results by name, in SI units, ready for JSON."""
-        profile = self.profile
-        along_y, along_x = profile.max_orthogonal_shear
-        return {
-            "body": self.body,
-            "friction": self.friction,
-            "direction": self.direction,
-            "load": self.contact.load,
-            "max_pressure": self.contact.max_pressure,
-            "max_von_mises": profile.max_von_mises,
-            "max_von_mises_place": list(self.place),
-            "max_tresca": profile.max_tresca,
-            "max_orthogonal_shear_along_y": along_y,
-            "max_orthogonal_shear_along_x": along_x,
-            "yield_strength": profile.yield_strength,
-            "yield_factor": profile.yield_factor,
-            "yielded_volume": profile.yielded_volume,
-            "depths": [float(profile.depths[0]), float(profile.depths[-1])],
-            "warnings": list(self.warnings),
-            "precision": self.precision,
-            "version": self.version,
-        }
+        from roughcontact.report import results
+
+        return results.summary(self)
 
     def save(self, path: str | Path) -> None:
         """Write everything to a NetCDF file.

@@ -139,14 +139,9 @@ class ResolutionStudy:
 
     def summary(self) -> dict[str, Any]:
         """Return the study by name, in SI units, ready for JSON."""
-        return {
-            "grids": [vars(grid) for grid in self.grids],
-            "cutoffs": [vars(cutoff) for cutoff in self.cutoffs],
-            "ceilings": [vars(ceiling) for ceiling in self.ceilings],
-            "independent": {name: self.independent(name) for name in QUANTITIES},
-            "at_ceiling": self.at_ceiling,
-            "sentences": list(self.sentences),
-        }
+        from roughcontact.report import results
+
+        return results.summary(self)
 
 
 def _change(old: float, new: float) -> float:

@@ -5,53 +5,26 @@ from __future__ import annotations
 import math
 import platform
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from importlib import metadata
-
-import numpy as np
+from typing import Any
 
 from roughcontact._version import __version__
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
 from roughcontact.errors import InputError
 from roughcontact.material.material import Material
-from roughcontact.plots import maps, profiles
-from roughcontact.report import assumptions, page, wording
-from roughcontact.report.page import Chapter, Row, Section, Table
+from roughcontact.report import assumptions, figures, inputs, page, results
+from roughcontact.report.page import Cells, Chapter, Section, Table
+from roughcontact.report.quantities import TRUST, Row, beside
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
 
 _LIBRARIES = ("numpy", "scipy", "ducc0", "matplotlib")
 
 
-# Spots whose share of the load is told, and spots that make a distribution worth drawing.
+# Spots whose share of the load is told.
 _LARGEST = 10
-
-_ENOUGH_SPOTS = 3
-
-
-ROUGHNESS = {
-    "Sq": ("m", "root-mean-square height"),
-    "Sa": ("m", "mean absolute height"),
-    "Sp": ("m", "highest peak above the mean"),
-    "Sv": ("m", "deepest dale below the mean"),
-    "Sz": ("m", "height from deepest dale to highest peak"),
-    "Ssk": ("", "skewness: negative if dales reach further than peaks"),
-    "Sku": ("", "kurtosis: 3 for a Gaussian distribution of heights"),
-    "Sdq": ("", "root-mean-square slope"),
-    "Sdr": ("%", "excess of the developed over the projected area"),
-    "Sal": ("m", "distance over which heights lose their likeness"),
-    "Str": ("", "texture: near 1 the same in all directions, near 0 directional"),
-    "Sk": ("m", "height of the core"),
-    "Spk": ("m", "reduced height of the peaks above the core"),
-    "Svk": ("m", "reduced depth of the dales below the core"),
-    "Smr1": ("%", "share of the map that the peaks take"),
-    "Smr2": ("%", "share of the map that peaks and core take"),
-    "Vmp": ("ml/m²", "material volume of the peaks"),
-    "Vmc": ("ml/m²", "material volume of the core"),
-    "Vvc": ("ml/m²", "void volume of the core"),
-    "Vvv": ("ml/m²", "void volume of the dales"),
-}
-"""Unit and meaning of the parameters of `Surface.roughness`."""
 
 
 def subtitle(result: ContactResult) -> str:
@@ -75,6 +48,16 @@ def _body(material: Material) -> str:
     return f"{material.name}, {stiffness}" if material.name else stiffness
 
 
+def show(
+    chapter: Chapter, table: figures.Illustrations, scene: Any, part: str = figures.RESULTS
+) -> None:
+    """Add the figures of a table that belong to a chapter."""
+    for entry in table:
+        if entry.chapter == part and entry.when(scene):
+            alt, caption = entry.words(scene)
+            chapter.add("figure", page.picture(entry.draw(scene), alt, caption))
+
+
 def prepared(result: ContactResult) -> list[Chapter]:
     """Return the chapters on the maps, their preparation and their roughness."""
     surfaces = [result.surface]
@@ -83,9 +66,8 @@ def prepared(result: ContactResult) -> list[Chapter]:
         surfaces.append(result.counter_surface)
         names = ["first body", "counter-body"]
     chapter = Chapter("Input and preparation")
-    facts = [_facts(surface) for surface in surfaces]
-    rows = [(label, *(fact[label] for fact in facts)) for label in facts[0]]
-    chapter.add("table", Table(rows, ("", *names) if len(names) > 1 else ()))
+    facts = [(row.title, *texts) for row, texts in beside(inputs.SURFACE, surfaces)]
+    chapter.add("table", Table(facts, ("", *names) if len(names) > 1 else ()))
     for surface, name in zip(surfaces, names, strict=True):
         of = f" of the {name}" if len(names) > 1 else ""
         if surface.provenance.steps:
@@ -93,16 +75,7 @@ def prepared(result: ContactResult) -> list[Chapter]:
             chapter.add("steps", [page.sentence(step) for step in surface.provenance.steps])
         else:
             chapter.add("text", f"Preparation{of}: none recorded; the heights are as given.")
-        sq = engineering(surface.Sq, "m", 3)
-        chapter.add(
-            "figure",
-            page.picture(
-                maps.surface(surface),
-                f"Map of the heights{of}, root-mean-square height {sq}.",
-                f"Heights{of} as they were pressed, after preparation. Light is high: contact "
-                "begins there." + (" Grey points are missing." if surface.missing else ""),
-            ),
-        )
+        show(chapter, figures.MAP, figures.MapScene(surface, of), figures.PREPARATION)
     roughness = Chapter("Roughness of the prepared surface")
     roughness.add(
         "text",
@@ -112,37 +85,8 @@ def prepared(result: ContactResult) -> list[Chapter]:
     roughness.add("table", _roughness_table(surfaces, names))
     for surface, name in zip(surfaces, names, strict=True):
         of = f" of the {name}" if len(names) > 1 else ""
-        roughness.add(
-            "figure",
-            page.picture(
-                profiles.bearing_curve(surface),
-                f"Material ratio curve{of}.",
-                f"Material ratio curve{of} (bearing curve): which share of the map lies above a "
-                "height. Steep ends mean few high peaks or deep dales; contact begins at the left "
-                "end.",
-            ),
-        )
+        show(roughness, figures.MAP, figures.MapScene(surface, of), figures.ROUGHNESS)
     return [chapter, roughness]
-
-
-def _facts(surface: Surface) -> dict[str, str]:
-    about = surface.provenance
-    (ny, nx), (dy, dx), (height, width) = surface.shape, surface.pixel, surface.size
-    low, high = float(np.nanmin(surface.heights)), float(np.nanmax(surface.heights))
-    missing = "none after preparation" if about.steps else "none"
-    if surface.missing:
-        share = percent(surface.missing / surface.heights.size)
-        missing = f"{surface.missing} ({share}), taken as never touching"
-    return {
-        "Source": about.source or "not named",
-        "Instrument": about.instrument or "not named",
-        "Channel": about.channel or "the only one",
-        "Grid (y × x)": f"{ny} × {nx} points",
-        "Pixel (y × x)": f"{engineering(dy, 'm')} × {engineering(dx, 'm')}",
-        "Size (y × x)": f"{engineering(height, 'm')} × {engineering(width, 'm')}",
-        "Heights": f"{engineering(low, 'm')} to {engineering(high, 'm')}",
-        "Missing points": missing,
-    }
 
 
 def _roughness_table(surfaces: Sequence[Surface], names: Sequence[str]) -> Table:
@@ -157,48 +101,28 @@ def _roughness_table(surfaces: Sequence[Surface], names: Sequence[str]) -> Table
         (
             name,
             *(
-                (_texture(value) if name == "Str" else parameter(value, unit))
+                inputs.parameter(name, value)
                 for value in (values.get(name, math.nan) for values in columns)
             ),
             meaning,
         )
-        for name, (unit, meaning) in ROUGHNESS.items()
+        for name, (_, meaning) in inputs.ROUGHNESS.items()
     ]
     values = tuple(names) if len(names) > 1 else ("value",)
     return Table(rows, ("parameter", *values, "meaning"))
 
 
-def parameter(value: float, unit: str) -> str:
-    """Return a roughness parameter as text, in its unit of `ROUGHNESS`."""
-    if math.isnan(value):
-        return "not defined on this map"
-    if unit == "%":
-        return f"{100 * value:.4g} %"
-    if unit == "ml/m²":
-        return f"{1e6 * value:.4g} ml/m²"
-    return engineering(value, unit)
-
-
-def _texture(value: float) -> str:
-    # The summary has 0 where heights stay alike along one direction across all of the map.
-    return "near 0" if value == 0 else parameter(value, "")
-
-
-def problem(
-    result: ContactResult, given: Sequence[Row], plasticity: Sequence[Row], laws: bool = False
-) -> Chapter:
+def problem(result: ContactResult, given: Iterable[Row], model: str) -> Chapter:
     """Return the chapter on materials and load.
 
     Parameters
     ----------
     result : ContactResult
         The contact.
-    given : sequence of (str, str)
-        Names and values of what was asked for.
-    plasticity : sequence of (str, str)
-        How yielding is taken into account.
-    laws : bool
-        Whether laws of hardening count, and hardness does not.
+    given : iterable of Row
+        What was asked for.
+    model : {"ceiling", "volume"}
+        What of a material counts.
 
     Returns
     -------
@@ -207,38 +131,31 @@ def problem(
     """
     chapter = Chapter("Materials and load")
     bodies = (result.material, result.counter_material)
-    rows: list[Row] = [
-        ("Material", *(body.name or "not named" for body in bodies)),
-        ("Young's modulus E", *(_modulus(body.young) for body in bodies)),
-        ("Poisson's ratio ν", *(_ratio(body) for body in bodies)),
-        ("Yield strength σ_Y", *(_strength(body.yield_strength) for body in bodies)),
-    ]
-    if laws or any(body.hardening is not None for body in bodies):
-        rows.append(("Hardening", *(wording.hardening(body) for body in bodies)))
-    if not laws:
-        rows.append(("Hardness", *(_strength(body.hardness) for body in bodies)))
-    first = (_strength(body.first_yield_pressure) for body in bodies)
-    rows.append(("Peak pressure of first yield, sphere", *first))
-    chapter.add("table", Table(rows, ("", "body", "counter-body")))
-    boundary = f"{result.boundary}: {result.boundary.meaning}"
-    modulus = (
-        f"{engineering(result.contact_modulus, 'Pa')}, from 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂"
-    )
-    rows = [*given, ("Contact modulus E*", modulus), *plasticity, ("Boundary", boundary)]
-    chapter.add("table", Table(rows))
+    told = [(row.title, *texts) for row, texts in beside(inputs.bodies(model), bodies)]
+    chapter.add("table", Table(told, ("", "body", "counter-body")))
+    chapter.add("table", Table(cells(given)))
     return chapter
 
 
-def _modulus(young: float) -> str:
-    return "rigid" if math.isinf(young) else engineering(young, "Pa")
+def cells(rows: Iterable[Row]) -> list[Cells]:
+    """Return rows as a page takes them: name, value, meaning."""
+    return [(row.title, row.text, row.meaning) for row in rows]
 
 
-def _ratio(body: Material) -> str:
-    return "–" if math.isinf(body.young) else f"{body.poisson:g}"
+def quantities(rows: Iterable[Row]) -> Table:
+    """Return rows as a table of a page."""
+    return Table(cells(rows), ("quantity", "value", "meaning"))
 
 
-def _strength(value: float | None) -> str:
-    return "not given" if value is None else engineering(value, "Pa")
+def facts(result: Any) -> tuple[Cells, ...]:
+    """Return what is told of a result of many steps as a whole."""
+    told = [*results.rows(result), *results.rows(result, TRUST)]
+    return tuple((row.title, row.text) for row in told)
+
+
+def headlines(result: Any, keys: Iterable[str]) -> list[Cells]:
+    """Return what a report says first: names, values and remarks."""
+    return cells(replace(results.row(result, key), symbol="") for key in keys)
 
 
 def assumed(stated: Iterable[assumptions.Statement]) -> Chapter:
@@ -267,7 +184,7 @@ def contact_spots(result: ContactResult, spots: Spots) -> Chapter:
         "carries heat and current, how far below it yielding begins, and whether the map resolves "
         "it.",
     )
-    rows: list[Row] = [
+    rows: list[Cells] = [
         ("Number of spots", str(spots.count), ""),
         ("Mean area", engineering(float(spots.area.mean()), "m²"), ""),
         (
@@ -294,16 +211,7 @@ def contact_spots(result: ContactResult, spots: Spots) -> Chapter:
         )
     )
     chapter.add("table", Table(rows, ("quantity", "value", "note")))
-    if spots.count >= _ENOUGH_SPOTS:
-        chapter.add(
-            "figure",
-            page.picture(
-                maps.spots(result),
-                f"Number of contact spots of at least a given area; {spots.count} in all.",
-                "How many spots have at least a given area, both axes logarithmic. On the shaded "
-                "ground spots have so few pixels that the grid decides on their size.",
-            ),
-        )
+    show(chapter, figures.CONTACT, figures.ContactScene(result), figures.SPOTS)
     return chapter
 
 
@@ -312,6 +220,8 @@ def added(section: Section) -> Chapter:
     chapter = Chapter(section.title)
     for paragraph in section.text:
         chapter.add("text", paragraph)
+    if section.facts:
+        chapter.add("table", Table(section.facts))
     if section.table:
         head, *rows = section.table
         chapter.add("table", Table(rows, head))
@@ -350,7 +260,7 @@ def repetition(version: str, command: str, lines: str) -> Chapter:
             "The surface or its preparation was made in a program of its own, which has to be "
             "kept to repeat the result; all other input is in this report.",
         )
-    rows: list[Row] = [
+    rows: list[Cells] = [
         ("roughcontact", f"{version or 'unknown'} (solved), {__version__} (this report)"),
         *((name, _installed(name)) for name in _LIBRARIES),
         ("Python", platform.python_version()),

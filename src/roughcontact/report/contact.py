@@ -8,30 +8,27 @@ from __future__ import annotations
 import datetime
 import math
 import os
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from roughcontact.contact.curve import LOW_LOAD, LoadCurve
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE
-from roughcontact.contact.spots import Spots
 from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError
-from roughcontact.plots import curves, maps, profiles
-from roughcontact.report import assumptions, chapters, page, regimes, script, wording
-from roughcontact.report.page import Chapter, Row, Section, Table
+from roughcontact.plots import maps, profiles
+from roughcontact.report import (
+    assumptions,
+    chapters,
+    figures,
+    page,
+    regimes,
+    results,
+    script,
+    tables,
+)
+from roughcontact.report.page import Cells, Chapter, Section, Table
+from roughcontact.report.quantities import ABSENT, ANSWER, PROBLEM, TRUST, beside, capital
 from roughcontact.units import engineering, percent
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-# Close-ups show this many times the root of the area of the spot at the peak, or the longer side
-# of the most loaded spot, but no fewer pixels; and only where this is a small part of the map.
-_AROUND_SPOT = 4
-_AROUND_LOADED = 1.5
-_SMALL_PART = 0.5
-_CLOSE_PIXELS = 40
 
 
 def render(
@@ -80,12 +77,13 @@ def render(
         )
     spots = result.spots()
     stated = assumptions.statements(result, spots)
+    given = [results.row(result, result.control), *results.rows(result, PROBLEM)]
     found = [
         *chapters.prepared(result),
-        _problem(result),
+        chapters.problem(result, given, "ceiling"),
         chapters.assumed(stated),
-        _results(result, spots),
-        _profiles(result, spots),
+        _results(result),
+        _profiles(result),
         chapters.contact_spots(result, spots),
     ]
     if result.saturated_fraction > 0:
@@ -176,28 +174,15 @@ def _title(result: ContactResult) -> str:
     return f"Contact of {name} at an approach of {engineering(result.approach, 'm')}"
 
 
-def _key_numbers(result: ContactResult) -> list[Row]:
-    area = engineering(result.contact_area, "m²", 3)
-    if result.ceiling is None:
-        saturated = ("–", "purely elastic: no ceiling")
-    else:
-        saturated = (percent(result.saturated_fraction), "of the map is at the pressure ceiling")
-    last = ("Approach", engineering(result.approach, "m", 3), "of the bodies from the first touch")
-    if result.control == "approach":
-        last = ("Load", engineering(result.load, "N", 3), "at the approach that was given")
-    return [
-        ("Largest pressure", engineering(result.max_pressure, "Pa", 3), _hottest(result)),
-        ("Real contact", percent(result.contact_fraction), f"of the map touches: {area}"),
-        ("Saturated", *saturated),
-        ("Mean gap", engineering(result.mean_gap, "m", 3), "left open between the bodies"),
-        last,
-    ]
-
-
-def _hottest(result: ContactResult) -> str:
-    if result.saturated_fraction > 0 and not isinstance(result.ceiling, np.ndarray):
-        return "the ceiling"
-    return "on any one pixel"
+def _key_numbers(result: ContactResult) -> list[Cells]:
+    other = "approach" if result.control == "load" else "load"
+    told = chapters.headlines(result, [*tables.HEADLINES, other])
+    if result.ceiling is not None:
+        return told
+    elastic = ABSENT, "purely elastic: no ceiling"
+    saturated = tables.HEADLINES.index("saturated_fraction")
+    told[saturated] = (told[saturated][0], *elastic)
+    return told
 
 
 def _certificate_in_short(result: ContactResult) -> str:
@@ -214,185 +199,18 @@ def _certificate_in_short(result: ContactResult) -> str:
     )
 
 
-def _problem(result: ContactResult) -> Chapter:
-    given = {
-        "load": ("Load W (given)", engineering(result.load, "N")),
-        "approach": ("Approach ω (given)", engineering(result.approach, "m")),
-    }[result.control]
-    moments: list[Row] = []
-    if result.moments is not None:
-        about_y, about_x = (engineering(moment, "N m") for moment in result.moments)
-        moments = [("Moments W·y, W·x (given)", f"{about_y}, {about_x}")]
-    ceiling = ("Pressure ceiling", wording.ceiling(result))
-    return chapters.problem(result, [given, *moments], [ceiling])
-
-
-def _results(result: ContactResult, spots: Spots) -> Chapter:
+def _results(result: ContactResult) -> Chapter:
     chapter = Chapter("Results")
-    nominal = result.pressure.size * result.pixel_area
-    rows: list[Row] = [
-        ("Load W", engineering(result.load, "N"), "normal force that the pressure adds up to"),
-        ("Approach ω", engineering(result.approach, "m"), "of the bodies from the first touch"),
-        *_tilt_rows(result),
-        ("Nominal area", engineering(nominal, "m²"), "of the whole map"),
-        ("Nominal pressure", engineering(result.load / nominal, "Pa"), "load over nominal area"),
-        (
-            "Contact area",
-            f"{engineering(result.contact_area, 'm²')} ({percent(result.contact_fraction)})",
-            "pixels with pressure, and their share of the map",
-        ),
-        (
-            "Contact area without rim excess",
-            engineering(result.corrected_contact_area, "m²"),
-            "less what whole pixels at the rim of spots add",
-        ),
-        ("Largest pressure", engineering(result.max_pressure, "Pa"), "on any pixel"),
-    ]
-    if result.contact_area > 0:
-        mean = result.load / result.contact_area
-        rows.append(("Mean pressure", engineering(mean, "Pa"), "load over contact area"))
-    if result.ceiling is not None:
-        rows.append(
-            (
-                "Saturated area",
-                percent(result.saturated_fraction),
-                "share of the map at the ceiling",
-            )
-        )
-        if result.contact_fraction > 0:
-            share = result.saturated_fraction / result.contact_fraction
-            rows.append(
-                ("Saturated share", percent(share), "of the contact area that is at the ceiling")
-            )
-        deepest = float(result.residual_indentation.max())
-        rows.append(
-            (
-                "Residual indentation",
-                f"up to {engineering(deepest, 'm')}" if deepest else "none",
-                "depth that saturated points keep",
-            )
-        )
-    rows += [
-        ("Mean gap", engineering(result.mean_gap, "m"), "of the open gap; closed points count 0"),
-        ("Regime", result.regime, "how far the softer body is from elastic"),
-    ]
-    chapter.add("table", Table(rows, ("quantity", "value", "meaning")))
-    for picture in _result_pictures(result, spots):
-        chapter.add("figure", picture)
+    chapter.add("table", chapters.quantities(results.rows(result)))
+    chapters.show(chapter, figures.CONTACT, figures.ContactScene(result))
     return chapter
 
 
-def _tilt_rows(result: ContactResult) -> list[Row]:
-    if result.moments is None:
-        return []
-    slopes = ", ".join(f"{slope:.4g} rad" for slope in result.tilt)
-    centre = ", ".join(engineering(place, "m") for place in result.centre_of_pressure)
-    return [
-        ("Tilt (y, x)", slopes, "by which the counter-body is turned away, about the middle"),
-        ("Centre of pressure (y, x)", centre, "from the middle of the map"),
-    ]
-
-
-def _result_pictures(result: ContactResult, spots: Spots) -> list[page.Picture]:
-    largest = engineering(result.max_pressure, "Pa", 3)
-    touching = percent(result.contact_fraction)
-    saturated = percent(result.saturated_fraction)
-    classes = "Blue touches elastically"
-    if result.ceiling is not None:
-        classes += ", dark red is at the pressure ceiling"
-    missing = " Grey points were not measured." if np.isnan(result.gap).any() else ""
-    drawn: list[tuple[Callable[[], Figure], str, str]] = [
-        (
-            lambda: maps.pressure(result),
-            f"Map of the contact pressure, largest {largest}.",
-            "Contact pressure. The lightest ground does not touch; the darker, the higher. "
-            "Black, where it occurs, is beyond the scale.",
-        ),
-        (
-            lambda: maps.contact(result),
-            f"Map of the contact: {touching} of the map touches, {saturated} is saturated.",
-            f"Where the bodies touch. {classes}.{missing} The shares are counted on all points.",
-        ),
-        (
-            lambda: maps.gap(result),
-            f"Map of the open gap, mean {engineering(result.mean_gap, 'm', 3)}.",
-            "Gap that is left between the bodies. Orange is closed; the darker the blue, the "
-            f"wider the gap: this is the room left for a fluid or for wear debris.{missing}",
-        ),
-        (
-            lambda: profiles.pressure_histogram(result),
-            "Histogram of the contact pressure over the contact area.",
-            "How the contact area is spread over the pressure. "
-            + (
-                "The share at the ceiling has no width on this axis and is stated instead of drawn."
-                if result.saturated_fraction > 0
-                else "The right end is the largest pressure of any pixel."
-            ),
-        ),
-    ]
-    point, width = _most_loaded(result, spots)
-    if width < _SMALL_PART * min(result.surface.size):
-        about = engineering(width, "m", 3)
-        drawn.insert(
-            2,
-            (
-                lambda: maps.close_up(result, point, width),
-                f"Pressure and contact in a part of {about} around the most loaded spot.",
-                f"A part of the last two figures, {about} wide, around the spot that carries most. "
-                "It shows whether the pixels of the map resolve the contact.",
-            ),
-        )
-    return [page.picture(draw(), alt, caption) for draw, alt, caption in drawn]
-
-
-def _profiles(result: ContactResult, spots: Spots) -> Chapter:
+def _profiles(result: ContactResult) -> Chapter:
     chapter = Chapter("Sections through the highest peak")
-    profile = "profile" if result.counter_surface is None else "sum of both profiles"
-    caption = (
-        f"Above: the {profile} before loading (grey), moved as a whole by the approach, and under "
-        "load (blue), against the counter-body at zero height. What is grey above zero had to give "
-        "way. Below: the pressure on the same line. Heights are exaggerated; the dotted line marks "
-        "the highest peak."
-    )
-    if result.saturated_fraction > 0:
-        caption += " Dark red is saturated: that much material has to flow away."
-    alt = "Sections along x and y through the highest peak: heights before and under load, pressure"
-    chapter.add("figure", page.picture(profiles.section(result), f"{alt}; whole length.", caption))
-    width = _close_up(result, spots)
-    if width is not None:
-        chapter.add(
-            "figure",
-            page.picture(
-                profiles.section(result, width),
-                f"{alt}; {engineering(width, 'm', 3)} around the peak.",
-                f"The same sections, {engineering(width, 'm', 3)} around the peak.",
-            ),
-        )
+    scene = figures.ContactScene(result)
+    chapters.show(chapter, figures.CONTACT, scene, figures.SECTIONS)
     return chapter
-
-
-def _close_up(result: ContactResult, spots: Spots) -> float | None:
-    """Return a width that shows the spot at the highest peak, or None if all of the map does."""
-    peak = np.unravel_index(np.nanargmin(result.initial_gap), result.gap.shape)
-    number = int(spots.label[peak])
-    size = math.sqrt(float(spots.area[number - 1])) if number else 0.0
-    width = max(_AROUND_SPOT * size, _CLOSE_PIXELS * max(result.surface.pixel))
-    return width if width < _SMALL_PART * min(result.surface.size) else None
-
-
-def _most_loaded(result: ContactResult, spots: Spots) -> tuple[tuple[int, int], float]:
-    """Return the middle (y, x) of the spot that carries most, and a width that shows it."""
-    smallest = _CLOSE_PIXELS * max(result.surface.pixel)
-    if spots.count == 0:
-        return (0, 0), math.inf
-    places = np.nonzero(spots.label == 1 + int(spots.load.argmax()))
-    ends = [(int(place.min()), int(place.max())) for place in places]
-    sides = [
-        (last - first + 1) * edge
-        for (first, last), edge in zip(ends, result.surface.pixel, strict=True)
-    ]
-    middle = sum(ends[0]) // 2, sum(ends[1]) // 2
-    return middle, max(_AROUND_LOADED * max(sides), smallest)
 
 
 def _comparison(result: ContactResult, elastic: ContactResult | None) -> Chapter:
@@ -422,17 +240,8 @@ def _comparison(result: ContactResult, elastic: ContactResult | None) -> Chapter
     inside = int(np.count_nonzero(elastic.contact & result.contact))
     touching = int(np.count_nonzero(elastic.contact))
     pair = (elastic, result)
-    rows: list[Row] = [
-        ("Largest pressure", *(engineering(r.max_pressure, "Pa") for r in pair)),
-        ("Contact area", *(engineering(r.contact_area, "m²") for r in pair)),
-        ("Contact", *(percent(r.contact_fraction) for r in pair)),
-        ("Saturated", "–", percent(result.saturated_fraction)),
-        ("Approach", *(engineering(r.approach, "m") for r in pair)),
-        ("Mean gap", *(engineering(r.mean_gap, "m") for r in pair)),
-        ("Certificate", *(f"{r.certificate:.1e}" for r in pair)),
-        ("Status", *(r.status for r in pair)),
-    ]
-    chapter.add("table", Table(rows, ("", "elastic", label)))
+    told = [*_beside(pair, ANSWER), *_beside(pair, TRUST)]
+    chapter.add("table", Table(told, ("", "elastic", label)))
     if touching:
         chapter.add(
             "text",
@@ -463,6 +272,11 @@ def _comparison(result: ContactResult, elastic: ContactResult | None) -> Chapter
     return chapter
 
 
+def _beside(pair: Sequence[ContactResult], part: str) -> list[Cells]:
+    told = beside(tables.CONTACT, pair, part, brief=True)
+    return [(capital(row.name), *texts) for row, texts in told]
+
+
 # Elastic over limited pressure from which a linear axis would squeeze one of them.
 _WIDE_RANGE = 4.0
 
@@ -479,39 +293,13 @@ def _load_curve(curve: LoadCurve) -> Chapter:
         chapter.add(
             "text",
             f"At small loads (no more than {percent(LOW_LOAD)} in contact) the area grows as "
-            f"A = κ W/(E* h′), with h′ = {curve.rms_gradient:.3g} the root-mean-square slope and "
-            f"κ = {curve.low_load_slope:.3g}. For elastic contacts of many spots theory has 2.5 "
-            "(Bush, Gibson and Thomas 1975) and 1.6 (Persson 2001), computations 1.8 to 2.3 (Hyun "
-            "et al. 2004).",
+            "A = κ W/(E* h′), with h′ the root-mean-square slope. For elastic contacts of many "
+            "spots theory has κ = 2.5 (Bush, Gibson and Thomas 1975) and 1.6 (Persson 2001), "
+            "computations 1.8 to 2.3 (Hyun et al. 2004).",
         )
-    chapter.add(
-        "figure",
-        page.picture(
-            curves.load_curve(curve),
-            "Four diagrams over the load: areas, approach and gap, stiffness, number of spots.",
-            "Contact and saturated area beside Persson's theory; approach and mean gap; stiffness; "
-            "number of spots. Stiffness is what the next small load meets: saturated points carry "
-            "no more of it.",
-        ),
-    )
-    rows = [
-        (
-            engineering(step.load, "N"),
-            engineering(step.approach, "m"),
-            percent(step.contact_area / curve.nominal_area),
-            percent(step.saturated_area / curve.nominal_area),
-            engineering(step.max_pressure, "Pa"),
-            engineering(step.mean_gap, "m"),
-            f"{step.stiffness:.3g}",
-            str(step.spots),
-            f"{step.certificate:.1e}",
-        )
-        for step in curve.steps
-    ]
-    head = (
-        "load", "approach", "contact", "saturated", "largest pressure", "mean gap",
-        "stiffness [N/m]",         "spots", "certificate",
-    )  # fmt: skip
+    chapter.add("table", Table(chapters.facts(curve)))
+    chapters.show(chapter, figures.CURVE, curve)
+    head, rows = results.listing(curve)
     chapter.add("table", Table(rows, head))
     return chapter
 
@@ -526,29 +314,6 @@ def _certificate(result: ContactResult) -> Chapter:
         "no point overlaps without pressure, no point that is pressed stands off, and only "
         "points at the ceiling sink in. It has no unit.",
     )
-    load_error = f"{result.load_error:.1e}" if result.load_error else "0"
-    if result.control == "load":
-        load_error += f" (at most {LOAD_TOLERANCE:.0e})"
-    else:
-        load_error += " (the approach was given)"
-    moments: list[Row] = []
-    if result.moments is not None:
-        moments = [("Moment error", f"{result.moment_error:.1e} (at most {MOMENT_TOLERANCE:.0e})")]
-    status = "converged" if result.converged else f"NOT CONVERGED: {result.status}"
-    chapter.add(
-        "table",
-        Table(
-            [
-                ("Status", status),
-                ("Certificate ε", f"{result.certificate:.1e}"),
-                ("Tolerance asked for", f"{result.tolerance:.0e}"),
-                ("Load error", load_error),
-                *moments,
-                ("Convolutions on the full grid", str(result.convolutions)),
-                ("Iterations", str(result.iterations)),
-                ("Time of the solve", f"{result.seconds:.2f} s"),
-                ("Arithmetic of the transforms", f"{result.precision} precision"),
-            ]
-        ),
-    )
+    rows = results.rows(result, TRUST)
+    chapter.add("table", Table([(row.title, row.text) for row in rows]))
     return chapter

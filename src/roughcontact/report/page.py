@@ -31,7 +31,7 @@ _FEW_COLUMNS, _FEW_ROWS = 5, 24
 # Dots from which a figure has several panels, and needs the whole width of a page.
 _WIDE = 8 * DPI
 
-Row = tuple[str, ...]
+Cells = tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,12 +48,15 @@ class Section:
         Rows of a table, the first of them its head; empty for none.
     figures : tuple of (str, Figure)
         Captions with their figures.
+    facts : tuple of tuple of str
+        Rows of a table without a head.
     """
 
     title: str
     text: tuple[str, ...] = ()
-    table: tuple[Row, ...] = ()
+    table: tuple[Cells, ...] = ()
     figures: tuple[tuple[str, Figure], ...] = ()
+    facts: tuple[Cells, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -68,8 +71,8 @@ class Table:
         Heads of the columns; empty for none.
     """
 
-    rows: Sequence[Row]
-    head: Row = ()
+    rows: Sequence[Cells]
+    head: Cells = ()
 
     @property
     def style(self) -> str:
@@ -157,7 +160,7 @@ def render(
     subtitle: str,
     date: datetime.date | None,
     status: str,
-    key_numbers: Sequence[Row],
+    key_numbers: Sequence[Cells],
     regime: str,
     regime_text: str,
     certificate: str,

@@ -9,15 +9,12 @@ from typing import Any
 
 from roughcontact.errors import InputError
 from roughcontact.formats import export
+from roughcontact.report import figures
 
 Say = Callable[[str], None]
 Task = tuple[Path, Callable[[Path], object]]
 
-FIGURES = {
-    "ceiling": ("surface", "pressure", "contact", "gap", "histogram"),
-    "volume": ("surface", "pressure", "gap", "histogram", "displacement", "section-x", "section-y",
-               "profile", "layers", "path", "convergence"),
-}  # fmt: skip
+FIGURES = {"ceiling": figures.names(figures.CONTACT), "volume": figures.names(figures.VOLUME)}
 """Names of the figures of each model."""
 
 

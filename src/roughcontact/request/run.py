@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from roughcontact import units
 from roughcontact.errors import RoughcontactError
-from roughcontact.report import sections
+from roughcontact.report import figures, sections
 from roughcontact.request import outputs
 from roughcontact.request.outputs import FIGURES, Say
 from roughcontact.request.request import Request
@@ -184,28 +184,11 @@ def _tasks(
 def _figure_tasks(
     request: Request, result: ContactResult, volume: ElastoplasticResult | None = None
 ) -> list[outputs.Task]:
-    from roughcontact.plots import maps, profiles
-    from roughcontact.plots import volume as volume_plots
-
-    draw: dict[str, Callable[[], Any]] = {
-        "surface": lambda: maps.surface(result.surface),
-        "pressure": lambda: maps.pressure(result),
-        "contact": lambda: maps.contact(result),
-        "gap": lambda: maps.gap(result),
-        "histogram": lambda: profiles.pressure_histogram([result]),
-    }
-    if volume is not None:
-        draw |= {
-            "displacement": lambda: volume_plots.residual_displacement(volume),
-            "section-x": lambda: volume_plots.section(volume, "x"),
-            "section-y": lambda: volume_plots.section(volume, "y"),
-            "profile": lambda: volume_plots.profile(volume),
-            "layers": lambda: volume_plots.layers(volume),
-            "path": lambda: volume_plots.path(volume),
-            "convergence": lambda: volume_plots.convergence(volume),
-        }
     files = outputs.figure_files(request.figures, FIGURES[request.model])
-    return [(path, outputs.saver(draw[name])) for name, path in files.items()]
+    drawings = figures.drawings(volume or result)
+    return [
+        (path, outputs.saver(draw)) for path, draw in zip(files.values(), drawings, strict=False)
+    ]
 
 
 def first_yield(stress: StressResult) -> StressResult:

@@ -298,35 +298,9 @@ class ElastoplasticResult:
 
     def summary(self) -> dict[str, Any]:
         """Return the scalar results by name, in SI units, ready for JSON."""
-        contact = self.contact
-        return {
-            "status": self.status,
-            "residual": self.residual,
-            "yield_excess": self.yield_excess,
-            "tolerance": self.tolerance,
-            "certificate": contact.certificate,
-            "load": contact.load,
-            "load_error": contact.load_error,
-            "approach": contact.approach,
-            "contact_area": contact.contact_area,
-            "contact_fraction": contact.contact_fraction,
-            "max_pressure": contact.max_pressure,
-            "max_residual_displacement": float(self.residual_displacement.max()),
-            "max_plastic_strain": self.max_plastic_strain,
-            "plastic_volume": self.plastic_volume,
-            "plastic_depth": self.plastic_depth,
-            "regime": self.regime,
-            "warnings": list(self.warnings),
-            "boundary": str(contact.boundary),
-            "precision": self.precision,
-            "layers": [body.thickness.size for body in self.bodies],
-            "shape": list(contact.pressure.shape),
-            "pixel": list(contact.surface.pixel),
-            "increments": len(self.increments),
-            "iterations": self.iterations,
-            "seconds": self.seconds,
-            "version": self.version,
-        }
+        from roughcontact.report import results
+
+        return results.summary(self)
 
     def save(self, path: str | Path) -> None:
         """Write the result in the format that the suffix of the file names.

@@ -1,0 +1,534 @@
+"""The figures of the reports: how each is drawn, and what stands below it.
+
+The names of the files that ``--figures`` writes come from here, too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roughcontact.contact.history import LoadHistory
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.spots import Spots
+from roughcontact.contact.stress import StressResult
+from roughcontact.plots import curves, maps, profiles, stress, volume
+from roughcontact.surface.surface import Surface
+from roughcontact.units import engineering, percent
+from roughcontact.volume import depth
+from roughcontact.volume.result import ElastoplasticResult
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Close-ups show this many times the root of the area of the spot at the peak, or the longer side
+# of the most loaded spot, but no fewer pixels; and only where this is a small part of the map.
+_AROUND_SPOT = 4
+_AROUND_LOADED = 1.5
+_SMALL_PART = 0.5
+_CLOSE_PIXELS = 40
+
+# Sections are drawn a second time around the largest plastic strain where the zone there is so
+# small a part of the map, and then as wide as so many of its depths or pixels.
+_SMALL_ZONE = 0.1
+_AROUND_ZONE = 6.0
+_CLOSE_ZONE_PIXELS = 24
+
+PREPARATION, ROUGHNESS, RESULTS, SECTIONS, SPOTS, BODY, PATH, ACCURACY = (
+    "preparation", "roughness", "results", "sections", "spots", "body", "path", "accuracy",
+)  # fmt: skip
+"""Chapters that have figures."""
+
+_ENOUGH_SPOTS = 3
+
+
+@dataclass(frozen=True)
+class MapScene:
+    """A prepared map.
+
+    Parameters
+    ----------
+    surface : Surface
+        The map.
+    of : str
+        Whose it is, where there are two.
+    """
+
+    surface: Surface
+    of: str = ""
+
+
+@dataclass(frozen=True)
+class ContactScene:
+    """A contact, and where to look at it closely.
+
+    Parameters
+    ----------
+    result : ContactResult
+        The contact.
+    """
+
+    result: ContactResult
+
+    @cached_property
+    def spots(self) -> Spots:
+        """Its contact spots."""
+        return self.result.spots()
+
+    @property
+    def map(self) -> MapScene:
+        """The map of the first body."""
+        return MapScene(self.result.surface)
+
+    @property
+    def missing(self) -> str:
+        """A sentence on missing points, if there are any."""
+        return " Grey points were not measured." if np.isnan(self.result.gap).any() else ""
+
+    @cached_property
+    def most_loaded(self) -> tuple[tuple[int, int], float]:
+        """Middle (y, x) of the spot that carries most, and a width that shows it [m]."""
+        pixel, spots = self.result.surface.pixel, self.spots
+        if spots.count == 0:
+            return (0, 0), math.inf
+        places = np.nonzero(spots.label == 1 + int(spots.load.argmax()))
+        ends = [(int(place.min()), int(place.max())) for place in places]
+        sides = [(last - first + 1) * edge for (first, last), edge in zip(ends, pixel, strict=True)]
+        middle = sum(ends[0]) // 2, sum(ends[1]) // 2
+        return middle, max(_AROUND_LOADED * max(sides), _CLOSE_PIXELS * max(pixel))
+
+    @cached_property
+    def around_peak(self) -> float:
+        """A width that shows the spot at the highest peak [m]."""
+        result = self.result
+        peak = np.unravel_index(np.nanargmin(result.initial_gap), result.gap.shape)
+        number = int(self.spots.label[peak])
+        size = math.sqrt(float(self.spots.area[number - 1])) if number else 0.0
+        return max(_AROUND_SPOT * size, _CLOSE_PIXELS * max(result.surface.pixel))
+
+    def is_part(self, width: float) -> bool:
+        """Return whether a width is so small a part of the map that it is worth a figure."""
+        return width < _SMALL_PART * min(self.result.surface.size)
+
+
+@dataclass(frozen=True)
+class VolumeScene:
+    """A contact with plasticity of the volume, and the body to look into.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        The result.
+    body : int
+        Which of its bodies.
+    width : float, optional
+        Width of the sections around the largest plastic strain [m]; by default all of the map.
+    """
+
+    result: ElastoplasticResult
+    body: int = 0
+    width: float | None = None
+
+    @property
+    def contact(self) -> ContactScene:
+        """The contact alone."""
+        return ContactScene(self.result.contact)
+
+    @property
+    def loaded(self) -> bool:
+        """Whether there is a load in the end."""
+        return bool(self.result.contact.load)
+
+    @property
+    def where(self) -> str:
+        """Which body, if there are two."""
+        names = "first body", "counter-body"
+        return f" of the {names[self.body]}" if len(self.result.bodies) > 1 else ""
+
+    def close(self) -> VolumeScene:
+        """Return the scene around the largest plastic strain, if that is a small part of it."""
+        zone = depth.profile(self.result, body=self.body)
+        plastic = np.flatnonzero(zone.accumulated)
+        if not plastic.size:
+            return self
+        deep = float(zone.faces[plastic[-1] + 1])
+        surface = self.result.contact.surface
+        size = min(surface.size)
+        width = max(_AROUND_ZONE * deep, _CLOSE_ZONE_PIXELS * max(surface.pixel))
+        small = deep < _SMALL_ZONE * size and width < size
+        return replace(self, width=width if small else None)
+
+
+@dataclass(frozen=True)
+class Illustration:
+    """A figure of a report.
+
+    Parameters
+    ----------
+    name : str
+        Of its file; empty if only the report has it.
+    draw : callable
+        ``draw(scene)`` returns the figure.
+    alt, caption : str or callable
+        What stands for it where it is not seen, and below it.
+    chapter : str
+        Where in a report it stands.
+    when : callable
+        ``when(scene)`` says whether a report shows it.
+    """
+
+    name: str
+    draw: Callable[[Any], Figure]
+    alt: str | Callable[[Any], str]
+    caption: str | Callable[[Any], str]
+    chapter: str = RESULTS
+    when: Callable[[Any], bool] = lambda _: True
+
+    def words(self, scene: Any) -> tuple[str, str]:
+        """Return what stands for the figure, and what stands below it."""
+        alt, caption = (w if isinstance(w, str) else w(scene) for w in (self.alt, self.caption))
+        return alt, caption
+
+
+Illustrations = Sequence[Illustration]
+
+
+def _of(attribute: str, inner: Illustration) -> Illustration:
+    """Return a figure of a scene within another one."""
+    within = attrgetter(attribute)
+    return replace(
+        inner,
+        draw=lambda scene: inner.draw(within(scene)),
+        alt=lambda scene: inner.words(within(scene))[0],
+        caption=lambda scene: inner.words(within(scene))[1],
+        when=lambda scene: inner.when(within(scene)),
+    )
+
+
+# The maps
+
+
+def _heights(scene: MapScene) -> str:
+    missing = " Grey points are missing." if scene.surface.missing else ""
+    return (
+        f"Heights{scene.of} as they were pressed, after preparation. Light is high: contact begins "
+        f"there.{missing}"
+    )
+
+
+MAP: Illustrations = (
+    Illustration(
+        "surface",
+        lambda s: maps.surface(s.surface),
+        lambda s: (
+            f"Map of the heights{s.of}, root-mean-square height "
+            f"{engineering(s.surface.Sq, 'm', 3)}."
+        ),
+        _heights,
+        PREPARATION,
+    ),
+    Illustration(
+        "",
+        lambda s: profiles.bearing_curve(s.surface),
+        lambda s: f"Material ratio curve{s.of}.",
+        lambda s: (
+            f"Material ratio curve{s.of} (bearing curve): which share of the map lies above a "
+            "height. Steep ends mean few high peaks or deep dales; contact begins at the left end."
+        ),
+        ROUGHNESS,
+    ),
+)
+"""Of a prepared map."""
+
+
+# The contact
+
+
+def _classes(scene: ContactScene) -> str:
+    result = scene.result
+    limited = ", dark red is at the pressure ceiling" if result.ceiling is not None else ""
+    return (
+        f"Where the bodies touch. Blue touches elastically{limited}.{scene.missing} The shares are "
+        "counted on all points."
+    )
+
+
+def _classes_alt(scene: ContactScene) -> str:
+    touching, saturated = (
+        percent(share) for share in (scene.result.contact_fraction, scene.result.saturated_fraction)
+    )
+    return f"Map of the contact: {touching} of the map touches, {saturated} is saturated."
+
+
+def _gap(scene: ContactScene) -> str:
+    state = "" if scene.result.load else ", which just touch"
+    return (
+        f"Gap that is left between the bodies{state}. Orange is closed; the darker the blue, the "
+        f"wider the gap: this is the room left for a fluid or for wear debris.{scene.missing}"
+    )
+
+
+def _spread(scene: ContactScene) -> str:
+    return "How the contact area is spread over the pressure. " + (
+        "The share at the ceiling has no width on this axis and is stated instead of drawn."
+        if scene.result.saturated_fraction > 0
+        else "The right end is the largest pressure of any pixel."
+    )
+
+
+def _close_up(scene: ContactScene) -> str:
+    about = engineering(scene.most_loaded[1], "m", 3)
+    return (
+        f"A part of the last two figures, {about} wide, around the spot that carries most. It "
+        "shows whether the pixels of the map resolve the contact."
+    )
+
+
+_SECTIONS_ALT = (
+    "Sections along x and y through the highest peak: heights before and under load, pressure"
+)
+
+
+def _sections(scene: ContactScene) -> str:
+    result = scene.result
+    what = "profile" if result.counter_surface is None else "sum of both profiles"
+    text = (
+        f"Above: the {what} before loading (grey), moved as a whole by the approach, and under "
+        "load (blue), against the counter-body at zero height. What is grey above zero had to give "
+        "way. Below: the pressure on the same line. Heights are exaggerated; the dotted line marks "
+        "the highest peak."
+    )
+    if result.saturated_fraction > 0:
+        text += " Dark red is saturated: that much material has to flow away."
+    return text
+
+
+CONTACT: Illustrations = (
+    _of("map", MAP[0]),
+    Illustration(
+        "pressure",
+        lambda s: maps.pressure(s.result),
+        lambda s: (
+            f"Map of the contact pressure, largest {engineering(s.result.max_pressure, 'Pa', 3)}."
+        ),
+        "Contact pressure. The lightest ground does not touch; the darker, the higher. Black, "
+        "where it occurs, is beyond the scale.",
+    ),
+    Illustration("contact", lambda s: maps.contact(s.result), _classes_alt, _classes),
+    Illustration(
+        "",
+        lambda s: maps.close_up(s.result, *s.most_loaded),
+        lambda s: (
+            f"Pressure and contact in a part of {engineering(s.most_loaded[1], 'm', 3)} around "
+            "the most loaded spot."
+        ),
+        _close_up,
+        when=lambda s: s.is_part(s.most_loaded[1]),
+    ),
+    Illustration(
+        "gap",
+        lambda s: maps.gap(s.result),
+        lambda s: f"Map of the open gap, mean {engineering(s.result.mean_gap, 'm', 3)}.",
+        _gap,
+    ),
+    Illustration(
+        "histogram",
+        lambda s: profiles.pressure_histogram(s.result),
+        "Histogram of the contact pressure over the contact area.",
+        _spread,
+    ),
+    Illustration(
+        "",
+        lambda s: profiles.section(s.result),
+        f"{_SECTIONS_ALT}; whole length.",
+        _sections,
+        SECTIONS,
+    ),
+    Illustration(
+        "",
+        lambda s: profiles.section(s.result, s.around_peak),
+        lambda s: f"{_SECTIONS_ALT}; {engineering(s.around_peak, 'm', 3)} around the peak.",
+        lambda s: f"The same sections, {engineering(s.around_peak, 'm', 3)} around the peak.",
+        SECTIONS,
+        when=lambda s: s.is_part(s.around_peak),
+    ),
+    Illustration(
+        "",
+        lambda s: maps.spots(s.result),
+        lambda s: f"Number of contact spots of at least a given area; {s.spots.count} in all.",
+        "How many spots have at least a given area, both axes logarithmic. On the shaded ground "
+        "spots have so few pixels that the grid decides on their size.",
+        SPOTS,
+        when=lambda s: s.spots.count >= _ENOUGH_SPOTS,
+    ),
+)
+"""Of a `ContactResult`."""
+
+
+# The volume model
+
+
+def _of_contact(name: str, loaded: bool = False) -> Illustration:
+    """Return a figure of the contact as one of the volume model, if need be only under load."""
+    entry = _of("contact", next(entry for entry in CONTACT if entry.name == name))
+    return replace(entry, when=lambda scene: scene.loaded) if loaded else entry
+
+
+def _displacement(scene: VolumeScene) -> str:
+    text = "What plastic strain adds to the gap: red is pressed in, blue is raised."
+    if scene.loaded:
+        text += (
+            " It stays when the load is gone, unless the bodies flow again on unloading. The line "
+            "is the edge of the contact."
+        )
+    return text
+
+
+def _cut(along: str) -> Illustration:
+    title = f"Section along {along} through the largest plastic strain"
+
+    def caption(scene: VolumeScene) -> str:
+        cell = "each cell is one layer of one pixel" if scene.loaded else "each cell a layer"
+        text = (
+            f"{title}{scene.where}. True to scale, {cell}; the plastic zone lies inside the grey "
+            "line, the cross marks the largest plastic strain of the section."
+        )
+        if scene.loaded:
+            text += " Where the stress over the yield strength is 1 the material flows."
+        return text
+
+    return Illustration(
+        f"section-{along}",
+        lambda scene: volume.section(scene.result, along, body=scene.body, width=scene.width),
+        f"{title}: strain, stress under load, residual stress.",
+        caption,
+        BODY,
+    )
+
+
+def _dent(scene: VolumeScene) -> str:
+    deepest = engineering(float(scene.result.residual_displacement.max()), "m")
+    return f"Map of the residual displacement, up to {deepest}."
+
+
+VOLUME: Illustrations = (
+    _of_contact("surface"),
+    _of_contact("pressure", loaded=True),
+    Illustration(
+        "displacement",
+        lambda scene: volume.residual_displacement(scene.result),
+        _dent,
+        _displacement,
+    ),
+    _of_contact("gap"),
+    _of_contact("histogram", loaded=True),
+    _cut("x"),
+    _cut("y"),
+    Illustration(
+        "profile",
+        lambda scene: volume.profile(scene.result, body=scene.body),
+        "Profiles with depth below the largest plastic strain.",
+        "Below the point of the largest plastic strain: the strain; the von Mises stress and the "
+        "yield strength at this strain; the normal stresses by the plastic strain alone. Steps are "
+        "layers.",
+        BODY,
+    ),
+    Illustration(
+        "layers",
+        lambda scene: volume.layers(scene.result, scene.body),
+        "Largest values of each layer over the depth.",
+        "Layer by layer: how much of it has plastic strain, its largest strain, and its largest "
+        "stresses, wherever they are.",
+        BODY,
+    ),
+    Illustration(
+        "path",
+        lambda scene: volume.path(scene.result),
+        "Four diagrams over the load: approach, contact area, pressure, plastic strain.",
+        "Approach, contact area, largest pressure and largest plastic strain, from the first touch "
+        "on. The ring is the state that this report is on.",
+        PATH,
+    ),
+    Illustration(
+        "convergence",
+        lambda scene: volume.convergence(scene.result),
+        "Residual of the plastic strain over the iterations",
+        "How the plastic strain settled, increment by increment. Attempts that were given up for a "
+        "smaller step or a larger volume are not shown.",
+        ACCURACY,
+    ),
+)
+"""Of an `ElastoplasticResult`."""
+
+
+# Other results
+
+
+def _plain(name: str, draw: Callable[[Any], Figure], caption: str) -> Illustration:
+    return Illustration(name, draw, caption, caption)
+
+
+STRESS: Illustrations = (
+    _plain("stress-depth", stress.stress_depth, "Largest equivalent stresses at each depth."),
+    _plain(
+        "stress-section", stress.stress_section, "Von Mises stress on planes through its maximum."
+    ),
+    _plain("stress-map", stress.stress_map, "Largest von Mises stress over all depths."),
+)
+"""Of a `StressResult`."""
+
+HISTORY: Illustrations = (
+    _plain("history", curves.hysteresis, "Load against approach, and what each step costs."),
+)
+"""Of a `LoadHistory`."""
+
+CURVE: Illustrations = (
+    Illustration(
+        "curve",
+        curves.load_curve,
+        "Four diagrams over the load: areas, approach and gap, stiffness, number of spots.",
+        "Contact and saturated area beside Persson's theory; approach and mean gap; stiffness; "
+        "number of spots. Stiffness is what the next small load meets: saturated points carry no "
+        "more of it.",
+    ),
+)
+"""Of a `LoadCurve`."""
+
+
+def names(table: Illustrations) -> tuple[str, ...]:
+    """Return the names of the figures that are written to files."""
+    return tuple(entry.name for entry in table if entry.name)
+
+
+def drawings(result: Any) -> list[Callable[[], Figure]]:
+    """Return what draws the figures that are written to files, in the order of their names."""
+    table, scene = _scene(result)
+    return [_later(entry, scene) for entry in table if entry.name]
+
+
+def _scene(result: Any) -> tuple[Illustrations, Any]:
+    match result:
+        case ContactResult():
+            return CONTACT, ContactScene(result)
+        case ElastoplasticResult():
+            return VOLUME, VolumeScene(result)
+        case StressResult():
+            return STRESS, result
+        case LoadHistory():
+            return HISTORY, result
+    return CURVE, result
+
+
+def _later(entry: Illustration, scene: Any) -> Callable[[], Figure]:
+    return lambda: entry.draw(scene)
+
+
+def drawn(table: Illustrations, result: Any) -> tuple[tuple[str, Figure], ...]:
+    """Return captions with their figures."""
+    return tuple((entry.words(result)[1], entry.draw(result)) for entry in table)

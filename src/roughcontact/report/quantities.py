@@ -1,0 +1,283 @@
+"""Quantities of results, and the rows and tables in which they are told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from operator import attrgetter
+from typing import Any
+
+from roughcontact.units import engineering
+
+PROBLEM, ANSWER, TRUST, HEADLINE = "problem", "answer", "trust", "headline"
+"""Parts of what is told: what went in, what came out, how exactly, and only on top of a report."""
+
+ABSENT = "–"
+"""What stands where one of several results has no such quantity."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One quantity of one result.
+
+    Parameters
+    ----------
+    key : str
+        Name in files.
+    symbol, name, meaning : str
+        As it is told; the name begins with a small letter.
+    value : object
+        In SI units.
+    unit : str
+        SI unit of the value; ``"1"`` for none.
+    text : str
+        The value in words: a number with its unit.
+    """
+
+    key: str
+    symbol: str
+    name: str
+    value: Any
+    unit: str
+    meaning: str
+    text: str
+
+    @property
+    def title(self) -> str:
+        """Name and symbol, as the first cell of a row."""
+        return capital(f"{self.name} {self.symbol}".rstrip())
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity of a kind of result: where it comes from, and how it is told.
+
+    Parameters
+    ----------
+    key : str
+        Name in files.
+    name : str
+        As it is told; without one it stands in files only.
+    symbol, unit, meaning : str
+        As in `Row`.
+    of : callable or str
+        ``of(result)`` returns the value in SI units; a text is the attribute that holds it. By
+        default that of the same name as the key.
+    digits : int
+        Significant digits.
+    form : callable, optional
+        ``form(value)`` puts the value into words, in place of number and unit.
+    text : callable, optional
+        ``text(result)`` does so where the value alone does not tell enough.
+    part : str
+        What it belongs to.
+    when : callable
+        ``when(result)`` says whether it is told at all.
+    brief : bool
+        Whether the console tells it, too.
+    stored : bool
+        Whether it stands in the summary, and so in JSON.
+    """
+
+    key: str
+    name: str = ""
+    symbol: str = ""
+    unit: str = "1"
+    meaning: str = ""
+    of: Callable[[Any], Any] | str = ""
+    digits: int = 4
+    form: Callable[[Any], str] | None = None
+    text: Callable[[Any], str] | None = None
+    part: str = ANSWER
+    when: Callable[[Any], bool] = lambda _: True
+    brief: bool = True
+    stored: bool = True
+
+    def value(self, result: Any) -> Any:
+        """Return the value [SI]."""
+        if callable(self.of):
+            return self.of(result)
+        return attrgetter(self.of or self.key)(result)
+
+    def told(self, value: Any) -> str:
+        """Return a value in words."""
+        return written(value, self.unit, self.digits) if self.form is None else self.form(value)
+
+    def row(self, result: Any) -> Row:
+        """Return the row of a result."""
+        value = self.value(result)
+        text = self.told(value) if self.text is None else self.text(result)
+        return Row(self.key, self.symbol, self.name, value, self.unit, self.meaning, text)
+
+
+@dataclass(frozen=True)
+class Column:
+    """A quantity of each step of a result.
+
+    Parameters
+    ----------
+    key : str
+        Name in files.
+    name : str
+        Head of the column; without one it stands in files only.
+    unit : str
+        SI unit.
+    of : callable, optional
+        ``of(result)`` returns the values of all steps in SI units; by default the attribute of
+        each that has the name of the key.
+    steps : str
+        Attribute of the result that holds its steps.
+    digits : int
+        Significant digits.
+    form : callable, optional
+        ``form(value)`` puts a value into words.
+    shown : callable, optional
+        ``shown(result)`` returns what is told in place of the values.
+    brief, stored : bool
+        As for `Quantity`.
+    """
+
+    key: str
+    name: str = ""
+    unit: str = "1"
+    of: Callable[[Any], Sequence[Any]] | None = None
+    steps: str = "steps"
+    digits: int = 4
+    form: Callable[[Any], str] | None = None
+    shown: Callable[[Any], Sequence[Any]] | None = None
+    brief: bool = True
+    stored: bool = True
+
+    def values(self, result: Any) -> Sequence[Any]:
+        """Return the values of all steps [SI]."""
+        if self.of is not None:
+            return self.of(result)
+        return [getattr(step, self.key) for step in getattr(result, self.steps)]
+
+    def texts(self, result: Any) -> list[str]:
+        """Return the cells of the column."""
+        form = self.form or (lambda value: written(value, self.unit, self.digits))
+        return [form(value) for value in (self.shown or self.values)(result)]
+
+
+Table = Sequence[Quantity]
+Columns = Sequence[Column]
+
+
+def written(value: Any, unit: str, digits: int = 4) -> str:
+    """Return a value with its unit, as all tables show it.
+
+    Examples
+    --------
+    >>> written(2.31e-7, "m"), written(0.123456, "1"), written(12, "1"), written(3e-17, "m³")
+    ('231 nm', '0.1235', '12', '30 µm³')
+    """
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (tuple, list)):
+        return ", ".join(written(entry, unit, digits) for entry in value)
+    if unit == "m³":
+        # Between two prefixes of a cube lie nine digits.
+        return f"{1e18 * value:.{digits}g} µm³"
+    if unit == "s":
+        return f"{value:.2f} s"
+    if unit == "1":
+        return str(value) if isinstance(value, int) else f"{value:.{digits}g}"
+    return engineering(value, unit, digits)
+
+
+def tiny(value: float) -> str:
+    """Return an error, of which the order of magnitude counts."""
+    return f"{value:.1e}" if value else "0"
+
+
+def capital(text: str) -> str:
+    """Return a text with a capital letter, as the beginning of a row."""
+    return text[:1].upper() + text[1:]
+
+
+def rows_of(table: Table, result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
+    """Return what is told of a result.
+
+    Parameters
+    ----------
+    table : sequence of Quantity
+        For its kind of result.
+    result : object
+        The result.
+    part : str
+        Which part of it.
+    brief : bool
+        Only what the console tells.
+
+    Returns
+    -------
+    list of Row
+        In the order of the table.
+    """
+    return [
+        quantity.row(result)
+        for quantity in table
+        if quantity.name and quantity.part == part
+        if (quantity.brief or not brief) and quantity.when(result)
+    ]
+
+
+def beside(
+    table: Table, results: Iterable[Any], part: str = ANSWER, brief: bool = False
+) -> list[tuple[Row, tuple[str, ...]]]:
+    """Return what is told of several results side by side: a row, and the text for each result."""
+    told = [{row.key: row for row in rows_of(table, result, part, brief)} for result in results]
+    keys = [quantity.key for quantity in table if any(quantity.key in found for found in told)]
+    return [
+        (
+            next(found[key] for found in told if key in found),
+            tuple(found[key].text if key in found else ABSENT for found in told),
+        )
+        for key in keys
+    ]
+
+
+def quantity_of(table: Table, key: str) -> Quantity:
+    """Return a quantity by its key."""
+    return next(quantity for quantity in table if quantity.key == key)
+
+
+def within(attribute: str, quantity: Quantity, **changes: Any) -> Quantity:
+    """Return a quantity of what a result holds as one of the result itself."""
+    inner = attrgetter(attribute)
+
+    def of(call: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        return lambda result: call(inner(result))
+
+    text = None if quantity.text is None else of(quantity.text)
+    moved = replace(quantity, of=of(quantity.value), text=text, when=of(quantity.when))
+    return replace(moved, **changes)
+
+
+def stored(table: Table, result: Any) -> dict[str, Any]:
+    """Return what files keep of a result: values by key, in SI units, ready for JSON."""
+    return {quantity.key: quantity.value(result) for quantity in table if quantity.stored}
+
+
+def stored_columns(columns: Columns, result: Any) -> dict[str, list[float]]:
+    """Return what files keep of the steps of a result."""
+    return {c.key: [float(value) for value in c.values(result)] for c in columns if c.stored}
+
+
+def listing_of(
+    columns: Columns, result: Any, brief: bool = False
+) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return the head and the rows of a table of steps."""
+    told = [column for column in columns if column.name and (column.brief or not brief)]
+    texts = (column.texts(result) for column in told)
+    return tuple(column.name for column in told), list(zip(*texts, strict=True))
+
+
+def csv_text(columns: Columns, result: Any) -> str:
+    """Return the steps of a result as a table in text, units in the head."""
+    kept = [column for column in columns if column.stored]
+    lines = [",".join(f"{column.key} [{column.unit}]" for column in kept)]
+    steps = zip(*(column.values(result) for column in kept), strict=True)
+    lines += [",".join(map(repr, step)) for step in steps]
+    return "\n".join(lines) + "\n"

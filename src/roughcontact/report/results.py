@@ -1,0 +1,86 @@
+"""What is told of any result, from the table of its kind."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from roughcontact._version import __version__
+from roughcontact.contact.curve import LoadCurve
+from roughcontact.contact.history import LoadHistory
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.stress import StressResult
+from roughcontact.contact.study import ResolutionStudy
+from roughcontact.report import tables
+from roughcontact.report.quantities import (
+    ANSWER,
+    Columns,
+    Row,
+    Table,
+    csv_text,
+    listing_of,
+    quantity_of,
+    rows_of,
+    stored,
+    stored_columns,
+)
+from roughcontact.volume.result import ElastoplasticResult
+
+
+def table_of(result: Any) -> Table:
+    """Return the quantities of a kind of result."""
+    match result:
+        case ContactResult():
+            return tables.CONTACT
+        case ElastoplasticResult():
+            return tables.VOLUME
+        case StressResult():
+            return tables.STRESS
+        case LoadCurve():
+            return tables.CURVE
+        case LoadHistory():
+            return tables.HISTORY
+        case ResolutionStudy():
+            return tables.STUDY
+    raise TypeError(f"there is no table for a {type(result).__name__}")
+
+
+def columns_of(result: Any) -> Columns:
+    """Return what is told of each step of a kind of result; nothing where it has no steps."""
+    match result:
+        case ElastoplasticResult():
+            return tables.INCREMENTS
+        case LoadCurve():
+            return tables.CURVE_COLUMNS
+        case LoadHistory():
+            return tables.HISTORY_COLUMNS
+        case ResolutionStudy():
+            return tables.STUDY_COLUMNS
+    return ()
+
+
+def summary(result: Any) -> dict[str, Any]:
+    """Return a result by name, in SI units, ready for JSON."""
+    found = stored(table_of(result), result)
+    if isinstance(result, LoadCurve):
+        return {**found, **stored_columns(tables.CURVE_COLUMNS, result), "version": __version__}
+    return found
+
+
+def csv(result: Any) -> str:
+    """Return the steps of a result as a table in text, units in the head."""
+    return csv_text(columns_of(result), result)
+
+
+def rows(result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
+    """Return what is told of a result; see `quantities.rows`."""
+    return rows_of(table_of(result), result, part, brief)
+
+
+def row(result: Any, key: str) -> Row:
+    """Return one quantity of a result."""
+    return quantity_of(table_of(result), key).row(result)
+
+
+def listing(result: Any, brief: bool = False) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return the head and the rows of the steps of a result; see `quantities.listing_of`."""
+    return listing_of(columns_of(result), result, brief)

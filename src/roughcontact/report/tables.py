@@ -1,0 +1,566 @@
+"""What a result tells, worded once.
+
+Every kind of result has a table of quantities. Console, report, JSON and CSV are made from these
+tables: a quantity that is added to one is told by all of them, with the same digits.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from roughcontact._version import __version__
+from roughcontact.contact.curve import LoadCurve
+from roughcontact.contact.history import VOLUME_ACCOUNT, LoadHistory
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE
+from roughcontact.contact.stress import StressResult
+from roughcontact.contact.study import QUANTITIES, ResolutionStudy
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.report import wording
+from roughcontact.report.quantities import (
+    HEADLINE,
+    PROBLEM,
+    TRUST,
+    Column,
+    Columns,
+    Quantity,
+    Table,
+    quantity_of,
+    stored_columns,
+    tiny,
+    within,
+)
+from roughcontact.units import counted, engineering, percent
+from roughcontact.volume.result import ElastoplasticResult
+
+# The contact
+
+
+def _ceiling_stored(result: Any) -> Any:
+    return "per pixel" if isinstance(result.ceiling, np.ndarray) else result.ceiling
+
+
+def _status(result: Any) -> str:
+    return "converged" if result.converged else f"NOT CONVERGED: {result.status}"
+
+
+def _given(quantity: str, unit: str) -> Callable[[ContactResult], str]:
+    def text(result: ContactResult) -> str:
+        value = engineering(getattr(result, quantity), unit)
+        return f"{value} (given)" if result.control == quantity else value
+
+    return text
+
+
+def _nominal_area(result: ContactResult) -> float:
+    return result.pressure.size * result.pixel_area
+
+
+def _tilts(result: ContactResult) -> bool:
+    return result.moments is not None
+
+
+def _limited(result: ContactResult) -> bool:
+    return result.ceiling is not None
+
+
+def _touches(result: ContactResult) -> bool:
+    return result.contact_area > 0
+
+
+def _area_and_share(result: ContactResult) -> str:
+    return f"{engineering(result.contact_area, 'm²')} ({percent(result.contact_fraction)})"
+
+
+def _up_to(value: float) -> str:
+    return f"up to {engineering(value, 'm')}" if value else "none"
+
+
+def _saturated_share(result: ContactResult) -> float:
+    return result.saturated_fraction / result.contact_fraction
+
+
+def _load_error(result: ContactResult) -> str:
+    free = result.control == "approach"
+    aim = "the approach was given" if free else f"at most {LOAD_TOLERANCE:.0e}"
+    return f"{tiny(result.load_error)} ({aim})"
+
+
+def _within(key: str) -> Callable[[Any], str]:
+    return lambda result: f"{getattr(result, key):.1e} (tolerance {result.tolerance:.0e})"
+
+
+CONTACT: Table = (
+    Quantity("status", "status", part=TRUST, text=_status),
+    Quantity("certificate", "certificate", symbol="ε", part=TRUST, text=_within("certificate")),
+    Quantity("load_error", "load error", part=TRUST, text=_load_error),
+    Quantity("tolerance"),
+    Quantity(
+        "load", "load", symbol="W", unit="N", meaning="normal force that the pressure adds up to",
+        text=_given("load", "N"),
+    ),
+    Quantity(
+        "approach", "approach", symbol="ω", unit="m", meaning="of the bodies from the first touch",
+        text=_given("approach", "m"),
+    ),
+    Quantity("control"),
+    Quantity(
+        "moments", "moments", symbol="W·y, W·x", unit="N m",
+        meaning="of the load about the middle of the map, as given",
+        of=lambda r: None if r.moments is None else list(r.moments), part=PROBLEM, when=_tilts,
+    ),
+    Quantity(
+        "moment_error", "moment error", part=TRUST, when=_tilts,
+        form=lambda v: f"{tiny(v)} of load × size (at most {MOMENT_TOLERANCE:.0e})",
+    ),
+    Quantity(
+        "tilt", "tilt (y, x)", unit="rad",
+        meaning="by which the counter-body is turned away, about the middle",
+        of=lambda r: list(r.tilt), when=_tilts,
+    ),
+    Quantity(
+        "centre_of_pressure", "centre of pressure (y, x)", unit="m",
+        meaning="from the middle of the map", of=lambda r: list(r.centre_of_pressure), when=_tilts,
+        stored=False,
+    ),
+    Quantity(
+        "boundary", "boundary", of=lambda r: str(r.boundary), part=PROBLEM,
+        text=lambda r: f"{r.boundary}: {Boundary(r.boundary).meaning}",
+    ),
+    Quantity(
+        "contact_modulus", "contact modulus", symbol="E*", unit="Pa",
+        meaning="from 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂", part=PROBLEM,
+    ),
+    Quantity(
+        "ceiling", "pressure ceiling", unit="Pa", of=_ceiling_stored, part=PROBLEM,
+        text=wording.ceiling,
+    ),
+    Quantity(
+        "nominal_area", "nominal area", unit="m²", meaning="of the whole map", of=_nominal_area,
+        stored=False, brief=False,
+    ),
+    Quantity(
+        "nominal_pressure", "nominal pressure", unit="Pa", meaning="load over nominal area",
+        of=lambda r: r.load / _nominal_area(r), stored=False, brief=False,
+    ),
+    Quantity(
+        "contact_area", "contact area", unit="m²",
+        meaning="pixels with pressure, and their share of the map", text=_area_and_share,
+    ),
+    Quantity(
+        "contact_fraction", "real contact", meaning="share of the map that touches", form=percent,
+        part=HEADLINE,
+    ),
+    Quantity(
+        "corrected_contact_area", "contact area without rim excess", unit="m²",
+        meaning="less what whole pixels at the rim of spots add", stored=False, brief=False,
+    ),
+    Quantity(
+        "saturated_fraction", "saturated area", meaning="share of the map at the ceiling",
+        form=percent, when=_limited,
+    ),
+    Quantity(
+        "saturated_share", "saturated share", meaning="of the contact area that is at the ceiling",
+        of=_saturated_share, form=percent, stored=False, brief=False,
+        when=lambda r: _limited(r) and _touches(r),
+    ),
+    Quantity("max_pressure", "largest pressure", unit="Pa", meaning="on any pixel"),
+    Quantity(
+        "mean_pressure", "mean pressure", unit="Pa", meaning="load over contact area",
+        of=lambda r: r.load / r.contact_area, stored=False, brief=False, when=_touches,
+    ),
+    Quantity("mean_gap", "mean gap", unit="m", meaning="of the open gap; closed points count 0"),
+    Quantity(
+        "max_residual_indentation", "residual indentation", unit="m",
+        meaning="depth that saturated points keep",
+        of=lambda r: float(r.residual_indentation.max()), form=_up_to, when=_limited,
+    ),
+    Quantity(
+        "regime", "regime", meaning="how far the softer body is from elastic",
+        of=lambda r: str(r.regime),
+    ),
+    Quantity("warnings", of=lambda r: list(r.warnings)),
+    Quantity("shape", of=lambda r: list(r.pressure.shape)),
+    Quantity("pixel", unit="m", of=lambda r: list(r.surface.pixel)),
+    Quantity("source", of=lambda r: r.surface.provenance.source),
+    Quantity("preparation", of=lambda r: list(r.surface.provenance.steps)),
+    Quantity("iterations", "iterations", part=TRUST, brief=False),
+    Quantity("convolutions", "convolutions on the full grid", part=TRUST),
+    Quantity("seconds", "time of the solve", unit="s", part=TRUST),
+    Quantity(
+        "precision", "arithmetic of the transforms", part=TRUST, form=lambda v: f"{v} precision",
+        stored=False, brief=False,
+    ),
+    Quantity("version"),
+)  # fmt: skip
+"""Of a `ContactResult`."""
+
+HEADLINES = ("max_pressure", "contact_fraction", "saturated_fraction", "mean_gap")
+"""What a report on a contact says first."""
+
+
+# The volume model
+
+
+def _loaded(result: ElastoplasticResult) -> bool:
+    return bool(result.contact.load)
+
+
+def largest_load(result: ElastoplasticResult) -> float:
+    """Return the largest load of the path [N]."""
+    return max((step.load for step in result.increments), default=0.0)
+
+
+def _path_of_loads(result: ElastoplasticResult) -> str:
+    load, largest = result.contact.load, largest_load(result)
+    after = f" after {engineering(largest, 'N')}," if largest > load else ""
+    return f"{engineering(load, 'N')}{after} in {counted(len(result.increments), 'increment')}"
+
+
+def _raised(result: ElastoplasticResult) -> float:
+    return max(-float(result.residual_displacement.min()), 0.0)
+
+
+def _of_contact(key: str, **changes: Any) -> Quantity:
+    """Return a quantity of the contact as one of the volume model."""
+    return within("contact", quantity_of(CONTACT, key), **changes)
+
+
+def _turns(result: ElastoplasticResult) -> list[float]:
+    """Return the loads at which the path turns, the last of all included."""
+    loads = [step.load for step in result.increments]
+    return [
+        load
+        for before, load, after in zip([0.0, *loads], loads, [*loads[1:], None], strict=False)
+        if after is None or (load - before) * (after - load) < 0
+    ]
+
+
+def _laws(result: ElastoplasticResult) -> str:
+    contact = result.contact
+    law = wording.hardening(contact.material)
+    if contact.material.yield_strength is None:
+        law = f"of the counter-body: {wording.hardening(contact.counter_material)}"
+    return law
+
+
+VOLUME: Table = (
+    Quantity(
+        "turns", "loads", symbol="W", unit="N", of=_turns, part=PROBLEM, stored=False, brief=False,
+        form=lambda loads: " → ".join(engineering(load, "N") for load in [0.0, *loads]),
+        meaning="as given",
+    ),
+    Quantity("status", "status", part=TRUST, text=_status),
+    Quantity(
+        "residual", "residual of the plastic strain", part=TRUST,
+        text=lambda r: f"{_within('residual')(r)}, the worst of all increments",
+    ),
+    Quantity("yield_excess", "yield excess", part=TRUST, form=lambda v: f"{v:+.1e}", brief=False),
+    Quantity("tolerance"),
+    _of_contact("certificate", name="certificate of the contact", when=_loaded),
+    _of_contact("load", text=_path_of_loads),
+    _of_contact("load_error", when=_loaded, brief=False),
+    _of_contact("approach", text=None),
+    _of_contact("nominal_area"),
+    _of_contact("contact_area", when=_loaded),
+    _of_contact("contact_fraction"),
+    Quantity(
+        "corrected_contact_area", "contact area without rim excess", unit="m²",
+        meaning="less what whole pixels at the elastic rim of spots add", when=_loaded,
+        stored=False, brief=False,
+    ),
+    _of_contact("max_pressure", when=_loaded),
+    _of_contact("mean_pressure", when=_loaded),
+    _of_contact("mean_gap", stored=False, brief=False),
+    Quantity(
+        "max_residual_displacement", "residual displacement", unit="m",
+        meaning="what plastic strain adds to the gap",
+        of=lambda r: float(r.residual_displacement.max()), form=_up_to,
+    ),
+    Quantity(
+        "raised", "raised surface", unit="m", meaning="by which it takes from the gap (pile-up)",
+        of=_raised, form=_up_to, stored=False, brief=False,
+    ),
+    Quantity(
+        "max_residual_stress", "residual stress", unit="Pa", meaning="von Mises, at most",
+        of=lambda r: max(float(body.residual_von_mises.max()) for body in r.bodies), stored=False,
+        part=HEADLINE,
+    ),
+    Quantity("max_plastic_strain", "plastic strain", meaning="accumulated, at most", form=percent),
+    Quantity("plastic_volume", "plastic volume", unit="m³", meaning="with any plastic strain"),
+    Quantity("plastic_depth", "plastic depth", unit="m", meaning="that plastic strain reaches"),
+    Quantity(
+        "regime", "regime", meaning="how far the bodies are from elastic",
+        of=lambda r: str(r.regime),
+    ),
+    Quantity("warnings", of=lambda r: list(r.warnings)),
+    _of_contact("boundary"),
+    Quantity(
+        "precision", "arithmetic of the volume", part=TRUST, form=lambda v: f"{v} precision",
+        brief=False,
+    ),
+    Quantity("layers", of=lambda r: [body.thickness.size for body in r.bodies]),
+    _of_contact("shape"),
+    _of_contact("pixel"),
+    Quantity("increments", "increments", of=lambda r: len(r.increments), part=PROBLEM, brief=False),
+    _of_contact("contact_modulus", stored=False),
+    Quantity(
+        "plasticity", "plasticity", of=_laws, part=PROBLEM, stored=False,
+        meaning="in the volume: von Mises, isotropic hardening, radial return",
+    ),
+    Quantity(
+        "iterations", "iterations", part=TRUST,
+        text=lambda r: f"{r.iterations} in {counted(len(r.increments), 'increment')}",
+    ),
+    Quantity(
+        "convolutions", "convolutions of the contact",
+        of=lambda r: sum(step.convolutions for step in r.increments), part=TRUST, stored=False,
+        brief=False,
+    ),
+    Quantity("seconds", "time of the solve", unit="s", part=TRUST),
+    Quantity("version"),
+)  # fmt: skip
+"""Of an `ElastoplasticResult`."""
+
+VOLUME_HEADLINES = (
+    "max_pressure", "contact_fraction", "max_plastic_strain", "plastic_depth", "approach"
+)  # fmt: skip
+"""What a report on plasticity of the volume says first."""
+RELEASED_HEADLINES = (
+    "max_residual_displacement", "max_residual_stress", "max_plastic_strain", "plastic_depth"
+)  # fmt: skip
+"""What it says first where the load is gone."""
+
+
+INCREMENTS: Columns = (
+    Column("number", "increment", of=lambda r: range(1, len(r.increments) + 1), stored=False),
+    Column("load", "load", unit="N", steps="increments", stored=False),
+    Column("approach", "approach", unit="m", steps="increments", stored=False),
+    Column("contact_area", "contact area", unit="m²", steps="increments", stored=False),
+    Column("max_pressure", "largest pressure", unit="Pa", steps="increments", stored=False),
+    Column("max_plastic_strain", "plastic strain", steps="increments", stored=False, form=percent),
+    Column("plastic_volume", "plastic volume", unit="m³", steps="increments", stored=False),
+    Column("residual", "residual", steps="increments", stored=False, form=tiny),
+    Column("iterations", "iterations", steps="increments", stored=False),
+)  # fmt: skip
+"""Of the increments of an `ElastoplasticResult`."""
+
+
+# Stress below the surface
+
+
+def _bears(key: str) -> Callable[[StressResult], bool]:
+    return lambda stress: getattr(stress.profile, key) is not None
+
+
+def _place(stress: StressResult) -> str:
+    depth, y, x = (engineering(length, "m") for length in stress.place)
+    return f"{depth} deep, at y, x = {y}, {x}"
+
+
+def _over_pressure(stress: StressResult) -> str:
+    ratio = stress.max_von_mises / stress.contact.max_pressure
+    return f"{engineering(stress.max_von_mises, 'Pa')} ({ratio:.4g} of the largest pressure)"
+
+
+def _shear(axis: int) -> Callable[[StressResult], float]:
+    return lambda stress: stress.profile.max_orthogonal_shear[axis]
+
+
+STRESS: Table = (
+    Quantity("body", "body"),
+    Quantity(
+        "friction", "friction", symbol="μ", meaning="traction over pressure",
+        when=lambda stress: bool(stress.friction),
+    ),
+    Quantity("direction"),
+    Quantity("load", unit="N", of="contact.load"),
+    Quantity("max_pressure", unit="Pa", of="contact.max_pressure"),
+    Quantity("max_von_mises", "largest von Mises stress", unit="Pa", text=_over_pressure),
+    Quantity(
+        "max_von_mises_place", "its place", unit="m", of=lambda stress: list(stress.place),
+        text=_place,
+    ),
+    Quantity("max_tresca", "largest Tresca stress", unit="Pa", of="profile.max_tresca"),
+    Quantity(
+        "max_orthogonal_shear_along_y", "orthogonal shear amplitude, pass along y", unit="Pa",
+        of=_shear(0),
+    ),
+    Quantity(
+        "max_orthogonal_shear_along_x", "orthogonal shear amplitude, pass along x", unit="Pa",
+        of=_shear(1),
+    ),
+    Quantity("yield_strength", unit="Pa", of="profile.yield_strength"),
+    Quantity(
+        "yield_factor", "yield strength over largest stress", of="profile.yield_factor",
+        when=_bears("yield_factor"),
+    ),
+    Quantity(
+        "yielded_volume", "volume above the yield strength", unit="m³", of="profile.yielded_volume",
+        when=_bears("yielded_volume"),
+    ),
+    Quantity(
+        "depths", unit="m", of=lambda s: [float(s.profile.depths[0]), float(s.profile.depths[-1])],
+    ),
+    Quantity("warnings", of=lambda stress: list(stress.warnings)),
+    Quantity("precision"),
+    Quantity("version"),
+)  # fmt: skip
+"""Of a `StressResult`."""
+
+FIRST_YIELD: Table = (
+    Quantity("load", "load of first yield", unit="N", of="contact.load"),
+    Quantity(
+        "max_pressure", "largest pressure at first yield", unit="Pa", of="contact.max_pressure",
+    ),
+)  # fmt: skip
+"""Of the `StressResult` at which the first point yields."""
+
+
+# Many loads
+
+
+def _share(key: str) -> Callable[[LoadCurve | LoadHistory], list[float]]:
+    return lambda result: [getattr(step, key) / _nominal(result) for step in result.steps]
+
+
+def _nominal(result: LoadCurve | LoadHistory) -> float:
+    if isinstance(result, LoadCurve):
+        return result.nominal_area
+    return _nominal_area(result.last)
+
+
+def _worst(result: LoadCurve | LoadHistory) -> float:
+    return max(step.certificate for step in result.steps)
+
+
+def _certificates() -> Quantity:
+    return Quantity(
+        "worst_certificate", "certificates", symbol="ε", of=_worst,
+        form=lambda v: f"{v:.1e} at most", part=TRUST, stored=False,
+    )  # fmt: skip
+
+
+def _slope(slope: float) -> str:
+    if math.isnan(slope):
+        return "not defined: no load is low (5 % of the map) and elastic"
+    return f"{slope:.4g}; theory 1.6 (Persson) to 2.5 (Bush, Gibson, Thomas)"
+
+
+CURVE: Table = (
+    Quantity("source"),
+    Quantity("preparation", of=lambda curve: list(curve.preparation)),
+    Quantity("control"),
+    Quantity("boundary", of=lambda curve: str(curve.boundary)),
+    Quantity("nominal_area", unit="m²"),
+    Quantity("contact_modulus", unit="Pa"),
+    Quantity("rms_gradient", "rms gradient", symbol="h′"),
+    Quantity("ceiling", unit="Pa", of=_ceiling_stored),
+    Quantity(
+        "low_load_slope", "low-load slope", symbol="κ", meaning="of A = κ W/(E* h′)", form=_slope,
+    ),
+    _certificates(),
+)  # fmt: skip
+"""Of a `LoadCurve`."""
+
+CURVE_COLUMNS: Columns = (
+    Column("load", "load", unit="N"),
+    Column("approach", "approach", unit="m"),
+    Column("contact_area", "contact", unit="m²", shown=_share("contact_area"), form=percent),
+    Column("corrected_contact_area", unit="m²"),
+    Column("saturated_area", "saturated", unit="m²", shown=_share("saturated_area"), form=percent),
+    Column("max_pressure", "largest pressure", unit="Pa", brief=False),
+    Column("mean_gap", "mean gap", unit="m"),
+    Column("stiffness", "stiffness", unit="N/m"),
+    Column("spots", "spots"),
+    Column("mean_spot_area", unit="m²"),
+    Column("largest_spot_area", unit="m²"),
+    Column("certificate", "certificate", form=tiny, brief=False),
+    Column("load_error"),
+    Column("convolutions"),
+    Column("seconds", unit="s"),
+    Column("constriction_length", unit="m", of=lambda c: c.constriction_length.tolist()),
+    Column("persson_contact_area", unit="m²", of=lambda c: c.persson[0].tolist()),
+    Column("persson_saturated_area", unit="m²", of=lambda c: c.persson[1].tolist()),
+)  # fmt: skip
+"""Of the steps of a `LoadCurve`."""
+
+HISTORY_COLUMNS: Columns = (
+    Column(
+        "number", "step", of=lambda h: range(1, len(h.steps) + 1), stored=False, brief=False
+    ),
+    Column("load", "load", unit="N"),
+    Column("approach", "approach", unit="m"),
+    Column("shift_y", unit="m"),
+    Column("shift_x", unit="m"),
+    Column("contact_area", "contact", unit="m²", shown=_share("contact_area"), form=percent),
+    Column("saturated_area", "saturated", unit="m²", shown=_share("saturated_area"), form=percent),
+    Column("max_pressure", "largest pressure", unit="Pa"),
+    Column("indentation_volume", "newly indented", unit="m³"),
+    Column("dissipated_energy", "dissipated", unit="J"),
+    Column("elastic_energy", unit="J"),
+    Column("certificate"),
+    Column("load_error"),
+    Column("convolutions"),
+    Column("seconds", unit="s"),
+)  # fmt: skip
+"""Of the steps of a `LoadHistory`."""
+
+
+HISTORY: Table = (
+    Quantity("source", of=lambda history: history.last.surface.provenance.source),
+    Quantity("preparation", of=lambda history: list(history.last.surface.provenance.steps)),
+    Quantity("boundary", of=lambda history: str(history.last.boundary)),
+    Quantity("contact_modulus", unit="Pa", of="last.contact_modulus"),
+    Quantity("ceiling", unit="Pa", of=lambda history: _ceiling_stored(history.last)),
+    Quantity("tolerance", of="last.tolerance"),
+    Quantity("indented_body"),
+    Quantity("indentation_volume", "indented volume", unit="m³"),
+    Quantity(
+        "max_indentation", "indentation", unit="m",
+        of=lambda history: float(history.indentation.max()), form=_up_to,
+    ),
+    Quantity("dissipated_energy", "dissipated energy", unit="J"),
+    Quantity(
+        "shaken_down", "shaken down",
+        form=lambda v: f"{'yes: the last pass adds no' if v else 'no: it adds'} indentation",
+    ),
+    Quantity("volume_account", of=lambda _: VOLUME_ACCOUNT),
+    Quantity("control", of=lambda h: ["approach" if s.load is None else "load" for s in h.path]),
+    Quantity("steps", of=lambda history: stored_columns(HISTORY_COLUMNS, history)),
+    Quantity("version", of=lambda _: __version__),
+    _certificates(),
+)  # fmt: skip
+"""Of a `LoadHistory`."""
+
+
+# Can it be trusted
+
+
+STUDY: Table = (
+    Quantity("grids", of=lambda study: [vars(grid) for grid in study.grids]),
+    Quantity("cutoffs", of=lambda study: [vars(cutoff) for cutoff in study.cutoffs]),
+    Quantity("ceilings", of=lambda study: [vars(ceiling) for ceiling in study.ceilings]),
+    Quantity("independent", of=lambda s: {name: s.independent(name) for name in QUANTITIES}),
+    Quantity("at_ceiling"),
+    Quantity("sentences", of=lambda study: list(study.sentences)),
+)  # fmt: skip
+"""Of a `ResolutionStudy`."""
+
+
+def _cases(key: str) -> Callable[[ResolutionStudy], list[float]]:
+    return lambda study: [getattr(case, key) for _, case in study.named()]
+
+
+STUDY_COLUMNS: Columns = (
+    Column("case", "case", of=lambda study: [name for name, _ in study.named()]),
+    Column("contact_fraction", "contact", of=_cases("contact_fraction"), form=percent),
+    Column("saturated_fraction", "saturated", of=_cases("saturated_fraction"), form=percent),
+    Column("max_pressure", "largest pressure", unit="Pa", of=_cases("max_pressure")),
+    Column("mean_pressure", "mean pressure", unit="Pa", of=_cases("mean_pressure")),
+)  # fmt: skip
+"""Of the solves of a `ResolutionStudy`."""
