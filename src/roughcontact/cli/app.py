@@ -428,10 +428,8 @@ def _stress(
             say("searching the load of first yield")
             first = run.first_yield(found)
         tasks: list[outputs.Task] = [] if output is None else [(output, found.save)]
-        tasks += [
-            (path, outputs.saver(draw))
-            for path, draw in zip(pictures.values(), report_figures.drawings(found), strict=True)
-        ]
+        drawings = report_figures.drawings(found)
+        tasks += [(path, outputs.saver(drawings[name])) for name, path in pictures.items()]
         if report is not None:
             chapters = [
                 *sections.sections(None, outcome.notes),

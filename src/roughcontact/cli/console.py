@@ -125,12 +125,10 @@ def show_reports(reports: Sequence[Report]) -> None:
     quantities = [quantity_of(tables.CONTACT, key) for key in keys]
     rows: list[Cells] = []
     for report in reports:
-        told = dict(report.told)
-        if "volume" in told or told.get("ceiling") is None:
-            told["saturated_fraction"] = ABSENT if told else None
-        values = (told.get(key) for key in keys)
-        cells = ("" if v is None else q.told(v) for q, v in zip(quantities, values, strict=True))
-        rows.append((report.name, report.state, *cells))
+        told = {q.key: q.told(report.told[q.key]) for q in quantities if q.key in report.told}
+        if told and report.told["ceiling"] is None:
+            told["saturated_fraction"] = ABSENT
+        rows.append((report.name, report.state, *(told.get(key, "") for key in keys)))
     heads = ("contact", "state", *(quantity.name for quantity in quantities))
     _print_table(rows, heads=heads)
     paths = (Path(path) for report in reports for path in report.told.get("written", ()))
@@ -288,7 +286,7 @@ def _answers(result: Any) -> tuple[list[Cells], list[Cells]]:
     from roughcontact.report import results
     from roughcontact.report.quantities import TRUST
 
-    trust = [
+    trust: list[Cells] = [
         (title, options.in_options(text))
         for title, text in _cells(results.rows(result, TRUST, brief=True))
     ]

@@ -506,10 +506,10 @@ def names(table: Illustrations) -> tuple[str, ...]:
     return tuple(entry.name for entry in table if entry.name)
 
 
-def drawings(result: Any) -> list[Callable[[], Figure]]:
-    """Return what draws the figures that are written to files, in the order of their names."""
+def drawings(result: Any) -> dict[str, Callable[[], Figure]]:
+    """Return what draws the figures that are written to files, by name."""
     table, scene = _scene(result)
-    return [_later(entry, scene) for entry in table if entry.name]
+    return {entry.name: _later(entry, scene) for entry in table if entry.name}
 
 
 def _scene(result: Any) -> tuple[Illustrations, Any]:

@@ -19,7 +19,6 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE
 from roughcontact.contact.stress import StressResult
 from roughcontact.contact.study import QUANTITIES, ResolutionStudy
-from roughcontact.halfspace.boundary import Boundary
 from roughcontact.report import wording
 from roughcontact.report.quantities import (
     HEADLINE,
@@ -129,7 +128,7 @@ CONTACT: Table = (
     ),
     Quantity(
         "boundary", "boundary", of=lambda r: str(r.boundary), part=PROBLEM,
-        text=lambda r: f"{r.boundary}: {Boundary(r.boundary).meaning}",
+        text=lambda r: f"{r.boundary}: {r.boundary.meaning}",
     ),
     Quantity(
         "contact_modulus", "contact modulus", symbol="E*", unit="Pa",

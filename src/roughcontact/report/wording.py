@@ -27,7 +27,8 @@ def ceiling(result: ContactResult) -> str:
     """
     ceiling = result.ceiling
     if ceiling is None:
-        return "none: purely elastic"
+        known = softer(result.material, result.counter_material) is not None
+        return "none: purely elastic" + ("" if known else ", no yield strength is given")
     if isinstance(ceiling, np.ndarray):
         low, high = float(ceiling.min()), float(ceiling.max())
         return (

@@ -186,9 +186,7 @@ def _figure_tasks(
 ) -> list[outputs.Task]:
     files = outputs.figure_files(request.figures, FIGURES[request.model])
     drawings = figures.drawings(volume or result)
-    return [
-        (path, outputs.saver(draw)) for path, draw in zip(files.values(), drawings, strict=False)
-    ]
+    return [(path, outputs.saver(drawings[name])) for name, path in files.items()]
 
 
 def first_yield(stress: StressResult) -> StressResult:
