@@ -31,7 +31,8 @@ def waves(y: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 def moved(y, x, offset, angle, mirrored):
     """Where a point of the grid lies on the map, by the plain rotation matrix."""
-    t = math.radians(angle)
+    # Counter-clockwise as drawn is from x towards -y.
+    t = -math.radians(angle)
     y, x = y - offset[0], x - offset[1]
     y, x = y * math.cos(t) - x * math.sin(t), x * math.cos(t) + y * math.sin(t)
     return y, (-x if mirrored else x)
@@ -171,7 +172,7 @@ def test_coincident_points_keep_their_bits(
 ) -> None:
     pixel = (2e-6, 3e-6)
     heights = rough(seed, shape, holes=0.1)
-    turned = np.rot90(heights[:, ::-1] if mirrored else heights, -quarters)
+    turned = np.rot90(heights[:, ::-1] if mirrored else heights, quarters)
     new_pixel = pixel[::-1] if quarters % 2 else pixel
     # Centres that lie between points make half a pixel to go.
     odd = [(n - m) % 2 for n, m in zip(turned.shape, new_shape, strict=True)]
@@ -270,7 +271,7 @@ def test_there_and_back() -> None:
     pixel = (0.3, 0.25)
     heights = waves(*points((120, 150), pixel))
     there = alignment.align(heights, pixel, (150, 150), (0.3, 0.3), (0.7, -0.4), 35.0)
-    t = math.radians(-35)
+    t = math.radians(35)
     # The shift comes after the turn: back it has to be turned with it.
     back = (
         -(0.7 * math.cos(t) + -0.4 * math.sin(t)),
@@ -369,7 +370,7 @@ def test_only_the_axis_that_coarsens_is_filtered() -> None:
     # Spline against the mean of two points, on waves of at least 8: some per cent.
     inner = slice(3, -3)
     assert np.corrcoef(new[inner].ravel(), between[inner].ravel())[0, 1] > 0.999
-    turned = alignment.align(np.rot90(heights), (1.0, 1.0), (15, 40), (4.0, 1.0), angle=90.0)
+    turned = alignment.align(np.rot90(heights), (1.0, 1.0), (15, 40), (4.0, 1.0), angle=-90.0)
     np.testing.assert_allclose(turned, new, rtol=0, atol=1e-13)
 
 

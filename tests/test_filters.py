@@ -262,7 +262,7 @@ def ball() -> Surface:
         (lambda s: s.without_form("polynomial", degree=3), "degree 3, .* m rms"),
         (lambda s: s.without_outliers(99), "0 points further than 99 robust.*5 × 5"),
         (lambda s: s.largest_rectangle(), "rows 0:40, columns 0:50"),
-        (lambda s: s.rotated(-1), "270 degrees counter-clockwise"),
+        (lambda s: s.rotated(-90), "270 degrees counter-clockwise"),
         (lambda s: s.resampled((20, 30)), "periodic, from 40 × 50 to 20 × 30"),
         (lambda s: s.resampled(pixel=(1e-6, 1e-6), method="spline"), "cubic spline.*80 × 150"),
         (lambda s: s.filtered(s=8e-6, l=6e-5), "S-filter at 8e-06 m and L-filter at 6e-05 m"),
@@ -282,7 +282,7 @@ def test_every_step_is_a_copy_and_a_sentence(call, words: str) -> None:
 def test_size_and_pixel_follow() -> None:
     surface = ball()
     assert surface.rotated().pixel == (3e-6, 2e-6)
-    assert surface.rotated(2).pixel == (2e-6, 3e-6)
+    assert surface.rotated(180).pixel == (2e-6, 3e-6)
     for new in (surface.resampled((33, 20)), surface.resampled(pixel=(1.1e-6, 7e-6))):
         assert new.size == pytest.approx(surface.size, rel=1e-14)
     assert surface.resampled(pixel=(1.1e-6, 7e-6)).shape == (73, 21)

@@ -75,8 +75,9 @@ def test_a_cylinder_is_recovered_whatever_its_axis(
     residual, found = remove_form(heights, pixel, "cylinder")
     tolerance = 1e-11 * (1 + radius**2)
     assert found["radius"] == pytest.approx(sign * radius, rel=tolerance)
-    assert -np.pi / 2 < found["angle"] <= np.pi / 2
-    turn = (found["angle"] - angle + np.pi / 2) % np.pi - np.pi / 2
+    assert -90 < found["angle"] <= 90
+    # The axis runs from x towards y, which points down: clockwise as drawn.
+    turn = (np.radians(found["angle"]) + angle + np.pi / 2) % np.pi - np.pi / 2
     assert abs(turn) < tolerance * (1 + radius)
     assert found["slope"] == pytest.approx(slope, abs=tolerance * (1 + radius))
     assert np.nanmax(np.abs(residual)) < 1e-12 * (1 + radius)

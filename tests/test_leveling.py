@@ -87,6 +87,10 @@ def test_level_refuses_unknown_forms_and_too_few_points() -> None:
     np.fill_diagonal(on_a_line, 1.0)
     with pytest.raises(InputError, match="9 points"):
         leveling.level(on_a_line, "plane")
+    in_a_column = np.full((9, 9), np.nan)
+    in_a_column[:, 3] = 1.0
+    with pytest.raises(InputError, match="9 points"):
+        leveling.level(in_a_column, "plane")
     with pytest.raises(InputError, match="fit a quadric"):
         leveling.level(np.zeros((2, 6)), "quadric")
     with pytest.raises(InputError, match="0 points"):

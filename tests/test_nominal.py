@@ -20,7 +20,7 @@ def waves(shape, pixel, offset=(0.0, 0.0), angle=0.0, mirrored=False):
     """Heights whose shortest wave is 35 µm, as a map laid there would show them."""
     y, x = ((np.arange(n) - (n - 1) / 2) * d for n, d in zip(shape, pixel, strict=True))
     y, x = np.broadcast_arrays(y[:, None] - offset[0], x - offset[1])
-    t = math.radians(angle)
+    t = -math.radians(angle)
     y, x = y * math.cos(t) - x * math.sin(t), x * math.cos(t) + y * math.sin(t)
     x = -x if mirrored else x
     y, x = 2e5 * y, 2e5 * x
@@ -43,12 +43,12 @@ def waves(shape, pixel, offset=(0.0, 0.0), angle=0.0, mirrored=False):
             nominal.ellipsoid(radii=(1e-3, 5e-4), angle=30, **GRID),
             shapes.ellipsoid(SHAPE, PIXEL, (1e-3, 5e-4), 30),
             "nominal ellipsoid of the radii of curvature 1 mm along y and 500 µm along x, turned "
-            "by 30 degrees from x towards y",
+            "by 30 degrees counter-clockwise",
         ),
         (
             nominal.cylinder(radius=1e-3, angle=90, **GRID),
             shapes.cylinder(SHAPE, PIXEL, 1e-3, 90),
-            "nominal cylinder of radius 1 mm, axis at 90 degrees from x towards y",
+            "nominal cylinder of radius 1 mm, axis at 90 degrees counter-clockwise from x",
         ),
         (
             nominal.punch(radius=2.5e-5, edge_radius=1e-6, **GRID),
@@ -68,7 +68,7 @@ def waves(shape, pixel, offset=(0.0, 0.0), angle=0.0, mirrored=False):
         (
             nominal.wedge(slope=0.01, angle=45, **GRID),
             shapes.wedge(SHAPE, PIXEL, 0.01, 45),
-            "nominal wedge of slope 0.01, ridge at 45 degrees from x towards y",
+            "nominal wedge of slope 0.01, ridge at 45 degrees counter-clockwise from x",
         ),
     ],
 )

@@ -105,8 +105,8 @@ def test_level_is_linear(
 def test_level_commutes_with_turns(seed: int, holes: float, turns: int, form: str) -> None:
     heights = rough(seed, holes=holes)
     np.testing.assert_allclose(
-        leveling.level(cleaning.rotate(heights, turns), form),
-        cleaning.rotate(leveling.level(heights, form), turns),
+        leveling.level(cleaning.rotate(heights, 90 * turns), form),
+        cleaning.rotate(leveling.level(heights, form), 90 * turns),
         atol=1e-12,
     )
 
@@ -114,6 +114,7 @@ def test_level_commutes_with_turns(seed: int, holes: float, turns: int, form: st
 @UNHURRIED
 @given(SEEDS, st.integers(-9, 9), st.integers(-9, 9))
 def test_turns_add_up(seed: int, first: int, second: int) -> None:
+    first, second = 90 * first, 90 * second
     given_map = surface(seed, 0.2)
     turned = given_map.rotated(first).rotated(second)
     at_once = given_map.rotated(first + second)
@@ -245,8 +246,8 @@ def test_filters_commute_with_turns_and_units(
 ) -> None:
     given_map = surface(seed, holes)
     np.testing.assert_allclose(
-        given_map.rotated(turns).filtered(s=cutoff * 1e-6).heights,
-        given_map.filtered(s=cutoff * 1e-6).rotated(turns).heights,
+        given_map.rotated(90 * turns).filtered(s=cutoff * 1e-6).heights,
+        given_map.filtered(s=cutoff * 1e-6).rotated(90 * turns).heights,
         atol=1e-21,
     )
     in_mm = Surface(1e3 * given_map.heights, (2e-3, 3e-3))

@@ -86,7 +86,7 @@ def test_every_point_of_a_sphere_is_at_its_radius(radius, center):
 def test_a_cylinder_is_straight_along_its_axis_and_round_across(radius, angle):
     z = shapes.cylinder(*GRID, radius, angle)
     y, x = from_center()
-    t = math.radians(angle)
+    t = -math.radians(angle)
     across = y * math.cos(t) - x * math.sin(t)
     # 720° in radians is off by 1e-15, the map is 132 µm long.
     np.testing.assert_allclose(across**2 + (z + radius) ** 2, radius**2, rtol=1e-12)
@@ -112,7 +112,7 @@ def test_the_ellipsoid_has_its_radii_in_its_directions(radii, angle, more):
     z = shapes.ellipsoid(*GRID, radii, angle)
     y, x = from_center()
     # The quadratic form by its tensor: rotated principal curvatures.
-    t = math.radians(angle)
+    t = -math.radians(angle)
     turn = np.array([[math.cos(t), math.sin(t)], [-math.sin(t), math.cos(t)]])  # (y, x) body → map
     tensor = turn @ np.diag([1 / radii[0], 1 / radii[1]]) @ turn.T
     expected = -0.5 * (tensor[0, 0] * y**2 + 2 * tensor[0, 1] * y * x + tensor[1, 1] * x**2)
@@ -174,9 +174,9 @@ def test_cone_and_wedge_have_their_slope():
     np.testing.assert_array_equal(shapes.wedge(*GRID, 0.02, 0, (3, 5)), -0.02 * np.abs(y))
     np.testing.assert_array_equal(shapes.wedge(*GRID, 0.02, 90, (3, 5)), -0.02 * np.abs(x))
     dy, dx = np.gradient(shapes.wedge(*GRID, 0.02, 30, (-9, 5)), *GRID[1])
-    # Well off the ridge, which falls by half a unit a unit: 60° from y towards -x.
+    # Well off the ridge, which rises to the right as drawn: y falls along it.
     np.testing.assert_allclose(np.hypot(dy, dx)[25:], 0.02, rtol=1e-9)
-    np.testing.assert_allclose(dx[25:] / dy[25:], -math.tan(math.radians(30)), rtol=1e-9)
+    np.testing.assert_allclose(dx[25:] / dy[25:], math.tan(math.radians(30)), rtol=1e-9)
 
 
 @pytest.mark.parametrize(

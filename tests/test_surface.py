@@ -161,7 +161,7 @@ def assert_prepared(before: Surface, after: Surface, step: str) -> None:
     assert not after.heights.flags.writeable
     assert after.pixel == before.pixel == PIXEL
     assert before.provenance == ORIGIN
-    assert replace(after.provenance, steps=("made",)) == ORIGIN
+    assert replace(after.provenance, origin=None, operations=ORIGIN.operations) == ORIGIN
     assert after.provenance.steps[:-1] == ("made",)
     assert after.provenance.steps[-1].startswith(step)
 
@@ -329,16 +329,15 @@ def test_a_form_needs_the_grid() -> None:
 @pytest.mark.parametrize("quarters", [0, 1, 2, 3])
 def test_aligned_by_quarter_turns_is_rotated(quarters: int) -> None:
     before = Surface(rough((7, 7)), (2e-6, 2e-6), ORIGIN)
-    # Array and axes: what `rotated` turns counter-clockwise as printed goes from y towards x.
-    after = before.aligned(before, angle=-90 * quarters)
-    assert after.heights.tobytes() == before.rotated(quarters).heights.tobytes()
+    after = before.aligned(before, angle=90 * quarters)
+    assert after.heights.tobytes() == before.rotated(90 * quarters).heights.tobytes()
     assert after.pixel == before.pixel
 
 
 def test_aligned_between_the_quarters_is_between() -> None:
     # By 89.999°: a thousandth of a degree moves the corners by 1.4e-4 pixels.
     before = Surface(rough((9, 9)), (2e-6, 2e-6))
-    after = before.aligned(before, angle=-89.999)
+    after = before.aligned(before, angle=89.999)
     there = np.isfinite(after.heights)
     # All but the corners and edges, half of which are moved off the map.
     assert there[1:-1, 1:-1].all()
@@ -360,8 +359,8 @@ def test_aligned_says_what_it_did() -> None:
     before = Surface(rough((30, 40)), PIXEL, ORIGIN)
     after = before.aligned(grid, (4e-6, -5e-6), 30, mirrored=True)
     assert after.provenance.steps[-1] == (
-        "aligned: mirrored in x, turned by 30 degrees from x towards y, shifted by (4e-06, -5e-06)"
-        " m (y, x), by a bicubic spline onto 8 × 8 points of 1.5e-06 × 4e-06 m"
+        "aligned: mirrored in x, turned by 30 degrees counter-clockwise, shifted by "
+        "(4e-06, -5e-06) m (y, x), by a bicubic spline onto 8 × 8 points of 1.5e-06 × 4e-06 m"
     )
     assert after.shape == grid.shape
     assert after.pixel == grid.pixel

@@ -40,13 +40,13 @@ def misfit(pressure, expected):
 
 
 def axes_of(mask, surface):
-    """Semi-axes and direction [degrees from x to y] of an ellipse of pixels, by its moments."""
+    """Semi-axes and direction [degrees counter-clockwise] of a mask, by its moments."""
     y, x = (position[mask] for position in from_center(surface))
     covariance = np.cov(np.vstack([y, x]), bias=True)
     variances, vectors = np.linalg.eigh(covariance)
     # A uniform ellipse has the variance a²/4 along its axis.
     b, a = 2 * np.sqrt(variances)
-    return a, b, math.degrees(math.atan2(vectors[0, 1], vectors[1, 1])) % 180
+    return a, b, math.degrees(math.atan2(-vectors[0, 1], vectors[1, 1])) % 180
 
 
 def elliptic(load, larger, smaller):
@@ -131,7 +131,7 @@ def test_an_ellipsoid_makes_hertz_s_ellipse(independent, ratio, angle):
     assert result.max_pressure == pytest.approx(p0, rel=1e-3)
     assert result.approach == pytest.approx(approach, rel=1e-3)
     y, x = from_center(result.surface)
-    t = math.radians(angle)
+    t = -math.radians(angle)
     along, across = x * math.cos(t) + y * math.sin(t), y * math.cos(t) - x * math.sin(t)
     expected = p0 * np.sqrt(np.maximum(1 - (along / a) ** 2 - (across / b) ** 2, 0))
     assert misfit(result.pressure, expected) < 0.01
@@ -325,7 +325,7 @@ def peaks(y, x, phase):
 def on_points(shape, pixel, phase, offset=(0.0, 0.0), angle=0.0, mirrored=False):
     y, x = ((np.arange(n) - (n - 1) / 2) * d for n, d in zip(shape, pixel, strict=True))
     y, x = np.broadcast_arrays(y[:, None] - offset[0], x - offset[1])
-    t = math.radians(angle)
+    t = -math.radians(angle)
     y, x = y * math.cos(t) - x * math.sin(t), x * math.cos(t) + y * math.sin(t)
     return peaks(y, -x if mirrored else x, phase)
 

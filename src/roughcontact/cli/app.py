@@ -667,7 +667,7 @@ def _demo(
     from roughcontact.contact import solve
     from roughcontact.material.material import Material
     from roughcontact.surface import synthetic
-    from roughcontact.surface.provenance import Provenance
+    from roughcontact.surface.provenance import Operation, Provenance
     from roughcontact.surface.surface import Surface
 
     steel = Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel")
@@ -677,7 +677,8 @@ def _demo(
         say("generating the surface")
         heights, pixel = synthetic.reference_map(side)
         source = "generated self-affine surface, Hurst exponent 0.8"
-        surface = Surface(heights, pixel, Provenance(source=source))
+        made = Operation("reference_map", {"n": side})
+        surface = Surface(heights, pixel, Provenance(source, origin=made))
         for label, ceiling in zip(labels, (None, "auto"), strict=True):
 
             def tell(step: Step, label: str = label) -> None:

@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from roughcontact.errors import FormatError
 from roughcontact.files import replacing, require_suffix
 from roughcontact.material import hardening
 from roughcontact.material.material import Material
-from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.provenance import Provenance, from_text, to_text
 from roughcontact.surface.surface import Surface
 
 if TYPE_CHECKING:
@@ -165,6 +166,7 @@ def _described(provenance: Provenance, prefix: str = "") -> dict[str, str]:
         "instrument": provenance.instrument,
         "channel": provenance.channel,
         "preparation": "\n".join(provenance.steps),
+        "provenance": to_text(provenance),
     }
     # The name of a file need not be text in any encoding; the file's attributes are UTF-8.
     return {
@@ -178,7 +180,11 @@ def _provenance(attributes: dict[str, Any], prefix: str = "") -> Provenance:
         str(attributes[f"{prefix}{name}"])
         for name in ("source", "instrument", "channel", "preparation")
     )
-    return Provenance(source, instrument, channel, tuple(filter(None, steps.split("\n"))))
+    kept = attributes.get(f"{prefix}provenance")
+    if kept is None:
+        # Earlier versions kept the sentences only.
+        return Provenance(source, instrument, channel, filter(None, steps.split("\n")))
+    return replace(from_text(str(kept)), source=source, instrument=instrument, channel=channel)
 
 
 def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from roughcontact.errors import CapacityError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material, softer
-from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
@@ -113,8 +113,8 @@ def indented(body: Surface, indentation: Array) -> Surface:
     """Return a body lowered by its indentation."""
     if not indentation.any():
         return body
-    step = f"indented: by up to {indentation.max():.6g} m where the ceiling was reached"
-    provenance = replace(body.provenance, steps=(*body.provenance.steps, step))
+    step = Operation("indented", found={"depth": indentation.max()})
+    provenance = body.provenance.then(step)
     return replace(body, heights=body.heights - indentation, provenance=provenance)
 
 

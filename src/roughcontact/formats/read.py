@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 from roughcontact.errors import FormatError, InputError
 from roughcontact.formats import instruments, matrices, netcdf
 from roughcontact.formats.scale import check_scale
 from roughcontact.formats.source import Asked, Channel, InputFormat, existing
+from roughcontact.surface.provenance import Operation
 from roughcontact.surface.surface import Surface
 
 FORMATS: tuple[InputFormat, ...] = (
@@ -91,7 +93,11 @@ def read_surface(
     known = _format_of(path, format)
     surface = known.read(path, known.name, Asked(channel, unit, size))
     check_scale(path, surface)
-    return surface
+    given = {"path": path.name, "format": format, "channel": channel, "unit": unit, "size": size}
+    about = surface.provenance
+    found = {"format": known.name, "size": surface.size, "notes": about.steps}
+    origin = Operation("read_surface", given, found)
+    return replace(surface, provenance=replace(about, origin=origin, operations=()))
 
 
 def channels(

@@ -373,7 +373,7 @@ def holes(result: ContactResult) -> Statement:
     missing = int(np.count_nonzero(np.isnan(result.gap)))
     bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
     filled = any(
-        step.startswith("filled:") for body in bodies for step in body.provenance.steps
+        step.method == "filled" for body in bodies for step in body.provenance.operations
     )  # fmt: skip
     parts = []
     if missing:

@@ -2,70 +2,27 @@
 
 from __future__ import annotations
 
-import re
+import inspect
 import textwrap
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.material.material import RIGID, Material
+from roughcontact.surface.provenance import NOTE, Operation, Provenance
 from roughcontact.surface.surface import Surface
 
 if TYPE_CHECKING:
     from roughcontact.volume.result import ElastoplasticResult
 
-_NUMBER = r"([\d.eE+-]+)"
+# Longer lines get one call each.
+_WIDTH = 96
 
-# Each sentence of a provenance -> the call that wrote it.
-_STEPS: tuple[tuple[str, Callable[..., str]], ...] = (
-    (r"leveled: least-squares plane subtracted", lambda: "leveled()"),
-    (r"leveled: least-squares (\w+) subtracted", lambda form: f'leveled("{form}")'),
-    (r"leveled: robust plane .*", lambda: 'leveled("robust")'),
-    (
-        r"leveled: plane through the points ([\d, ()-]+) subtracted",
-        lambda points: f'leveled("three-point", [{points}])',
-    ),
-    (
-        r"form removed: least-squares polynomial of degree (\d+), .*",
-        lambda degree: f'without_form("polynomial", {degree})',
-    ),
-    (
-        r"form removed: least-squares (?:convex|concave) (sphere|cylinder) of .*",
-        lambda shape: f'without_form("{shape}")',
-    ),
-    (
-        rf"outliers removed: \d+ points further than {_NUMBER} .* median of (\d+) × \d+ points",
-        lambda limit, window: f"without_outliers({limit}, {window})",
-    ),
-    (r"filled: .*", lambda: "filled()"),
-    (r"masked: .*", lambda: "masked()"),
-    (r"cropped to the largest rectangle .*", lambda: "largest_rectangle()"),
-    (
-        r"cropped: rows (\d+):(\d+), columns (\d+):(\d+)",
-        lambda *ends: "cropped(({}, {}), ({}, {}))".format(*ends),
-    ),
-    (r"rotated: (\d+) degrees .*", lambda angle: f"rotated({int(angle) // 90})"),
-    (
-        r"resampled: band-limited, .* to (\d+) × (\d+) points, .*",
-        lambda ny, nx: f"resampled(({ny}, {nx}))",
-    ),
-    (
-        r"resampled: by a cubic spline, .* to (\d+) × (\d+) points, .*",
-        lambda ny, nx: f'resampled(({ny}, {nx}), method="spline")',
-    ),
-    (
-        rf"filtered: Gaussian S-filter at {_NUMBER} m and L-filter at {_NUMBER} m .*",
-        lambda s, l: f"filtered(s={s}, l={l})",  # noqa: E741
-    ),
-    (
-        rf"filtered: Gaussian ([SL])-filter at {_NUMBER} m .*",
-        lambda name, cut: f"filtered({name.lower()}={cut})",
-    ),
-)
+# The name that a script takes for granted; the result does not know where it was saved.
+_RESULT = "result.nc"
 
 
 def repeating(result: ContactResult) -> str:
@@ -79,22 +36,22 @@ def repeating(result: ContactResult) -> str:
     Returns
     -------
     str
-        Lines of Python; empty if the result does not tell enough: if a map does not come from
-        an instrument's file, if a step of its preparation is not one of `Surface`'s methods, or
-        if the ceiling differs from point to point. Files are named as in the result, without
-        their folders; filters have the six digits that the provenance keeps.
+        Lines of Python that give the same bits. Files are named as in the result, without their
+        folders. Where a map was an array in memory, or was prepared by another program, a comment
+        says which file has to be there instead; where the ceiling differs from point to point, it
+        is read from the file of the result.
 
     Examples
     --------
     >>> import roughcontact as rc
-    >>> heights, pixel = rc.reference_map(32)
-    >>> about = rc.Provenance("ground.opd", "Wyko", steps=("filled: 2 missing points by …",))
-    >>> surface = rc.Surface(heights, pixel, about)
-    >>> result = rc.solve(surface, load=0.1, material=rc.Material(210e9, 0.3))
+    >>> from roughcontact.surface import nominal
+    >>> ball = nominal.sphere(radius=0.01, shape=(32, 32), pixel=(1e-6, 1e-6))
+    >>> result = rc.solve(ball.rotated(), load=0.1, material=rc.Material(210e9, 0.3))
     >>> print(repeating(result))
     import roughcontact as rc
+    from roughcontact.surface import nominal
     <BLANKLINE>
-    surface = rc.read_surface("ground.opd").filled()
+    surface = nominal.sphere(radius=0.01, shape=(32, 32), pixel=(1e-06, 1e-06)).rotated()
     result = rc.solve(
         surface,
         load=0.1,
@@ -102,13 +59,16 @@ def repeating(result: ContactResult) -> str:
         ceiling=None,
     )
     """
+    script = _Script()
+    script.add_maps(result)
+    ceiling = "None"
     if isinstance(result.ceiling, np.ndarray):
-        return ""
-    lines = ["import roughcontact as rc", ""]
-    maps = _maps(result)
-    if not maps:
-        return ""
-    lines += maps
+        ceiling = "ceiling"
+        script.comment("One ceiling for each point, from the file that holds the result.")
+        script.lines.append(f'ceiling = rc.load_result("{_RESULT}").ceiling')
+    elif result.ceiling is not None:
+        ceiling = _number(result.ceiling)
+    lines = script.lines
     value = result.load if result.control == "load" else result.approach
     single = result.precision == "single"
     lines += [
@@ -124,14 +84,42 @@ def repeating(result: ContactResult) -> str:
         lines.append(f"    counter_material={_material(_without_law(result.counter_material))},")
     if result.counter_surface is not None:
         lines.append("    counter_surface=counter_surface,")
-    lines.append(f"    ceiling={None if result.ceiling is None else _number(result.ceiling)},")
+    lines.append(f"    ceiling={ceiling},")
     if result.boundary.periodic_axes:
         lines.append(f'    boundary="{result.boundary}",')
     if single:
         lines.append('    precision="single",')
     if result.tolerance != (1e-4 if single else 1e-6):
         lines.append(f"    tolerance={_number(result.tolerance)},")
-    return "\n".join([*lines, ")"])
+    lines.append(")")
+    return script.text()
+
+
+def preparing(surface: Surface) -> str:
+    """Return a script that makes the same map again.
+
+    Parameters
+    ----------
+    surface : Surface
+        A map.
+
+    Returns
+    -------
+    str
+        Lines of Python, see `repeating`.
+
+    Examples
+    --------
+    >>> from roughcontact.surface import nominal
+    >>> print(preparing(nominal.flat(shape=(8, 8), pixel=(1e-6, 1e-6)).cropped((0, 4), (0, 8))))
+    import roughcontact as rc
+    from roughcontact.surface import nominal
+    <BLANKLINE>
+    surface = nominal.flat(shape=(8, 8), pixel=(1e-06, 1e-06)).cropped((0, 4), (0, 8))
+    """
+    script = _Script()
+    script.add_map("surface", surface)
+    return script.text()
 
 
 def repeating_volume(result: ElastoplasticResult) -> str:
@@ -145,20 +133,21 @@ def repeating_volume(result: ElastoplasticResult) -> str:
     Returns
     -------
     str
-        Lines of Python; empty where `repeating` would give none, and where no load was reached.
+        Lines of Python, see `repeating`; empty where no load was reached.
         Loads are those of all increments, layers those that the volume had in the end.
     """
     contact = result.contact
-    maps = _maps(contact)
-    if not maps or not result.increments:
+    if not result.increments:
         return ""
+    script = _Script()
+    script.add_maps(contact)
     materials = _materials(contact)
     laws = sorted({type(m.hardening).__name__ for m in materials.values() if m.hardening})
-    lines = ["import roughcontact as rc"]
     if laws:
-        lines.append(f"from roughcontact.material.hardening import {', '.join(laws)}")
-    thickness = (_number(float(f"{value:.6g}")) for value in result.bodies[0].thickness)
-    lines += ["", *maps, "layers = [  # from the surface down [m]"]
+        script.imports.add(f"from roughcontact.material.hardening import {', '.join(laws)}")
+    thickness = (_number(value) for value in result.bodies[0].thickness)
+    lines = script.lines
+    lines.append("layers = [  # from the surface down [m]")
     lines += textwrap.wrap(", ".join(thickness) + ",", 90, initial_indent="    ",
                            subsequent_indent="    ")  # fmt: skip
     loads = ", ".join(_number(step.load) for step in result.increments)
@@ -173,51 +162,131 @@ def repeating_volume(result: ElastoplasticResult) -> str:
     lines += ["    layers=layers,", f"    tolerance={_number(result.tolerance)},"]
     if result.precision != "single":
         lines.append(f'    precision="{result.precision}",')
-    return "\n".join([*lines, ")"])
+    lines.append(")")
+    return script.text()
 
 
-def _maps(result: ContactResult) -> list[str]:
-    """Return the lines that read the maps; none if one of them cannot be read again."""
-    lines = []
-    for name, surface in (
-        ("surface", result.surface), ("counter_surface", result.counter_surface)
-    ):  # fmt: skip
-        if surface is None:
-            continue
-        read = _reading(surface)
-        if not read:
-            return []
-        lines.append(f"{name} = {read}")
-    return lines
+class _Script:
+    """Lines of Python and the imports that they need."""
+
+    def __init__(self) -> None:
+        self.imports = {"import roughcontact as rc"}
+        self.lines: list[str] = []
+        self.names: set[str] = set()
+
+    def text(self) -> str:
+        """Return the script."""
+        order = sorted(self.imports, key=lambda line: (line.startswith("from"), line))
+        return "\n".join([*order, "", *self.lines])
+
+    def comment(self, text: str) -> None:
+        """Write a remark, whatever characters a file has put into it."""
+        printable = "".join(c if c.isprintable() else " " for c in text)
+        self.lines.append(f"# {printable}")
+
+    def add_maps(self, result: ContactResult) -> None:
+        """Write the lines that make the surfaces of a result."""
+        self.add_map("surface", result.surface)
+        if result.counter_surface is not None:
+            self.add_map("counter_surface", result.counter_surface)
+
+    def add_map(self, name: str, surface: Surface) -> None:
+        """Write the lines that make a surface of a result."""
+        lost = _lost(surface.provenance)
+        if lost:
+            self.comment(f"No script can repeat what is known as: {'; '.join(lost)}")
+            self.comment("The map as it was pressed is in the file that holds the result.")
+            self.lines.append(f'{name} = rc.load_result("{_RESULT}").{name}')
+        else:
+            self.add(name, surface.traced())
+
+    def add(self, name: str, about: Provenance) -> str:
+        """Write the lines that make one map, and return the name that it got."""
+        number = 2
+        wanted = name
+        while name in self.names:
+            name, number = f"{wanted}_{number}", number + 1
+        self.names.add(name)
+        calls = [self.origin(name, about)]
+        for step in about.operations:
+            if step.method != NOTE:
+                method = getattr(Surface, step.method)
+                calls.append(f"{step.method}({self.arguments(method, step.arguments)})")
+        line = f"{name} = {'.'.join(calls)}"
+        if len(line) > _WIDTH and len(calls) > 1:
+            self.lines += [f"{name} = (", f"    {calls[0]}"]
+            self.lines += [*(f"    .{call}" for call in calls[1:]), ")"]
+        else:
+            self.lines.append(line)
+        return name
+
+    def origin(self, name: str, about: Provenance) -> str:
+        """Return the call that made a map in the first place."""
+        made = about.origin
+        assert made is not None
+        given = dict(made.arguments)
+        if made.method == "read_surface":
+            path = given.pop("path")
+            words = [_literal(path), *_named({k: v for k, v in given.items() if v is not None})]
+            return f"rc.read_surface({', '.join(words)})"
+        if made.method == "reference_map":
+            return f"rc.Surface(*rc.reference_map({', '.join(_named(given))}))"
+        if made.method == "Surface":
+            return self.array(name, about, made)
+        self.imports.add("from roughcontact.surface import nominal")
+        given = {k: v for k, v in given.items() if v is not None}
+        return f"{made.method}({', '.join(_named(given))})"
+
+    def array(self, name: str, about: Provenance, made: Operation) -> str:
+        """Return the call that makes a map of an array that somebody has to supply."""
+        self.imports.add("import numpy as np")
+        ny, nx = made.found["shape"]
+        digest = made.found.get("sha256")
+        self.comment(
+            f"An array in memory: supply it as {name}.npy, {ny} × {nx} heights in metres"
+            + (f", SHA-256 of its bytes {digest[:16]}…" if digest else "")
+        )
+        words = [f'np.load("{name}.npy")', f"pixel={_literal(made.arguments['pixel'])}"]
+        told = [about.source, about.instrument, about.channel]
+        notes = [step.arguments["text"] for step in about.operations if step.method == NOTE]
+        while told and not told[-1]:
+            told.pop()
+        if told or notes:
+            parts = [*map(_literal, told), *([f"steps={_literal(tuple(notes))}"] if notes else [])]
+            words.append(f"provenance=rc.Provenance({', '.join(parts)})")
+        if made.arguments["holes_masked"]:
+            words.append("holes_masked=True")
+        return f"rc.Surface({', '.join(words)})"
+
+    def arguments(self, method: Any, given: Mapping[str, Any]) -> str:
+        """Return the arguments of a call, but for those that are the default."""
+        words = []
+        for name, parameter in inspect.signature(method).parameters.items():
+            if name not in given or given[name] == parameter.default:
+                continue
+            value = given[name]
+            text = self.add(name, value) if isinstance(value, Provenance) else _literal(value)
+            words.append(text if parameter.default is parameter.empty else f"{name}={text}")
+        return ", ".join(words)
+
+
+def _lost(about: Provenance) -> list[str]:
+    """Return in words the steps that cannot be repeated."""
+    steps = list(about.operations)
+    if about.origin is not None and about.origin.method == "Surface":
+        # What was said of the array itself goes with it.
+        while steps and steps[0].method == NOTE:
+            del steps[0]
+    inner = [value for step in steps for value in step.arguments.values()]
+    return [
+        *(text for step in steps if step.method not in vars(Surface) for text in step.sentences),
+        *(text for value in inner if isinstance(value, Provenance) for text in _lost(value)),
+    ]
 
 
 def _materials(result: ContactResult) -> dict[str, Material]:
     materials = {"material": result.material, "counter_material": result.counter_material}
     return {name: body for name, body in materials.items() if body != RIGID}
-
-
-def _reading(surface: Surface) -> str:
-    about = surface.provenance
-    # Matrices have no unit of their own, and what was said of it is not kept.
-    from_file = bool(about.instrument) and not about.instrument.startswith("matrix")
-    if not from_file or not Path(about.source).suffix or not about.source.isprintable():
-        return ""
-    channel = f", channel={_quoted(about.channel)}" if about.channel else ""
-    calls = [f"rc.read_surface({_quoted(about.source)}{channel})"]
-    for step in about.steps:
-        call = _call(step)
-        if not call:
-            return ""
-        calls.append(call)
-    return ".".join(calls)
-
-
-def _call(step: str) -> str:
-    for pattern, write in _STEPS:
-        match = re.fullmatch(pattern, step)
-        if match:
-            return write(*match.groups())
-    return ""
 
 
 def _material(body: Material) -> str:
@@ -242,6 +311,18 @@ def _without_law(body: Material) -> Material:
 def _number(value: float) -> str:
     short = f"{value:g}"
     return short if float(short) == value else repr(float(value))
+
+
+def _named(given: Mapping[str, Any]) -> list[str]:
+    return [f"{name}={_literal(value)}" for name, value in given.items()]
+
+
+def _literal(value: Any) -> str:
+    if isinstance(value, str):
+        return _quoted(value)
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_literal, value))}{',' if len(value) == 1 else ''})"
+    return repr(value)
 
 
 def _quoted(text: str) -> str:

@@ -156,7 +156,7 @@ OPTIONS: dict[str, Option] = {
         BODIES, "LENGTHS", 'Shift (y, x) of the aligned counter-map: "0 um, 5 um".', parsing.offset
     ),
     "angle": Option(
-        BODIES, "DEGREES", "Turn of the aligned counter-map, from x towards y.", parsing.number
+        BODIES, "DEGREES", "Turn of the aligned counter-map, counter-clockwise.", parsing.number
     ),
     "mirror": Option(
         BODIES, "", "Mirror the aligned counter-map, as one measured from its front needs.",

@@ -179,8 +179,8 @@ def stage(text: str, name: str) -> tuple[str, float]:
 
 
 def turns(text: str, name: str) -> int:
-    """Return quarter turns from degrees."""
+    """Return a multiple of 90 degrees."""
     degrees = number(text, name)
     if degrees % 90:
         raise InputError(f"{name} must be a multiple of 90 degrees, got {text!r}")
-    return int(degrees // 90)
+    return int(degrees)

@@ -274,7 +274,7 @@ class Request:
             surface = surface.filtered(self.s_filter, self.l_filter)
         if self.pixel is not None:
             surface = surface.resampled(pixel=(self.pixel, self.pixel), method="spline")
-        return surface.rotated(self.rotate) if self.rotate % 4 else surface
+        return surface.rotated(self.rotate) if self.rotate % 360 else surface
 
 
 def from_text(

@@ -1,8 +1,8 @@
 """One map on the grid of another: offset, rotation, mirror and another pixel.
 
 A map has its origin in the middle of its outline. Laid on a grid, its origin comes to the middle
-of that grid; it is mirrored in x, then turned, then shifted. Angles are in degrees from the x axis
-towards the y axis, which is clockwise as a map prints or plots, row 0 on top.
+of that grid; it is mirrored in x, then turned, then shifted. Angles are in degrees,
+counter-clockwise as a map is printed and drawn, row 0 on top and y downwards: 90 turns x to -y.
 
 Where points of the one grid lie on the other is written as ``matrix @ (i, j) + start``: the
 indices on the old grid, fractions included, of point ``[i, j]`` of the new one.
@@ -88,7 +88,7 @@ def place(
         Shift ``(y, x)`` [m] of the map along the axes of the grid, from where the centres
         coincide.
     angle : float
-        Angle [degrees] by which the map is turned about its own centre, from x towards y.
+        Angle [degrees] by which the map is turned about its own centre, counter-clockwise.
     mirrored : bool
         Whether the map is mirrored in x first, as one measured from its own front must be when
         it faces the other.
@@ -115,7 +115,7 @@ def place(
     require_pixel(new_pixel)
     c, s = cosine_sine(angle)
     # The inverse of the motion: from the grid to the map, in (y, x).
-    turn = np.array([[c, -s], [s, c]])
+    turn = np.array([[c, s], [-s, c]])
     if mirrored:
         turn[1] *= -1
     matrix = turn * np.array(new_pixel) / np.array(pixel)[:, None]
@@ -410,9 +410,9 @@ def align(
     >>> bump = np.zeros((5, 5))
     >>> bump[2, 3] = 1.0
     >>> align(bump, (1.0, 1.0), (3, 3), (1.0, 1.0), angle=90.0)
-    array([[0., 0., 0.],
+    array([[0., 1., 0.],
            [0., 0., 0.],
-           [0., 1., 0.]])
+           [0., 0., 0.]])
     """
     heights = np.asarray(heights, dtype=np.float64)
     ny, nx = heights.shape

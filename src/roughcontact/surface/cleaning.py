@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from numbers import Real
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -112,16 +114,17 @@ def largest_rectangle(heights: Array) -> tuple[tuple[int, int], tuple[int, int]]
     return rows, columns
 
 
-def rotate(heights: Array, quarter_turns: int = 1) -> Array:
+def rotate(heights: Array, angle: int = 90) -> Array:
     """Return the map turned by multiples of 90°.
 
     Parameters
     ----------
     heights : ndarray, shape (ny, nx)
         Heights.
-    quarter_turns : int
-        Number of quarter turns, counter-clockwise as the array prints, row 0 on top; negative
-        for clockwise. One turn moves the last column to row 0: ``new[i, j] = old[j, nx - 1 - i]``.
+    angle : int
+        Angle [degrees], a multiple of 90, counter-clockwise as the map is printed and drawn, row 0
+        on top; negative for clockwise. 90 moves the last column to row 0:
+        ``new[i, j] = old[j, nx - 1 - i]``.
 
     Returns
     -------
@@ -131,15 +134,13 @@ def rotate(heights: Array, quarter_turns: int = 1) -> Array:
     Raises
     ------
     InputError
-        If the number of turns is not an integer.
+        If the angle is not a multiple of 90.
     """
-    if isinstance(quarter_turns, bool) or not isinstance(quarter_turns, (int, np.integer)):
+    if isinstance(angle, bool) or not isinstance(angle, Real) or angle % 90 != 0:
         raise InputError(
-            f"must be an integer, got {quarter_turns!r}",
-            argument="quarter_turns",
-            value=quarter_turns,
+            f"must be a multiple of 90 degrees, got {angle!r}", argument="angle", value=angle
         )
-    turned: Array = np.rot90(heights, int(quarter_turns) % 4).copy()
+    turned: Array = np.rot90(heights, int(angle) // 90 % 4).copy()
     return turned
 
 

@@ -45,8 +45,8 @@ def remove_form(
     parameters : dict of str to float
         Sphere: ``radius`` [m], positive for a summit and negative for a bowl, and ``centre_y``,
         ``centre_x`` (from point ``[0, 0]``) and ``centre_z`` [m]. Cylinder: ``radius`` [m] with
-        the same sign, ``angle`` of the axis [rad] from the x axis towards the y axis in
-        (-π/2, π/2], ``slope`` of the axis along that direction. Polynomial: ``degree`` and
+        the same sign, ``angle`` of the axis [degrees] in (-90, 90], counter-clockwise from x as the
+        map is drawn, ``slope`` of the axis along that direction. Polynomial: ``degree`` and
         ``removed_rms`` [m], the root-mean-square height of what was taken away about its mean.
 
     Raises
@@ -301,10 +301,12 @@ def _remove_cylinder(heights: Array, pixel: tuple[float, float]) -> tuple[Array,
     start = fit.feasible(_cylinder, np.array([c, *slopes, -across, angle]), 3)
     values = fit.solve(_cylinder, start)
     m, slope, k, angle = (float(value) for value in values[1:])
+    # Within the fit the angle runs from x towards y, which points down.
+    angle = -angle
     half_turns = math.ceil(angle / math.pi - 0.5)
     parameters = {
         "radius": fit.length * math.sqrt(1 + m * m + slope * slope) / k,
-        "angle": angle - math.pi * half_turns,
+        "angle": math.degrees(angle - math.pi * half_turns),
         "slope": -m if half_turns % 2 else m,
     }
     return fit.residual(heights, _cylinder, values), parameters

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from roughcontact import units
 from roughcontact.errors import InputError
 from roughcontact.surface import alignment, shapes
-from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
@@ -72,7 +72,8 @@ def flat(
     InputError
         As for `shapes.flat`.
     """
-    return Surface(shapes.flat(shape, pixel), pixel, Provenance("nominal flat"))
+    origin = Operation("nominal.flat", {"shape": shape, "pixel": pixel})
+    return Surface(shapes.flat(shape, pixel), pixel, Provenance("nominal flat", origin=origin))
 
 
 def sphere(
@@ -110,7 +111,15 @@ def sphere(
     'nominal sphere of radius 10 mm'
     """
     heights = shapes.sphere(shape, pixel, radius, center)
-    return _nominal(heights, pixel, f"sphere of radius {_length(radius)}", center)
+    return _nominal(
+        "sphere",
+        heights,
+        f"sphere of radius {_length(radius)}",
+        radius=radius,
+        shape=shape,
+        pixel=pixel,
+        center=center,
+    )
 
 
 def ellipsoid(
@@ -128,7 +137,7 @@ def ellipsoid(
     radii : (float, float)
         Principal radii of curvature ``(R_y, R_x)`` [m] of the sections along y and along x.
     angle : float
-        Angle [degrees] by which the body is turned, from x towards y.
+        Angle [degrees] by which the body is turned, counter-clockwise.
     shape, pixel : (int, int), (float, float)
         Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
     center : (float, float), optional
@@ -150,8 +159,17 @@ def ellipsoid(
         f"{_length(radii[1])} along x"
     )
     if angle:
-        name += f", turned by {angle:g} degrees from x towards y"
-    return _nominal(heights, pixel, name, center)
+        name += f", turned by {angle:g} degrees counter-clockwise"
+    return _nominal(
+        "ellipsoid",
+        heights,
+        name,
+        radii=radii,
+        angle=angle,
+        shape=shape,
+        pixel=pixel,
+        center=center,
+    )
 
 
 def cylinder(
@@ -169,7 +187,7 @@ def cylinder(
     radius : float
         R [m].
     angle : float
-        Angle [degrees] of the axis from x towards y: 0 lies along x, 90 along y.
+        Angle [degrees] of the axis, counter-clockwise from x: 0 lies along x, 90 along y.
     shape, pixel : (int, int), (float, float)
         Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
     center : (float, float), optional
@@ -186,8 +204,19 @@ def cylinder(
         As for `shapes.cylinder`.
     """
     heights = shapes.cylinder(shape, pixel, radius, angle, center)
-    name = f"cylinder of radius {_length(radius)}, axis at {angle:g} degrees from x towards y"
-    return _nominal(heights, pixel, name, center)
+    name = (
+        f"cylinder of radius {_length(radius)}, axis at {angle:g} degrees counter-clockwise from x"
+    )
+    return _nominal(
+        "cylinder",
+        heights,
+        name,
+        radius=radius,
+        angle=angle,
+        shape=shape,
+        pixel=pixel,
+        center=center,
+    )
 
 
 def punch(
@@ -223,7 +252,16 @@ def punch(
     """
     heights = shapes.punch(shape, pixel, radius, edge_radius, center)
     name = f"round punch of radius {_length(radius)}{_edge(edge_radius)}"
-    return _nominal(heights, pixel, name, center)
+    return _nominal(
+        "punch",
+        heights,
+        name,
+        radius=radius,
+        edge_radius=edge_radius,
+        shape=shape,
+        pixel=pixel,
+        center=center,
+    )
 
 
 def rectangular_punch(
@@ -262,7 +300,16 @@ def rectangular_punch(
         f"rectangular punch of {_length(sides[0])} along y by {_length(sides[1])} along x"
         f"{_edge(edge_radius)}"
     )
-    return _nominal(heights, pixel, name, center)
+    return _nominal(
+        "rectangular_punch",
+        heights,
+        name,
+        sides=sides,
+        edge_radius=edge_radius,
+        shape=shape,
+        pixel=pixel,
+        center=center,
+    )
 
 
 def cone(
@@ -294,7 +341,15 @@ def cone(
         As for `shapes.cone`.
     """
     heights = shapes.cone(shape, pixel, slope, center)
-    return _nominal(heights, pixel, f"cone of slope {slope:g}", center)
+    return _nominal(
+        "cone",
+        heights,
+        f"cone of slope {slope:g}",
+        slope=slope,
+        shape=shape,
+        pixel=pixel,
+        center=center,
+    )
 
 
 def wedge(
@@ -312,7 +367,7 @@ def wedge(
     slope : float
         Slope of both faces: the cotangent of half the angle at the ridge.
     angle : float
-        Angle [degrees] of the ridge from x towards y: 0 lies along x, 90 along y.
+        Angle [degrees] of the ridge, counter-clockwise from x: 0 lies along x, 90 along y.
     shape, pixel : (int, int), (float, float)
         Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
     center : (float, float), optional
@@ -329,8 +384,10 @@ def wedge(
         As for `shapes.wedge`.
     """
     heights = shapes.wedge(shape, pixel, slope, angle, center)
-    name = f"wedge of slope {slope:g}, ridge at {angle:g} degrees from x towards y"
-    return _nominal(heights, pixel, name, center)
+    name = f"wedge of slope {slope:g}, ridge at {angle:g} degrees counter-clockwise from x"
+    return _nominal(
+        "wedge", heights, name, slope=slope, angle=angle, shape=shape, pixel=pixel, center=center
+    )
 
 
 FORMS = (
@@ -356,8 +413,8 @@ def parse(text: str, name: str = "body") -> Body:
         Name and sizes, as in `FORMS`: the radius of a sphere, of a cylinder or of a round punch;
         the two radii of curvature of an ellipsoid or the two full sides of a rectangular punch,
         along y first; ``edge`` and the radius of a punch's edge; the slope of a cone or a wedge.
-        Lengths have a unit. An angle in ``deg``, from x towards y, may follow where the body has
-        a direction: it turns an ellipsoid, or is that of the axis or the ridge.
+        Lengths have a unit. An angle in ``deg``, counter-clockwise, may follow where the body has
+        a direction: it turns an ellipsoid, or is that of the axis or the ridge, from x.
     name : str
         Name of the argument for the message, such as ``"--body"``.
 
@@ -383,13 +440,10 @@ def parse(text: str, name: str = "body") -> Body:
     if not isinstance(text, str) or not text.strip():
         raise wrong
     word, *rest = text.split()
-    body, sizes = word.lower(), " ".join(rest)
-    angle = rho = 0.0
-    if body in ("ellipsoid", "cylinder", "wedge") and (found := _ANGLE.search(sizes)):
-        sizes, angle = sizes[: found.start()], float(found[1])
-    if body == "punch" and (found := _EDGE.search(sizes)):
-        sizes = sizes[: found.start()]
-        rho = units.parse(found[1], "length", f"{name}: the edge radius of the punch")
+    body, sizes, angle, edge = _taken_apart(word.lower(), " ".join(rest))
+    rho = 0.0
+    if edge is not None:
+        rho = units.parse(edge, "length", f"{name}: the edge radius of the punch")
     parts = _QUANTITY.findall(sizes)
     if "".join(parts).replace(" ", "") != sizes.replace(" ", "") or not math.isfinite(angle):
         raise wrong
@@ -496,17 +550,21 @@ _ANGLE = re.compile(rf"\s+({_NUMBER})\s*(?:deg|degrees?|°)$")
 _EDGE = re.compile(r"\s*\bedge\b\s*(.*)$")
 
 
-def _nominal(
-    heights: Array, pixel: tuple[float, float], name: str, center: tuple[float, float] | None
-) -> Surface:
-    steps = []
-    if center is not None:
-        steps.append(f"placed at the point ({center[0]:g}, {center[1]:g}) (y, x) in pixels")
+def _taken_apart(body: str, sizes: str) -> tuple[str, str, float, str | None]:
+    """Return a body, its sizes, and apart from these its angle and what is said of its edge."""
+    angle, edge = 0.0, None
+    if body in ("ellipsoid", "cylinder", "wedge") and (found := _ANGLE.search(sizes)):
+        sizes, angle = sizes[: found.start()], float(found[1])
+    if body == "punch" and (found := _EDGE.search(sizes)):
+        sizes, edge = sizes[: found.start()], found[1]
+    return body, sizes, angle, edge
+
+
+def _nominal(method: str, heights: Array, name: str, **given: Any) -> Surface:
     beyond = int(np.count_nonzero(np.isnan(heights)))
-    if beyond:
-        steps.append(f"{beyond} points outside the body never touch")
-    origin = Provenance(f"nominal {name}", steps=tuple(steps))
-    return Surface(heights, pixel, origin, holes_masked=beyond > 0)
+    origin = Operation(f"nominal.{method}", given, {"outside": beyond})
+    about = Provenance(f"nominal {name}", origin=origin)
+    return Surface(heights, given["pixel"], about, holes_masked=beyond > 0)
 
 
 def _slope(text: str, name: str) -> float:

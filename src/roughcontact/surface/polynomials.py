@@ -33,7 +33,11 @@ def without_terms(heights: Array, terms: Terms, form: str, weights: Array | None
     basis_y = _legendre(heights.shape[0], rows, degree)
     basis_x = _legendre(heights.shape[1], columns, degree)
     gram = _gram(heights, basis_y, basis_x, terms, weights)
-    scale = 1 / np.sqrt(np.diag(gram))
+    diagonal = np.diag(gram)
+    # All points on one row or column leave nothing of a slope across it.
+    if diagonal.min() <= 0:
+        raise InputError(too_few(heights, form))
+    scale = 1 / np.sqrt(diagonal)
     values, vectors = np.linalg.eigh(gram * scale[:, None] * scale)
     if values[0] < SINGULAR:
         raise InputError(too_few(heights, form))

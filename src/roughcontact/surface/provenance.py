@@ -1,8 +1,56 @@
-"""Where a map came from and what was done to it."""
+"""Where a map came from and what was done to it: kept as data, worded where a person reads it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+NOTE = "note"
+"""Method of an `Operation` that is known by a sentence only, and hence cannot be repeated."""
+
+# Of the text that `to_text` writes; one day another may have to be told from it.
+_VERSION = 1
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One call that made or changed a map.
+
+    Parameters
+    ----------
+    method : str
+        A method of `Surface`; for what made a map ``"read_surface"``, ``"Surface"`` (an array in
+        memory) or a nominal body such as ``"nominal.sphere"``; or `NOTE`.
+    arguments : mapping
+        By name, as they were given: numbers, texts, None and tuples of these; instead of another
+        map its `Provenance`, which says how to make it again.
+    found : mapping
+        What the call found and a reader wants to know, such as the radius of a form.
+    """
+
+    method: str
+    arguments: Mapping[str, Any] = field(default_factory=dict, hash=False)
+    found: Mapping[str, Any] = field(default_factory=dict, hash=False)
+
+    def __post_init__(self) -> None:
+        """Keep Python's own numbers and tuples."""
+        for name in ("arguments", "found"):
+            values = {key: _plain(value) for key, value in getattr(self, name).items()}
+            object.__setattr__(self, name, values)
+
+    @classmethod
+    def note(cls, text: str) -> Operation:
+        """Return what is known by a sentence only."""
+        return cls(NOTE, {"text": text})
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The operation in words; none for what `Provenance.source` says already."""
+        return _WORDS[self.method](self.arguments, self.found)
 
 
 @dataclass(frozen=True)
@@ -17,11 +65,302 @@ class Provenance:
         Instrument or file format as the file names it; empty if unknown.
     channel : str
         Height channel that was read; empty if there is only one.
-    steps : tuple of str
-        Preparation steps in their order, each one sentence.
+    steps : iterable of str
+        What else was done before, each in one sentence; such steps cannot be repeated.
+    origin : Operation, optional
+        What made the map.
+    operations : tuple of Operation
+        What was done to it, in order; ``steps`` come before these.
     """
 
-    source: str = ""
-    instrument: str = ""
-    channel: str = ""
-    steps: tuple[str, ...] = ()
+    source: str
+    instrument: str
+    channel: str
+    origin: Operation | None
+    operations: tuple[Operation, ...]
+
+    def __init__(
+        self,
+        source: str = "",
+        instrument: str = "",
+        channel: str = "",
+        steps: Iterable[str] = (),
+        *,
+        origin: Operation | None = None,
+        operations: Iterable[Operation] = (),
+    ) -> None:
+        object.__setattr__(self, "source", source)
+        object.__setattr__(self, "instrument", instrument)
+        object.__setattr__(self, "channel", channel)
+        object.__setattr__(self, "origin", origin)
+        object.__setattr__(self, "operations", (*map(Operation.note, steps), *operations))
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """Preparation steps in their order, each one sentence."""
+        made = () if self.origin is None else (self.origin,)
+        return tuple(text for step in (*made, *self.operations) for text in step.sentences)
+
+    def then(self, operation: Operation) -> Provenance:
+        """Return the provenance with one more operation."""
+        return replace(self, operations=(*self.operations, operation))
+
+    def __str__(self) -> str:
+        """Return the source and what was done to it, in a few words."""
+        words = self.source or "another map"
+        return f"{words} ({'; '.join(self.steps)})" if self.steps else words
+
+
+def to_text(provenance: Provenance) -> str:
+    """Return a provenance as JSON, from which `from_text` makes an equal one."""
+    return json.dumps({"version": _VERSION, **_record(provenance)})
+
+
+def from_text(text: str) -> Provenance:
+    """Return the provenance that `to_text` has written.
+
+    Raises
+    ------
+    ValueError
+        If the text is not what `to_text` writes.
+    """
+    record = json.loads(text)
+    try:
+        if record.pop("version") != _VERSION:
+            raise ValueError("the provenance was written by another version of this program")
+        provenance = _provenance(record)
+        # What cannot be worded is damaged: better found here than in the middle of a report.
+        _ = provenance.steps
+    except (AttributeError, IndexError, KeyError, TypeError) as error:
+        raise ValueError(f"no provenance: {type(error).__name__} {error}") from None
+    return provenance
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as Python's own numbers and tuples."""
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return tuple(map(_plain, value))
+    return value
+
+
+# A mapping stands in the text for nothing but a provenance, a list for nothing but a tuple.
+
+
+def _record(provenance: Provenance) -> dict[str, Any]:
+    origin = provenance.origin
+    return {
+        "source": provenance.source,
+        "instrument": provenance.instrument,
+        "channel": provenance.channel,
+        "origin": None if origin is None else _operation_record(origin),
+        "operations": [_operation_record(step) for step in provenance.operations],
+    }
+
+
+def _operation_record(operation: Operation) -> dict[str, Any]:
+    arguments = {
+        name: _record(value) if isinstance(value, Provenance) else value
+        for name, value in operation.arguments.items()
+    }
+    return {"method": operation.method, "arguments": arguments, "found": dict(operation.found)}
+
+
+def _provenance(record: dict[str, Any]) -> Provenance:
+    origin = record["origin"]
+    return Provenance(
+        record["source"],
+        record["instrument"],
+        record["channel"],
+        origin=None if origin is None else _origin(origin),
+        operations=[_operation(step) for step in record["operations"]],
+    )
+
+
+def _origin(record: dict[str, Any]) -> Operation:
+    operation = _operation(record)
+    if operation.method not in _ORIGINS:
+        raise ValueError(f"{operation.method} makes no map")
+    if operation.method == "Surface":
+        ny, nx = map(int, operation.found["shape"])
+        operation = replace(operation, found={**operation.found, "shape": (ny, nx)})
+    return operation
+
+
+def _operation(record: dict[str, Any]) -> Operation:
+    if record["method"] not in _WORDS or not all(map(str.isidentifier, record["arguments"])):
+        raise ValueError(f"no operation of this program: {record!r}")
+    arguments = {
+        name: _provenance(value) if isinstance(value, dict) else value
+        for name, value in record["arguments"].items()
+    }
+    return Operation(record["method"], arguments, record["found"])
+
+
+# --- words: of the arguments and of what was found, one sentence or none -----------------------
+
+_Said = Mapping[str, Any]
+_Words = Callable[[_Said, _Said], tuple[str, ...]]
+
+
+def _read(given: _Said, found: _Said) -> tuple[str, ...]:
+    notes: tuple[str, ...] = found.get("notes", ())
+    return notes
+
+
+def _body(given: _Said, found: _Said) -> tuple[str, ...]:
+    words = []
+    center = given.get("center")
+    if center is not None:
+        words.append(f"placed at the point ({center[0]:g}, {center[1]:g}) (y, x) in pixels")
+    if found.get("outside"):
+        words.append(f"{found['outside']} points outside the body never touch")
+    return tuple(words)
+
+
+def _leveled(given: _Said, found: _Said) -> tuple[str, ...]:
+    form, points = given["form"], given["points"]
+    if points is not None:
+        what = f"plane through the points {', '.join(f'({int(y)}, {int(x)})' for y, x in points)}"
+    elif form == "robust":
+        what = "robust plane (Tukey's biweight)"
+    else:
+        what = f"least-squares {form}"
+    return (f"leveled: {what} subtracted",)
+
+
+def _without_form(given: _Said, found: _Said) -> tuple[str, ...]:
+    shape, degree = given["shape"], given["degree"]
+    if degree is not None:
+        what = f"polynomial of degree {degree}, {found['removed_rms']:.9g} m rms"
+    else:
+        side = "convex" if found["radius"] > 0 else "concave"
+        what = f"{side} {shape} of radius {abs(found['radius']):.9g} m"
+        if shape == "cylinder":
+            what += f", axis at {found['angle']:.6g} degrees counter-clockwise from x"
+    return (f"form removed: least-squares {what}",)
+
+
+def _without_outliers(given: _Said, found: _Said) -> tuple[str, ...]:
+    window = given["window"]
+    return (
+        f"outliers removed: {found['points']} points further than {given['limit']:g} robust "
+        f"standard deviations from the median of {window} × {window} points",
+    )
+
+
+def _filled(given: _Said, found: _Said) -> tuple[str, ...]:
+    return (f"filled: {found['missing']} missing points by harmonic interpolation",)
+
+
+def _masked(given: _Said, found: _Said) -> tuple[str, ...]:
+    return (f"masked: {found['missing']} missing points never touch",)
+
+
+def _part(rows: tuple[int, int], columns: tuple[int, int]) -> str:
+    return f"rows {rows[0]}:{rows[1]}, columns {columns[0]}:{columns[1]}"
+
+
+def _cropped(given: _Said, found: _Said) -> tuple[str, ...]:
+    return (f"cropped: {_part(given['rows'], given['columns'])}",)
+
+
+def _largest_rectangle(given: _Said, found: _Said) -> tuple[str, ...]:
+    part = _part(found["rows"], found["columns"])
+    return (f"cropped to the largest rectangle without holes: {part}",)
+
+
+def _rotated(given: _Said, found: _Said) -> tuple[str, ...]:
+    return (f"rotated: {given['angle'] % 360:g} degrees counter-clockwise, row 0 on top",)
+
+
+def _resampled(given: _Said, found: _Said) -> tuple[str, ...]:
+    by_waves = given["method"] == "bandlimited"
+    how = "band-limited, taken as periodic" if by_waves else "by a cubic spline"
+    (old_y, old_x), (ny, nx), (dy, dx) = found["from"], found["to"], found["pixel"]
+    return (
+        f"resampled: {how}, from {old_y} × {old_x} to {ny} × {nx} points, "
+        f"pixel {dy:.6g} × {dx:.6g} m",
+    )
+
+
+def _filtered(given: _Said, found: _Said) -> tuple[str, ...]:
+    parts = [
+        f"{name.upper()}-filter at {given[name]:.6g} m"
+        for name in ("s", "l")
+        if given[name] is not None
+    ]
+    return (f"filtered: Gaussian {' and '.join(parts)} (ISO 16610-61, edges of order zero)",)
+
+
+def _with_form(given: _Said, found: _Said) -> tuple[str, ...]:
+    return (f"form added: {given['form']}",)
+
+
+def _aligned(given: _Said, found: _Said) -> tuple[str, ...]:
+    words = []
+    if given["mirrored"]:
+        words.append("mirrored in x")
+    if given["angle"]:
+        words.append(f"turned by {given['angle']:g} degrees counter-clockwise")
+    y, x = given["offset"]
+    if y or x:
+        words.append(f"shifted by ({y:.6g}, {x:.6g}) m (y, x)")
+    words.append("by a bicubic spline" if found["spline"] else "point by point")
+    lengths = [
+        f"{length:.6g} m along {axis}"
+        for axis, length in zip("yx", found["smoothing"], strict=True)
+        if length
+    ]
+    after = f" after a Gaussian S-filter at {' and '.join(lengths)}" if lengths else ""
+    grid = given["grid"].origin.arguments
+    (ny, nx), (dy, dx) = grid["shape"], grid["pixel"]
+    off = f", {found['outside']} of them off the map" if found["outside"] else ""
+    onto = f"onto {ny} × {nx} points of {dy:.6g} × {dx:.6g} m"
+    return (f"aligned: {', '.join(words)}{after} {onto}{off}",)
+
+
+def _indented(given: _Said, found: _Said) -> tuple[str, ...]:
+    return (f"indented: by up to {found['depth']:.6g} m where the ceiling was reached",)
+
+
+def _said(given: _Said, found: _Said) -> tuple[str, ...]:
+    return (given["text"],)
+
+
+def _nothing(given: _Said, found: _Said) -> tuple[str, ...]:
+    return ()
+
+
+_ORIGINS: dict[str, _Words] = {
+    "Surface": _nothing,
+    "reference_map": _nothing,
+    "read_surface": _read,
+    "nominal.flat": _nothing,
+    "nominal.sphere": _body,
+    "nominal.ellipsoid": _body,
+    "nominal.cylinder": _body,
+    "nominal.punch": _body,
+    "nominal.rectangular_punch": _body,
+    "nominal.cone": _body,
+    "nominal.wedge": _body,
+}
+
+_WORDS: dict[str, _Words] = {
+    **_ORIGINS,
+    NOTE: _said,
+    "leveled": _leveled,
+    "without_form": _without_form,
+    "without_outliers": _without_outliers,
+    "filled": _filled,
+    "masked": _masked,
+    "cropped": _cropped,
+    "largest_rectangle": _largest_rectangle,
+    "rotated": _rotated,
+    "resampled": _resampled,
+    "filtered": _filtered,
+    "with_form": _with_form,
+    "aligned": _aligned,
+    "indented": _indented,
+}

@@ -1,6 +1,7 @@
 """Heights of made shapes: the bodies that press on a surface, and waves.
 
-Heights [m] are positive out of the material, ``heights[y, x]``; pairs are ``(y, x)``.
+Heights [m] are positive out of the material, ``heights[y, x]``; pairs are ``(y, x)``. Angles are
+counter-clockwise as a map is printed and drawn, row 0 on top.
 """
 
 from __future__ import annotations
@@ -139,7 +140,7 @@ def ellipsoid(
         Principal radii of curvature ``(R_y, R_x)`` [m] at the summit: those of the sections
         along y and along x before the turn.
     angle : float
-        Angle [degrees] by which the body is turned, from x towards y.
+        Angle [degrees] by which the body is turned, counter-clockwise.
     center : (float, float), optional
         Summit ``(y, x)`` in pixels, see `paraboloid`.
 
@@ -187,7 +188,7 @@ def cylinder(
     radius : float
         R [m].
     angle : float
-        Angle [degrees] of the axis from x towards y: 0 lies along x, 90 along y.
+        Angle [degrees] of the axis, counter-clockwise from x: 0 lies along x, 90 along y.
     center : (float, float), optional
         A point ``(y, x)`` under the axis in pixels, see `paraboloid`.
 
@@ -349,7 +350,7 @@ def wedge(
     slope : float
         Slope m of both faces: the cotangent of half the angle at the ridge.
     angle : float
-        Angle [degrees] of the ridge from x towards y: 0 lies along x, 90 along y.
+        Angle [degrees] of the ridge, counter-clockwise from x: 0 lies along x, 90 along y.
     center : (float, float), optional
         A point ``(y, x)`` of the ridge in pixels, see `paraboloid`.
 
@@ -459,10 +460,10 @@ def _from_center(
 
 
 def _turned(y: Array, x: Array, angle: float) -> tuple[Array, Array]:
-    # Positions along and across a direction at the angle from x towards y.
+    # Positions along and across a direction at the angle from x, counter-clockwise: y points down.
     c, s = cosine_sine(angle)
-    along: Array = c * x + s * y
-    across: Array = c * y - s * x
+    along: Array = c * x - s * y
+    across: Array = c * y + s * x
     return along, across
 
 

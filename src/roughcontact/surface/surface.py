@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import hashlib
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -22,7 +22,7 @@ from roughcontact.surface import (
     roughness,
 )
 from roughcontact.surface.form import remove_form
-from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.provenance import Operation, Provenance
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,14 +147,7 @@ class Surface:
             The residual heights; least squares leaves a zero mean over the points that are there.
         """
         heights = leveling.level(self.heights, form, points)
-        if points is not None:
-            places = ", ".join(f"({int(y)}, {int(x)})" for y, x in points)
-            step = f"leveled: plane through the points {places} subtracted"
-        elif form == "robust":
-            step = "leveled: robust plane (Tukey's biweight) subtracted"
-        else:
-            step = f"leveled: least-squares {form} subtracted"
-        return self._prepared(heights, step)
+        return self._after(Operation("leveled", {"form": form, "points": points}), heights)
 
     def without_form(self, shape: str, degree: int | None = None) -> Surface:
         """Return a copy without its least-squares sphere, cylinder or polynomial.
@@ -170,17 +163,11 @@ class Surface:
         -------
         Surface
             The residual heights, with zero mean over the points that are there. The provenance
-            names the radius; `form.remove_form` returns it as a number.
+            keeps the radius, see `Operation`; `form.remove_form` returns it.
         """
         heights, found = remove_form(self.heights, self.pixel, shape, degree)
-        if degree is not None:
-            what = f"polynomial of degree {degree}, {found['removed_rms']:.9g} m rms"
-        else:
-            side = "convex" if found["radius"] > 0 else "concave"
-            what = f"{side} {shape} of radius {abs(found['radius']):.9g} m"
-            if shape == "cylinder":
-                what += f", axis at {math.degrees(found['angle']):.6g} degrees from x towards y"
-        return self._prepared(heights, f"form removed: least-squares {what}")
+        given = {"shape": shape, "degree": degree}
+        return self._after(Operation("without_form", given, found), heights)
 
     def without_outliers(self, limit: float = 6.0, window: int = 5) -> Surface:
         """Return a copy in which spikes are missing points.
@@ -200,12 +187,9 @@ class Surface:
         """
         heights = cleaning.remove_outliers(self.heights, limit, window)
         count = int(np.count_nonzero(np.isnan(heights))) - self.missing
-        step = (
-            f"outliers removed: {count} points further than {limit:g} robust standard deviations "
-            f"from the median of {window} × {window} points"
-        )
-        copy = self._prepared(heights, step)
-        return replace(copy, holes_masked=False) if count else copy
+        given = {"limit": limit, "window": window}
+        step = Operation("without_outliers", given, {"points": count})
+        return self._after(step, heights, holes_masked=self.holes_masked and not count)
 
     def filled(self) -> Surface:
         """Return a copy with its holes filled smoothly; measured points keep their bits.
@@ -221,10 +205,8 @@ class Surface:
         # Imported late: sparse solvers double the time of the first import.
         from roughcontact.surface.filling import fill
 
-        return self._prepared(
-            fill(self.heights, self.pixel),
-            f"filled: {self.missing} missing points by harmonic interpolation",
-        )
+        step = Operation("filled", found={"missing": self.missing})
+        return self._after(step, fill(self.heights, self.pixel))
 
     def masked(self) -> Surface:
         """Return a copy whose missing points are accepted as points that never touch.
@@ -236,8 +218,8 @@ class Surface:
         """
         if self.missing == 0:
             return self
-        step = f"masked: {self.missing} missing points never touch"
-        return replace(self, holes_masked=True, provenance=self._with_step(step))
+        step = Operation("masked", found={"missing": self.missing})
+        return self._after(step, self.heights, holes_masked=True)
 
     def cropped(self, rows: tuple[int, int], columns: tuple[int, int]) -> Surface:
         """Return the part of the map between two rows and two columns.
@@ -258,9 +240,7 @@ class Surface:
             If the part does not lie on the map.
         """
         part = cleaning.crop(self.heights, rows, columns)
-        return self._prepared(
-            part, f"cropped: rows {rows[0]}:{rows[1]}, columns {columns[0]}:{columns[1]}"
-        )
+        return self._after(Operation("cropped", {"rows": rows, "columns": columns}), part)
 
     def largest_rectangle(self) -> Surface:
         """Return the largest rectangular part without holes.
@@ -276,31 +256,32 @@ class Surface:
             If no 2 × 2 points without a hole are left.
         """
         rows, columns = cleaning.largest_rectangle(self.heights)
-        return self._prepared(
-            cleaning.crop(self.heights, rows, columns),
-            f"cropped to the largest rectangle without holes: rows {rows[0]}:{rows[1]}, "
-            f"columns {columns[0]}:{columns[1]}",
-        )
+        step = Operation("largest_rectangle", found={"rows": rows, "columns": columns})
+        return self._after(step, cleaning.crop(self.heights, rows, columns))
 
-    def rotated(self, quarter_turns: int = 1) -> Surface:
+    def rotated(self, angle: int = 90) -> Surface:
         """Return the map turned by multiples of 90°.
 
         Parameters
         ----------
-        quarter_turns : int
-            Number of quarter turns, counter-clockwise as the array prints, row 0 on top;
-            negative for clockwise.
+        angle : int
+            Angle [degrees], a multiple of 90, counter-clockwise as the map is printed and drawn,
+            row 0 on top; negative for clockwise.
 
         Returns
         -------
         Surface
-            The same heights to the bit; an odd number of turns swaps the edges of the pixel.
+            The same heights to the bit; an odd number of quarter turns swaps the edges of the
+            pixel.
+
+        Raises
+        ------
+        InputError
+            If the angle is not a multiple of 90.
         """
-        heights = cleaning.rotate(self.heights, quarter_turns)
-        turns = int(quarter_turns) % 4
-        step = f"rotated: {90 * turns} degrees counter-clockwise, row 0 on top"
-        pixel = self.pixel[::-1] if turns % 2 else self.pixel
-        return replace(self._prepared(heights, step), pixel=pixel)
+        heights = cleaning.rotate(self.heights, angle)
+        pixel = self.pixel[::-1] if angle % 180 else self.pixel
+        return self._after(Operation("rotated", {"angle": angle}), heights, pixel=pixel)
 
     def resampled(
         self,
@@ -332,6 +313,7 @@ class Surface:
         InputError
             If there are missing points, or if not exactly one of shape and pixel is given.
         """
+        given = {"shape": shape, "pixel": pixel, "method": method}
         if shape is None:
             if pixel is None:
                 raise InputError("or pixel of the new grid must be given", argument="shape")
@@ -347,12 +329,8 @@ class Surface:
             raise InputError("and pixel exclude each other; give one of them", argument="shape")
         heights = filters.resample(self.heights, shape, method)
         edges = (self.size[0] / heights.shape[0], self.size[1] / heights.shape[1])
-        how = "band-limited, taken as periodic" if method == "bandlimited" else "by a cubic spline"
-        step = (
-            f"resampled: {how}, from {self.shape[0]} × {self.shape[1]} to {heights.shape[0]} × "
-            f"{heights.shape[1]} points, pixel {edges[0]:.6g} × {edges[1]:.6g} m"
-        )
-        return replace(self._prepared(heights, step), pixel=edges)
+        found = {"from": self.shape, "to": heights.shape, "pixel": edges}
+        return self._after(Operation("resampled", given, found), heights, pixel=edges)
 
     def filtered(self, s: float | None = None, l: float | None = None) -> Surface:  # noqa: E741
         """Return a copy without its short waves, its long waves, or both (ISO 16610-61).
@@ -377,13 +355,7 @@ class Surface:
             If neither is given, or a cut-off is below two pixels or above a side of the map.
         """
         heights = filters.band(self.heights, self.pixel, s, l)
-        parts = [
-            f"{name}-filter at {value:.6g} m"
-            for name, value in (("S", s), ("L", l))
-            if value is not None
-        ]
-        step = f"filtered: Gaussian {' and '.join(parts)} (ISO 16610-61, edges of order zero)"
-        return self._prepared(heights, step)
+        return self._after(Operation("filtered", {"s": s, "l": l}), heights)
 
     def with_form(self, form: Surface) -> Surface:
         """Return a copy with the heights of a body added: roughness on a nominal form.
@@ -428,10 +400,8 @@ class Surface:
                 f"{holes} missing points of one map lie inside the other, which ends on the grid; "
                 "fill, crop or mask them first, e.g. surface.filled()"
             )
-        step = f"form added: {form.provenance.source or 'another map'}"
-        if form.provenance.steps:
-            step += f" ({'; '.join(form.provenance.steps)})"
-        return replace(self._prepared(heights, step), holes_masked=outside > 0)
+        step = Operation("with_form", {"form": form.traced(identified=True)})
+        return self._after(step, heights, holes_masked=outside > 0)
 
     def aligned(
         self,
@@ -450,8 +420,8 @@ class Surface:
         offset : (float, float)
             Shift ``(y, x)`` [m] along the axes of the grid, the last of the three motions.
         angle : float
-            Angle [degrees] by which this map is turned about its own centre, from x towards y:
-            clockwise as a map prints or plots, row 0 on top, so ``angle=-90`` is `rotated`.
+            Angle [degrees] by which this map is turned about its own centre, counter-clockwise
+            as it is printed and drawn, row 0 on top: ``angle=90`` is `rotated`.
         mirrored : bool
             Whether x is mirrored first: a map that was measured from its own front has to be when
             it is laid on the other.
@@ -476,35 +446,47 @@ class Surface:
         placement = alignment.place(self.shape, self.pixel, *motion)
         first, last = alignment.spans(self.shape, placement, grid.shape)
         outside = grid.heights.size - int(np.maximum(last - first + 1, 0).sum())
-        moved = [
-            words
-            for said, words in (
-                (mirrored, "mirrored in x"),
-                (angle, f"turned by {angle:g} degrees from x towards y"),
-                (any(offset), f"shifted by ({offset[0]:.6g}, {offset[1]:.6g}) m (y, x)"),
-            )
-            if said
-        ]
-        how = "point by point"
-        if not alignment.coincident(placement):
-            how = "by a bicubic spline"
-            smoothing = alignment.cutoffs(placement)
-            if any(smoothing):
-                lengths = (
-                    f"{cutoff * edge:.6g} m along {axis}"
-                    for axis, cutoff, edge in zip("yx", smoothing, self.pixel, strict=True)
-                    if cutoff
-                )
-                how += f" after a Gaussian S-filter at {' and '.join(lengths)}"
-        step = (
-            f"aligned: {', '.join([*moved, how])} onto {grid.shape[0]} × {grid.shape[1]} points "
-            f"of {grid.pixel[0]:.6g} × {grid.pixel[1]:.6g} m"
+        spline = not alignment.coincident(placement)
+        cutoffs = alignment.cutoffs(placement) if spline else (0.0, 0.0)
+        flat = Operation("nominal.flat", {"shape": grid.shape, "pixel": grid.pixel})
+        step = Operation(
+            "aligned",
+            {
+                "grid": Provenance("nominal flat", origin=flat),
+                "offset": offset,
+                "angle": angle,
+                "mirrored": mirrored,
+            },
+            {
+                "spline": spline,
+                "smoothing": [c * edge for c, edge in zip(cutoffs, self.pixel, strict=True)],
+                "outside": outside,
+            },
         )
-        if outside:
-            step += f", {outside} of them off the map"
-        copy = replace(self._prepared(heights, step), pixel=grid.pixel)
         # Who accepted the holes has not accepted what the map does not cover.
-        return replace(copy, holes_masked=False) if outside else copy
+        accepted = self.holes_masked and not outside
+        return self._after(step, heights, pixel=grid.pixel, holes_masked=accepted)
+
+    def traced(self, identified: bool = False) -> Provenance:
+        """Return the provenance with an origin: an array in memory where no other is known.
+
+        Parameters
+        ----------
+        identified : bool
+            Whether such an array is known by the SHA-256 of its bytes as well.
+
+        Returns
+        -------
+        Provenance
+            What a script needs to make the map again.
+        """
+        if self.provenance.origin is not None:
+            return self.provenance
+        given = {"pixel": self.pixel, "holes_masked": self.holes_masked}
+        found: dict[str, object] = {"shape": self.shape}
+        if identified:
+            found["sha256"] = hashlib.sha256(self.heights.data).hexdigest()
+        return replace(self.provenance, origin=Operation("Surface", given, found))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the map in the format that the suffix of the file names.
@@ -527,11 +509,17 @@ class Surface:
 
         export.save_surface(self, path)
 
-    def _prepared(self, heights: NDArray[np.float64], step: str) -> Surface:
-        return replace(self, heights=heights, provenance=self._with_step(step))
-
-    def _with_step(self, step: str) -> Provenance:
-        return replace(self.provenance, steps=(*self.provenance.steps, step))
+    def _after(
+        self,
+        step: Operation,
+        heights: NDArray[np.float64],
+        *,
+        pixel: tuple[float, float] | None = None,
+        holes_masked: bool | None = None,
+    ) -> Surface:
+        """Return what an operation has made of the map."""
+        accepted = self.holes_masked if holes_masked is None else holes_masked
+        return Surface(heights, pixel or self.pixel, self.traced().then(step), accepted)
 
 
 def _checked_heights(heights: ArrayLike) -> NDArray[np.float64]:
