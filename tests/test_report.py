@@ -18,6 +18,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.report import contact as report
 from roughcontact.report import page as layout
 from roughcontact.report.page import Section
+from roughcontact.surface.provenance import Operation
 from roughcontact.units import engineering, percent
 
 STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
@@ -333,14 +334,16 @@ def test_what_did_not_converge_is_never_shown_as_a_solution() -> None:
 
 @pytest.mark.usefixtures("quick")
 def test_a_script_stands_in_for_the_command() -> None:
-    about = rc.Provenance("ground.opd", "Wyko", steps=("leveled: least-squares plane subtracted",))
-    surface = dataclasses.replace(rough(), provenance=about)
+    reading = Operation("read_surface", {"path": "ground.opd"})
+    about = rc.Provenance("ground.opd", "Wyko", origin=reading)
+    surface = dataclasses.replace(rough(), provenance=about).leveled()
     page = Page(report.render(solved(surface)))
     assert 'surface = rc.read_surface("ground.opd").leveled()' in page.texts["code"][0]
     assert "Leveled: least-squares plane subtracted." in page.words
     page = Page(report.render(solved(surface), command="roughcontact solve"))
     assert page.texts["code"] == ["roughcontact solve"]
-    assert "code" not in Page(report.render(solved())).texts
+    # A map that was an array in memory.
+    assert "supply it as surface.npy" in Page(report.render(solved())).texts["code"][0]
 
 
 @pytest.mark.usefixtures("quick")
