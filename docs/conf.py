@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 
 import roughcontact
-from roughcontact.formats import read
+from roughcontact.formats import export, read
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -113,9 +113,29 @@ def _prepare(app: Sphinx) -> None:
     (SCRATCH / "maps").mkdir()
     generated = HERE / "generated"
     generated.mkdir(exist_ok=True)
-    rows = [f"| `{suffix}` | {name} |" for suffix, name in sorted(read.SUFFIXES.items())]
-    table = "\n".join(["| suffix | read as |", "|---|---|", *rows])
-    (generated / "suffixes.md").write_text(table + "\n", encoding="utf-8")
+    rows = [(f"`{suffix}`", name) for suffix, name in sorted(read.SUFFIXES.items())]
+    _table(generated / "suffixes.md", ("suffix", "read as"), rows)
+    for name, kinds in (
+        ("maps", {"holds": export.Kind.SURFACE}),
+        ("results", {"of a contact": export.Kind.CONTACT, "with the volume": export.Kind.VOLUME}),
+    ):
+        rows = [
+            (f"`{known.suffix}`", *(_words(known, kind) for kind in kinds.values()))
+            for known in export.FORMATS
+            if known.contents.keys() & set(kinds.values())
+        ]
+        _table(generated / f"{name}.md", ("suffix", *kinds), rows)
+
+
+def _words(known: export.OutputFormat, kind: export.Kind) -> str:
+    return known.contents[kind].words if kind in known.contents else "–"
+
+
+def _table(path: Path, head: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
+    """Write a table in Markdown."""
+    lines = [head, ("---",) * len(head), *rows]
+    text = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+    path.write_text(text, encoding="utf-8")
 
 
 def _typeset(app: Sphinx, name: str, source: list[str]) -> None:

@@ -180,7 +180,7 @@ def save(result: Result, path: str | os.PathLike[str]) -> None:
     See Also
     --------
     roughcontact.load_result : Reads ``.nc`` again.
-    roughcontact.contact.archive.load_elastoplastic : Reads that of an `ElastoplasticResult`.
+    roughcontact.load_elastoplastic : Reads that of an `ElastoplasticResult`.
     """
     kind = Kind.VOLUME if isinstance(result, ElastoplasticResult) else Kind.CONTACT
     _writer(kind, path)(result, path)

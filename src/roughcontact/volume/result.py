@@ -309,7 +309,7 @@ class ElastoplasticResult:
         ----------
         path : str or path
             File to write; it appears only once it is complete. ``.nc``: everything, see
-            `roughcontact.contact.archive.load_elastoplastic`. ``.vtr``: strain and stress of
+            `roughcontact.load_elastoplastic`. ``.vtr``: strain and stress of
             the volume, ``.vti``: the maps of the surface, both for ParaView. ``.csv``: the
             pressure. ``.json``: the summary.
 
