@@ -69,41 +69,7 @@ def save_elastoplastic(
         If the file cannot be written; an old file survives.
     """
     require_suffix(path, ".nc")
-    dataset = archive.to_dataset(result.contact)
-    unit = {"units": "m", "long_name": "displacement of the surface by plastic strain"}
-    dataset["residual_displacement"] = (("y", "x"), result.residual_displacement, unit)
-    packed = {"pressure": _PACKED}
-    for name, body in zip(_yielding(result.contact), result.bodies, strict=True):
-        volume = ("layer", "volume_y", "volume_x")
-        units = {"units": "m", "long_name": "thickness of the layer"}
-        dataset[f"{name}_thickness"] = ("layer", body.thickness, units)
-        for field, (unit_name, text) in (_TENSORS | _FIELDS).items():
-            dims = (volume[0], "component", *volume[1:]) if field in _TENSORS else volume
-            about = {"units": unit_name, "long_name": text}
-            dataset[f"{name}_{field}"] = (dims, getattr(body, field), about)
-            packed[f"{name}_{field}"] = _PACKED
-        dataset.attrs["volume_margin"] = body.margin
-    dataset["component"] = ("component", list(_COMPONENTS))
-    for field, unit_name in _STEPS.items():
-        values = np.array([getattr(step, field) for step in result.increments])
-        dataset[f"increment_{field}"] = ("increment", values, {"units": unit_name})
-    counts = [step.iterations for step in result.increments]
-    residuals = [residual for step in result.increments for residual in step.residuals]
-    about = {"units": "1", "long_name": "iterations of the loop"}
-    dataset["increment_iterations"] = ("increment", np.array(counts), about)
-    about = {"units": "1", "long_name": "residual after each iteration, increment by increment"}
-    dataset["iteration_residual"] = ("iteration", np.array(residuals), about)
-    dataset.attrs |= {
-        "elastoplastic_status": result.status,
-        "elastoplastic_precision": result.precision,
-        "elastoplastic_tolerance": result.tolerance,
-        "elastoplastic_seconds": result.seconds,
-        "elastoplastic_version": result.version,
-        "yield_excess": result.yield_excess,
-        # The contact alone knows no plastic strain: its words on yield would be wrong.
-        "regime": result.regime,
-        "warnings": "\n".join(result.warnings),
-    }
+    dataset, packed = _to_dataset(result)
     for key, array in (carried or {}).items():
         name = f"{_CARRIED}{key}"
         # HDF5 packs no array without numbers.
@@ -112,6 +78,57 @@ def save_elastoplastic(
             packed[name] = _PACKED
     with replacing(path) as temporary:
         dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
+
+
+def _to_dataset(result: ElastoplasticResult) -> tuple[xarray.Dataset, dict[str, Any]]:
+    """Return a result as an xarray dataset, and how its variables are packed."""
+    dataset = archive.to_dataset(result.contact)
+    unit = {"units": "m", "long_name": "displacement of the surface by plastic strain"}
+    dataset["residual_displacement"] = (("y", "x"), result.residual_displacement, unit)
+    packed = {"pressure": _PACKED}
+    for name, body in zip(_yielding(result.contact), result.bodies, strict=True):
+        packed |= _add_body(dataset, name, body)
+    dataset["component"] = ("component", list(_COMPONENTS))
+    _add_increments(dataset, result.increments)
+    dataset.attrs |= {
+        "elastoplastic_status": str(result.status),
+        "elastoplastic_precision": result.precision,
+        "elastoplastic_tolerance": result.tolerance,
+        "elastoplastic_seconds": result.seconds,
+        "elastoplastic_version": result.version,
+        "yield_excess": result.yield_excess,
+        # The contact alone knows no plastic strain: its words on yield would be wrong.
+        "regime": str(result.regime),
+        "warnings": "\n".join(result.warnings),
+    }
+    return dataset, packed
+
+
+def _add_body(dataset: xarray.Dataset, name: str, body: PlasticBody) -> dict[str, Any]:
+    """Add the arrays of one body, and return how they are packed."""
+    volume = ("layer", "volume_y", "volume_x")
+    units = {"units": "m", "long_name": "thickness of the layer"}
+    dataset[f"{name}_thickness"] = ("layer", body.thickness, units)
+    packed = {}
+    for field, (unit, text) in (_TENSORS | _FIELDS).items():
+        dims = (volume[0], "component", *volume[1:]) if field in _TENSORS else volume
+        about = {"units": unit, "long_name": text}
+        dataset[f"{name}_{field}"] = (dims, getattr(body, field), about)
+        packed[f"{name}_{field}"] = _PACKED
+    dataset.attrs["volume_margin"] = body.margin
+    return packed
+
+
+def _add_increments(dataset: xarray.Dataset, increments: tuple[Increment, ...]) -> None:
+    for field, unit in _STEPS.items():
+        values = np.array([getattr(step, field) for step in increments])
+        dataset[f"increment_{field}"] = ("increment", values, {"units": unit})
+    counts = [step.iterations for step in increments]
+    residuals = [residual for step in increments for residual in step.residuals]
+    about = {"units": "1", "long_name": "iterations of the loop"}
+    dataset["increment_iterations"] = ("increment", np.array(counts), about)
+    about = {"units": "1", "long_name": "residual after each iteration, increment by increment"}
+    dataset["iteration_residual"] = ("iteration", np.array(residuals), about)
 
 
 def load_elastoplastic(path: str | os.PathLike[str]) -> ElastoplasticResult:

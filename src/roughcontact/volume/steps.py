@@ -72,7 +72,7 @@ class Steps:
             result, carried = archive.load_step(file)
             asked = carried.pop("loads")
         except FormatError as error:
-            raise FormatError(f"{error}; remove {file} to solve it again") from None
+            raise FormatError(*error.parts, f"; remove {file} to solve it again") from None
         except KeyError:
             raise FormatError(f"{file} is no step of a run; remove it to solve it again") from None
         if asked.tolist() != self._path[:done]:
