@@ -83,6 +83,9 @@ FORMATS = (
     OutputFormat(".sur", {
         Kind.SURFACE: Content("heights to 32 bits; Digital Surf", metrology.save_sur),
     }),
+    OutputFormat(".vtr", {
+        Kind.VOLUME: Content("strain and stress of the volume model", vtk.save_vtr),
+    }),
     OutputFormat(".vti", {
         Kind.SURFACE: Content("heights for ParaView", vtk.save_vtk),
         **_of_results(Content("maps for ParaView", vtk.save_vtk)),
@@ -92,9 +95,6 @@ FORMATS = (
         **_of_results(Content("pressure", tables.save_csv)),
     }),
     OutputFormat(".json", _of_results(Content("numbers", tables.save_json))),
-    OutputFormat(".vtr", {
-        Kind.VOLUME: Content("strain and stress of the volume model", vtk.save_vtr),
-    }),
 )  # fmt: skip
 """Every format; help, messages, project file and documentation read them from here."""
 
