@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.errors import InputError, require_pixel
+from roughcontact.errors import InputError, require_choice, require_pixel
 from roughcontact.halfspace import stress_kernels
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace, free_period
@@ -67,33 +67,10 @@ def field_of(
     stress_kernels.require_poisson(poisson)
     boundary = Boundary(boundary)
     boundary.require_alike("the stress below the surface")
-    if precision not in ("double", "single"):
-        raise InputError(
-            f"must be 'double' or 'single', got {precision!r}",
-            argument="precision",
-            value=precision,
-        )
-    for name, number in (("friction", friction), ("direction", direction)):
-        if not math.isfinite(number):
-            raise InputError(f"{name} must be finite, got {number!r}")
-    source = np.asarray(pressure, dtype=np.float64)
-    if source.ndim != 2 or not source.size or not np.isfinite(source).all():
-        raise InputError(
-            f"pressure must be a finite map [y, x], got shape {source.shape}"
-            + ("" if np.isfinite(source).all() else " with NaN or infinite values")
-        )
-    # Tractions along x and y; a right angle has a cosine of 6e-17, which is no traction.
-    pulls = [
-        (axis, friction * share)
-        for axis, share in (("x", math.cos(direction)), ("y", math.sin(direction)))
-        if abs(friction * share) > 1e-15 * abs(friction)
-    ]
-    terms = [Term(number, odd) for number, odd in enumerate(_ODD)]
-    for axis, _ in pulls:
-        terms += [
-            Term(number, (odd[0] != (axis == "y"), odd[1] != (axis == "x")))
-            for number, odd in enumerate(_ODD)
-        ]
+    require_choice(("double", "single"), precision=precision)
+    source = _checked_source(pressure)
+    pulls = _pulls(friction, direction)
+    terms = _terms(pulls)
     unit = float(np.abs(source).max()) or 1.0
     source = source / unit
     shape = (source.shape[0], source.shape[1])
@@ -124,6 +101,42 @@ def field_of(
         return far[0], _spread(far[0].sampled(sample, every), pixel, far[0].padded)
 
     return Field(unit, shape, near.real, free)
+
+
+def _checked_source(pressure: ArrayLike) -> Array:
+    source = np.asarray(pressure, dtype=np.float64)
+    finite = np.isfinite(source).all()
+    if source.ndim != 2 or not source.size or not finite:
+        raise InputError(
+            f"must be a finite map [y, x], got shape {source.shape}"
+            f"{'' if finite else ' with NaN or infinite values'}",
+            argument="pressure",
+        )
+    return source
+
+
+def _pulls(friction: float, direction: float) -> list[tuple[str, float]]:
+    """Return the tractions along x and y per pressure, those that are none left out."""
+    for name, number in (("friction", friction), ("direction", direction)):
+        if not math.isfinite(number):
+            raise InputError(f"must be finite, got {number!r}", argument=name, value=number)
+    # A right angle has a cosine of 6e-17, which is no traction.
+    return [
+        (axis, friction * share)
+        for axis, share in (("x", math.cos(direction)), ("y", math.sin(direction)))
+        if abs(friction * share) > 1e-15 * abs(friction)
+    ]
+
+
+def _terms(pulls: list[tuple[str, float]]) -> list[Term]:
+    """Return the kernels of a pressure, then those of each traction, by their parity."""
+    terms = [Term(number, odd) for number, odd in enumerate(_ODD)]
+    for axis, _ in pulls:
+        terms += [
+            Term(number, (odd[0] != (axis == "y"), odd[1] != (axis == "x")))
+            for number, odd in enumerate(_ODD)
+        ]
+    return terms
 
 
 @dataclass(frozen=True)

@@ -55,17 +55,7 @@ def coefficients(
 
     Notes
     -----
-    With V = ∫∫ 1/ρ over the loaded rectangle, χ = ∫∫ ln(ρ + z) and Ω = ∫∫ (z ln(ρ + z) - ρ), a
-    unit pressure gives (Love 1929, sec. 4)::
-
-        2π σ_xx = 2ν V_z - z V_xx - (1-2ν) χ_xx       2π σ_zz = V_z - z V_zz
-        2π σ_xy = -(1-2ν) χ_xy - z V_xy               2π σ_xz = -z V_xz
-
-    and a unit traction along x (Cerruti; Johnson 1985, eq. 3.76, integrated)::
-
-        2π σ_xx = 2 V_x - 2ν Ω_xyy - z χ_xxx          2π σ_zz = -z V_xz
-        2π σ_yy = 2ν V_x + 2ν Ω_xyy - z χ_xyy         2π σ_xz = V_z - z V_xx
-        2π σ_xy = V_y + 2ν Ω_xxy - z χ_xxy            2π σ_yz = -z V_xy
+    Closed forms: those of `uniform_pressure` and of `uniform_traction`.
 
     Every derivative is a signed sum over the corners of an elementary function. The functions
     here are odd in each corner coordinate as far as the sum can tell, and free of 0/0 and of
@@ -84,15 +74,8 @@ def coefficients(
     array([-0.8, -0.8, -1. ])
     """
     require_pixel(pixel)
-    if not 0 <= depth < math.inf:
-        raise InputError(
-            f"must be finite and ≥ 0 [m], got {depth!r}", argument="depth", value=depth
-        )
     require_poisson(poisson)
-    if direction not in ("x", "y", "z"):
-        raise InputError(
-            f"must be 'z', 'x' or 'y', got {direction!r}", argument="direction", value=direction
-        )
+    _require_load(depth, direction)
     y = (np.arange(shape[0] + 1, dtype=np.float64) - 0.5) * pixel[0]
     x = (np.arange(shape[1] + 1, dtype=np.float64) - 0.5) * pixel[1]
     if direction == "z":
@@ -118,6 +101,13 @@ def uniform_pressure(x_edges: Array, y_edges: Array, z: float, poisson: float) -
     ------
     ndarray, shape (nx, ny)
         xx, yy, zz, yz, xz, xy, one after the other; see `coefficients`.
+
+    Notes
+    -----
+    With V = ∫∫ 1/ρ over the loaded rectangle and χ = ∫∫ ln(ρ + z) (Love 1929, sec. 4)::
+
+        2π σ_xx = 2ν V_z - z V_xx - (1-2ν) χ_xx       2π σ_zz = V_z - z V_zz
+        2π σ_xy = -(1-2ν) χ_xy - z V_xy               2π σ_xz = -z V_xz
     """
     x, y = x_edges[:, None], y_edges
     a, b = x * x + z * z, y * y + z * z
@@ -156,6 +146,15 @@ def uniform_traction(
     ------
     ndarray, shape (nx, ny)
         xx, yy, zz, yz, xz, xy, one after the other; see `coefficients`.
+
+    Notes
+    -----
+    With V and χ as in `uniform_pressure`, and Ω = ∫∫ (z ln(ρ + z) - ρ), a traction along x gives
+    (Cerruti; Johnson 1985, eq. 3.76, integrated)::
+
+        2π σ_xx = 2 V_x - 2ν Ω_xyy - z χ_xxx          2π σ_zz = -z V_xz
+        2π σ_yy = 2ν V_x + 2ν Ω_xyy - z χ_xyy         2π σ_xz = V_z - z V_xx
+        2π σ_xy = V_y + 2ν Ω_xxy - z χ_xxy            2π σ_yz = -z V_xy
     """
     if axis == "y":
         swapped = [part.T for part in uniform_traction(y_edges, x_edges, z, poisson, "x")]
@@ -205,8 +204,8 @@ def normal_force(x: Array, y: Array, z: float, poisson: float) -> Iterator[Array
     Yields
     ------
     ndarray, shape (nx, ny)
-        xx, yy, zz, yz, xz, xy, one after the other [1/m²]: the formulas of `coefficients` with
-        V = 1/ρ and χ = ln(ρ + z).
+        xx, yy, zz, yz, xz, xy, one after the other [1/m²]: the formulas of `uniform_pressure`
+        with V = 1/ρ and χ = ln(ρ + z).
 
     References
     ----------
@@ -332,19 +331,34 @@ def waves(
     for number in (XX, YY):
         found[number][q == 0] = -poisson / (1 - poisson)
     for axis, share in pulls:
-        m, n = (c, s) if axis == "x" else (s, c)
-        along = -m * (2 + 2 * poisson * n * n - m * m * qz)
-        across = -m * (2 * poisson * m * m - n * n * qz)
-        near, far = m * m * qz - 1, -m * n * qz
-        pulled = (
-            (along, across, -m * qz, far, near)
-            if axis == "x"
-            else (across, along, -m * qz, near, far)
-        )
-        found += [share * part for part in (*pulled, -n * (1 - 2 * poisson * m * m - m * m * qz))]
+        found += [share * part for part in _pulled(axis, c, s, qz, poisson)]
     for part in found:
         part *= damping
     return found
+
+
+def _pulled(axis: str, c: Array, s: Array, qz: Array, poisson: float) -> tuple[Array, ...]:
+    """Return the amplitudes of `waves` for a unit traction along an axis, not damped yet."""
+    # Direction cosines along the traction and across it.
+    m, n = (c, s) if axis == "x" else (s, c)
+    along = -m * (2 + 2 * poisson * n * n - m * m * qz)
+    across = -m * (2 * poisson * m * m - n * n * qz)
+    near, far = m * m * qz - 1, -m * n * qz
+    in_plane = -n * (1 - 2 * poisson * m * m - m * m * qz)
+    if axis == "x":
+        return along, across, -m * qz, far, near, in_plane
+    return across, along, -m * qz, near, far, in_plane
+
+
+def _require_load(depth: float, direction: str) -> None:
+    if not 0 <= depth < math.inf:
+        raise InputError(
+            f"must be finite and ≥ 0 [m], got {depth!r}", argument="depth", value=depth
+        )
+    if direction not in ("x", "y", "z"):
+        raise InputError(
+            f"must be 'z', 'x' or 'y', got {direction!r}", argument="direction", value=direction
+        )
 
 
 def require_poisson(poisson: float) -> None:

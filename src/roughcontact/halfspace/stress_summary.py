@@ -151,39 +151,60 @@ def summarise(
     )
     if yield_strength is not None:
         require_positive(yield_strength=yield_strength)
-    peak: NDArray[Any] = np.zeros(field.shape, field.real)
-    limit = None if yield_strength is None else (yield_strength / field.unit) ** 2
+    passage = _Passage(field, yield_strength, np.asarray(pressure))
     if depths is None:
-        listed = graded_depths(np.asarray(pressure), pixel, boundary=boundary)
+        passage.look(graded_depths(np.asarray(pressure), pixel, boundary=boundary))
+        passage.close_in()
     else:
-        listed = depth_list(depths)
-    layers: dict[float, _Layer] = {}
-    row = int(np.abs(np.asarray(pressure)).max(axis=1).argmax())
-    for depth in listed.tolist():
-        layers[depth] = _layer(field, depth, peak, limit, row)
-        row = layers[depth].pixel[0]
-    if depths is None:
+        passage.look(depth_list(depths))
+    return passage.summary(pixel[0] * pixel[1])
+
+
+class _Passage:
+    """The depths of one stress field as they pass, and what is kept of them."""
+
+    def __init__(self, field: Field, yield_strength: float | None, pressure: NDArray[Any]) -> None:
+        self._field, self._strength = field, yield_strength
+        self._limit = None if yield_strength is None else (yield_strength / field.unit) ** 2
+        self._peak: NDArray[Any] = np.zeros(field.shape, field.real)
+        self._layers: dict[float, _Layer] = {}
+        # Where the largest stress is thought to be.
+        self._row = int(np.abs(pressure).max(axis=1).argmax())
+
+    def look(self, depths: Array) -> None:
+        """Look at some depths, one after the other."""
+        for depth in depths.tolist():
+            self._layers[depth] = self._layer(depth)
+            self._row = self._layers[depth].pixel[0]
+
+    def close_in(self) -> None:
+        """Look a few times more where the largest stress should be."""
         for _ in range(_REFINEMENTS):
-            closer = _between(layers)
-            if closer is None:
+            depth = _between(self._layers)
+            if depth is None:
                 break
-            layers[closer] = _layer(field, closer, peak, limit, row)
-    ordered = [layers[depth] for depth in sorted(layers)]
-    np.sqrt(peak, out=peak)
-    peak *= field.unit
-    unit, cell = field.unit, pixel[0] * pixel[1]
-    return Summary(
-        depths=np.array(sorted(layers)),
-        von_mises=np.array([layer.von_mises for layer in ordered]) * unit,
-        tresca=np.array([layer.tresca for layer in ordered]) * unit,
-        pixels=np.array([layer.pixel for layer in ordered]),
-        orthogonal_shear=np.array([layer.orthogonal_shear for layer in ordered]) * unit,
-        peak=peak,
-        yield_strength=yield_strength,
-        yielded_area=(
-            None if limit is None else np.array([layer.yielded * cell for layer in ordered])
-        ),
-    )
+            self._layers[depth] = self._layer(depth)
+
+    def _layer(self, depth: float) -> _Layer:
+        return _layer(self._field, depth, self._peak, self._limit, self._row)
+
+    def summary(self, cell: float) -> Summary:
+        """Return what is left, with pixels of this area; nothing can be looked at afterwards."""
+        depths, unit, peak = sorted(self._layers), self._field.unit, self._peak
+        layers = [self._layers[depth] for depth in depths]
+        np.sqrt(peak, out=peak)
+        peak *= unit
+        area = np.array([layer.yielded * cell for layer in layers])
+        return Summary(
+            depths=np.array(depths),
+            von_mises=np.array([layer.von_mises for layer in layers]) * unit,
+            tresca=np.array([layer.tresca for layer in layers]) * unit,
+            pixels=np.array([layer.pixel for layer in layers]),
+            orthogonal_shear=np.array([layer.orthogonal_shear for layer in layers]) * unit,
+            peak=peak,
+            yield_strength=self._strength,
+            yielded_area=None if self._strength is None else area,
+        )
 
 
 @dataclass(frozen=True)

@@ -174,42 +174,84 @@ def solve(
     (float, float)
         Slopes of the gap along y and x that the tilt adds.
     """
-    finest = family(problem.shape, (1, 1))
-    y, x = levers(problem.shape, pixel)
     side = max(points * edge for points, edge in zip(problem.shape, pixel, strict=True))
-    last: Solution | None = None
+    response = _Response(
+        problem, family, levers(problem.shape, pixel), target,
+        tolerance=tolerance, max_iterations=max_iterations, start=start, progress=progress,
+    )  # fmt: skip
     tilt = np.array(slope) * side
-    iterations = convolutions = 0
-
-    def again(shape: tuple[int, int], coarsening: tuple[int, int]) -> Operator:
-        known = coarsening == (1, 1) and shape == finest.shape
-        return finest if known else family(shape, coarsening)
-
-    def respond(now: Array, accuracy: float) -> Array | None:
-        nonlocal last, tilt, iterations, convolutions
-        tilt = now
-        tilted = problem.initial_gap + now[0] * y[finest.rows] + now[1] * x
-        last = bounded.solve(
-            replace(problem, initial_gap=tilted),
-            again,
-            tolerance=min(accuracy, tolerance),
-            max_iterations=max_iterations,
-            start=start if last is None else (last.index, last.pressure),
-            progress=progress,
-        )
-        iterations += last.iterations
-        convolutions += last.convolutions
-        # More accuracy than the result needs may be out of reach; less would lead nowhere.
-        return None if last.certificate > tolerance else _mean(last, y, x, finest) - target
-
-    error = respond(tilt, tolerance)
-    assert last is not None
+    error = response(tilt, tolerance)
     if error is not None:
-        steepness, reach = _guess(problem, last, tilt, y, x, finest)
-        balance(respond, tilt, error, steepness, reach, tolerance=0.9 * moment_tolerance)
-    status = Status.CONVERGED if last.certificate <= tolerance else last.status
-    found = replace(last, status=status, iterations=iterations, convolutions=convolutions)
-    return found, (float(tilt[0]) / side, float(tilt[1]) / side)
+        steepness, reach = response.guess()
+        balance(response, tilt, error, steepness, reach, tolerance=0.9 * moment_tolerance)
+    tilt = response.tilt
+    return response.solution(), (float(tilt[0]) / side, float(tilt[1]) / side)
+
+
+class _Response:
+    """The moment at a tilt less the moment wanted, each time from the pressure before."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        family: Family,
+        levers: tuple[Array, Array],
+        target: Array,
+        *,
+        tolerance: float,
+        max_iterations: int,
+        start: Loaded | None,
+        progress: Callable[[Step], None] | None,
+    ) -> None:
+        self._problem, self._family, self._target = problem, family, target
+        self._levers, self._tolerance = levers, tolerance
+        self._most, self._start, self._progress = max_iterations, start, progress
+        # Made once for all tilts.
+        self._finest = family(problem.shape, (1, 1))
+        self._last: Solution
+        self._iterations = self._convolutions = 0
+        self.tilt = np.zeros(2)
+
+    def _operator(self, shape: tuple[int, int], coarsening: tuple[int, int]) -> Operator:
+        known = coarsening == (1, 1) and shape == self._finest.shape
+        return self._finest if known else self._family(shape, coarsening)
+
+    def __call__(self, tilt: Array, accuracy: float) -> Array | None:
+        """Return the error of the moment, or None where no pressure was found; see `balance`."""
+        (y, x), tolerance = self._levers, self._tolerance
+        self.tilt = tilt
+        gap = self._problem.initial_gap + tilt[0] * y[self._finest.rows] + tilt[1] * x
+        last = self._last = bounded.solve(
+            replace(self._problem, initial_gap=gap),
+            self._operator,
+            tolerance=min(accuracy, tolerance),
+            max_iterations=self._most,
+            start=self._start,
+            progress=self._progress,
+        )
+        self._start = last.index, last.pressure
+        self._iterations += last.iterations
+        self._convolutions += last.convolutions
+        # More accuracy than the result needs may be out of reach; less would lead nowhere.
+        if last.certificate > tolerance:
+            return None
+        moment = _mean(last, y, x, self._finest)
+        error: Array = moment - self._target
+        return error
+
+    def guess(self) -> tuple[Array, float]:
+        """Return how fast the moment may fall with the tilt, and how far that may hold."""
+        return _guess(self._problem, self._last, self.tilt, *self._levers, self._finest)
+
+    def solution(self) -> Solution:
+        """Return the last solution, with the work of all."""
+        converged = self._last.certificate <= self._tolerance
+        return replace(
+            self._last,
+            status=Status.CONVERGED if converged else self._last.status,
+            iterations=self._iterations,
+            convolutions=self._convolutions,
+        )
 
 
 def _arms(solution: Solution, y: Array, x: Array, operator: Operator) -> tuple[Array, Array, Array]:

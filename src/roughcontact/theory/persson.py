@@ -74,7 +74,14 @@ def persson_fractions(
             f"= {mean_pressure:.6g} Pa exceeds the ceiling of {ceiling:.6g} Pa: "
             "no such load can be carried",
             argument="mean_pressure",
+            value=mean_pressure,
         )
+    elastic, yielded = _between_bounds(mean_pressure, deviation, ceiling)
+    return min(elastic + max(yielded, 0.0), 1.0), min(max(yielded, 0.0), 1.0)
+
+
+def _between_bounds(mean_pressure: float, deviation: float, ceiling: float) -> tuple[float, float]:
+    """Return the fractions between zero and the ceiling, and absorbed at the ceiling."""
     # Terms beyond exp(-40) do not count; the plain part of the yielded series is p̄/p_lim.
     last = math.ceil(math.sqrt(80) * ceiling / (math.pi * deviation)) + 1
     n = np.arange(1, last + 1)
@@ -86,4 +93,4 @@ def persson_fractions(
     sign = np.where(n % 2, 1.0, -1.0)
     elastic = float(np.sum((1 + sign) * terms))
     yielded = mean_pressure / ceiling - float(np.sum(sign * terms))
-    return min(elastic + max(yielded, 0.0), 1.0), min(max(yielded, 0.0), 1.0)
+    return elastic, yielded
