@@ -13,6 +13,7 @@ import roughcontact as rc
 from roughcontact.contact import solve
 from roughcontact.contact.history import HistoryStep, LoadHistory, Stage, passes
 from roughcontact.contact.load_history import TOLERANCE, load_history
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.report import tables
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
@@ -38,7 +39,7 @@ def no_solve(monkeypatch: pytest.MonkeyPatch) -> None:
 # --- one position ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("boundary", ["free", "periodic"])
+@pytest.mark.parametrize("boundary", Boundary)
 @pytest.mark.parametrize("control", ["load", "approach"])
 def test_first_loading_is_solve(control: str, boundary: str) -> None:
     options = {"material": STEEL, "boundary": boundary, "tolerance": 1e-9}
@@ -171,7 +172,7 @@ def test_a_ceiling_per_pixel_indents_only_where_it_is_reached() -> None:
     n=st.sampled_from([16, 24, 32]),
     seed=st.integers(0, 20),
     fraction=st.floats(0.2, 2.0),
-    boundary=st.sampled_from(["free", "periodic"]),
+    boundary=st.sampled_from(Boundary),
     path=st.lists(
         st.tuples(st.just(0.0) | st.floats(1e-9, 0.8), st.integers(-4, 4), st.integers(-4, 4)),
         min_size=1,
@@ -294,6 +295,45 @@ def test_what_is_off_the_map_never_touches_and_comes_back() -> None:
     assert (moved.indentation[:12] > first.indentation[:12]).any()
     # Back at the first position the first imprint is there again: little is new.
     assert found.steps[2].indentation_volume <= 0.05 * found.steps[0].indentation_volume
+
+
+@pytest.mark.parametrize("boundary", ["periodic-x", "periodic-y"])
+def test_a_strip_rolls_along_its_period_and_ends_across(boundary: str) -> None:
+    surface, counter = rough(), rough(seed=5)
+    along = 1 if boundary == "periodic-x" else 0
+    options = {"counter_surface": counter, "material": STEEL, "boundary": boundary}
+
+    def shifted(axis: int, pixels: int) -> LoadHistory:
+        shift = [0.0, 0.0]
+        shift[axis] = pixels * surface.pixel[axis]
+        return load_history(surface, [Stage(load=1.0, shift=(shift[0], shift[1]))], **options)
+
+    # Five pixels along: the counter-body is rolled; across: five rows face nothing.
+    moved, back = shifted(along, 5), shifted(along, 5 - 48)
+    np.testing.assert_array_equal(moved.last.pressure, back.last.pressure)
+    rolled = rc.Surface(np.roll(counter.heights, 5, along), counter.pixel)
+    alone = load_history(surface, [1.0], **{**options, "counter_surface": rolled})
+    np.testing.assert_array_equal(moved.last.pressure, alone.last.pressure)
+    lost = np.isnan(shifted(1 - along, 5).last.gap).all(axis=along)
+    assert lost.tolist() == 5 * [True] + 43 * [False]
+
+
+@pytest.mark.parametrize("boundary", ["periodic-x", "periodic-y"])
+def test_a_strip_indents_a_flat_that_goes_on_across(boundary: str) -> None:
+    # The flat is one period long, and as wide as what will face the map.
+    surface = ball()
+    across = 0 if boundary == "periodic-x" else 1
+    shift = [9 * edge for edge in surface.pixel]
+    found = load_history(
+        surface, [1.0, Stage(load=1.0, shift=(shift[0], shift[1]))], material=rc.RIGID,
+        counter_material=STEEL, boundary=boundary,
+    )  # fmt: skip
+    expected = [64, 64]
+    expected[across] += 9
+    assert found.indentation.shape == tuple(expected)
+    first, second = (step.indentation_volume for step in found.steps)
+    # It sinks in deeper where the first imprint no longer carries.
+    assert 0 < first < second < 1.5 * first
 
 
 def test_shifts_are_measured_from_one_first_touch() -> None:

@@ -9,12 +9,13 @@ import pytest
 import roughcontact as rc
 from roughcontact.contact import solve
 from roughcontact.contact.checks import check_memory, memory_estimate
+from roughcontact.halfspace.boundary import Boundary
 
 psutil = pytest.importorskip("psutil")
 
 GIB = 2**30
 STEEL = rc.Material(young=210e9, poisson=0.3)
-KINDS = [(b, p) for b in ("free", "periodic") for p in ("double", "single")]
+KINDS = [(b, p) for b in Boundary for p in ("double", "single")]
 
 
 def leave(monkeypatch: pytest.MonkeyPatch, size: float) -> None:
@@ -37,7 +38,7 @@ def test_estimate_grows_with_the_points(boundary: str, precision: str) -> None:
 
 @pytest.mark.parametrize("shape", [(64, 64), (1000, 333), (4096, 4096)])
 def test_single_and_periodic_need_less(shape: tuple[int, int]) -> None:
-    for boundary in ("free", "periodic"):
+    for boundary in Boundary:
         double = memory_estimate(shape, boundary=boundary)
         single = memory_estimate(shape, boundary=boundary, precision="single")
         # The two maps that are returned, or at least the pressure, stay double.

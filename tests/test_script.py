@@ -84,6 +84,7 @@ PROBLEMS: dict[str, dict[str, Any]] = {
     "elastic": {"load": 1 / 3, "ceiling": None},
     "ceiling": {"load": 1.0, "ceiling": 2.5e9},
     "periodic": {"load": 0.1, "boundary": "periodic", "tolerance": 1e-5},
+    "strip": {"load": 0.1, "boundary": "periodic-y", "ceiling": 2e9},
     "single": {"load": 0.1, "precision": "single"},
     "moments": {"load": 0.1, "moments": (0.1 * 1e-6, -0.1 * 2e-6)},
     "hardness": {"load": 1.0, "material": rc.Material(400e9, 0.2, None, "alumina", 15e9)},

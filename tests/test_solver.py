@@ -9,22 +9,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from roughcontact.halfspace import convolution
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers.bounded import Status, solve
 from roughcontact.solvers.problem import Problem
 
 MODULUS = 1.0
 PIXEL = (0.7, 1.0)
-BOUNDARIES = ["free", "periodic"]
+BOUNDARIES = list(Boundary)
 
 
 def press(
     h0, *, limit=math.inf, total=None, approach=None, boundary="free", pixel=PIXEL,
     tolerance=1e-6, max_iterations=300, **options,
 ):  # fmt: skip
-    def operator(shape, coarsening):
-        edges = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
-        return getattr(convolution, boundary)(shape, edges, MODULUS, workers=1)
-
+    operator = Boundary(boundary).operators(h0.shape, pixel, MODULUS, workspace=Workspace(1))
     problem = Problem(h0, limit, total, approach)
     return solve(problem, operator, tolerance=tolerance, max_iterations=max_iterations, **options)
 
