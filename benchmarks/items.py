@@ -72,6 +72,10 @@ def plain(value: Any) -> Any:
         return f"{value.dtype.str} {value.shape} {held}"
     if isinstance(value, np.generic):
         return plain(value.item())
+    if isinstance(value, rc.Provenance):
+        # In words, which say the same however the steps are kept.
+        names = ("source", "instrument", "channel", "steps")
+        value = {name: getattr(value, name) for name in names}
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
     if isinstance(value, dict):

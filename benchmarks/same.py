@@ -18,6 +18,7 @@ import argparse
 import difflib
 import fnmatch
 import functools
+import inspect
 import json
 import os
 import shlex
@@ -40,6 +41,9 @@ STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
 ALUMINA = rc.Material(370e9, 0.22, name="alumina", hardness=15e9)
 MATERIAL = {"material": STEEL}
 SIDE = 1e-4  # of the square maps [m]
+# Older versions count quarter turns here, and turn maps the other way round there.
+DEGREES = "angle" in inspect.signature(rc.Surface.rotated).parameters
+QUARTER, CLOCKWISE = (90, -1) if DEGREES else (1, 1)
 
 
 # Maps ---------------------------------------------------------------------------------------------
@@ -174,7 +178,7 @@ def preparation(folder: Path) -> dict[str, Any]:
     found["masked"] = gaps.leveled().masked()
     found["rectangle"] = gaps.largest_rectangle()
     found["cropped"] = whole.cropped((4, 60), (3, 55))
-    found["rotated"] = whole.rotated(1).rotated(2)
+    found["rotated"] = whole.rotated(QUARTER).rotated(2 * QUARTER)
     found["with-form"] = rough().with_form(rc.Surface(ball().heights, rough().pixel))
     for method in ("bandlimited", "spline"):
         found[f"resampled-{method}"] = whole.resampled((48, 90), method=method)
@@ -182,7 +186,8 @@ def preparation(folder: Path) -> dict[str, Any]:
     found["s-filter"] = whole.filtered(s=5e-6)
     found["l-filter"] = whole.filtered(l=4e-5)
     found["both-filters"] = gaps.filled().filtered(s=5e-6, l=4e-5)
-    found["aligned"] = rough((72, 72), 3).aligned(rough(), (3e-6, -5e-6), 2.0, mirrored=True)
+    motion = ((3e-6, -5e-6), 2.0 * CLOCKWISE)
+    found["aligned"] = rough((72, 72), 3).aligned(rough(), *motion, mirrored=True)
     found["roughness"] = [whole.roughness(), gaps.filled().roughness()]
     found["notes"] = [whole.resolution_notes(), whole.resolution_notes(1e-5)]
     return found
@@ -383,7 +388,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
                   "--counter-material alumina --json",),
     "counter": (f"{_SOLVE} --counter-surface rough.npy --counter-young '70 GPa' "
                 "--counter-poisson 0.33 --output a.nc",),
-    "aligned": (f"{_SOLVE} --counter-surface other.npy --align --offset '2 um, -3 um' --angle 3 "
+    "aligned": (f"{_SOLVE} --counter-surface other.npy --align --offset '2 um, -3 um' "
+                f"--angle {3 * CLOCKWISE} "
                 "--mirror --output a.nc --report a.html",),
     "bodies": tuple(f"solve {_BALL} --body '{form}' --load '2 N' --output {form.split()[0]}.json"
                     for form in _FORMS),
