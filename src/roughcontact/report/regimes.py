@@ -13,7 +13,7 @@ from roughcontact.contact.result import (
 )
 from roughcontact.material.material import softer
 from roughcontact.units import engineering, percent
-from roughcontact.volume.result import ElastoplasticResult
+from roughcontact.volume.result import ElastoplasticResult, PlasticRegime
 
 
 def regime(result: ContactResult) -> str:
@@ -96,7 +96,7 @@ def volume_regime(result: ElastoplasticResult) -> str:
     str
         What has yielded, and how deep.
     """
-    if not result.plastic_volume:
+    if result.regime is PlasticRegime.ELASTIC:
         share = percent(min(1 + result.yield_excess, 1.0))
         return (
             f"Nothing has yielded: the von Mises stress is at most {share} of the yield strength."
@@ -106,7 +106,7 @@ def volume_regime(result: ElastoplasticResult) -> str:
     text = f"Plastic strain, up to {strain}, reaches down to {reached}"
     surface = (
         " and up to the surface."
-        if result.plastic_at_surface
+        if result.regime is PlasticRegime.AT_SURFACE
         else "; the surface above it has stayed elastic."
     )
     if result.contact.load:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,14 @@ CONVERGED = "converged"
 
 # Stress beyond the yield strength, over it, that is worth a word.
 _EXCESS = 0.05
+
+
+class PlasticRegime(StrEnum):
+    """How far plastic strain has come."""
+
+    ELASTIC = "elastic"
+    BELOW_SURFACE = "plastic below the surface"
+    AT_SURFACE = "plastic up to the surface"
 
 
 @dataclass(frozen=True)
@@ -256,11 +265,11 @@ class ElastoplasticResult:
         return max(contact.contact_area - excess, 0.0)
 
     @property
-    def regime(self) -> str:
-        """How far plastic strain has come, in words."""
+    def regime(self) -> PlasticRegime:
+        """How far plastic strain has come."""
         if not self.plastic_volume:
-            return "elastic"
-        return f"plastic {'up to' if self.plastic_at_surface else 'below'} the surface"
+            return PlasticRegime.ELASTIC
+        return PlasticRegime.AT_SURFACE if self.plastic_at_surface else PlasticRegime.BELOW_SURFACE
 
     @property
     def plastic_at_surface(self) -> bool:
