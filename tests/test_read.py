@@ -1,0 +1,71 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from reading import HEIGHTS, refused, write
+from roughcontact.errors import FormatError, InputError
+from roughcontact.formats.read import channels, read_surface
+from roughcontact.formats.source import Channel
+
+# Files that are none
+
+
+def test_files_that_are_none(tmp_path: Path) -> None:
+    refused(tmp_path / "absent.opd", "absent.opd does not exist")
+    with pytest.raises(
+        FormatError, match=r"absent\.opd does not exist; check the name of the file$"
+    ):
+        read_surface(tmp_path / "absent.opd")
+    refused(tmp_path, "is a directory")
+    refused(write(tmp_path, "empty.opd", ""), "empty.opd is empty")
+    refused(write(tmp_path, "map.xyz", "1"), "unknown suffix '.xyz'", ".x3p", "format=")
+    refused(write(tmp_path, "map", "1"), "unknown suffix ''")
+    refused(write(tmp_path, "map.opd", "1"), "'hgt'", format="hgt", kind=InputError)
+    refused(Path("a\0b.opd"), "does not exist")
+
+
+# The program's own files
+
+
+def write_netcdf(path: Path, attributes: dict[str, float] | None = None, **changes: object) -> Path:
+    import xarray
+
+    height = {"dims": ("y", "x"), "data": HEIGHTS * 1e-9, "attrs": {"units": "m"}, **changes}
+    y, x = (np.arange(3) + 0.5) * 2e-6, (np.arange(4) + 0.5) * 1e-6
+    dataset = xarray.Dataset(
+        {"height": (height["dims"], height["data"], height["attrs"])},
+        coords={"y": y, "x": x},
+        attrs=attributes or {},
+    )
+    dataset.to_netcdf(path, engine="h5netcdf")
+    return path
+
+
+def test_netcdf(tmp_path: Path) -> None:
+    path = write_netcdf(tmp_path / "map.nc")
+    surface = read_surface(path)
+    np.testing.assert_array_equal(surface.heights, HEIGHTS * 1e-9)
+    assert surface.pixel == pytest.approx((2e-6, 1e-6))
+    assert channels(path) == (Channel("height", "m", True, (3, 4)),)
+    path = write_netcdf(tmp_path / "b.nc", {"pixel_y": 3e-6, "pixel_x": 5e-6})
+    assert read_surface(path).pixel == (3e-6, 5e-6)
+    refused(path, "gives its unit itself", unit="m", kind=InputError)
+
+
+def test_netcdf_of_another_kind(tmp_path: Path) -> None:
+    refused(write_netcdf(tmp_path / "a.nc", attrs={"units": "um"}), "units 'um'", "'height' [m]")
+    refused(write_netcdf(tmp_path / "b.nc", attrs={}), "units None")
+    refused(write(tmp_path, "c.nc", "no HDF5 at all"), "c.nc cannot be read", "'height' [m]")
+    content = write_netcdf(tmp_path / "d.nc").read_bytes()
+    refused(write(tmp_path, "e.nc", content[: len(content) // 2]), "e.nc cannot be read")
+
+
+def test_import_leaves_the_readers_alone() -> None:
+    code = (
+        "import sys, roughcontact.formats.read; "
+        "sys.exit(bool({'SurfaceTopography', 'xarray', 'pint', 'h5py'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
