@@ -16,7 +16,7 @@ import pytest
 import roughcontact
 from roughcontact import load_result
 from roughcontact.cli import app
-from roughcontact.contact import archive
+from roughcontact.contact import archive, checks
 from roughcontact.contact import solve as contact
 from roughcontact.material import catalogue, hardening
 from roughcontact.plots import maps
@@ -503,7 +503,7 @@ def test_bad_files_end_in_one_sentence(
 
 def test_missing_unit_or_size_is_asked_for_as_an_option(rough: Path, capsys: Capture) -> None:
     options = ["solve", str(rough), "--load", "1 N", *STEEL]
-    refused(capsys, app.main(options), "no unit", "--unit 'um'")
+    refused(capsys, app.main(options), "no unit", "--unit um")
     refused(capsys, app.main([*options, "--unit", "um"]), "--size '0.1 mm x 0.2 mm'")
     refused(capsys, app.main([*options, "--unit", "s"]), "--unit needs a length")
 
@@ -664,7 +664,7 @@ def test_an_interrupted_write_names_what_is_complete(
 def test_too_little_memory_is_one_sentence(
     rough: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(contact, "memory_estimate", lambda *_, **__: 2**60)
+    monkeypatch.setattr(checks, "memory_estimate", lambda *_, **__: 2**60)
     refused(capsys, solve(rough, *STEEL), "GiB")
 
     def exhausted(*_: object, **__: object) -> None:
@@ -880,7 +880,7 @@ def test_sweep_over_approaches_draws(rough: Path, tmp_path: Path, capsys: Captur
         (("--steps", "1"), ("at least 2",)),
         (("--steps", "few"), ("--steps must be a whole number",)),
         (("--spacing", "cubic"), ("spacing", "'cubic'")),
-        (("--output", "curve.nc"), ("--output must end in .csv or .json",)),
+        (("--output", "curve.nc"), ("--output needs a name that ends in .csv or .json",)),
         (("--output", "absent/curve.csv"), ("'absent' does not exist",)),
     ],
 )
@@ -1030,8 +1030,8 @@ def test_history_writes_steps_and_the_indented_surface(
         (("--path", "1 N", "--passes", "2", "--shift", "1 um"), ("--shift needs two",)),
         (("--path", "1 N", "--passes", "2", "--shift", "0 um, 1 um"), ("whole number of pixels",)),
         (("--path", "1 N", "--passes", "2", "--shift", "1 mm, 0 um"), ("beyond the map",)),
-        (("--path", "1 N", "--residual", "out.opd"), ("--residual must end in",)),
-        (("--path", "1 N", "--output", "out.nc"), ("--output must end in",)),
+        (("--path", "1 N", "--residual", "out.opd"), ("--residual needs a name that ends in .nc",)),
+        (("--path", "1 N", "--output", "out.nc"), ("--output needs a name that ends in .csv",)),
     ],
 )
 def test_bad_histories_end_in_one_sentence(
@@ -1126,10 +1126,10 @@ def test_stress_of_a_ball_is_hertz(tmp_path: Path, capsys: Capture) -> None:
         (("--depths", "1 um, 0 um"), ("--depths must be positive", "'0 um'")),
         (("--depths", "1 um, -1 um"), ("--depths must be positive",)),
         (("--depths", "1"), ("--depths needs a length",)),
-        (("--which", "third"), ("--which must be first or second",)),
-        (("--which", "second"), ("second body is rigid",)),
+        (("--which", "first"), ("--which must be one of body, counter-body",)),
+        (("--which", "counter-body"), ("second body is rigid",)),
         (("--friction", "much"), ("--friction must be a number",)),
-        (("--output", "out.csv"), ("--output must end in .nc",)),
+        (("--output", "out.csv"), ("--output needs a name that ends in .nc",)),
         (("--load", "99 N"), ("60 N",)),
     ],
 )
@@ -1329,7 +1329,7 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
             ("--hardening starts at a yield strength of 1.358 GPa", "leave --yield-strength out"),
         ),
         (("--model", "volume", "--max-iterations", "0"), ("--max-iterations must be",)),
-        (("--model", "volume", "--tolerance", "1e-9"), ('--precision "double"',)),
+        (("--model", "volume", "--tolerance", "1e-9"), ("--precision double",)),
         (("--model", "volume", "--hardening", "steel"), ("--hardening must read like",)),
     ],
 )

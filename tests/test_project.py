@@ -117,11 +117,11 @@ def test_a_project_names_contacts_materials_and_files(folder: Path) -> None:
     entries = project.load(folder / "project.toml")
     assert [entry.name for entry in entries] == ["one 0.1 N", "one 1 N", "two"]
     one, other, two = (entry.request for entry in entries)
-    assert (one.load, other.load, two.load) == (0.1, 1.0, 0.5)
+    assert (one["load"], other["load"], two["load"]) == (0.1, 1.0, 0.5)
     assert one.bodies() == (rc.Material(210e9, 0.3, 1e9), rc.RIGID)
-    assert two.ceiling is None
+    assert two["ceiling"] is None
     assert two.bodies()[1].hardness is not None
-    assert one.output == tuple(folder / "results" / f"one-0.1-N.{s}" for s in ("nc", "csv"))
+    assert one.outputs == tuple(folder / "results" / f"one-0.1-N.{s}" for s in ("nc", "csv"))
     assert entries[2].summary == folder / "results" / "two.json"
 
 
@@ -159,7 +159,7 @@ def test_one_failure_does_not_stop_the_rest(folder: Path, capsys: Capture) -> No
     out, err = capsys.readouterr()
     assert max(map(len, out.splitlines())) <= 80
     assert err.count("\n") == 2
-    assert "one 99 N: --load = 99 N is more than the surface can carry" in err
+    assert "one 99 N: load = 99 N is more than the surface can carry" in err
     assert "none: " in err
     assert "does not exist" in err
     assert (folder / "results" / "two.json").exists()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from decimal import Decimal
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -47,7 +48,9 @@ _PREFIXES = {
 }  # fmt: skip
 
 
-def parse(text: str, dimension: str, name: str, positive: bool = True) -> float:
+def parse(
+    text: str, dimension: str, name: str, positive: bool = True, needs: str | None = None
+) -> float:
     """Return the SI value of a number with its unit.
 
     Parameters
@@ -58,9 +61,11 @@ def parse(text: str, dimension: str, name: str, positive: bool = True) -> float:
     dimension : {"length", "force", "pressure"}
         What the quantity must be.
     name : str
-        Name of the argument for the message, such as ``"--load"``.
+        The argument that it is given for, which errors carry.
     positive : bool
         Whether zero and negative values are refused.
+    needs : str, optional
+        What the message says is needed, with an example; by default the dimension.
 
     Returns
     -------
@@ -75,41 +80,47 @@ def parse(text: str, dimension: str, name: str, positive: bool = True) -> float:
 
     Examples
     --------
-    >>> parse("210 GPa", "pressure", "--young")
+    >>> parse("210 GPa", "pressure", "young")
     210000000000.0
     """
     if dimension not in _SI_UNITS:
         raise ValueError(f"dimension must be one of {', '.join(_SI_UNITS)}, got {dimension!r}")
-    wanted = f"{name} needs a {dimension} with its unit such as {_EXAMPLES[dimension]}"
+    wanted = f"needs {needs or f'a {dimension} with its unit such as {_EXAMPLES[dimension]}'}"
+
+    def refused(found: str) -> InputError:
+        return InputError(f"{wanted}, got {found}", argument=name, value=text)
+
     if not isinstance(text, str):
-        raise InputError(f"{wanted}, got {text!r} which has no unit")
+        raise refused(f"{text!r} which has no unit")
     shown = repr(text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…")
     plain = _plain(text)
     if not plain:
-        raise InputError(f"{wanted}, got an empty text")
+        raise refused("an empty text")
     if _DECIMAL_COMMA.match(plain):
-        raise InputError(f"{wanted}, got {shown}: write the number with a decimal point, no comma")
+        raise refused(f"{shown}: write the number with a decimal point, no comma")
     if _NOT_FINITE.match(plain):
-        raise InputError(f"{wanted}, got {shown} which is not a finite number")
+        raise refused(f"{shown} which is not a finite number")
     number = _NUMBER.match(plain)
     if number is None or len(plain) > _LONGEST:
-        raise InputError(f"{wanted}, got {shown}")
+        raise refused(f"{shown}")
     unit = plain[number.end() :].strip()
     if not unit:
-        raise InputError(f"{wanted}, got {shown} which has no unit")
+        raise refused(f"{shown} which has no unit")
     if not _UNIT.fullmatch(unit):
-        raise InputError(f"{wanted}, got {shown} which is not one number and one unit")
-    factor = Decimal(repr(_factor(unit, dimension, f"{wanted}, got {shown}")))
+        raise refused(f"{shown} which is not one number and one unit")
+    factor = Decimal(repr(_factor(unit, dimension, shown, refused)))
     value = float(number.group())
     # In decimal, so that 300 nm is 3e-07 m and not 3.0000000000000004e-07 m. Exponents that no
     # float has are left out: decimals overflow with an exception.
     if value != 0 and math.isfinite(value):
         value = float(Decimal(number.group()) * factor)
     if not math.isfinite(value):
-        raise InputError(f"{wanted}, got {shown} which is not a finite number")
+        raise refused(f"{shown} which is not a finite number")
     if positive and not value > 0:
         raise InputError(
-            f"must be positive, got {shown}; write {_EXAMPLES[dimension]}", argument=name
+            f"must be positive, got {shown}; write {_EXAMPLES[dimension]}",
+            argument=name,
+            value=text,
         )
     return value
 
@@ -219,7 +230,7 @@ def _plain(text: str) -> str:
     return text.strip()
 
 
-def _factor(unit: str, dimension: str, failure: str) -> float:
+def _factor(unit: str, dimension: str, shown: str, refused: Callable[[str], InputError]) -> float:
     registry = _registry()
     likely = _LIKELY.get(unit.lower())
     hint = f"; did you mean {likely!r}?" if likely and likely != unit else ""
@@ -228,12 +239,12 @@ def _factor(unit: str, dimension: str, failure: str) -> float:
         got: Any = parsed.dimensionality
     # pint's errors share no base class; the pattern above leaves only unknown names to fail.
     except (AttributeError, ValueError, TypeError, ArithmeticError):
-        raise InputError(f"{failure} whose unit {unit!r} is unknown{hint}") from None
+        raise refused(f"{shown} whose unit {unit!r} is unknown{hint}") from None
     if _PRINTERS_UNIT.search(str(parsed)):
-        raise InputError(f"{failure} (a printer's unit); give a length such as '5 um'")
+        raise refused(f"{shown} (a printer's unit); give a length such as '5 um'")
     wanted = registry.parse_units(_SI_UNITS[dimension])
     if got != wanted.dimensionality:
-        raise InputError(f"{failure} ({_described(got)}){hint}")
+        raise refused(f"{shown} ({_described(got)}){hint}")
     return float(registry.convert(1.0, parsed, wanted))
 
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
-import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from roughcontact.request import options
+from roughcontact.cli import terminal
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
@@ -30,9 +28,7 @@ if TYPE_CHECKING:
     from roughcontact.material.material import Material
     from roughcontact.report.inputs import Measured
     from roughcontact.report.quantities import Row
-    from roughcontact.request.outputs import Say
     from roughcontact.request.run import Outcome
-    from roughcontact.solvers.progress import Step
     from roughcontact.surface.surface import Surface
     from roughcontact.volume.result import ElastoplasticResult
 
@@ -45,30 +41,12 @@ _WIDEST = 100
 # What is shown
 
 
-@contextlib.contextmanager
-def progress(quiet: bool = False) -> Iterator[Say]:
-    """Give a function that shows a line on the terminal while the work goes on."""
-    if quiet or not sys.stderr.isatty():
-        yield lambda text: None
-        return
-    with Console(stderr=True, highlight=False).status("") as status:
-        yield lambda text: status.update(Text(_printable(text)))
-
-
-def described(step: Step) -> str:
-    """Return what the solver is doing, in one line."""
-    ny, nx = step.shape
-    return (
-        f"solving {ny} × {nx}: {step.convolutions} convolutions, "
-        f"certificate {step.certificate:.1e}, target {step.tolerance:.0e}"
-    )
-
-
 def show_solution(outcome: Outcome) -> None:
     """Print problem, answer and trust of a result, then its warnings and files."""
     from roughcontact.report import assumptions
 
     result = outcome.result
+    assert result is not None
     _print_table(_problem(result, result), *_answers(result))
     # The status above has said already where the result is not converged.
     notes = [note for note in result.warnings if not note.startswith("not converged")]
@@ -182,7 +160,7 @@ def _print_written(written: Iterable[Path], words: str = "written:") -> None:
     if paths:
         print(words)
         for path in paths:
-            print(_printable(str(path)))
+            print(terminal.printable(str(path)))
         print()
 
 
@@ -287,7 +265,7 @@ def _answers(result: Any) -> tuple[list[Cells], list[Cells]]:
     from roughcontact.report.quantities import TRUST
 
     trust: list[Cells] = [
-        (title, options.in_options(text))
+        (title, terminal.spelled(text))
         for title, text in _cells(results.rows(result, TRUST, brief=True))
     ]
     return _cells(results.rows(result, brief=True)), trust
@@ -317,14 +295,14 @@ def _print_table(*blocks: Sequence[Cells], heads: Cells = ()) -> None:
         if not block:
             continue
         for row in block:
-            table.add_row(*(Text(_printable(cell)) for cell in row))
+            table.add_row(*(Text(terminal.printable(cell)) for cell in row))
         table.add_section()
     _print(table)
     print()
 
 
 def _print_warnings(notes: Iterable[str], kind: str = "warning") -> None:
-    lines = [f"{kind}: {_printable(options.in_options(note))}" for note in notes]
+    lines = [f"{kind}: {terminal.printable(terminal.spelled(note))}" for note in notes]
     for line in lines:
         _print(Text(line))
     if lines:
@@ -340,32 +318,3 @@ def _print(thing: Table | Text) -> None:
     Console(file=text, width=width, color_system=None, highlight=False).print(thing)
     for line in text.getvalue().splitlines():
         print(line.rstrip())
-
-
-def complain(sentence: str) -> None:
-    """Print one sentence on standard error."""
-    with contextlib.suppress(BrokenPipeError):
-        print(f"roughcontact: {one_line(sentence)}", file=sys.stderr, flush=True)
-
-
-def one_line(text: str) -> str:
-    """Return text without line breaks and control characters."""
-    return " ".join(_printable(text).split())
-
-
-def _printable(text: str) -> str:
-    # A file name can carry the terminal's control sequences.
-    return "".join(c if c.isprintable() else " " for c in text)
-
-
-def discard_output() -> None:
-    """Turn standard output away if it takes no more, or it would fail again at the end."""
-    try:
-        sys.stdout.flush()
-        return
-    except (OSError, ValueError):
-        pass
-    with contextlib.suppress(OSError, ValueError, AttributeError):
-        null = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(null, sys.stdout.fileno())
-        os.close(null)

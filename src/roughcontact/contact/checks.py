@@ -69,12 +69,20 @@ def checked_moments(
         )
     if load is None:
         raise InputError(
-            "need a load to balance; give load instead of approach", argument="moments"
+            "need a load to balance; give ",
+            Mention("load"),
+            " instead of ",
+            Mention("approach"),
+            argument="moments",
         )
     if boundary.periodic_axes:
-        raise InputError("need boundary='free': a tilt has no period", argument="moments")
+        raise InputError(
+            "need ", Mention("boundary", "free"), ": a tilt has no period", argument="moments"
+        )
     if precision == "single":
-        raise InputError("need precision='double' to be balanced to 1e-8", argument="moments")
+        raise InputError(
+            "need ", Mention("precision", "double"), " to be balanced to 1e-8", argument="moments"
+        )
     return about_y, about_x
 
 

@@ -21,6 +21,8 @@ from roughcontact.errors import (
     CapacityError,
     ConvergenceError,
     InputError,
+    Sentence,
+    parts_of,
     require_choice,
     require_positive,
 )
@@ -217,10 +219,13 @@ def solve(
     )
     if not result.converged and on_failure == "raise":
         raise ConvergenceError(
-            f"not converged: certificate {result.certificate:.1e} (tolerance {tolerance:.0e}), "
-            f"load error {load_error:.1e}"
-            + (f", moment error {result.moment_error:.1e}" if moments is not None else "")
-            + f" after {result.convolutions} convolutions: {result.status}",
+            Sentence(
+                f"not converged: certificate {result.certificate:.1e} (tolerance {tolerance:.0e}), "
+                f"load error {load_error:.1e}",
+                f", moment error {result.moment_error:.1e}" if moments is not None else "",
+                f" after {result.convolutions} convolutions: ",
+                *parts_of(result.status),
+            ),
             result,
         )
     return result

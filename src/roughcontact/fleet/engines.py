@@ -8,17 +8,16 @@ import os
 import signal
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from functools import partial
 from multiprocessing.connection import Connection
 from typing import Any
 
-from roughcontact.errors import RoughcontactError
+from roughcontact.errors import Mention, RoughcontactError, worded
 from roughcontact.files import replacing, to_json
 from roughcontact.fleet import plan
 from roughcontact.fleet.plan import FAILED, KEPT, SOLVED, Entry, Report
-from roughcontact.formats import tables
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import run as running
-from roughcontact.request.options import in_options
 
 
 def run(
@@ -99,25 +98,22 @@ def _work(entry: Entry, digest: str, threads: int, sender: Connection) -> None:
     try:
         sender.send(_done(entry, digest))
     except RoughcontactError as error:
-        sender.send((FAILED, {}, in_options(str(error))))
+        sender.send((FAILED, {}, error.worded(_words(entry))))
     except (OSError, MemoryError) as error:
         sender.send((FAILED, {}, f"{type(error).__name__}: {error}"))
 
 
+def _words(entry: Entry) -> Callable[[Mention], str]:
+    return partial(plan.spell_key, task=entry.request.task)
+
+
 def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
     outcome = running.run(entry.request, lambda text: None)
-    result = outcome.result
     if outcome.failure is not None:
         raise outcome.failure
-    if outcome.status != "converged":
-        reached = "" if outcome.volume else f"certificate {result.certificate:.1e}; "
-        return FAILED, {}, f"not converged: {reached}{outcome.status}"
-    told = tables.record(outcome.volume or result)
-    told["resolution_notes"] = list(outcome.notes)
-    if outcome.study is not None:
-        told["study"] = outcome.study.summary()
-    told |= {"written": [str(path) for path in outcome.written], "run": digest}
-    text = to_json(told)
+    if not outcome.converged:
+        return FAILED, {}, worded(outcome.shortfall.parts, _words(entry))
+    text = to_json({**outcome.record(), "run": digest})
     with replacing(entry.summary) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
     return SOLVED, json.loads(text), ""

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from roughcontact._version import __version__
+from roughcontact.errors import Mention
+from roughcontact.request.options import SOLVE, named, offered, text_of
 from roughcontact.request.request import Request
 
 SOLVED, KEPT, FAILED = "solved", "solved before", "failed"
@@ -56,6 +58,36 @@ class Report:
     reason: str = ""
 
 
+def spell_key(mention: Mention, task: str) -> str:
+    """Return an argument in the words of project files.
+
+    Parameters
+    ----------
+    mention : Mention
+        What a message speaks of.
+    task : str
+        Of the contact; an argument that it has no key for keeps its name.
+
+    Returns
+    -------
+    str
+        ``key``, or ``key = value``.
+
+    Examples
+    --------
+    >>> spell_key(Mention("load", "1 N"), "solve")
+    'load = "1 N"'
+    """
+    key = named(mention.name, task)
+    if key is None:
+        return str(mention)
+    if mention.value is None:
+        return key
+    if isinstance(mention.value, bool):
+        return f"{key} = {str(mention.value).lower()}"
+    return f"{key} = {json.dumps(text_of(mention.value, offered(task)[key]), ensure_ascii=False)}"
+
+
 def finished(entries: list[Entry]) -> list[Path]:
     """Return the JSON files of the contacts that are complete."""
     return [entry.summary for entry in entries if complete(entry, digest_of(entry)) is not None]
@@ -75,9 +107,12 @@ def complete(entry: Entry, digest: str) -> dict[str, Any] | None:
 
 def digest_of(entry: Entry) -> str:
     """Return a number for all that a contact depends on."""
+    request = entry.request
     digest = hashlib.sha256(__version__.encode())
-    digest.update(json.dumps(dict(entry.request.given), sort_keys=True).encode())
-    for path in entry.request.inputs:
+    # A solve is what a contact is unless another task is named.
+    task = {} if request.task == SOLVE else {"task": request.task}
+    digest.update(json.dumps({**request.given, **task}, sort_keys=True).encode())
+    for path in request.inputs:
         try:
             digest.update(path.read_bytes())
         # Reading it will say what is wrong.

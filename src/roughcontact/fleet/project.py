@@ -5,21 +5,30 @@ from __future__ import annotations
 import os
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from roughcontact.errors import FormatError, InputError
-from roughcontact.fleet.plan import Entry
-from roughcontact.request.options import OPTIONS
+from roughcontact.errors import FormatError, InputError, Mention
+from roughcontact.fleet.plan import Entry, spell_key
+from roughcontact.request.options import OPTIONS, SHOWN, SOLVE, TASKS, Option, named, offered
 from roughcontact.request.request import from_text
 
-WRITABLE = ("nc", "html", "png", "svg", "pdf", "vti", "vtr", "csv")
-"""What a contact may write besides its ``.json``, by suffix."""
-
-_OWN_KEYS = ("name", "file")
-_PLACED = ("output", "figures", "report")
+_OWN_KEYS = ("name", "file", "task")
 _MATERIAL_KEYS = ("young", "poisson", "yield-strength")
+
+WRITABLE = tuple(
+    dict.fromkeys(
+        suffix[1:]
+        for option in OPTIONS
+        for suffix in option.suffixes
+        # The summary of each contact.
+        if suffix != ".json"
+    )
+)
+"""What contacts may write besides their ``.json``, by suffix."""
 
 
 def load(path: str | os.PathLike[str]) -> list[Entry]:
@@ -30,9 +39,11 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
     path : str or path
         The file. ``folder`` and ``write`` (a list of suffixes) say what is written where;
         ``[materials.NAME]`` holds constants; ``[defaults]`` and each ``[[contact]]`` hold the
-        options of ``roughcontact solve`` under their names, and a contact its ``name`` and
-        ``file``. A list of loads makes one contact of each, and the ``folder`` of the volume model
-        gets a folder for each. Paths are relative to the file.
+        options of its ``task`` (``"solve"``, the default, ``"sweep"``, ``"stress"`` or
+        ``"history"``) under the names that the command of that name gives them, and a contact its
+        ``name`` and ``file``. Defaults that the task of a contact has no option for are left
+        out. A list of loads makes one contact of each, and a ``folder`` for steps gets a folder
+        for each. Paths are relative to the file.
 
     Returns
     -------
@@ -54,7 +65,8 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
         raise FormatError(f"{path} cannot be read ({error.strerror}); check its name") from None
     except ValueError as error:
         raise FormatError(f"{path.name} is no TOML file: {error}") from None
-    return list(_entries(path, read, _lines(text)))
+    project = _project(_Source(path, _lines(text)), read)
+    return list(_entries(project))
 
 
 Lines = dict[tuple[str, ...], int]
@@ -84,100 +96,166 @@ def _lines(text: str) -> Lines:
     return lines
 
 
-def _entries(path: Path, read: dict[str, Any], lines: Lines) -> Iterator[Entry]:
-    def place(*table: str) -> str:
-        line = lines.get(table)
-        return path.name + (f" line {line}" if line else "")
+@dataclass(frozen=True)
+class _Source:
+    """The file, and the line of every key."""
 
+    path: Path
+    lines: Lines
+
+    def place(self, table: tuple[str, ...]) -> str:
+        line = self.lines.get(table)
+        return self.path.name + (f" line {line}" if line else "")
+
+    def refusal(self, table: tuple[str, ...], text: str) -> InputError:
+        """Return an error about a key or table."""
+        return InputError(f"{self.place(table)}: {text}")
+
+    def tables(self, read: Any, name: str) -> dict[str, dict[str, Any]]:
+        """Return the tables of one name."""
+        if not isinstance(read, dict) or not all(
+            isinstance(value, dict) for value in read.values()
+        ):
+            raise self.refusal((name,), f"{name} must be tables, [{name}.NAME]")
+        return dict(read)
+
+
+@dataclass(frozen=True)
+class _Project:
+    """What a file holds, its own keys checked."""
+
+    source: _Source
+    target: Path
+    write: list[str]
+    materials: Mapping[str, Mapping[str, Any]]
+    defaults: Mapping[str, Any]
+    contacts: list[Any]
+
+
+@dataclass(frozen=True)
+class _Contact:
+    """One contact with its defaults, and the table and key that each value comes from."""
+
+    source: _Source
+    table: tuple[str, ...]
+    task: str
+    values: dict[str, Any]
+    where: dict[str, tuple[str, ...]]
+
+    def refusal(self, key: str, text: str) -> InputError:
+        """Return an error about a key, which the contact may lack."""
+        return self.source.refusal(self.where.get(key, self.table), text)
+
+    def placed(self, error: InputError) -> InputError:
+        """Return an error in the words of the file, with the line of the key it is about."""
+        begins = error.parts[0] if error.parts else ""
+        about = error.argument or (begins.name if isinstance(begins, Mention) else "")
+        key = named(about, self.task) or about
+        return self.refusal(key, error.worded(partial(spell_key, task=self.task)))
+
+
+def _project(source: _Source, read: dict[str, Any]) -> _Project:
     for key in read:
         if key not in ("folder", "write", "materials", "defaults", "contact"):
-            raise InputError(
-                f"{place(key)}: unknown key {key}; known are folder, write, materials, defaults "
-                "and contact"
+            raise source.refusal(
+                (key,),
+                f"unknown key {key}; known are folder, write, materials, defaults and contact",
             )
     contacts = read.get("contact", [])
     if not isinstance(contacts, list) or not contacts:
-        raise InputError(f"{place('contact')}: there is no [[contact]] in this project")
-    folder = read.get("folder", path.stem)
+        raise source.refusal(("contact",), "there is no [[contact]] in this project")
+    folder = read.get("folder", source.path.stem)
     if not isinstance(folder, str):
-        raise InputError(f"{place('folder')}: folder must be a text, got {folder!r}")
-    target = path.parent / folder
+        raise source.refusal(("folder",), f"folder must be a text, got {folder!r}")
+    target = source.path.parent / folder
     if target.exists() and not target.is_dir():
-        raise InputError(f"{place('folder')}: folder '{target}' is a file")
-    wanted = read.get("write", ["nc"])
-    if not isinstance(wanted, list) or not all(suffix in WRITABLE for suffix in wanted):
-        raise InputError(
-            f"{place('write')}: write must be a list of {', '.join(WRITABLE)}, got {wanted!r}"
+        raise source.refusal(("folder",), f"folder '{target}' is a file")
+    write = read.get("write", ["nc"])
+    if not isinstance(write, list) or not all(suffix in WRITABLE for suffix in write):
+        raise source.refusal(
+            ("write",), f"write must be a list of {', '.join(WRITABLE)}, got {write!r}"
         )
-    materials = _tables(read.get("materials", {}), "materials", place)
+    materials = source.tables(read.get("materials", {}), "materials")
     for name, constants in materials.items():
         for key in constants:
             if key not in _MATERIAL_KEYS:
-                raise InputError(
-                    f"{place('materials', name, key)}: unknown key {key}; known are "
-                    f"{', '.join(_MATERIAL_KEYS)}"
+                raise source.refusal(
+                    ("materials", name, key),
+                    f"unknown key {key}; known are {', '.join(_MATERIAL_KEYS)}",
                 )
     defaults = read.get("defaults", {})
     if not isinstance(defaults, dict):
-        raise InputError(f"{place('defaults')}: defaults must be a table, [defaults]")
+        raise source.refusal(("defaults",), "defaults must be a table, [defaults]")
+    return _Project(source, target, write, materials, defaults, contacts)
+
+
+def _entries(project: _Project) -> Iterator[Entry]:
     seen: dict[str, str] = {}
-    for number, contact in enumerate(contacts):
-        table = ("contact", str(number))
-        if not isinstance(contact, dict):
-            raise InputError(f"{place(*table)}: each contact must be a table, [[contact]]")
-        where: dict[str, tuple[str, ...]] = {key: ("defaults", key) for key in defaults}
-        where |= {key: (*table, key) for key in contact}
-        values = {**defaults, **contact}
-        for key in values:
-            if key in _PLACED or (key not in OPTIONS and key not in _OWN_KEYS):
-                known = ", ".join(k for k in (*_OWN_KEYS, *OPTIONS) if k not in _PLACED)
-                raise InputError(f"{place(*where[key])}: unknown key {key}; known are {known}")
-        for key in _OWN_KEYS:
-            if not isinstance(contact.get(key), str) or not contact[key].strip():
-                raise InputError(f"{place(*table)}: this contact needs a {key}, a text")
+    for number, read in enumerate(project.contacts):
+        contact = _contact(project, number, read)
+        values, source = contact.values, project.source
         loads = values.pop("load", None)
-        where.setdefault("load", table)
         if loads == []:
-            raise InputError(f"{place(*where['load'])}: load is an empty list")
+            raise contact.refusal("load", "load is an empty list")
         for load in loads if isinstance(loads, list) else [loads]:
-            name = contact["name"] if not isinstance(loads, list) else f"{contact['name']} {load}"
+            name = f"{values['name']} {load}" if isinstance(loads, list) else values["name"]
             stem = re.sub(r"[^\w.+-]+", "-", name)
             if stem in seen:
-                raise InputError(f"{place(*table)}: the name {name!r} is taken by {seen[stem]}")
-            seen[stem] = place(*table)
+                raise source.refusal(contact.table, f"the name {name!r} is taken by {seen[stem]}")
+            seen[stem] = source.place(contact.table)
             given = values if load is None else {**values, "load": load}
-            described = _described(path, given, materials, where, place)
-            described |= _outputs(target, stem, wanted)
+            described = _described(contact, given, project.materials)
+            described |= _outputs(project, contact.task, stem)
             if "folder" in described:
                 # One may be given to all contacts.
-                described["folder"] = str(path.parent / str(described["folder"]) / stem)
+                described["folder"] = str(source.path.parent / str(described["folder"]) / stem)
+            file = None if "file" not in values else source.path.parent / values["file"]
             try:
-                made = from_text(
-                    path.parent / contact["file"], described, _namer(place, where, table)
-                )
+                request = from_text(contact.task, file, described)
             except InputError as error:
-                raise _placed(error, where, table, place) from None
-            yield Entry(name, made, target / f"{stem}.json")
+                raise contact.placed(error) from None
+            yield Entry(name, request, project.target / f"{stem}.json")
 
 
-def _namer(
-    place: Callable[..., str], where: Mapping[str, tuple[str, ...]], table: tuple[str, ...]
-) -> Callable[[str], str]:
-    return lambda key: f"{place(*where.get(key, table))}: {key}"
+def _contact(project: _Project, number: int, read: Any) -> _Contact:
+    """Return one contact with its defaults, its keys checked."""
+    table = ("contact", str(number))
+    if not isinstance(read, dict):
+        raise project.source.refusal(table, "each contact must be a table, [[contact]]")
+    where: dict[str, tuple[str, ...]] = {key: ("defaults", key) for key in project.defaults}
+    where |= {key: (*table, key) for key in read}
+    values = {**project.defaults, **read}
+    task = values.get("task", SOLVE)
+    contact = _Contact(project.source, table, task, values, where)
+    if task not in TASKS:
+        raise contact.refusal("task", f"task must be one of {', '.join(TASKS)}, got {task!r}")
+    known = _keys(task)
+    for key in list(values):
+        others = [other for other in TASKS if key in _keys(other)]
+        if key in known:
+            continue
+        if not others:
+            raise contact.refusal(key, f"unknown key {key}; known are {', '.join(known)}")
+        if key in read:
+            wanted = " or ".join(f'"{other}"' for other in others)
+            raise contact.refusal(key, f'{key} needs task = {wanted}, got "{task}"')
+        del values[key]
+    for key in ("name", "file"):
+        nominal = key == "file" and key not in read and "points" in values
+        if not nominal and (not isinstance(read.get(key), str) or not read[key].strip()):
+            raise project.source.refusal(table, f"this contact needs a {key}, a text")
+    return contact
 
 
-def _tables(read: Any, name: str, place: Callable[..., str]) -> dict[str, dict[str, Any]]:
-    if not isinstance(read, dict) or not all(isinstance(value, dict) for value in read.values()):
-        raise InputError(f"{place(name)}: {name} must be tables, [{name}.NAME]")
-    return read
+def _keys(task: str) -> list[str]:
+    """Return what a contact may hold; its files are named by the project."""
+    options = offered(task).values()
+    named = (option.name for option in options if not option.suffixes)
+    return [*_OWN_KEYS, *(name for name in named if name not in SHOWN)]
 
 
 def _described(
-    path: Path,
-    values: Mapping[str, Any],
-    materials: Mapping[str, Mapping[str, Any]],
-    where: dict[str, tuple[str, ...]],
-    place: Callable[..., str],
+    contact: _Contact, values: Mapping[str, Any], materials: Mapping[str, Mapping[str, Any]]
 ) -> dict[str, str | bool | list[str]]:
     """Return the options of a contact as the command line would give them.
 
@@ -192,49 +270,41 @@ def _described(
             for constant, text in materials[value].items():
                 option = f"{prefix}{constant}"
                 if option not in values:
-                    where[option] = ("materials", value, constant)
-                    given[option] = _word(text, constant, place(*where[option]))
+                    contact.where[option] = ("materials", value, constant)
+                    given[option] = _word(contact, option, text, constant)
             continue
-        given[key] = _word(value, key, place(*where[key]))
+        given[key] = _word(contact, key, value, key)
         if key == "counter-surface":
-            given[key] = str(path.parent / str(value))
+            given[key] = str(contact.source.path.parent / str(value))
     return given
 
 
-def _word(value: Any, key: str, at: str) -> str | bool:
-    flag = key in OPTIONS and not OPTIONS[key].metavar
+def _word(contact: _Contact, option: str, value: Any, key: str) -> str | bool:
+    flag = offered(contact.task)[option].is_flag
     if isinstance(value, bool) and flag:
         return value
     if flag or isinstance(value, bool) or not isinstance(value, (str, int, float)):
         wanted = "true or false" if flag else "a text or a number"
-        raise InputError(f"{at}: {key} must be {wanted}, got {value!r}")
+        raise contact.refusal(option, f"{key} must be {wanted}, got {value!r}")
     return str(value)
 
 
-def _outputs(target: Path, stem: str, wanted: list[str]) -> dict[str, str | bool | list[str]]:
-    """Return the options that write the wanted files of a contact."""
+def _outputs(project: _Project, task: str, stem: str) -> dict[str, str | bool | list[str]]:
+    """Return the options that write those of the wanted files that a task can leave."""
     given: dict[str, str | bool | list[str]] = {}
-    for suffix in wanted:
-        path = str(target / f"{stem}.{suffix}")
-        if suffix in ("png", "svg", "pdf"):
-            given["figures"] = path
-        elif suffix == "html":
-            given["report"] = path
+    for suffix in project.write:
+        option = _writing(suffix, task)
+        if option is None:
+            continue
+        path = str(project.target / f"{stem}.{suffix}")
+        if option.many:
+            given[option.name] = [*given.get(option.name, []), path]  # type: ignore[misc]
         else:
-            given["output"] = [*given.get("output", []), path]  # type: ignore[misc]
+            given[option.name] = path
     return given
 
 
-def _placed(
-    error: InputError,
-    where: Mapping[str, tuple[str, ...]],
-    table: tuple[str, ...],
-    place: Callable[..., str],
-) -> InputError:
-    """Return an error with the line of the key that it names, in the words of the file."""
-    text = str(error)
-    named = re.match(r"--([a-z-]+)", text)
-    if named is None and ": " in text and text.startswith(place(*table).partition(" ")[0]):
-        return error
-    key = named[1] if named else ""
-    return InputError(f"{place(*where.get(key, table))}: {text.replace('--', '')}")
+def _writing(suffix: str, task: str) -> Option | None:
+    """Return the option of a task that writes files of a suffix."""
+    options = offered(task).values()
+    return next((option for option in options if f".{suffix}" in option.suffixes), None)

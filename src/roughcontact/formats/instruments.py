@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import FormatError, InputError
+from roughcontact.errors import FormatError, InputError, Mention
 from roughcontact.formats.scale import in_metres, is_length, pixel_of, refuse_given, unit_in_metres
 from roughcontact.formats.source import Asked, Channel, check_container, one_line, surface_of
 from roughcontact.surface.provenance import Provenance
@@ -259,7 +259,8 @@ def _opened(path: Path, kind: str) -> Iterator[Any]:
         except Exception as error:
             raise FormatError(
                 f"{path.name} cannot be read as format {kind!r} ({one_line(error)}); check that "
-                "the file is complete, or name its format with format="
+                "the file is complete, or name its format with ",
+                Mention("format"),
             ) from error
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import units
-from roughcontact.errors import FormatError, InputError
+from roughcontact.errors import FormatError, InputError, Mention
 from roughcontact.formats.scale import in_metres, pixel_of, refuse_given, unit_in_metres
 from roughcontact.formats.source import Asked, Channel, check_container, one_line, surface_of
 from roughcontact.surface.provenance import Provenance
@@ -207,7 +207,8 @@ def _read_text(path: Path, points_possible: bool = True) -> tuple[Array, tuple[s
     except UnicodeDecodeError:
         raise FormatError(
             f"{path.name} is no text in UTF-8; save it as a plain text matrix, or name its format "
-            "with format="
+            "with ",
+            Mention("format"),
         ) from None
     except OSError as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None

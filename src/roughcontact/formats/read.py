@@ -7,7 +7,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from roughcontact.errors import FormatError, InputError
+from roughcontact.errors import FormatError, InputError, Mention
 from roughcontact.formats import instruments, matrices, netcdf
 from roughcontact.formats.scale import check_scale
 from roughcontact.formats.source import Asked, Channel, InputFormat, existing
@@ -143,6 +143,7 @@ def _format_of(path: Path, wanted: str | None) -> InputFormat:
             return known
     suffixes = ", ".join(sorted(SUFFIXES))
     raise FormatError(
-        f"{path.name} has the unknown suffix {suffix!r}; give format= or one of the known "
-        f"suffixes {suffixes}, .000 to .999"
+        f"{path.name} has the unknown suffix {suffix!r}; give ",
+        Mention("format"),
+        f" or one of the known suffixes {suffixes}, .000 to .999",
     )

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import units
-from roughcontact.errors import FormatError, InputError
+from roughcontact.errors import FormatError, InputError, Mention
 from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
@@ -30,13 +30,17 @@ def refuse_given(path: Path, **given: object) -> None:
     """Raise `InputError` where something is given that a file says itself."""
     for name, value in given.items():
         if value is not None:
-            raise InputError(f"{path.name} gives its {name} itself; leave out {name}={value!r}")
+            raise InputError(
+                f"{path.name} gives its {name} itself; leave out ", Mention(name, value)
+            )
 
 
 def unit_in_metres(path: Path, unit: str | None) -> float:
     """Return a unit of length as files spell it [m]; without one, complain."""
     if unit is None:
-        raise InputError(f"{path.name} gives no unit of the heights; give it, e.g. unit='um'")
+        raise InputError(
+            f"{path.name} gives no unit of the heights; give it, e.g. ", Mention("unit", "um")
+        )
     return units.parse(f"1 {_FILE_UNITS.get(unit, unit)}", "length", "unit")
 
 
@@ -76,8 +80,8 @@ def pixel_of(
     ny, nx = shape
     if size is None:
         raise InputError(
-            "gives no lengths of its sides; give them in the order (y, x), e.g. "
-            "size='0.1 mm x 0.2 mm'",
+            "gives no lengths of its sides; give them in the order (y, x), e.g. ",
+            Mention("size", "0.1 mm x 0.2 mm"),
             argument=name,
         )
     if isinstance(size, str):

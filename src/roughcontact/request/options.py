@@ -1,28 +1,54 @@
-"""The options of one run: one table behind the command line and project files."""
+"""The options of all commands and of project files: one table."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
+import shlex
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
+from roughcontact import units
+from roughcontact.errors import Mention
 from roughcontact.formats import export
+from roughcontact.formats.export import Kind
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import parsing
 
+SOLVE, SWEEP, STRESS, HISTORY = "solve", "sweep", "stress", "history"
+TASKS = (SOLVE, SWEEP, STRESS, HISTORY)
+"""What a run can be asked for; each is a command, and a ``task`` of a project file."""
+
+RUN, INFO, MATERIALS, DEMO = "run", "info", "materials", "demo"
+COMMANDS = (*TASKS, RUN, INFO, MATERIALS, DEMO)
+
+Given = Mapping[str, str | bool | list[str]]
+"""Options as text by their names: True for a flag, a list for what may be repeated."""
+
 MAP, BODIES, SOLVER, OUTPUT = "Map", "Bodies and load", "Solver", "Output"
+"""Headings of the help."""
+
+CEILING, VOLUME = "ceiling", "volume"
+"""The models of `SOLVE`."""
 
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
 HOLES = ("error", "fill", "mask", "crop")
+TABLES = (".csv", ".json")
+PICTURES = (".png", ".svg", ".pdf")
+SURFACES = export.suffixes(Kind.SURFACE)
+RESULTS = {CEILING: export.suffixes(Kind.CONTACT), VOLUME: export.suffixes(Kind.VOLUME)}
+"""How files of results may end, by model."""
+FORCE, LENGTH, PRESSURE = (parsing.quantity(name) for name in ("force", "length", "pressure"))
 
 
 @dataclass(frozen=True)
 class Option:
-    """One word of the command line and of project files.
+    """One word of the commands that it fits, and of project files.
 
     Parameters
     ----------
+    name : str
+        As users write it, without dashes in front.
     panel : str
         Heading under which the help lists it.
     metavar : str
@@ -30,223 +56,463 @@ class Option:
     help : str
         What it does.
     parse : callable
-        ``parse(text, name)`` returns the value; its errors start with the name.
+        ``parse(text, argument)`` returns the value; its errors carry the argument.
+    fits : tuple of str
+        Commands that have it.
+    default : object
+        Value where nothing is given.
     many : bool
         Whether it may be given several times.
+    arguments : tuple of str
+        What the public functions call it, where they have names of their own for it.
+    suffixes : tuple of str
+        Of a file to write: how its name may end.
+    model : str
+        The only model of `SOLVE` that it serves; empty for both.
     """
 
+    name: str
     panel: str
     metavar: str
     help: str
-    parse: Callable[[str, str], Any]
+    parse: Callable[[str, str], Any] = parsing.flag
+    fits: tuple[str, ...] = TASKS
+    default: Any = None
     many: bool = False
+    arguments: tuple[str, ...] = ()
+    suffixes: tuple[str, ...] = ()
+    model: str = ""
+
+    @property
+    def argument(self) -> str:
+        """What errors and `Mention` call it."""
+        return self.name.replace("-", "_")
+
+    @property
+    def is_flag(self) -> bool:
+        """Whether it is given without a value."""
+        return not self.metavar
 
 
-OPTIONS: dict[str, Option] = {
-    "format": Option(
-        MAP, "NAME", "Format of the file; by default its suffix decides.", parsing.words,
+OPTIONS = (
+    Option(
+        "format", MAP, "NAME", "Format of the file; default: told by its suffix.", parsing.words,
+        fits=(*TASKS, INFO),
     ),
-    "channel": Option(
-        MAP, "NAME|INDEX", "Height channel; by default the file's own choice.", parsing.words
+    Option(
+        "channel", MAP, "NAME|INDEX", "Height channel; default: the one the file proposes.",
+        parsing.words, fits=(*TASKS, INFO),
     ),
-    "unit": Option(MAP, "UNIT", "Unit of the heights, if the file gives none: um.", parsing.words),
-    "size": Option(
-        MAP, "LENGTHS",
-        'Sides (y, x) of the map, if the file gives none or there is none: "0.1 mm x 0.2 mm".',
-        parsing.words,
+    Option(
+        "unit", MAP, "UNIT", "Unit of the heights, if the file gives none, such as um.",
+        parsing.words, fits=(*TASKS, INFO),
     ),
-    "tip-radius": Option(
-        MAP, "LENGTH", 'Radius of the tip of a scanning probe, such as "10 nm": tells below which '
-        "scale the map shows the tip.", parsing.quantity("length"),
+    Option(
+        "size", MAP, "LENGTHS",
+        'Sides (y, x) of the map, if there is no file or it gives none: "0.1 mm x 0.2 mm".',
+        parsing.words, fits=(*TASKS, INFO),
     ),
-    "points": Option(
-        MAP, "NUMBER|NYxNX", "Grid of a nominal --body that needs no FILE, such as 256.",
-        parsing.points
+    Option(
+        "tip-radius", MAP, "LENGTH",
+        'Radius of the tip of a scanning probe, such as "10 nm", to tell below which scale the map '
+        "shows the tip.", LENGTH,
     ),
-    "crop": Option(
-        MAP, "ROWS,COLUMNS", "Part of the map to keep, such as 0:256,100:356.", parsing.window,
+    Option(
+        "points", MAP, "NUMBER|NYxNX", "Grid of a nominal --body without a FILE, such as 256.",
+        parsing.points,
     ),
-    "outliers": Option(
-        MAP, "NUMBER",
-        "Take points further than so many robust standard deviations from their surroundings as "
-        "missing, such as 6.", parsing.number,
+    Option(
+        "points", MAP, "NUMBER", "Points per side; default: 1024.", parsing.at_least(32),
+        fits=(DEMO,), default=1024,
     ),
-    "level": Option(
-        MAP, "|".join(LEVELS),
-        "What is fitted and subtracted; plane (least squares) by default.", parsing.choice(*LEVELS),
+    Option(
+        "crop", MAP, "ROWS,COLUMNS", "Part of the map to keep, such as 0:256,100:356.",
+        parsing.window,
     ),
-    "form": Option(
-        MAP, "FORM",
+    Option(
+        "outliers", MAP, "NUMBER",
+        "Treat points as missing that lie further from their surroundings than this many robust "
+        "standard deviations, such as 6.", parsing.number,
+    ),
+    Option(
+        "level", MAP, "|".join(LEVELS),
+        "What is fitted and subtracted; default: plane (by least squares).",
+        parsing.choice(*LEVELS), default="plane",
+    ),
+    Option(
+        "form", MAP, "FORM",
         'Form to remove by least squares: sphere, cylinder or "polynomial 4".', parsing.form,
     ),
-    "holes": Option(
-        MAP, "|".join(HOLES),
-        "Missing points: error (default) refuses them, fill interpolates smoothly, mask "
-        "lets them never touch, crop keeps the largest rectangle without them.",
-        parsing.choice(*HOLES),
+    Option(
+        "holes", MAP, "|".join(HOLES),
+        "Missing points: error refuses them, fill interpolates smoothly, mask lets them never "
+        "touch, crop keeps the largest rectangle without them; default: error.",
+        parsing.choice(*HOLES), default="error",
     ),
-    "s-filter": Option(
-        MAP, "LENGTH", 'Remove waves shorter than this (ISO 16610-61), such as "2.5 um".',
-        parsing.quantity("length"),
+    Option(
+        "s-filter", MAP, "LENGTH", 'Remove waves shorter than this (ISO 16610-61), such as '
+        '"2.5 um".', LENGTH, arguments=("s",),
     ),
-    "l-filter": Option(
-        MAP, "LENGTH", 'Remove waves longer than this, such as "80 um".', parsing.quantity("length")
+    Option(
+        "l-filter", MAP, "LENGTH", 'Remove waves longer than this, such as "80 um".', LENGTH,
+        arguments=("l",),
     ),
-    "pixel": Option(
-        MAP, "LENGTH", 'Resample (cubic splines) to about this pixel, such as "0.5 um".',
-        parsing.quantity("length"),
+    Option(
+        "pixel", MAP, "LENGTH", 'Resample (cubic splines) to about this pixel, such as "0.5 um".',
+        LENGTH,
     ),
-    "rotate": Option(MAP, "DEGREES", "Turn counter-clockwise by a multiple of 90.", parsing.turns),
-    "load": Option(
-        BODIES, "FORCE", 'Normal load, such as "1 N"; this or --approach.',
-        parsing.quantity("force")
+    Option(
+        "rotate", MAP, "DEGREES", "Turn the map counter-clockwise by a multiple of 90.",
+        parsing.turns, default=0,
     ),
-    "approach": Option(
-        BODIES, "LENGTH", 'Approach of the bodies from the first touch, such as "1 um".',
-        parsing.quantity("length"),
+    Option(
+        "load", BODIES, "FORCE", 'Normal load, such as "1 N"; this or --approach.', FORCE,
+        fits=(SOLVE, STRESS),
     ),
-    "material": Option(
-        BODIES, "NAME",
-        "Material of the catalogue, such as 100Cr6; see roughcontact materials. Or give --young, "
-        "--poisson and --yield-strength, which also replace single values of it.", parsing.material,
+    Option(
+        "approach", BODIES, "LENGTH", 'Approach of the bodies from first touch, such as "1 um".',
+        LENGTH, fits=(SOLVE, STRESS), model=CEILING,
     ),
-    "load-point": Option(
-        BODIES, "LENGTHS",
+    Option(
+        "from", BODIES, "LOAD|APPROACH", 'First load, such as "10 mN", or approach, such as '
+        '"0.1 um".', parsing.load_or_approach, fits=(SWEEP,),
+    ),
+    Option(
+        "to", BODIES, "LOAD|APPROACH", "Last load or approach.", parsing.load_or_approach,
+        fits=(SWEEP,),
+    ),
+    Option(
+        "steps", BODIES, "NUMBER", "How many loads or approaches; default: 13.",
+        parsing.at_least(2), fits=(SWEEP,), default=13,
+    ),
+    Option(
+        "spacing", BODIES, "log|linear", "log: equal ratios; linear: equal differences; default: "
+        "log.", parsing.choice("log", "linear"), fits=(SWEEP,), default="log",
+    ),
+    Option(
+        "path", BODIES, "LOADS", 'Loads or approaches in their order: "1 N, 0 N, 1 N".',
+        parsing.stages, fits=(HISTORY,),
+    ),
+    Option(
+        "passes", BODIES, "NUMBER", "How often the path is followed; default: 1.",
+        parsing.at_least(1), fits=(HISTORY,), default=1,
+    ),
+    Option(
+        "shift", BODIES, "LENGTHS",
+        'Shift (y, x) of the counter-body from pass to pass, such as "0 um, 5 um"; default: none.',
+        parsing.offset, fits=(HISTORY,), default=(0.0, 0.0),
+    ),
+    Option(
+        "load-point", BODIES, "LENGTHS",
         'Let the bodies tilt until the load acts at this offset (y, x) from the middle of the map, '
-        'such as "0 um, 5 um"; they keep their angle without.', parsing.offset,
+        'such as "0 um, 5 um"; default: they do not tilt.', parsing.offset, fits=(SOLVE, STRESS),
+        model=CEILING,
     ),
-    "young": Option(
-        BODIES, "PRESSURE", 'Young\'s modulus, such as "210 GPa".', parsing.quantity("pressure")
+    Option(
+        "material", BODIES, "NAME",
+        "Material of the catalogue, such as 100Cr6; see roughcontact materials. --young, --poisson "
+        "and --yield-strength stand in for it or replace single values.", parsing.material,
     ),
-    "poisson": Option(BODIES, "NUMBER", "Poisson's ratio, such as 0.3.", parsing.number),
-    "yield-strength": Option(
-        BODIES, "PRESSURE", 'Yield strength, such as "1 GPa".', parsing.quantity("pressure")
+    Option(
+        "young", BODIES, "PRESSURE", 'Young\'s modulus, such as "210 GPa".', PRESSURE,
     ),
-    "counter-material": Option(
-        BODIES, "NAME", "Material of the counter-body; it is rigid without.", parsing.material
+    Option("poisson", BODIES, "NUMBER", "Poisson's ratio, such as 0.3.", parsing.number),
+    Option(
+        "yield-strength", BODIES, "PRESSURE", 'Yield strength, such as "1 GPa".', PRESSURE,
     ),
-    "counter-young": Option(
-        BODIES, "PRESSURE", "Young's modulus of the counter-body.", parsing.quantity("pressure")
+    Option(
+        "counter-material", BODIES, "NAME", "Material of the counter-body; default: rigid.",
+        parsing.material,
     ),
-    "counter-poisson": Option(
-        BODIES, "NUMBER", "Poisson's ratio of the counter-body.", parsing.number,
+    Option(
+        "counter-young", BODIES, "PRESSURE", "Young's modulus of the counter-body.", PRESSURE,
     ),
-    "counter-yield-strength": Option(
-        BODIES, "PRESSURE", "Yield strength of the counter-body.", parsing.quantity("pressure")
+    Option(
+        "counter-poisson", BODIES, "NUMBER", "Poisson's ratio of the counter-body.",
+        parsing.number,
     ),
-    "body": Option(
-        BODIES, "FORM",
+    Option(
+        "counter-yield-strength", BODIES, "PRESSURE", "Yield strength of the counter-body.",
+        PRESSURE,
+    ),
+    Option(
+        "body", BODIES, "FORM",
         'Nominal form under the roughness, or alone with --points and --size: "sphere 10 mm", '
-        '"cylinder 5 mm 90 deg", "ellipsoid 10 mm 4 mm", "punch 20 um", "cone 0.01", "wedge 0.01".',
+        '"cylinder 5 mm 90 deg", "ellipsoid 10 mm 4 mm", "punch 20 um", "cone 0.01", "wedge 0.01". '
+        "Angles run counter-clockwise.", parsing.body,
+    ),
+    Option(
+        "counter-body", BODIES, "FORM", "Nominal form of the counter-body; default: flat.",
         parsing.body,
     ),
-    "counter-body": Option(
-        BODIES, "FORM", "Nominal form of the counter-body; a flat without.", parsing.body
+    Option(
+        "counter-surface", BODIES, "FILE",
+        "Height map of the counter-body, laid on point by point; on another grid it needs --align.",
+        parsing.path,
     ),
-    "counter-surface": Option(
-        BODIES, "FILE",
-        "Height map of the counter-body, laid on point by point, so on the same grid unless "
-        "--align is given.", parsing.path,
+    Option(
+        "align", BODIES, "",
+        "Bring both maps to one grid, centre on centre, and keep what both cover.", default=False,
     ),
-    "align": Option(
-        BODIES, "",
-        "Bring both maps to one grid, centre on centre, and keep what both cover.", parsing.flag,
+    Option(
+        "offset", BODIES, "LENGTHS", 'Shift (y, x) of the aligned counter-map, such as "0 um, '
+        '5 um".', parsing.offset,
     ),
-    "offset": Option(
-        BODIES, "LENGTHS", 'Shift (y, x) of the aligned counter-map: "0 um, 5 um".', parsing.offset
+    Option(
+        "angle", BODIES, "DEGREES", "Turn of the aligned counter-map, counter-clockwise.",
+        parsing.number,
     ),
-    "angle": Option(
-        BODIES, "DEGREES", "Turn of the aligned counter-map, counter-clockwise.", parsing.number
+    Option(
+        "mirror", BODIES, "",
+        "Mirror the aligned counter-map, as a map measured from its own front needs.",
+        default=False,
     ),
-    "mirror": Option(
-        BODIES, "", "Mirror the aligned counter-map, as one measured from its front needs.",
-        parsing.flag
+    Option(
+        "ceiling", BODIES, "PRESSURE",
+        'Largest pressure, such as "3 GPa", or a hardness, such as "62 HRC"; auto: 3 times the '
+        "smaller yield strength, or else the hardness; none: purely elastic; default: auto.",
+        parsing.ceiling, default="auto", model=CEILING,
     ),
-    "ceiling": Option(
-        BODIES, "PRESSURE",
-        'Largest pressure, such as "3 GPa", or a hardness, such as "62 HRC"; or auto (default): '
-        "3 times the smaller yield strength, or the hardness where there is none; or none: purely "
-        "elastic.", parsing.ceiling,
+    Option(
+        "model", BODIES, f"{CEILING}|{VOLUME}",
+        "ceiling: pressures up to the ceiling; volume: plastic strain in the volume, which takes "
+        "seconds to minutes; default: ceiling.", parsing.choice(CEILING, VOLUME), fits=(SOLVE,),
+        default=CEILING,
     ),
-    "model": Option(
-        BODIES, "ceiling|volume",
-        "ceiling (default): pressures up to the ceiling; volume: plastic strain in the volume, "
-        "which takes seconds to minutes.", parsing.choice("ceiling", "volume"),
+    Option(
+        "increments", BODIES, "NUMBER", "Steps to the load of the volume model; default: 10.",
+        parsing.at_least(1), fits=(SOLVE,), default=10, model=VOLUME,
     ),
-    "increments": Option(
-        BODIES, "NUMBER", "Steps to the load of the volume model; 10 by default.", parsing.whole
+    Option(
+        "unload", BODIES, "",
+        "Take the bodies of the volume model apart at the end, to see what stays.", fits=(SOLVE,),
+        default=False, model=VOLUME,
     ),
-    "unload": Option(
-        BODIES, "", "Take the bodies of the volume model apart in the end: what stays.",
-        parsing.flag
+    Option(
+        "hardening", BODIES, "LAW",
+        'Hardening of the rough body: "linear 2 GPa" (modulus) or "swift 945 MPa 20 0.121" (B, C, '
+        "n of B (C + 1e6 e)^n); for the volume model, and for the ceiling that is recommended.",
+        parsing.hardening, fits=(SOLVE,),
     ),
-    "hardening": Option(
-        BODIES, "LAW",
-        'Of the rough body: "linear 2 GPa" (modulus) or "swift 945 MPa 20 0.121" (B, C, n of '
-        'B (C + 1e6 e)^n); for the volume model, and for the ceiling that is recommended.',
-        parsing.hardening,
+    Option(
+        "boundary", BODIES, "|".join(Boundary),
+        "free: the map is all there is; periodic: it repeats; periodic-x, periodic-y: it repeats "
+        "along x, or along y, and ends along the other; default: free.",
+        parsing.choice(*Boundary), default=Boundary.FREE,
     ),
-    "boundary": Option(
-        BODIES, "|".join(Boundary),
-        "free (default): the map is all there is; periodic: it repeats; periodic-x, periodic-y: it "
-        "repeats along x, or along y, and ends along the other.",
-        parsing.choice(*Boundary),
+    Option(
+        "which", BODIES, "body|counter-body", "Body to look into; default: body.",
+        parsing.choice("body", "counter-body"), fits=(STRESS,), default="body",
     ),
-    "tolerance": Option(
-        SOLVER, "NUMBER",
-        "Certificate to reach; 1e-6 by default, 1e-4 in single precision. Of the volume model the "
-        "residual of the plastic strain; 1e-4 by default.", parsing.number,
+    Option(
+        "friction", BODIES, "NUMBER", "Coefficient of friction; default: 0.", parsing.number,
+        fits=(STRESS,), default=0.0,
     ),
-    "max-iterations": Option(
-        SOLVER, "NUMBER",
-        "Most convolutions on any one grid; 500 by default. Of the volume model most iterations at "
-        "one load; 150 by default.", parsing.whole,
+    Option(
+        "direction", BODIES, "DEGREES",
+        "Direction of the traction on the body, counter-clockwise from x; default: 0.",
+        parsing.number, fits=(STRESS,), default=0.0,
     ),
-    "precision": Option(
-        SOLVER, "double|single",
-        "single needs two thirds of the memory; double by default, single for the volume model.",
-        parsing.choice("double", "single"),
+    Option(
+        "depths", SOLVER, "LENGTHS", 'Depths, such as "1 um, 2 um"; default: the contact '
+        "chooses.", parsing.lengths, fits=(STRESS,),
     ),
-    "study": Option(
-        SOLVER, "",
+    Option(
+        "onset", SOLVER, "", "Find the load at which the first point yields.", fits=(STRESS,),
+        default=False,
+    ),
+    Option(
+        "tolerance", SOLVER, "NUMBER",
+        "Certificate to reach; default: 1e-6, in single precision 1e-4. In the volume model, "
+        "residual of the plastic strain to reach; default: 1e-4.", parsing.number, fits=(SOLVE,),
+    ),
+    Option(
+        "tolerance", SOLVER, "NUMBER",
+        "Certificate to reach; default: 1e-6, in single precision 1e-4.", parsing.number,
+        fits=(SWEEP, STRESS),
+    ),
+    Option(
+        "tolerance", SOLVER, "NUMBER", "Certificate to reach; default: 1e-6.", parsing.number,
+        fits=(HISTORY,),
+    ),
+    Option(
+        "max-iterations", SOLVER, "NUMBER",
+        "Most convolutions on any one grid; default: 500. In the volume model, most iterations at "
+        "one load; default: 150.", parsing.whole, fits=(SOLVE,),
+    ),
+    Option(
+        "max-iterations", SOLVER, "NUMBER", "Most convolutions on any one grid; default: 500.",
+        parsing.whole, fits=(SWEEP, STRESS, HISTORY),
+    ),
+    Option(
+        "precision", SOLVER, "double|single",
+        "single needs two thirds of the memory; default: double, in the volume model single.",
+        parsing.choice("double", "single"), fits=(SOLVE,),
+    ),
+    Option(
+        "precision", SOLVER, "double|single",
+        "single needs two thirds of the memory; default: double.",
+        parsing.choice("double", "single"), fits=(SWEEP, STRESS),
+    ),
+    Option(
+        "study", SOLVER, "",
         "Solve again on coarser and finer grids, with filters and other ceilings, and tell what "
-        "depends on them.", parsing.flag,
+        "depends on them.", fits=(SOLVE,), default=False, model=CEILING,
     ),
-    "output": Option(
-        OUTPUT, "FILE",
-        f"Write the result: {export.told(export.Kind.CONTACT, export.Kind.VOLUME)}; may be given "
-        "again.", parsing.path, many=True,
+    Option(
+        "output", OUTPUT, "FILE",
+        f"Write the result: {export.told(Kind.CONTACT, Kind.VOLUME)}; may be repeated.",
+        parsing.path,
+        fits=(SOLVE,), default=(), many=True, suffixes=RESULTS[VOLUME],
     ),
-    "folder": Option(
-        OUTPUT, "FOLDER",
-        "Where the volume model keeps every load that is reached, to go on later.", parsing.path,
+    Option(
+        "output", OUTPUT, "FILE.csv|json", "Write the table of loads.", parsing.path,
+        fits=(SWEEP,), suffixes=TABLES,
     ),
-    "report": Option(
-        OUTPUT, "FILE.html", "Write a report with figures into one HTML file.", parsing.path
+    Option(
+        "output", OUTPUT, "FILE.csv|json", "Write the table of steps.", parsing.path,
+        fits=(HISTORY,), suffixes=TABLES,
     ),
-    "figures": Option(
-        OUTPUT, "FOLDER|PREFIX",
-        "Write surface, pressure, contact, gap and histogram (of the volume model sections and "
+    Option(
+        "output", OUTPUT, "FILE.nc", "Write contact and stress as NetCDF.", parsing.path,
+        fits=(STRESS,), suffixes=(".nc",),
+    ),
+    Option(
+        "residual", OUTPUT, "FILE",
+        f"Write the indented surface: {', '.join(SURFACES)}.", parsing.path,
+        fits=(HISTORY,), suffixes=SURFACES,
+    ),
+    Option(
+        "folder", OUTPUT, "FOLDER",
+        "Where the volume model keeps every load it reaches, to go on later.", parsing.path,
+        fits=(SOLVE,), model=VOLUME,
+    ),
+    Option(
+        "folder", OUTPUT, "FOLDER", "Where finished steps are kept, to go on later.", parsing.path,
+        fits=(SWEEP,),
+    ),
+    Option(
+        "folder", OUTPUT, "FOLDER", "Where the files go; default: roughcontact-demo.",
+        parsing.path, fits=(DEMO,), default=parsing.path("roughcontact-demo", "folder"),
+    ),
+    Option(
+        "report", OUTPUT, "FILE.html", "Write a report with figures into one HTML file.",
+        parsing.path, suffixes=(".html",),
+    ),
+    Option(
+        "figures", OUTPUT, "FOLDER|PREFIX",
+        "Draw surface, pressure, contact, gap and histogram (of the volume model sections and "
         "profiles instead of the contact) as PNG into an existing folder, or with this start of "
-        "their names; with .svg or .pdf at its end in that format.", parsing.words,
+        "their names; ending in .svg or .pdf, in that format.", parsing.words, fits=(SOLVE,),
+        suffixes=PICTURES,
     ),
-}  # fmt: skip
-"""Every option that describes one run, in the order of the help."""
+    Option(
+        "figures", OUTPUT, "FOLDER|PREFIX",
+        "Draw depth profile, section and map of the stress as PNG into an existing folder, or with "
+        "this start of their names; ending in .svg or .pdf, in that format.", parsing.words,
+        fits=(STRESS,), suffixes=PICTURES,
+    ),
+    Option(
+        "figure", OUTPUT, "FILE", "Draw the curve as PNG, SVG or PDF.", parsing.path,
+        fits=(SWEEP,), suffixes=PICTURES,
+    ),
+    Option(
+        "figure", OUTPUT, "FILE", "Draw the loop as PNG, SVG or PDF.", parsing.path,
+        fits=(HISTORY,), suffixes=PICTURES,
+    ),
+    Option(
+        "json", OUTPUT, "", "Print JSON in SI units, and nothing else.",
+        fits=(*TASKS, RUN, INFO, MATERIALS), default=False,
+    ),
+    Option(
+        "quiet", OUTPUT, "", "Print nothing but errors, and JSON if wanted.", fits=(*TASKS, RUN),
+        default=False,
+    ),
+)  # fmt: skip
+"""Every option of every command, in the order of the help."""
+
+SHOWN = ("json", "quiet")
+"""Options about what the terminal shows, which do not describe a run."""
 
 
-_ARGUMENT = re.compile(
-    r"""\b(format|channel|unit|size|precision)=("[^"]*"|'[^']*')?"""
-    r"|^(format|unit|size|load|approach|ceiling|tolerance|boundary|precision|folder)\b(?= |$)"
-    r"|\b(max_iterations|counter_surface|tip_radius)\b"
-)
+@lru_cache
+def offered(command: str) -> Mapping[str, Option]:
+    """Return the options that fit a command, by name, in the order of its help."""
+    return {option.name: option for option in OPTIONS if command in option.fits}
 
 
-def in_options(message: str) -> str:
-    """Return a message of the library in the words of the command line."""
+def named(argument: str, command: str) -> str | None:
+    """Return the name of the option that an argument stands for, None if the command has none."""
+    for name, option in offered(command).items():
+        if argument == option.argument or argument in option.arguments:
+            return name
+    return None
 
-    def option(match: re.Match[str]) -> str:
-        keyword, value, leading, underscored = match.groups()
-        name = (keyword or leading or underscored).replace("_", "-")
-        return f"--{name} {value}" if value else f"--{name}"
 
-    return _ARGUMENT.sub(option, message)
+def parsed(given: Given, command: str) -> dict[str, Any]:
+    """Return the values of options that were given as text.
+
+    Parameters
+    ----------
+    given : Mapping
+        Text by the names of options that the command has; a bool for a flag, a list for what may
+        be repeated.
+    command : str
+        The command.
+
+    Raises
+    ------
+    InputError
+        If a value cannot be used; it carries the argument.
+    """
+    values: dict[str, Any] = {}
+    for name, value in given.items():
+        option = offered(command)[name]
+        if isinstance(value, bool):
+            values[name] = value
+        elif option.many:
+            listed = [value] if isinstance(value, str) else value
+            values[name] = tuple(option.parse(text, option.argument) for text in listed)
+        else:
+            values[name] = option.parse(str(value), option.argument)
+    return values
+
+
+def text_of(value: object, option: Option) -> str:
+    """Return a value as it would be given for an option."""
+    dimension = {FORCE: "N", LENGTH: "m", PRESSURE: "Pa"}.get(option.parse)
+    if isinstance(value, float):
+        return units.engineering(value, dimension) if dimension else f"{value:g}"
+    return str(value)
+
+
+def spell_option(mention: Mention, command: str) -> str:
+    """Return an argument in the words of the command line.
+
+    Parameters
+    ----------
+    mention : Mention
+        What a message speaks of.
+    command : str
+        The command that was given; an argument that it has no option for keeps its name.
+
+    Returns
+    -------
+    str
+        ``--name``, or ``--name value`` quoted for a shell.
+
+    Examples
+    --------
+    >>> spell_option(Mention("max_iterations"), "solve")
+    '--max-iterations'
+    >>> spell_option(Mention("size", "0.1 mm x 0.2 mm"), "solve")
+    "--size '0.1 mm x 0.2 mm'"
+    """
+    if mention.name == "file" and command in (*TASKS, INFO):
+        return "FILE"
+    name = named(mention.name, command)
+    if name is None:
+        return str(mention)
+    if mention.value is None or mention.value is True:
+        return f"--{name}"
+    return f"--{name} {shlex.quote(text_of(mention.value, offered(command)[name]))}"

@@ -1,4 +1,4 @@
-"""Files that a run writes: their names, their places, and the writing of them."""
+"""Files that a run writes: their names, their places, their figures, and the writing of them."""
 
 from __future__ import annotations
 
@@ -7,15 +7,26 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from roughcontact.errors import InputError
-from roughcontact.formats import export
+from roughcontact.errors import InputError, Mention
 from roughcontact.report import figures
+from roughcontact.request.options import (
+    PICTURES,
+    RESULTS,
+    SOLVE,
+    STRESS,
+    VOLUME,
+    Option,
+)
 
 Say = Callable[[str], None]
 Task = tuple[Path, Callable[[Path], object]]
 
-FIGURES = {"ceiling": figures.names(figures.CONTACT), "volume": figures.names(figures.VOLUME)}
-"""Names of the figures of each model."""
+FIGURES = {
+    SOLVE: figures.names(figures.CONTACT),
+    VOLUME: figures.names(figures.VOLUME),
+    STRESS: figures.names(figures.STRESS),
+}
+"""Names of the figures of each kind of run that has several."""
 
 
 class UnfinishedError(Exception):
@@ -54,40 +65,58 @@ def write(tasks: Iterable[Task], say: Say) -> list[Path]:
 
 def saver(draw: Callable[[], Any]) -> Callable[[Path], object]:
     """Return what draws a figure and saves it."""
-    from roughcontact.plots import saving
 
-    return lambda path: saving.save(draw(), path)
+    def save(path: Path) -> None:
+        from roughcontact.plots import saving
+
+        saving.save(draw(), path)
+
+    return save
 
 
-def figure_files(start: str | None, names: Sequence[str]) -> dict[str, Path]:
+def figure_files(start: str | None, names: Iterable[str]) -> dict[str, Path]:
     """Return the files of figures: in a folder, or with the start of their names."""
     if start is None:
         return {}
     if Path(start).is_dir():
         return {name: Path(start) / f"{name}.png" for name in names}
     if start.endswith(("/", os.sep)):
-        raise InputError(f"--figures: the folder '{start}' does not exist; create it first")
+        raise InputError(
+            Mention("figures"), f": the folder '{start}' does not exist; create it first"
+        )
     suffix = Path(start).suffix.lower()
-    suffix = suffix if suffix in (".png", ".svg", ".pdf") else ""
+    suffix = suffix if suffix in PICTURES else ""
     stem = start[: len(start) - len(suffix)]
     return {name: Path(f"{stem}-{name}{suffix or '.png'}") for name in names}
 
 
-def check_place(path: Path, option: str) -> None:
-    """Raise `InputError` unless a file of that name can be written."""
+def check_place(path: Path, argument: str, inputs: Iterable[Path] = ()) -> None:
+    """Raise `InputError` unless a file of that name can be written and replaces no input."""
     folder = path.parent
     if path.is_dir():
-        raise InputError(f"{option} '{path}' is a folder; give the name of a file")
+        raise InputError(f"'{path}' is a folder; give the name of a file", argument=argument)
     if not folder.is_dir():
-        raise InputError(f"{option}: the folder '{folder}' does not exist; create it first")
+        raise InputError(
+            Mention(argument), f": the folder '{folder}' does not exist; create it first"
+        )
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise InputError(f"{option}: no permission to write into the folder '{folder}'")
+        raise InputError(Mention(argument), f": no permission to write into the folder '{folder}'")
+    for other in inputs:
+        if path.exists() and other.exists() and path.samefile(other):
+            raise InputError(f"'{path}' is an input file; give another name", argument=argument)
 
 
-def check_suffix(path: Path, option: str, suffixes: tuple[str, ...]) -> None:
-    """Raise `InputError` unless a name ends in one of the suffixes."""
-    if path.suffix.lower() not in suffixes:
-        known = " or ".join([", ".join(suffixes[:-1]), suffixes[-1]] if suffixes[1:] else suffixes)
-        volume = path.suffix.lower() in export.suffixes(export.Kind.VOLUME) and option == "--output"
-        more = f"; {path.suffix} needs --model volume" if volume else ""
-        raise InputError(f"{option} needs a name that ends in {known}, got '{path}'{more}")
+def check_suffix(path: Path, option: Option, model: str) -> None:
+    """Raise `InputError` unless a name ends in one of the suffixes that an option takes."""
+    suffix, known = path.suffix.lower(), option.suffixes
+    if known == RESULTS[VOLUME]:
+        known = RESULTS[model]
+    if suffix not in known:
+        listed = " or ".join([", ".join(known[:-1]), known[-1]] if known[1:] else known)
+        more = ("; ", suffix, " needs ", Mention("model", VOLUME))
+        raise InputError(
+            f"needs a name that ends in {listed}, got '{path}'",
+            *(more if suffix in option.suffixes else ()),
+            argument=option.argument,
+            value=str(path),
+        )

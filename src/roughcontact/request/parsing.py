@@ -1,4 +1,7 @@
-"""Text to values: one parser for every kind of option."""
+"""Text to values: one parser for every kind of option.
+
+Each takes the text and the argument that it is given for, which its errors carry.
+"""
 
 from __future__ import annotations
 
@@ -8,65 +11,92 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from roughcontact import units
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, Mention
 
 if TYPE_CHECKING:
     from roughcontact.material.material import Material
     from roughcontact.surface.nominal import Body
 
 _HARDNESS = re.compile(r"\bH(V|B|BW|RB|RC)\d*\b", re.IGNORECASE)
+_NO_FORCE = re.compile(r"0+(\.0*)?\s*\w*N")
+
+
+def about(argument: str, error: InputError) -> InputError:
+    """Return an error of the library as one about the text given for an argument."""
+    own = () if error.argument is None else (Mention(error.argument), " ")
+    return InputError(Mention(argument), ": ", *own, *error.parts)
 
 
 def quantity(dimension: str) -> Callable[[str, str], float]:
     """Return a parser of numbers with a unit of that dimension."""
-    return lambda text, name: units.parse(text, dimension, name)
+    return lambda text, argument: units.parse(text, dimension, argument)
 
 
-def words(text: str, name: str) -> str:
+def words(text: str, argument: str) -> str:
     """Return the text as it is."""
     return text
 
 
-def path(text: str, name: str) -> Path:
+def path(text: str, argument: str) -> Path:
     """Return a path."""
     return Path(text)
 
 
-def flag(text: str, name: str) -> bool:
+def flag(text: str, argument: str) -> bool:
     """Return whether it is true."""
     if text.lower() not in ("true", "false"):
-        raise InputError(f"{name} must be true or false, got {text!r}")
+        raise InputError(f"must be true or false, got {text!r}", argument=argument, value=text)
     return text.lower() == "true"
 
 
-def number(text: str, name: str) -> float:
+def number(text: str, argument: str) -> float:
     """Return a number without a unit."""
     try:
         return float(text)
     except ValueError:
-        raise InputError(f"{name} must be a number without a unit, got {text!r}") from None
+        raise InputError(
+            f"must be a number without a unit, got {text!r}", argument=argument, value=text
+        ) from None
 
 
-def whole(text: str, name: str) -> int:
+def whole(text: str, argument: str) -> int:
     """Return a whole number."""
     try:
         return int(text)
     except ValueError:
-        raise InputError(f"{name} must be a whole number, got {text!r}") from None
+        raise InputError(
+            f"must be a whole number, got {text!r}", argument=argument, value=text
+        ) from None
+
+
+def at_least(least: int) -> Callable[[str, str], int]:
+    """Return a parser of whole numbers from one on."""
+
+    def counted(text: str, argument: str) -> int:
+        count = whole(text, argument)
+        if count < least:
+            raise InputError(
+                f"must be at least {least}, got {count}", argument=argument, value=count
+            )
+        return count
+
+    return counted
 
 
 def choice(*known: str) -> Callable[[str, str], str]:
     """Return a parser that takes one of the words known."""
 
-    def chosen(text: str, name: str) -> str:
+    def chosen(text: str, argument: str) -> str:
         if text not in known:
-            raise InputError(f"{name} must be one of {', '.join(known)}, got {text!r}")
+            raise InputError(
+                f"must be one of {', '.join(known)}, got {text!r}", argument=argument, value=text
+            )
         return text
 
     return chosen
 
 
-def ceiling(text: str, name: str) -> str | float | None:
+def ceiling(text: str, argument: str) -> str | float | None:
     """Return a pressure, ``"auto"``, or None for none; a hardness becomes its pressure."""
     from roughcontact.material import hardness
 
@@ -79,108 +109,122 @@ def ceiling(text: str, name: str) -> str | float | None:
         try:
             return hardness.ceiling(plain)
         except InputError as error:
-            raise InputError(f"{name}: {error}") from None
-    return units.parse(text, "pressure", name)
+            raise about(argument, error) from None
+    return units.parse(text, "pressure", argument)
 
 
-def material(text: str, name: str) -> Material:
+def material(text: str, argument: str) -> Material:
     """Return a material of the catalogue."""
     from roughcontact.material import catalogue
 
     try:
         return catalogue.material(text)
     except InputError as error:
-        raise InputError(f"{name}: {error}") from None
+        raise about(argument, error) from None
 
 
-def hardening(text: str, name: str) -> tuple[str, tuple[float, ...]]:
+def hardening(text: str, argument: str) -> tuple[str, tuple[float, ...]]:
     """Return a law of hardening by name, and its constants."""
     words = text.split()
     law, rest = (words[0].lower(), words[1:]) if words else ("", [])
     if law == "linear" and len(rest) == 2:
-        return law, (units.parse(" ".join(rest), "pressure", name),)
+        return law, (units.parse(" ".join(rest), "pressure", argument),)
     if law == "swift" and len(rest) == 4:
-        strength = units.parse(" ".join(rest[:2]), "pressure", name)
-        return law, (strength, number(rest[2], name), number(rest[3], name))
+        strength = units.parse(" ".join(rest[:2]), "pressure", argument)
+        return law, (strength, number(rest[2], argument), number(rest[3], argument))
     raise InputError(
-        f"{name} must read like 'linear 2 GPa' or 'swift 945 MPa 20 0.121', got {text!r}"
+        f"must read like 'linear 2 GPa' or 'swift 945 MPa 20 0.121', got {text!r}",
+        argument=argument,
+        value=text,
     )
 
 
-def body(text: str, name: str) -> Body:
+def body(text: str, argument: str) -> Body:
     """Return a nominal body."""
-    from roughcontact.surface import nominal as bodies
+    from roughcontact.surface import nominal
 
-    return bodies.parse(text, name)
+    return nominal.parse(text, argument)
 
 
-def points(text: str, name: str) -> tuple[int, int]:
+def points(text: str, argument: str) -> tuple[int, int]:
     """Return the points ``(ny, nx)`` of a grid."""
     match = re.fullmatch(r"\s*(\d+)(?:\s*[x×]\s*(\d+))?\s*", text)
     if match is None or int(match[1]) < 2:
-        raise InputError(f"{name} must be a number of points such as 256 or 256x512, got {text!r}")
+        raise InputError(
+            f"must be a number of points such as 256 or 256x512, got {text!r}",
+            argument=argument,
+            value=text,
+        )
     return int(match[1]), int(match[2] or match[1])
 
 
-def offset(text: str, name: str) -> tuple[float, float]:
+def offset(text: str, argument: str) -> tuple[float, float]:
     """Return two lengths (y, x)."""
     parts = text.split(",")
     if len(parts) != 2:
-        raise InputError(f"{name} needs two lengths (y, x) such as '0 um, 5 um', got {text!r}")
-    y, x = (units.parse(part, "length", name, positive=False) for part in parts)
+        raise InputError(
+            f"needs two lengths (y, x) such as '0 um, 5 um', got {text!r}",
+            argument=argument,
+            value=text,
+        )
+    y, x = (units.parse(part, "length", argument, positive=False) for part in parts)
     return y, x
 
 
-def window(text: str, name: str) -> tuple[slice, slice]:
+def lengths(text: str, argument: str) -> tuple[float, ...]:
+    """Return positive lengths, given with commas between them."""
+    return tuple(units.parse(part.strip(), "length", argument) for part in text.split(","))
+
+
+def window(text: str, argument: str) -> tuple[slice, slice]:
     """Return rows and columns to keep."""
     match = re.fullmatch(r"\s*(\d*)\s*:\s*(\d*)\s*,\s*(\d*)\s*:\s*(\d*)\s*", text)
     if match is None:
         raise InputError(
-            f"{name} needs the first row and the row after the last, and the same of the columns, "
-            f"such as 0:256,100:356, got {text!r}"
+            "needs the first row and the row after the last, and the same of the columns, "
+            f"such as 0:256,100:356, got {text!r}",
+            argument=argument,
+            value=text,
         )
     ends = [int(digits) if digits else None for digits in match.groups()]
     return slice(ends[0], ends[1]), slice(ends[2], ends[3])
 
 
-def form(text: str, name: str) -> tuple[str, int | None]:
+def form(text: str, argument: str) -> tuple[str, int | None]:
     """Return a form to remove and its degree, if it has one."""
     words = text.split()
     if words in (["sphere"], ["cylinder"]):
         return words[0], None
     if len(words) == 2 and words[0] == "polynomial" and words[1].isdigit():
         return "polynomial", int(words[1])
-    raise InputError(f"{name} must be sphere, cylinder or 'polynomial N', got {text!r}")
+    raise InputError(
+        f"must be sphere, cylinder or 'polynomial N', got {text!r}", argument=argument, value=text
+    )
 
 
-def load_or_approach(text: str, name: str) -> tuple[str, float]:
+def load_or_approach(text: str, argument: str) -> tuple[str, float]:
     """Return which of the two a text with a unit is, and its value."""
     try:
-        return "approach", units.parse(text, "length", name)
+        return "approach", units.parse(text, "length", argument)
     except InputError:
-        pass
-    try:
-        return "load", units.parse(text, "force", name)
-    except InputError as error:
-        reason = str(error)
-    # Only where neither fits: a number that is not positive has its dimension.
-    start, mark, found = reason.partition(", got ")
-    if "needs a force" in start and mark:
-        reason = f"{name} needs a load such as '1 N', or an approach such as '1 um', got {found}"
-    raise InputError(reason)
+        needs = "a load such as '1 N', or an approach such as '1 um'"
+        return "load", units.parse(text, "force", argument, needs=needs)
 
 
-def stage(text: str, name: str) -> tuple[str, float]:
-    """Return which of load and approach a text is, and its value; a load may be zero."""
-    plain = text.strip()
-    if re.fullmatch(r"0+(\.0*)?\s*\w*N", plain):
-        return "load", 0.0
-    return load_or_approach(plain, name)
+def stages(text: str, argument: str) -> tuple[tuple[str, float], ...]:
+    """Return loads and approaches in their order; a load may be zero."""
+    plain = [word.strip() for word in text.split(",")]
+    return tuple(
+        ("load", 0.0) if _NO_FORCE.fullmatch(word) else load_or_approach(word, argument)
+        for word in plain
+    )
 
 
-def turns(text: str, name: str) -> int:
+def turns(text: str, argument: str) -> int:
     """Return a multiple of 90 degrees."""
-    degrees = number(text, name)
+    degrees = number(text, argument)
     if degrees % 90:
-        raise InputError(f"{name} must be a multiple of 90 degrees, got {text!r}")
+        raise InputError(
+            f"must be a multiple of 90 degrees, got {text!r}", argument=argument, value=text
+        )
     return int(degrees)

@@ -3,298 +3,270 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+import shlex
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact import units
-from roughcontact.errors import InputError
-from roughcontact.formats import export
+from roughcontact.errors import InputError, Mention
 from roughcontact.request import outputs
-from roughcontact.request.options import OPTIONS
-from roughcontact.request.outputs import FIGURES, Say
+from roughcontact.request.options import CEILING, HISTORY, SWEEP, VOLUME, Given, offered, parsed
+from roughcontact.request.parsing import about
 
 if TYPE_CHECKING:
     from roughcontact.material.material import Material
-    from roughcontact.surface.nominal import Body
-    from roughcontact.surface.surface import Surface
 
-Given = Mapping[str, str | bool | list[str]]
+_MOVES = ("align", "offset", "angle", "mirror")
 
 
 @dataclass(frozen=True)
 class Request:
-    """One contact to solve: what was asked for, checked as far as it can be without its files.
+    """One run: what was asked for, checked as far as it can be without its files.
+
+    ``request["s-filter"]`` is the value of an option: that given, or else its default; None where
+    the task has no such option.
 
     Parameters
     ----------
+    task : str
+        One of `TASKS`.
     file : Path or None
         The measured map; without it, a nominal body on ``points``.
     given : Mapping
         The options that were given, as text, to repeat the run.
-
-    sweeps : bool
-        Whether its loads or approaches are given elsewhere.
-
-    The other fields are the values of `OPTIONS`, under their names with underscores.
+    values : Mapping
+        Their values.
     """
 
+    task: str
     file: Path | None
-    given: Given = field(default_factory=dict)
-    format: str | None = None
-    channel: str | None = None
-    unit: str | None = None
-    size: str | None = None
-    tip_radius: float | None = None
-    points: tuple[int, int] | None = None
-    crop: tuple[slice, slice] | None = None
-    outliers: float | None = None
-    level: str = "plane"
-    form: tuple[str, int | None] | None = None
-    holes: str = "error"
-    s_filter: float | None = None
-    l_filter: float | None = None
-    pixel: float | None = None
-    rotate: int = 0
-    load: float | None = None
-    approach: float | None = None
-    load_point: tuple[float, float] | None = None
-    material: Material | None = None
-    young: float | None = None
-    poisson: float | None = None
-    yield_strength: float | None = None
-    counter_material: Material | None = None
-    counter_young: float | None = None
-    counter_poisson: float | None = None
-    counter_yield_strength: float | None = None
-    body: Body | None = None
-    counter_body: Body | None = None
-    counter_surface: Path | None = None
-    align: bool = False
-    offset: tuple[float, float] | None = None
-    angle: float | None = None
-    mirror: bool = False
-    ceiling: str | float | None = "auto"
-    model: str = "ceiling"
-    increments: int | None = None
-    unload: bool = False
-    hardening: tuple[str, tuple[float, ...]] | None = None
-    boundary: str = "free"
-    tolerance: float | None = None
-    max_iterations: int = 500
-    precision: str = "double"
-    study: bool = False
-    output: tuple[Path, ...] = ()
-    folder: Path | None = None
-    report: Path | None = None
-    figures: str | None = None
-    sweeps: bool = False
+    given: Given
+    values: Mapping[str, Any]
 
     def __post_init__(self) -> None:
         """Refuse what can be seen to be wrong without looking at any file."""
-        if self.file is None and (self.body is None or self.points is None or self.size is None):
-            raise InputError(
-                "FILE is missing, see roughcontact solve --help; or give --body, --points and "
-                "--size for a nominal body without roughness"
-            )
-        if self.file is not None and self.points is not None:
-            raise InputError("--points goes with a nominal --body without FILE; see --pixel")
-        if self.counter_surface is None and self._aligned:
-            raise InputError("--align, --offset, --angle and --mirror need a --counter-surface")
+        self._check_maps()
         self.bodies()
-        if (self.load is None) == (self.approach is None) and not self.sweeps:
+        if self.task == SWEEP:
+            self._check_sweep()
+        elif self.task == HISTORY and self["path"] is None:
             raise InputError(
-                "give either --load or --approach, and only one of them, such as --load '1 N'"
+                "is needed: loads in their order, such as '1 N, 0 N, 1 N'", argument="path"
             )
-        if self.model == "volume":
-            self._check_volume()
-        else:
-            for name in ("increments", "unload", "folder"):
-                if name in self.given:
-                    raise InputError(f"--{name} needs --model volume")
-        if self.load_point is not None and (self.load is None or self.study):
-            raise InputError("--load-point needs --load, and goes without --study")
-        kind = export.Kind.VOLUME if self.model == "volume" else export.Kind.CONTACT
-        for path in self.output:
-            outputs.check_suffix(path, "--output", export.suffixes(kind))
-        if self.report is not None:
-            outputs.check_suffix(self.report, "--report", (".html",))
+        elif "load" in offered(self.task) and (self["load"] is None) == (self["approach"] is None):
+            raise InputError(
+                "give either ", Mention("load"), " or ", Mention("approach"),
+                ", and only one of them, such as ", Mention("load", "1 N"),
+            )  # fmt: skip
+        self._check_model()
+        if self["load-point"] is not None and (self["load"] is None or self["study"]):
+            raise InputError(
+                "needs ", Mention("load"), ", and goes without ", Mention("study"),
+                argument="load_point",
+            )  # fmt: skip
+        for name, option in offered(self.task).items():
+            paths = self[name] if option.many else (self[name],)
+            for path in paths:
+                if option.suffixes and isinstance(path, Path):
+                    outputs.check_suffix(path, option, self["model"] or CEILING)
 
-    def check_places(self) -> None:
-        """Refuse outputs that cannot be written, or would replace an input."""
-        figures = outputs.figure_files(self.figures, FIGURES[self.model]).values()
-        for option, path in (
-            *(("--output", path) for path in self.output),
-            *(("--report", path) for path in (self.report,) if path is not None),
-            *(("--figures", path) for path in figures),
-        ):
-            outputs.check_place(path, option)
-            for other in self.inputs:
-                if path.exists() and other.exists() and path.samefile(other):
-                    raise InputError(f"{option} '{path}' is an input file; give another name")
+    def __getitem__(self, name: str) -> Any:
+        """Return the value of an option."""
+        option = offered(self.task).get(name)
+        return self.values.get(name, None if option is None else option.default)
+
+    @property
+    def kind(self) -> str:
+        """The task, or ``"volume"`` for a solve with that model."""
+        return VOLUME if self["model"] == VOLUME else self.task
 
     @property
     def inputs(self) -> list[Path]:
         """The files that are read."""
-        return [path for path in (self.file, self.counter_surface) if path is not None]
+        return [path for path in (self.file, self["counter-surface"]) if path is not None]
 
-    def bodies(self) -> tuple[Material, Material]:
-        """Return the materials of both bodies; the second is rigid if nothing is said of it."""
-        from roughcontact.material.material import RIGID, Material
-
-        first = _material("", self.material, self.young, self.poisson, self.yield_strength)
-        if self.hardening is not None:
-            first = _hardened(first, self.yield_strength, *self.hardening)
-        given = (self.counter_young, self.counter_poisson, self.counter_yield_strength)
-        if self.counter_material is None and given[:2] == (None, None):
-            strength = self.counter_yield_strength
-            rigid = Material(RIGID.young, 0.0, strength, RIGID.name) if strength else RIGID
-            return first, rigid
-        return first, _material("counter-", self.counter_material, *given)
-
-    def _check_volume(self) -> None:
-        given = {
-            "--approach": self.approach is not None,
-            "--load-point": self.load_point is not None,
-            "--ceiling": self.ceiling != "auto",
-            "--study": self.study,
-        }
-        for option, used in given.items():
-            if used:
-                raise InputError(f"{option} goes with --model ceiling, not with volume")
-        if self.increments is not None and self.increments < 1:
-            raise InputError(f"--increments must be at least 1, got {self.increments}")
-        if all(body.yield_strength is None for body in self.bodies()):
-            raise InputError(
-                "--model volume needs a --yield-strength such as '1 GPa', or a --material that has "
-                "one: otherwise nothing can yield"
-            )
+    @property
+    def aligned(self) -> bool:
+        """Whether the maps have to be brought to one grid."""
+        return any(self[name] not in (None, False) for name in _MOVES)
 
     @property
     def moments(self) -> tuple[float, float] | None:
         """Moments (y, x) about the middle of the map that a tilt has to balance [N m]."""
-        if self.load_point is None or self.load is None:
-            return None
-        return self.load * self.load_point[0], self.load * self.load_point[1]
+        point, load = self["load-point"], self["load"]
+        return None if point is None else (load * point[0], load * point[1])
 
     @property
-    def _aligned(self) -> bool:
-        given = self.offset is not None or self.angle is not None
-        return self.align or self.mirror or given
+    def steps(self) -> tuple[str, list[float]]:
+        """Whether a sweep is over loads or approaches, and which."""
+        from roughcontact.contact.load_curve import spaced
 
-    def surfaces(self, say: Say) -> list[Surface]:
-        """Read and prepare the map, and that of the counter-body if there is one."""
-        from roughcontact.formats import read
-        from roughcontact.surface import nominal as bodies
+        (control, first), (_, last) = self["from"], self["to"]
+        return control, spaced(first, last, self["steps"], self["spacing"])
 
-        maps = []
-        for path in self.inputs:
-            say(f"reading {path.name}")
-            surface = read.read_surface(path, self.format, self.channel, self.unit, self.size)
-            maps.append(self._prepared(surface, path))
-        if self.file is None:
-            maps.insert(0, self._nominal())
-        elif self.body is not None:
-            maps[0] = _formed(maps[0], self.body)
-        if self._aligned:
-            say("aligning the maps")
-            place = self.offset or (0.0, 0.0), self.angle or 0.0, self.mirror
-            first, second = bodies.matched(maps[0], maps[1], *place)
-            # What one of them does not cover the other cannot touch.
-            maps = [first.masked(), second.masked()]
-        if self.counter_body is not None:
-            if len(maps) == 2:
-                maps[1] = _formed(maps[1], self.counter_body)
-            else:
-                maps.append(self.counter_body(shape=maps[0].shape, pixel=maps[0].pixel))
-        return maps
-
-    def problem(self, maps: Sequence[Surface]) -> dict[str, Any]:
-        """Return the arguments that `solve` and its relatives share, but for load or approach."""
-        first, second = self.bodies()
-        return {
-            "material": first,
-            "counter_material": second,
-            "counter_surface": maps[1] if len(maps) > 1 else None,
-            "ceiling": self.ceiling,
-            "boundary": self.boundary,
-            "tolerance": self.tolerance,
-            "precision": self.precision,
-        }
-
-    def resolution_notes(self, maps: Sequence[Surface]) -> tuple[str, ...]:
-        """Return what limits the lateral resolution of the prepared maps, each in one sentence."""
-        measured = [surface for surface in maps if surface.provenance.instrument]
-        notes = (surface.resolution_notes(self.tip_radius) for surface in measured)
-        return tuple(dict.fromkeys(note for found in notes for note in found))
-
-    def command(self, name: str) -> str:
-        """Return the command that repeats the run."""
-        import shlex
-
-        words = ["roughcontact", name, *([] if self.file is None else [str(self.file)])]
-        for option, value in self.given.items():
+    @property
+    def command(self) -> str:
+        """The command that repeats the run."""
+        words = ["roughcontact", self.task, *([] if self.file is None else [str(self.file)])]
+        for name, value in self.given.items():
             for text in value if isinstance(value, list) else [value]:
-                words += [f"--{option}"] if text is True else [f"--{option}", str(text)]
+                words += [f"--{name}"] if text is True else [f"--{name}", str(text)]
         return shlex.join(words)
 
-    def _nominal(self) -> Surface:
-        from roughcontact.formats.scale import pixel_of
+    def solver(self, *names: str) -> dict[str, Any]:
+        """Return those options of the solver that were given; the models have own defaults."""
+        return {name.replace("-", "_"): self[name] for name in names if name in self.values}
 
-        assert self.body is not None
-        assert self.points is not None
-        pixel = pixel_of(self.size, self.points)
-        return self.body(shape=self.points, pixel=pixel)
+    def bodies(self) -> tuple[Material, Material]:
+        """Return the materials of both bodies; the counter-body is rigid if nothing is said."""
+        from roughcontact.material.material import RIGID, Material
 
-    def _prepared(self, surface: Surface, path: Path) -> Surface:
-        # Points go first, then form, then waves: each step sees what the one before has cleaned.
-        if self.crop is not None:
-            rows, columns = (
-                (part.start or 0, points if part.stop is None else part.stop)
-                for part, points in zip(self.crop, surface.shape, strict=True)
-            )
-            surface = surface.cropped(rows, columns)
-        if self.outliers is not None:
-            surface = surface.without_outliers(self.outliers)
-        if self.holes == "crop" and surface.missing:
-            surface = surface.largest_rectangle()
-        if self.level != "none":
-            surface = surface.leveled(self.level)
-        if self.form is not None:
-            surface = surface.without_form(*self.form)
-        if surface.missing and self.holes == "error":
+        body = self._material("")
+        if self["hardening"] is not None:
+            body = _hardened(body, self["yield-strength"], *self["hardening"])
+        constants = ("material", "young", "poisson")
+        if all(self[f"counter-{name}"] is None for name in constants):
+            strength = self["counter-yield-strength"]
+            rigid = Material(RIGID.young, 0.0, strength, RIGID.name) if strength else RIGID
+            return body, rigid
+        return body, self._material("counter-")
+
+    def figures(self) -> Iterator[tuple[str, str, Path]]:
+        """Yield option, figure (empty: the only one) and file of what is to be drawn."""
+        names = outputs.FIGURES.get(self.kind, ())
+        for name, path in outputs.figure_files(self["figures"], names).items():
+            yield "figures", name, path
+        if self["figure"] is not None:
+            yield "figure", "", self["figure"]
+
+    def check_places(self) -> None:
+        """Refuse outputs that cannot be written, or would replace an input."""
+        places = [("output", path) for path in self.outputs]
+        places += [(name, self[name]) for name in ("residual", "report") if self[name] is not None]
+        places += [(option, path) for option, _, path in self.figures()]
+        for argument, path in places:
+            outputs.check_place(path, argument, self.inputs)
+
+    @property
+    def outputs(self) -> tuple[Path, ...]:
+        """Files for the result itself."""
+        wanted = self["output"]
+        return wanted if isinstance(wanted, tuple) else () if wanted is None else (wanted,)
+
+    def _check_maps(self) -> None:
+        nominal = all(self[name] is not None for name in ("body", "points", "size"))
+        if self.file is None and not nominal:
             raise InputError(
-                f"{path.name} has {surface.missing} missing points; choose --holes fill (smooth "
-                "interpolation), --holes mask (they never touch) or --holes crop (the largest "
-                "rectangle without them), or cut them away with --crop"
-            )
-        surface = surface.filled() if self.holes == "fill" else surface.masked()
-        if self.s_filter is not None or self.l_filter is not None:
-            surface = surface.filtered(self.s_filter, self.l_filter)
-        if self.pixel is not None:
-            surface = surface.resampled(pixel=(self.pixel, self.pixel), method="spline")
-        return surface.rotated(self.rotate) if self.rotate % 360 else surface
+                f"is missing, see roughcontact {self.task} --help; or give ", Mention("body"),
+                ", ", Mention("points"), " and ", Mention("size"),
+                " for a nominal body without roughness", argument="file",
+            )  # fmt: skip
+        if self.file is not None and self["points"] is not None:
+            raise InputError(
+                "goes with a nominal ", Mention("body"), " without ", Mention("file"), "; see ",
+                Mention("pixel"), argument="points",
+            )  # fmt: skip
+        if self["counter-surface"] is None and self.aligned:
+            raise InputError(
+                Mention("align"), ", ", Mention("offset"), ", ", Mention("angle"), " and ",
+                Mention("mirror"), " need a ", Mention("counter_surface"),
+            )  # fmt: skip
+
+    def _check_sweep(self) -> None:
+        for name in ("from", "to"):
+            if self[name] is None:
+                raise InputError(
+                    "is needed: a load such as '1 N' or an approach such as '1 um'", argument=name
+                )
+        if self["from"][0] != self["to"][0]:
+            first, last = self.given["from"], self.given["to"]
+            raise InputError(
+                Mention("from"), " and ", Mention("to"),
+                f" must both be loads or both approaches, got {first!r} and {last!r}",
+            )  # fmt: skip
+        _ = self.steps
+
+    def _check_model(self) -> None:
+        model = self["model"] or CEILING
+        for name, option in offered(self.task).items():
+            if option.model in ("", model) or self[name] == option.default:
+                continue
+            mention = Mention("model", option.model)
+            if model == CEILING:
+                raise InputError("needs ", mention, argument=option.argument)
+            raise InputError("goes with ", mention, f", not with {model}", argument=option.argument)
+        if model == VOLUME and all(body.yield_strength is None for body in self.bodies()):
+            raise InputError(
+                Mention("model", VOLUME), " needs a ", Mention("yield_strength"),
+                " such as '1 GPa', or a ", Mention("material"),
+                " that has one: otherwise nothing can yield",
+            )  # fmt: skip
+
+    def _material(self, prefix: str) -> Material:
+        from roughcontact.material.material import Material
+
+        known = self[f"{prefix}material"]
+        constants = {
+            name.replace("-", "_"): self[f"{prefix}{name}"]
+            for name in ("young", "poisson", "yield-strength")
+        }
+        given = {name: value for name, value in constants.items() if value is not None}
+        under = prefix.replace("-", "_")
+        for name, example in (("young", "210 GPa"), ("poisson", "0.3")):
+            if known is None and name not in given:
+                raise InputError(
+                    "is needed, such as ", Mention(f"{under}{name}", example), "; or ",
+                    Mention(f"{under}material"), " with a name of the catalogue",
+                    argument=f"{under}{name}",
+                )  # fmt: skip
+        try:
+            return Material(**constants) if known is None else replace(known, **given)
+        except InputError as error:
+            if error.argument is not None:
+                error.argument = f"{under}{error.argument}"
+            raise
 
 
-def from_text(
-    file: Path | None,
-    given: Given,
-    name: Callable[[str], str] = lambda key: f"--{key}",
-    sweeps: bool = False,
-) -> Request:
+def _hardened(
+    material: Material, given: float | None, law: str, constants: tuple[float, ...]
+) -> Material:
+    """Return a material that hardens; ``given`` is the yield strength that was asked for."""
+    from roughcontact.material import hardening
+
+    if law == "swift":
+        try:
+            swift = hardening.Swift(*constants)
+        except InputError as error:
+            raise about("hardening", error) from None
+        if given is not None and not math.isclose(given, swift.initial, rel_tol=1e-3):
+            first, other = (units.engineering(value, "Pa") for value in (swift.initial, given))
+            raise InputError(
+                f"starts at a yield strength of {first}, but ", Mention("yield_strength"),
+                f" is {other}; leave ", Mention("yield_strength"), " out", argument="hardening",
+            )  # fmt: skip
+        return replace(material, yield_strength=None, hardening=swift)
+    if material.yield_strength is None:
+        raise InputError(
+            "linear needs a ", Mention("yield_strength"), " to start from", argument="hardening"
+        )
+    linear = hardening.Linear(material.yield_strength, constants[0])
+    return replace(material, hardening=linear)
+
+
+def from_text(task: str, file: Path | None, given: Given) -> Request:
     """Return the request that options in words describe.
 
     Parameters
     ----------
+    task : str
+        One of `TASKS`.
     file : Path or None
         The measured map.
     given : Mapping
-        Text by the names in `OPTIONS`; ``True`` for a flag, a list for what may come again.
-    name : callable
-        What an error message calls an option.
-    sweeps : bool
-        Whether loads or approaches are given elsewhere.
+        Text by the names of options that the task has; ``True`` for a flag, a list for what may
+        be repeated.
 
     Returns
     -------
@@ -304,72 +276,6 @@ def from_text(
     Raises
     ------
     InputError
-        If a value cannot be used, or values do not go together.
+        If a value cannot be used, or values do not go together; it carries the argument.
     """
-    values: dict[str, Any] = {}
-    for key, value in given.items():
-        parse = OPTIONS[key].parse
-        if isinstance(value, list):
-            parsed: Any = tuple(parse(text, name(key)) for text in value)
-        else:
-            parsed = value if isinstance(value, bool) else parse(value, name(key))
-        values[key.replace("-", "_")] = parsed
-    return Request(file=file, given=dict(given), sweeps=sweeps, **values)
-
-
-def _material(
-    prefix: str,
-    known: Material | None,
-    young: float | None,
-    poisson: float | None,
-    yield_strength: float | None,
-) -> Material:
-    from roughcontact.material.material import Material
-
-    try:
-        if known is not None:
-            return replace(
-                known,
-                young=known.young if young is None else young,
-                poisson=known.poisson if poisson is None else poisson,
-                yield_strength=known.yield_strength if yield_strength is None else yield_strength,
-            )
-        if young is None or poisson is None:
-            missing = f"--{prefix}young" if young is None else f"--{prefix}poisson"
-            example = "'210 GPa'" if young is None else "0.3"
-            raise InputError(
-                f"{missing} is needed, such as {missing} {example}; or --{prefix}material with a "
-                "name of the catalogue"
-            )
-        return Material(young, poisson, yield_strength)
-    except InputError as error:
-        text = str(error)
-        raise InputError(text if text.startswith("--") else f"--{prefix}{text}") from None
-
-
-def _hardened(
-    material: Material, given: float | None, law: str, constants: tuple[float, ...]
-) -> Material:
-    """Return a material that hardens; ``given`` is the yield strength that was asked for."""
-    from roughcontact.material import hardening as plasticity
-
-    if law == "swift":
-        try:
-            swift = plasticity.Swift(*constants)
-        except InputError as error:
-            raise InputError(f"--hardening: {error}") from None
-        if given is not None and not math.isclose(given, swift.initial, rel_tol=1e-3):
-            first, other = (units.engineering(value, "Pa") for value in (swift.initial, given))
-            raise InputError(
-                f"--hardening starts at a yield strength of {first}, but --yield-strength is "
-                f"{other}; leave --yield-strength out"
-            )
-        return replace(material, yield_strength=None, hardening=swift)
-    if material.yield_strength is None:
-        raise InputError("--hardening linear needs a --yield-strength to start from")
-    linear = plasticity.Linear(material.yield_strength, constants[0])
-    return replace(material, hardening=linear)
-
-
-def _formed(surface: Surface, body: Body) -> Surface:
-    return surface.with_form(body(shape=surface.shape, pixel=surface.pixel))
+    return Request(task, file, dict(given), parsed(given, task))

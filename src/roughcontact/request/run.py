@@ -2,27 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from roughcontact import units
-from roughcontact.errors import RoughcontactError
+from roughcontact.errors import InputError, RoughcontactError, Sentence, parts_of
+from roughcontact.formats import tables
 from roughcontact.report import figures, sections
 from roughcontact.request import outputs
-from roughcontact.request.outputs import FIGURES, Say
+from roughcontact.request.maps import resolution_notes, surfaces
+from roughcontact.request.options import HISTORY, SOLVE, STRESS, SWEEP, VOLUME
+from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
+from roughcontact.solvers.progress import Progress
 
 if TYPE_CHECKING:
     from roughcontact.contact.curve import LoadCurve
+    from roughcontact.contact.history import LoadHistory, Stage
     from roughcontact.contact.result import ContactResult
     from roughcontact.contact.stress import StressResult
     from roughcontact.contact.study import ResolutionStudy
-    from roughcontact.solvers.progress import Progress, Step
     from roughcontact.surface.surface import Surface
-    from roughcontact.volume.loop import Look
     from roughcontact.volume.result import ElastoplasticResult
+
+Look = Callable[[Progress], None]
 
 
 @dataclass(frozen=True)
@@ -31,12 +38,17 @@ class Outcome:
 
     Parameters
     ----------
-    result : ContactResult
-        The solution, or the best found.
-    volume : ElastoplasticResult or None
-        What the volume model found, of which ``result`` is the contact.
+    request : Request
+        What was asked for.
+    result : ContactResult or None
+        The contact: the solution or the best found, that of the volume model, that below which the
+        stress is, the last of a history; none of a sweep.
+    volume, stress, curve, history : optional
+        What the task found besides.
     study : ResolutionStudy or None
         The same on other grids, if it was asked for.
+    first_yield : StressResult or None
+        The contact at the load of first yield, if it was asked for.
     notes : tuple of str
         What limits the lateral resolution of the maps.
     written : tuple of Path
@@ -45,30 +57,81 @@ class Outcome:
         Why a file could not be written.
     """
 
-    result: ContactResult
+    request: Request
+    result: ContactResult | None = None
     volume: ElastoplasticResult | None = None
+    stress: StressResult | None = None
+    curve: LoadCurve | None = None
+    history: LoadHistory | None = None
     study: ResolutionStudy | None = None
+    first_yield: StressResult | None = None
     notes: tuple[str, ...] = ()
     written: tuple[Path, ...] = ()
     failure: RoughcontactError | None = None
 
     @property
+    def found(self) -> Any:
+        """What was asked for."""
+        whole = (self.volume, self.stress, self.curve, self.history)
+        return next((found for found in whole if found is not None), self.result)
+
+    @property
     def status(self) -> str:
         """``"converged"``, or why the solver stopped."""
-        return self.result.status if self.volume is None else self.volume.status
+        if self.volume is not None:
+            return self.volume.status
+        # Sweeps and histories end with an error where a step does not converge.
+        return "converged" if self.result is None else self.result.status
+
+    @property
+    def converged(self) -> bool:
+        """Whether files were to be written."""
+        return self.status == "converged"
+
+    @property
+    def shortfall(self) -> Sentence:
+        """How far a solver came that did not converge, and why it stopped."""
+        reached = ""
+        # The increments of the volume that are told of have settled; the status says which did not.
+        if self.volume is None and self.result is not None:
+            found = self.result
+            reached = (
+                f"certificate {found.certificate:.1e}, tolerance {found.tolerance:.0e}, "
+                f"load error {found.load_error:.1e}; "
+            )
+        return Sentence(f"not converged: {reached}", *parts_of(self.status))
+
+    def record(self) -> dict[str, Any]:
+        """Return all numbers by name, in SI units, ready for JSON."""
+        told: dict[str, Any]
+        if self.curve is not None:
+            told = self.curve.summary()
+        elif self.history is not None:
+            told = self.history.summary()
+        else:
+            assert self.result is not None
+            told = tables.record(self.volume or self.result)
+        told["resolution_notes"] = list(self.notes)
+        if self.stress is not None:
+            told["stress"] = self.stress.summary()
+        if self.first_yield is not None:
+            told["first_yield"] = self.first_yield.summary()
+        if self.study is not None:
+            told["study"] = self.study.summary()
+        return {**told, "written": [str(path) for path in self.written]}
 
 
-def run(request: Request, say: Say, look: Callable[[Step], None] | None = None) -> Outcome:
+def run(request: Request, say: Say, look: Look | None = None) -> Outcome:
     """Read, prepare, solve, and write what was asked for.
 
     Parameters
     ----------
-    job : Request
+    request : Request
         What to do.
     say : callable
         Called with a few words before every stage.
     look : callable, optional
-        Called with every `Step` of the solver.
+        Called with the `Progress` of the solver.
 
     Returns
     -------
@@ -81,150 +144,218 @@ def run(request: Request, say: Say, look: Callable[[Step], None] | None = None) 
     RoughcontactError
         If the request cannot be done.
     """
-    from roughcontact.contact import resolution_study as study
-    from roughcontact.contact import solve as contact
-
     request.check_places()
-    maps = request.surfaces(say)
-    if request.model == "volume":
-        return _run_volume(request, maps, say)
-    result = contact.solve(
-        maps[0],
-        **request.problem(maps),
-        load=request.load,
-        approach=request.approach,
-        moments=request.moments,
-        max_iterations=request.max_iterations,
-        on_failure="return",
-        progress=look,
-    )
-    if not result.converged:
-        return Outcome(result)
-    looked_at = None
-    if request.study:
-        looked_at = study.resolution_study(
-            maps[0],
-            **request.problem(maps),
-            load=result.load,
-            progress=lambda text: say(f"study: {text}"),
-        )
-    notes = request.resolution_notes(maps)
+    maps = surfaces(request, say)
+    outcome = _TASKS[request.kind](request, maps, say, look or _nobody)
+    outcome = replace(outcome, notes=resolution_notes(request, maps))
+    if not outcome.converged:
+        return outcome
     # The numbers are shown even where the files cannot be written.
     try:
-        written = tuple(outputs.write(_tasks(request, result, looked_at, notes), say))
+        written = tuple(outputs.write(_files(outcome, maps), say))
     except RoughcontactError as error:
-        return Outcome(result, None, looked_at, notes, failure=error)
-    return Outcome(result, None, looked_at, notes, written)
+        return replace(outcome, failure=error)
+    return replace(outcome, written=written)
 
 
-def _run_volume(request: Request, maps: Sequence[Surface], say: Say) -> Outcome:
-    from roughcontact.volume import solve as elastoplastic
+def _nobody(progress: Progress) -> None:
+    """Look at nothing."""
 
-    assert request.load is not None
-    load = request.load
-    first, second = request.bodies()
-    # Both models have defaults of their own.
-    solver = {
-        key.replace("-", "_"): getattr(request, key.replace("-", "_"))
-        for key in ("tolerance", "max-iterations", "precision")
-        if key in request.given
+
+def _problem(request: Request, maps: Sequence[Surface], *solver: str) -> dict[str, Any]:
+    """Return the arguments that `contact.solve` and its relatives share, but for the load."""
+    material, counter_material = request.bodies()
+    return {
+        "material": material,
+        "counter_material": counter_material,
+        "counter_surface": maps[1] if len(maps) > 1 else None,
+        "ceiling": request["ceiling"],
+        "boundary": request["boundary"],
+        **request.solver(*solver),
     }
 
-    def look(at: Progress) -> None:
-        step: Look = at.step
-        state = f"iteration {step.iteration}, residual {step.residual:.1e}"
-        say(
-            f"{units.percent(step.load / load)} of the load: "
-            f"{state if step.iteration else f'kept in {request.folder}'}"
-        )
 
-    steps = request.increments or 10
-    loads = [*(load * i / steps for i in range(1, steps)), load, *([0.0] * request.unload)]
-    try:
-        found = elastoplastic.solve_elastoplastic(
-            maps[0],
-            material=first,
-            counter_material=second,
-            counter_surface=maps[1] if len(maps) > 1 else None,
-            boundary=request.boundary,
-            loads=loads,
-            on_failure="return",
-            folder=request.folder,
-            progress=look,
-            **solver,
-        )
-    except KeyboardInterrupt:
-        kept = () if request.folder is None else sorted(request.folder.glob("step-*.nc"))
-        raise outputs.UnfinishedError(kept) from None
-    notes = request.resolution_notes(maps)
-    if not found.converged:
-        return Outcome(found.contact, found, notes=notes)
-    tasks: list[outputs.Task] = [(path, found.save) for path in request.output]
-    if request.report is not None:
-        chapters, command = sections.sections(None, notes), request.command("solve")
-        tasks.append((request.report, lambda path: found.report(path, command, chapters)))
-    tasks += _figure_tasks(request, found.contact, found)
-    try:
-        written = tuple(outputs.write(tasks, say))
-    except RoughcontactError as error:
-        return Outcome(found.contact, found, notes=notes, failure=error)
-    return Outcome(found.contact, found, notes=notes, written=written)
+def _contact(request: Request, maps: Sequence[Surface], look: Look) -> ContactResult:
+    from roughcontact.contact.solve import solve
 
-
-def _tasks(
-    request: Request, result: ContactResult, study: ResolutionStudy | None, notes: tuple[str, ...]
-) -> list[outputs.Task]:
-    tasks: list[outputs.Task] = [(path, result.save) for path in request.output]
-    if request.report is not None:
-        chapters, command = sections.sections(study, notes), request.command("solve")
-        tasks.append((request.report, lambda path: result.report(path, command, chapters)))
-    return tasks + _figure_tasks(request, result)
-
-
-def _figure_tasks(
-    request: Request, result: ContactResult, volume: ElastoplasticResult | None = None
-) -> list[outputs.Task]:
-    files = outputs.figure_files(request.figures, FIGURES[request.model])
-    drawings = figures.drawings(volume or result)
-    return [(path, outputs.saver(drawings[name])) for name, path in files.items()]
-
-
-def first_yield(stress: StressResult) -> StressResult:
-    """Return the contact of the same bodies at the load at which the first point yields."""
-    from roughcontact.contact.first_yield import yield_onset
-
-    contact = stress.contact
-    return yield_onset(
-        contact.surface,
-        material=contact.material,
-        counter_material=contact.counter_material,
-        counter_surface=contact.counter_surface,
-        body=stress.body,
-        friction=stress.friction,
-        direction=stress.direction,
-        boundary=contact.boundary,
+    return solve(
+        maps[0],
+        **_problem(request, maps, "tolerance", "max-iterations", "precision"),
+        load=request["load"],
+        approach=request["approach"],
+        moments=request.moments,
+        on_failure="return",
+        progress=lambda step: look(Progress(1, 1, step)),
     )
 
 
-def curve_report(
-    request: Request, maps: Sequence[Surface], curve: LoadCurve
-) -> Callable[[Path], object]:
-    """Return what writes the report of a load curve, with the contact at its last load."""
-    from roughcontact.contact import solve as contact
-    from roughcontact.report import contact as report
+def _solve(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
+    from roughcontact.contact.resolution_study import resolution_study
 
-    def save(path: Path) -> None:
-        result = contact.solve(
+    result = _contact(request, maps, look)
+    if not result.converged or not request["study"]:
+        return Outcome(request, result)
+    study = resolution_study(
+        maps[0],
+        **_problem(request, maps, "tolerance", "precision"),
+        load=result.load,
+        progress=lambda text: say(f"study: {text}"),
+    )
+    return Outcome(request, result, study=study)
+
+
+def _volume(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
+    from roughcontact.volume.solve import solve_elastoplastic
+
+    load, steps = request["load"], request["increments"]
+    loads = [*(load * i / steps for i in range(1, steps)), load, *([0.0] * request["unload"])]
+    problem = _problem(request, maps, "tolerance", "max-iterations", "precision")
+    del problem["ceiling"]
+    with _kept(request, "step-*.nc"):
+        found = solve_elastoplastic(
             maps[0],
-            **request.problem(maps),
-            load=curve.steps[-1].load,
-            max_iterations=request.max_iterations,
+            **problem,
+            loads=loads,
+            on_failure="return",
+            folder=request["folder"],
+            progress=look,
         )
-        chapters = sections.sections(None, request.resolution_notes(maps))
-        twin = result.elastic() if result.saturated_fraction else None
-        report.save(
-            result, path, elastic=twin, curve=curve, sections=chapters,
-            command=request.command("sweep"),
-        )  # fmt: skip
+    return Outcome(request, found.contact, volume=found)
 
-    return save
+
+def _stress(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
+    from roughcontact.contact.first_yield import yield_onset
+    from roughcontact.contact.stress import BODIES
+    from roughcontact.contact.subsurface import subsurface_stress
+
+    result = _contact(request, maps, look)
+    if not result.converged:
+        return Outcome(request, result)
+    say("stress below the surface")
+    degrees = request["direction"]
+    below: dict[str, Any] = {
+        "body": BODIES[0] if request["which"] == "body" else BODIES[1],
+        "friction": request["friction"],
+        "direction": -math.radians(degrees) if degrees else 0.0,
+    }
+    with _naming(body="which"):
+        stress = subsurface_stress(result, request["depths"], **below)
+        if not request["onset"]:
+            return Outcome(request, result, stress=stress)
+        say("searching the load of first yield")
+        problem = _problem(request, maps)
+        del problem["ceiling"]
+        onset = yield_onset(maps[0], **problem, **below)
+    return Outcome(request, result, stress=stress, first_yield=onset)
+
+
+def _sweep(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
+    from roughcontact.contact.load_curve import load_curve
+
+    control, values = request.steps
+    with _kept(request, "step-*.npz"):
+        curve = load_curve(
+            maps[0],
+            **_problem(request, maps, "tolerance", "max-iterations", "precision"),
+            loads=values if control == "load" else None,
+            approaches=values if control == "approach" else None,
+            folder=request["folder"],
+            progress=lambda number, step: look(Progress(number, len(values), step)),
+        )
+    return Outcome(request, curve=curve)
+
+
+def _history(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
+    from roughcontact.contact.load_history import load_history
+
+    stages = _stages(request)
+    history = load_history(
+        maps[0],
+        stages,
+        **_problem(request, maps, "tolerance", "max-iterations"),
+        progress=lambda number, step: look(Progress(number, len(stages), step)),
+    )
+    return Outcome(request, history.last, history=history)
+
+
+def _stages(request: Request) -> list[Stage]:
+    from roughcontact.contact.history import Stage
+
+    y, x = request["shift"]
+    return [
+        Stage(**{control: value}, shift=(number * y, number * x))
+        for number in range(request["passes"])
+        for control, value in request["path"]
+    ]
+
+
+_TASKS: dict[str, Callable[[Request, Sequence[Surface], Say, Look], Outcome]] = {
+    SOLVE: _solve,
+    VOLUME: _volume,
+    STRESS: _stress,
+    SWEEP: _sweep,
+    HISTORY: _history,
+}
+
+
+@contextmanager
+def _kept(request: Request, pattern: str) -> Iterator[None]:
+    """After Ctrl-C, tell which steps stand complete in the folder."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        folder = request["folder"]
+        kept = () if folder is None else sorted(folder.glob(pattern))
+        raise outputs.UnfinishedError(kept) from None
+
+
+@contextmanager
+def _naming(**options: str) -> Iterator[None]:
+    """Let errors speak of options that have names of their own for an argument."""
+    try:
+        yield
+    except InputError as error:
+        error.argument = options.get(error.argument or "", error.argument)
+        raise
+
+
+def _files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
+    """Yield the files that were asked for, with what writes them."""
+    request, found = outcome.request, outcome.found
+    for path in request.outputs:
+        yield path, found.save
+    if outcome.history is not None and request["residual"] is not None:
+        yield request["residual"], outcome.history.residual.save
+    if request["report"] is not None:
+        yield request["report"], partial(_report, outcome, maps)
+    drawings = figures.drawings(found)
+    for _, name, path in request.figures():
+        yield path, outputs.saver(drawings[name or next(iter(drawings))])
+
+
+def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
+    """Write the report on an outcome."""
+    request = outcome.request
+    chapters = sections.sections(outcome.study, outcome.notes)
+    if outcome.curve is not None:
+        _curve_report(outcome.curve, request, maps, path)
+    elif outcome.stress is not None:
+        chapters.append(sections.stress_section(outcome.stress, outcome.first_yield))
+        outcome.stress.contact.report(path, request.command, chapters)
+    elif outcome.history is not None:
+        chapters.append(sections.history_section(outcome.history))
+        outcome.history.last.report(path, request.command, chapters)
+    else:
+        outcome.found.report(path, request.command, chapters)
+
+
+def _curve_report(curve: LoadCurve, request: Request, maps: Sequence[Surface], path: Path) -> None:
+    """Write the report on a load curve, with the contact at its last load."""
+    from roughcontact.contact.solve import solve
+    from roughcontact.report import contact
+
+    problem = _problem(request, maps, "tolerance", "max-iterations", "precision")
+    result = solve(maps[0], **problem, load=curve.steps[-1].load)
+    twin = result.elastic() if result.saturated_fraction else None
+    notes = sections.sections(None, resolution_notes(request, maps))
+    contact.save(result, path, elastic=twin, curve=curve, sections=notes, command=request.command)

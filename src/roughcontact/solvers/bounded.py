@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.errors import Mention, Sentence
 from roughcontact.solvers.active_set import active_set_step
 from roughcontact.solvers.iterate import (
     Iterate,
@@ -58,7 +59,9 @@ class Status(Enum):
     """Why the solver stopped; each value is its own advice."""
 
     CONVERGED = "converged"
-    CONVOLUTION_LIMIT = "stopped at max_iterations; allow more, or start from a nearby solution"
+    CONVOLUTION_LIMIT = Sentence(
+        "stopped at ", Mention("max_iterations"), "; allow more, or start from a nearby solution"
+    )
     STALLED = (
         "no further progress; the tolerance may lie below the rounding error of this problem "
         "(single precision promises 1e-4)"

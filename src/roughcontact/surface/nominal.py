@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import units
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, Mention
 from roughcontact.surface import alignment, shapes
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
@@ -416,7 +416,7 @@ def parse(text: str, name: str = "body") -> Body:
         Lengths have a unit. An angle in ``deg``, counter-clockwise, may follow where the body has
         a direction: it turns an ellipsoid, or is that of the axis or the ridge, from x.
     name : str
-        Name of the argument for the message, such as ``"--body"``.
+        The argument that it is given for, which errors carry.
 
     Returns
     -------
@@ -436,20 +436,20 @@ def parse(text: str, name: str = "body") -> Body:
     'nominal sphere of radius 10 mm'
     """
     examples = ", ".join(repr(form) for form in FORMS)
-    wrong = InputError(f"{name} must read like one of {examples}, got {text!r}")
+    wrong = InputError(f"must read like one of {examples}, got {text!r}", argument=name, value=text)
     if not isinstance(text, str) or not text.strip():
         raise wrong
     word, *rest = text.split()
     body, sizes, angle, edge = _taken_apart(word.lower(), " ".join(rest))
     rho = 0.0
     if edge is not None:
-        rho = units.parse(edge, "length", f"{name}: the edge radius of the punch")
+        rho = _measured(edge, name, "the edge radius of the punch")
     parts = _QUANTITY.findall(sizes)
     if "".join(parts).replace(" ", "") != sizes.replace(" ", "") or not math.isfinite(angle):
         raise wrong
 
     def lengths(what: str) -> list[float]:
-        return [units.parse(part, "length", f"{name}: {what} of the {body}") for part in parts]
+        return [_measured(part, name, f"{what} of the {body}") for part in parts]
 
     match body, len(parts):
         case "flat", 0:
@@ -467,11 +467,19 @@ def parse(text: str, name: str = "body") -> Body:
             along_y, along_x = lengths("each side")
             return partial(rectangular_punch, sides=(along_y, along_x), edge_radius=rho)
         case "cone", 1:
-            return partial(cone, slope=_slope(parts[0], f"{name}: the slope of the cone"))
+            return partial(cone, slope=_slope(parts[0], name, "the slope of the cone"))
         case "wedge", 1:
-            slope = _slope(parts[0], f"{name}: the slope of the wedge")
+            slope = _slope(parts[0], name, "the slope of the wedge")
             return partial(wedge, slope=slope, angle=angle)
     raise wrong
+
+
+def _measured(text: str, name: str, what: str) -> float:
+    try:
+        return units.parse(text, "length", what)
+    except InputError as error:
+        own = () if error.argument is None else (Mention(error.argument), " ")
+        raise InputError(Mention(name), ": ", *own, *error.parts, value=text) from None
 
 
 def matched(
@@ -567,16 +575,18 @@ def _nominal(method: str, heights: Array, name: str, **given: Any) -> Surface:
     return Surface(heights, given["pixel"], about, holes_masked=beyond > 0)
 
 
-def _slope(text: str, name: str) -> float:
+def _slope(text: str, name: str, what: str) -> float:
     try:
-        slope = float(text)
+        value = float(text)
     except ValueError:
         raise InputError(
-            f"must be a number without a unit, got {text!r}", argument=name, value=text
+            Mention(name), f": {what} must be a number without a unit, got {text!r}", value=text
         ) from None
-    if not 0 < slope < math.inf:
-        raise InputError(f"must be positive and finite, got {text!r}", argument=name, value=text)
-    return slope
+    if not 0 < value < math.inf:
+        raise InputError(
+            Mention(name), f": {what} must be positive and finite, got {text!r}", value=text
+        )
+    return value
 
 
 def _length(value: float) -> str:

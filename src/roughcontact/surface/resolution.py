@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import units
-from roughcontact.errors import InputError, require_pixel, require_positive
+from roughcontact.errors import InputError, Mention, Sentence, require_pixel, require_positive
 from roughcontact.surface import blocks
 from roughcontact.surface.cleaning import largest_rectangle
 from roughcontact.surface.leveling import level
@@ -328,10 +328,13 @@ def _tip_notes(
         if not _SCANNING_PROBE.search(instrument):
             return []
         return [
-            f"measured with a scanning probe ({instrument}): peaks narrower "
-            "than its tip, usually 5 to 20 nm in radius, are drawn wider, and narrower valleys "
-            "are not reached; give tip_radius for the scale below which the map shows the tip"
-        ]
+            Sentence(
+                f"measured with a scanning probe ({instrument}): peaks narrower "
+                "than its tip, usually 5 to 20 nm in radius, are drawn wider, and narrower valleys "
+                "are not reached; give ", Mention("tip_radius"),
+                " for the scale below which the map shows the tip",
+            )
+        ]  # fmt: skip
     scale = tip_cutoff(heights, pixel, tip_radius)
     if scale is None:
         return []

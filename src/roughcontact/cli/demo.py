@@ -1,0 +1,102 @@
+"""A first example that needs no measurement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from roughcontact.cli import console, terminal
+from roughcontact.errors import InputError
+from roughcontact.request import outputs
+from roughcontact.solvers.progress import Progress, Step
+
+if TYPE_CHECKING:
+    from roughcontact.contact.result import ContactResult
+
+_LABELS = ("elastic", "ceiling 3 GPa")
+
+
+def run(folder: Path, points: int) -> None:
+    """Solve a generated surface twice, write all results, and show them.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the files go.
+    points : int
+        Per side of the map.
+    """
+    _check_folder(folder)
+    with terminal.progress() as say:
+        say("generating the surface")
+        results = _solved(points, say)
+        folder.mkdir(exist_ok=True)
+        described = _files(folder, results)
+        outputs.write([(path, write) for path, write, _ in described], say)
+    told = [(path.name, text) for path, _, text in described]
+    console.show_demo(results, _LABELS, folder, told)
+
+
+def _solved(points: int, say: outputs.Say) -> list[ContactResult]:
+    from roughcontact.contact.solve import solve
+    from roughcontact.material.material import Material
+    from roughcontact.surface import synthetic
+    from roughcontact.surface.provenance import Operation, Provenance
+    from roughcontact.surface.surface import Surface
+
+    steel = Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel")
+    heights, pixel = synthetic.reference_map(points)
+    made = Operation("reference_map", {"n": points})
+    source = "generated self-affine surface, Hurst exponent 0.8"
+    surface = Surface(heights, pixel, Provenance(source, origin=made))
+    results = []
+    for label, ceiling in zip(_LABELS, (None, "auto"), strict=True):
+
+        def tell(step: Step, label: str = label) -> None:
+            say(terminal.described(Progress(1, 1, step, label)))
+
+        results.append(solve(surface, load=1.0, material=steel, ceiling=ceiling, progress=tell))
+    return results
+
+
+def _check_folder(folder: Path) -> None:
+    if folder.is_dir():
+        outputs.check_place(folder / "elastic.nc", "folder")
+    elif folder.exists():
+        raise InputError(f"'{folder}' is a file; give the name of a folder", argument="folder")
+    else:
+        outputs.check_place(folder, "folder")
+
+
+def _files(
+    folder: Path, results: Sequence[ContactResult]
+) -> list[tuple[Path, Callable[[Path], object], str]]:
+    from roughcontact.plots import maps, profiles
+
+    elastic, limited = results
+    pair, names = list(results), list(_LABELS)
+    return [
+        (folder / "elastic.nc", elastic.save, "elastic solution: all maps and what went in"),
+        (folder / "ceiling.nc", limited.save, "solution with the ceiling"),
+        (
+            folder / "surface.png",
+            outputs.saver(lambda: maps.surface(limited.surface)),
+            "the generated heights",
+        ),
+        (
+            folder / "comparison.png",
+            outputs.saver(lambda: maps.comparison(pair, names)),
+            "both pressure maps, same colours",
+        ),
+        (
+            folder / "histogram.png",
+            outputs.saver(lambda: profiles.pressure_histogram(pair, names)),
+            "how often each pressure occurs",
+        ),
+        (
+            folder / "overview.png",
+            outputs.saver(lambda: maps.overview(limited)),
+            "with the ceiling: heights, pressure, contact, histogram",
+        ),
+    ]

@@ -1,0 +1,87 @@
+"""The terminal: a line of progress, complaints of one line, and pipes that are closed."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.text import Text
+
+from roughcontact import units
+from roughcontact.errors import parts_of, worded
+from roughcontact.request.options import SOLVE, spell_option
+from roughcontact.solvers.progress import Progress, Step
+
+if TYPE_CHECKING:
+    from roughcontact.request.outputs import Say
+    from roughcontact.volume.loop import Look
+
+
+@contextlib.contextmanager
+def progress(quiet: bool = False) -> Iterator[Say]:
+    """Give a function that shows a line on the terminal while the work goes on."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda text: None
+        return
+    with Console(stderr=True, highlight=False).status("") as status:
+        yield lambda text: status.update(Text(printable(text)))
+
+
+def described(at: Progress) -> str:
+    """Return what a solver is doing, in one line."""
+    part = f"{at.number} of {at.count}: " if at.count > 1 else ""
+    label = f"{at.label}: " if at.label else ""
+    return f"{label}{part}{_step(at.step) if isinstance(at.step, Step) else _look(at.step)}"
+
+
+def _step(step: Step) -> str:
+    ny, nx = step.shape
+    return (
+        f"solving {ny} × {nx}: {step.convolutions} convolutions, "
+        f"certificate {step.certificate:.1e}, target {step.tolerance:.0e}"
+    )
+
+
+def _look(look: Look) -> str:
+    state = f"iteration {look.iteration}, residual {look.residual:.1e}"
+    load = units.engineering(look.load, "N")
+    return f"at {load}: {state if look.iteration else 'kept from before'}"
+
+
+def spelled(text: str, command: str = SOLVE) -> str:
+    """Return a text in which arguments are the options of a command."""
+    return worded(parts_of(text), partial(spell_option, command=command))
+
+
+def complain(sentence: str) -> None:
+    """Print one sentence on standard error."""
+    with contextlib.suppress(BrokenPipeError):
+        print(f"roughcontact: {one_line(sentence)}", file=sys.stderr, flush=True)
+
+
+def one_line(text: str) -> str:
+    """Return text without line breaks and control characters."""
+    return " ".join(printable(text).split())
+
+
+def printable(text: str) -> str:
+    """Return text without control characters, which a file name can carry."""
+    return "".join(c if c.isprintable() else " " for c in text)
+
+
+def discard_output() -> None:
+    """Turn standard output away if it takes no more, or it would fail again at the end."""
+    try:
+        sys.stdout.flush()
+        return
+    except (OSError, ValueError):
+        pass
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, sys.stdout.fileno())
+        os.close(null)

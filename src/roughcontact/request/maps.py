@@ -1,0 +1,97 @@
+"""The maps of a request, read and prepared in the order that its options mean."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from roughcontact.errors import InputError, Mention
+from roughcontact.formats import read
+from roughcontact.formats.scale import pixel_of
+from roughcontact.request.outputs import Say
+from roughcontact.request.request import Request
+from roughcontact.surface import nominal
+from roughcontact.surface.surface import Surface
+
+
+def surfaces(request: Request, say: Say) -> list[Surface]:
+    """Read and prepare the map, and that of the counter-body if there is one.
+
+    Parameters
+    ----------
+    request : Request
+        What was asked for.
+    say : callable
+        Called with a few words before every stage.
+
+    Returns
+    -------
+    list of Surface
+        One, or two on the same grid.
+    """
+    maps = []
+    form = request["body"]
+    for path in request.inputs:
+        say(f"reading {path.name}")
+        reading = (request[name] for name in ("format", "channel", "unit", "size"))
+        maps.append(_prepared(request, read.read_surface(path, *reading), path))
+    if request.file is None:
+        points = request["points"]
+        maps.insert(0, form(shape=points, pixel=pixel_of(request["size"], points)))
+    elif form is not None:
+        maps[0] = _on_form(maps[0], form)
+    if request.aligned:
+        say("aligning the maps")
+        offset, angle = request["offset"] or (0.0, 0.0), request["angle"] or 0.0
+        matched = nominal.matched(maps[0], maps[1], offset, angle, request["mirror"])
+        # What one of them does not cover the other cannot touch.
+        maps = [surface.masked() for surface in matched]
+    counter_form = request["counter-body"]
+    if counter_form is not None:
+        if len(maps) == 2:
+            maps[1] = _on_form(maps[1], counter_form)
+        else:
+            maps.append(counter_form(shape=maps[0].shape, pixel=maps[0].pixel))
+    return maps
+
+
+def resolution_notes(request: Request, maps: Sequence[Surface]) -> tuple[str, ...]:
+    """Return what limits the lateral resolution of the prepared maps, each in one sentence."""
+    measured = [surface for surface in maps if surface.provenance.instrument]
+    notes = (surface.resolution_notes(request["tip-radius"]) for surface in measured)
+    return tuple(dict.fromkeys(note for found in notes for note in found))
+
+
+def _on_form(surface: Surface, form: nominal.Body) -> Surface:
+    return surface.with_form(form(shape=surface.shape, pixel=surface.pixel))
+
+
+def _prepared(request: Request, surface: Surface, path: Path) -> Surface:
+    # Points go first, then form, then waves: each step sees what the one before has cleaned.
+    if request["crop"] is not None:
+        rows, columns = (
+            (part.start or 0, points if part.stop is None else part.stop)
+            for part, points in zip(request["crop"], surface.shape, strict=True)
+        )
+        surface = surface.cropped(rows, columns)
+    if request["outliers"] is not None:
+        surface = surface.without_outliers(request["outliers"])
+    if request["holes"] == "crop" and surface.missing:
+        surface = surface.largest_rectangle()
+    if request["level"] != "none":
+        surface = surface.leveled(request["level"])
+    if request["form"] is not None:
+        surface = surface.without_form(*request["form"])
+    if surface.missing and request["holes"] == "error":
+        raise InputError(
+            f"{path.name} has {surface.missing} missing points; choose ", Mention("holes", "fill"),
+            " (smooth interpolation), ", Mention("holes", "mask"), " (they never touch) or ",
+            Mention("holes", "crop"), " (the largest rectangle without them), or cut them away "
+            "with ", Mention("crop"),
+        )  # fmt: skip
+    surface = surface.filled() if request["holes"] == "fill" else surface.masked()
+    if request["s-filter"] is not None or request["l-filter"] is not None:
+        surface = surface.filtered(request["s-filter"], request["l-filter"])
+    if request["pixel"] is not None:
+        surface = surface.resampled(pixel=(request["pixel"], request["pixel"]), method="spline")
+    return surface.rotated(request["rotate"]) if request["rotate"] % 360 else surface
