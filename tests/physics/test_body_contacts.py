@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import roughcontact as rc
-from roughcontact.material.material import combined_ceiling
+from roughcontact.contact.ceiling import combined_ceiling
 from roughcontact.surface import nominal
 from roughcontact.theory import hertz, indenters
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import InputError, require_choice, require_positive
+from roughcontact.errors import InputError, Mention, require_choice, require_positive
 from roughcontact.material.material import CEILING_FACTOR, Material, softer
 
 # Plateau of a perfectly plastic sphere over its yield strength, a line in log₁₀(load/first yield)
@@ -88,6 +88,72 @@ def resolved_ceiling(
         return None
     values.flags.writeable = False
     return values
+
+
+def combined_ceiling(
+    ceiling: float | ArrayLike | None, counter_ceiling: float | ArrayLike | None
+) -> float | NDArray[np.float64] | None:
+    """Return the pressure ceiling of two bodies: the smaller one on every pixel.
+
+    Parameters
+    ----------
+    ceiling, counter_ceiling : float, array_like of shape (ny, nx), or None
+        Ceiling of each body [Pa], one for all or one per pixel: of a coating, of inclusions;
+        ``None``, or ``inf`` on a pixel, where the body never yields. Maps lie on the common grid.
+
+    Returns
+    -------
+    float, ndarray of shape (ny, nx), or None
+        What `solve` takes as ``ceiling``: the softer of two points that touch yields.
+
+    Raises
+    ------
+    InputError
+        If a ceiling is not positive everywhere, or the maps differ in shape.
+
+    Examples
+    --------
+    >>> combined_ceiling(3e9, [[2e9, 5e9]])
+    array([[2.e+09, 3.e+09]])
+    """
+    known = [
+        _checked_ceiling(name, value)
+        for name, value in (("ceiling", ceiling), ("counter_ceiling", counter_ceiling))
+        if value is not None
+    ]
+    if not known:
+        return None
+    maps = {ceiling.shape for ceiling in known if ceiling.ndim}
+    if len(maps) > 1:
+        raise InputError(
+            "and ",
+            Mention("counter_ceiling"),
+            f" must lie on one grid, got the shapes {known[0].shape} and {known[1].shape}",
+            argument="ceiling",
+        )
+    smaller = np.minimum(known[0], known[-1])
+    return smaller if smaller.ndim else float(smaller)
+
+
+def _checked_ceiling(name: str, ceiling: float | ArrayLike) -> NDArray[np.float64]:
+    try:
+        values = np.asarray(ceiling)
+    except ValueError:
+        raise InputError(
+            "must be a number or a map, got rows of unequal length", argument=name
+        ) from None
+    if values.dtype.kind not in "fiu" or values.ndim not in (0, 2) or not values.size:
+        raise InputError(
+            f"must be a number or a map [y, x] in Pa, got dtype {values.dtype} and "
+            f"shape {values.shape}",
+            argument=name,
+        )
+    if not (values > 0).all():
+        raise InputError(
+            f"must be positive everywhere [Pa], its smallest is {values.min()}",
+            argument=name,
+        )
+    return values.astype(np.float64)
 
 
 @dataclass(frozen=True)
@@ -185,7 +251,7 @@ def recommended_ceiling(result: ContactResult) -> RecommendedCeiling | None:
 
     Examples
     --------
-    >>> from roughcontact import solve
+    >>> from roughcontact import Surface, solve
     >>> y, x = np.mgrid[-24:24, -24:24] * 1e-6
     >>> ball = Surface(-(x**2 + y**2) / (2 * 1e-3), pixel=(1e-6, 1e-6))
     >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1e9)

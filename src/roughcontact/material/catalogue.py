@@ -111,7 +111,7 @@ def entry(name: str) -> Entry:
     '746 HV30'
     """
     if not isinstance(name, str):
-        raise InputError(f"material must be a name, got {name!r}")
+        raise InputError(f"must be a name, got {name!r}", argument="material", value=name)
     found = _index()
     plain = _plain(name)
     if plain in found:
@@ -122,8 +122,10 @@ def entry(name: str) -> Entry:
     keys = dict.fromkeys(found[match].key for match in close) or [item.key for item in _ENTRIES]
     shown = name if len(name) <= 60 else name[:59] + "…"
     raise InputError(
-        f"material {shown!r} is not in the catalogue; "
-        f"{'did you mean' if close else 'it holds'} {', '.join(keys)}{'?' if close else ''}"
+        f"{shown!r} is not in the catalogue; "
+        f"{'did you mean' if close else 'it holds'} {', '.join(keys)}{'?' if close else ''}",
+        argument="material",
+        value=name,
     )
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import InputError, require_positive
+from roughcontact.errors import InputError, Mention, require_positive
 
 Array = NDArray[Any]
 
@@ -192,10 +192,14 @@ class Tabulated:
         try:
             strain, stress = (np.array(row, float) for row in (self.strain, self.stress))
         except (TypeError, ValueError):
-            raise InputError("and stress must be rows of numbers", argument="strain") from None
+            raise InputError(
+                "and ", Mention("stress"), " must be rows of numbers", argument="strain"
+            ) from None
         if strain.ndim != 1 or strain.shape != stress.shape or strain.size < 2:
             raise InputError(
-                "and stress must be rows of the same length, two or more; got shapes "
+                "and ",
+                Mention("stress"),
+                " must be rows of the same length, two or more; got shapes "
                 f"{strain.shape} and {stress.shape}",
                 argument="strain",
             )
@@ -288,7 +292,9 @@ def from_text(text: str) -> Hardening:
         constants = json.loads(text)
         return laws[constants.pop("law")](**constants)
     except (KeyError, TypeError, AttributeError, json.JSONDecodeError):
-        raise InputError(f"hardening must be JSON that names a law, got {text!r}") from None
+        raise InputError(
+            f"must be JSON that names a law, got {text!r}", argument="hardening", value=text
+        ) from None
 
 
 def plastic_increment(trial: Array, strain: Array, law: Hardening, shear_modulus: float) -> Array:

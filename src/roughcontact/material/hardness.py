@@ -116,25 +116,29 @@ def parse(text: str) -> Reading:
     >>> parse("95 HBW 10/500").force_index
     5.0
     """
-    wanted = "hardness needs a number and a scale (HV, HBW, HRB or HRC) such as '62 HRC'"
+    wanted = "needs a number and a scale (HV, HBW, HRB or HRC) such as '62 HRC'"
     if not isinstance(text, str):
-        raise InputError(f"{wanted}, got {text!r}")
+        raise InputError(f"{wanted}, got {text!r}", argument="hardness", value=text)
     shown = repr(text if len(text) <= 60 else text[:59] + "…")
     plain = text.strip()
     match = _VALUE_FIRST.fullmatch(plain) or _VALUE_LAST.fullmatch(plain)
     if match is None:
-        raise InputError(f"{wanted}, got {shown}")
+        raise InputError(f"{wanted}, got {shown}", argument="hardness", value=text)
     scale = _SPELLINGS[match["scale"].upper()]
     value = float(match["value"])
     if not 0 < value < math.inf:
-        raise InputError(f"hardness must be positive and finite, got {shown}")
+        raise InputError(
+            f"must be positive and finite, got {shown}", argument="hardness", value=text
+        )
     if match["test"] is None or scale == "HV":
         return Reading(value, scale)
     conditions = [float(number) for number in match["test"].split("/")]
     if scale != "HBW" or len(conditions) < 2 or not all(conditions):
         raise InputError(
             f"{wanted}, got {shown}; only a Brinell test has a ball and a load, "
-            "written as '95 HBW 10/500' (mm, kgf)"
+            "written as '95 HBW 10/500' (mm, kgf)",
+            argument="hardness",
+            value=text,
         )
     return Reading(value, scale, conditions[1] / conditions[0] ** 2)
 
@@ -187,9 +191,11 @@ def vickers(value: float, scale: str) -> float:
     numbers, equivalents = _STEEL[scale]
     if not numbers[0] <= value <= numbers[-1]:
         raise InputError(
-            f"hardness {value:g} {scale} is outside the table for steel "
+            f"{value:g} {scale} is outside the table for steel "
             f"({numbers[0]:g} to {numbers[-1]:g} {scale}, ISO 18265 table A.1); "
-            "give the Vickers number"
+            "give the Vickers number",
+            argument="hardness",
+            value=value,
         )
     return float(np.interp(value, numbers, equivalents))
 

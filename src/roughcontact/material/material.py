@@ -6,10 +6,7 @@ import math
 from dataclasses import dataclass
 from numbers import Real
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, Mention
 from roughcontact.material.hardening import Hardening, Linear, Perfect, Swift, Tabulated
 
 CEILING_FACTOR = 3.0
@@ -89,13 +86,16 @@ class Material:
             raise InputError(
                 f"must be Perfect, Linear, Swift or Tabulated, got {type(self.hardening).__name__}",
                 argument="hardening",
+                value=self.hardening,
             )
         first = self.hardening.initial
         if self.yield_strength is not None and not math.isclose(self.yield_strength, first):
             raise InputError(
-                f"= {self.yield_strength:.6g} Pa, but hardening starts at "
-                f"{first:.6g} Pa; leave one of them out",
+                f"= {self.yield_strength:.6g} Pa, but ",
+                Mention("hardening"),
+                f" starts at {first:.6g} Pa; leave one of them out",
                 argument="yield_strength",
+                value=self.yield_strength,
             )
         object.__setattr__(self, "yield_strength", first)
 
@@ -169,67 +169,3 @@ def softer(first: Material, second: Material) -> Material | None:
     """Return the body with the smaller ceiling, or ``None`` if none is known."""
     known = [body for body in (first, second) if body.ceiling is not None]
     return min(known, key=lambda body: body.ceiling or math.inf, default=None)
-
-
-def combined_ceiling(
-    first: float | ArrayLike | None, second: float | ArrayLike | None
-) -> float | NDArray[np.float64] | None:
-    """Return the pressure ceiling of two bodies: the smaller one on every pixel.
-
-    Parameters
-    ----------
-    first, second : float, array_like of shape (ny, nx), or None
-        Ceiling of each body [Pa], one for all or one a pixel: of a coating, of inclusions;
-        ``None``, or ``inf`` on a pixel, where the body never yields. Maps lie on the common grid.
-
-    Returns
-    -------
-    float, ndarray of shape (ny, nx), or None
-        What `contact.solve` takes as ``ceiling``: the softer of two points that touch yields.
-
-    Raises
-    ------
-    InputError
-        If a ceiling is not positive everywhere, or the maps differ in shape.
-
-    Examples
-    --------
-    >>> combined_ceiling(3e9, [[2e9, 5e9]])
-    array([[2.e+09, 3.e+09]])
-    """
-    known = [
-        _checked_ceiling(name, ceiling)
-        for name, ceiling in (("first", first), ("second", second))
-        if ceiling is not None
-    ]
-    if not known:
-        return None
-    maps = {ceiling.shape for ceiling in known if ceiling.ndim}
-    if len(maps) > 1:
-        raise InputError(
-            f"both ceilings must lie on one grid, got the shapes {known[0].shape} and "
-            f"{known[1].shape}"
-        )
-    smaller = np.minimum(known[0], known[-1])
-    return smaller if smaller.ndim else float(smaller)
-
-
-def _checked_ceiling(name: str, ceiling: float | ArrayLike) -> NDArray[np.float64]:
-    try:
-        values = np.asarray(ceiling)
-    except ValueError:
-        raise InputError(
-            "ceiling must be a number or a map, got uneven rows", argument=name
-        ) from None
-    if values.dtype.kind not in "fiu" or values.ndim not in (0, 2) or not values.size:
-        raise InputError(
-            f"ceiling must be a number or a map [y, x] in Pa, got dtype {values.dtype} and "
-            f"shape {values.shape}",
-            argument=name,
-        )
-    if not (values > 0).all():
-        raise InputError(
-            f"ceiling must be positive everywhere [Pa], its smallest is {values.min()}",
-            argument=name,
-        )
-    return values.astype(np.float64)
