@@ -41,7 +41,7 @@ def press(surface, boundary="periodic-x", line=LINE, **options):
 def approach_of_hertz(line, datum):
     """Rigid cylinder: the displacement in the middle of a semi-ellipse of pressure.
 
-    u = 2/(π E*) ∫ p ln(datum/|y|) dy (Johnson 1985, eq. 2.17b and sec. 4.2(c)).
+    u = 2/(π E*) ∫ p ln(datum/|y|) dy (Johnson 1985, secs. 2.2 and 4.2(c)).
     """
     half_width = math.sqrt(4 * line * RADIUS / (math.pi * MODULUS))
     return line / (math.pi * MODULUS) * (2 * math.log(2 * datum / half_width) + 1)

@@ -230,7 +230,7 @@ def strip(
 
     References
     ----------
-    Johnson, Contact Mechanics (1985), eqs. (2.17b) and (13.1), doi:10.1017/CBO9781139171731;
+    Johnson, Contact Mechanics (1985), sec. 2.2 and eq. (13.1), doi:10.1017/CBO9781139171731;
     NIST Digital Library of Mathematical Functions, 10.32.9, https://dlmf.nist.gov/10.32
     """
     require_pixel(pixel)
