@@ -176,9 +176,10 @@ def show_info(measured: Measured, channels: Sequence[Channel]) -> None:
             ("" if listed else "channels", name + ("" if entry.is_height else ", no heights"))
         )
     _print_table(_cells(rows_of(inputs.FILE, measured)), listed)
+    values = measured.leveled.roughness()
     roughness = [
-        (name, inputs.parameter(name, value), inputs.ROUGHNESS[name][1])
-        for name, value in measured.leveled.roughness().items()
+        (name, inputs.parameter(name, values[name]), meaning)
+        for name, (_, meaning) in inputs.ROUGHNESS.items()
     ]
     _print_table(roughness, heads=("after plane", "", ""))
 

@@ -184,11 +184,7 @@ def _draw_loop(axes: Axes, history: LoadHistory) -> None:
     axes.set_xlabel(f"approach from first touch [{unit_across}]", fontsize=LABEL)
     axes.set_ylabel(f"load [{unit_up}]", fontsize=LABEL)
     axes.set_ylim(bottom=0)
-    axes.tick_params(labelsize=TICK)
-    axes.grid(True, color="#dddddd", linewidth=0.8)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    plain_axes(axes)
     if indents.size:
         axes.legend(fontsize=TICK, frameon=False, loc="upper left")
     positions = len({stage.shift for stage in history.path})

@@ -29,6 +29,7 @@ from roughcontact.plots.style import (
     legend_below,
     listed,
     patch_legend,
+    plain_axes,
     prefixed,
     reduced,
     single_axes,
@@ -100,11 +101,7 @@ def stress_depth(result: StressResult) -> Figure:
     axes.margins(y=0.1)
     axes.set_xlabel(f"depth [{length_unit}]", fontsize=LABEL)
     axes.set_ylabel(f"stress [{unit}]", fontsize=LABEL)
-    axes.tick_params(labelsize=TICK)
-    axes.grid(True, color="#dddddd", linewidth=0.8)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    plain_axes(axes)
     legend_below(axes)
     axes.set_title(_stress_title(result), fontsize=TITLE)
     return figure
@@ -140,22 +137,9 @@ def stress_section(result: StressResult, along: str = "x", depth: float | None =
     profile, surface = result.profile, result.contact.surface
     axis = 1 if along == "x" else 0
     side, edge = surface.size[axis], surface.pixel[axis]
-    if profile.depths.size < 2:
-        raise InputError("a section needs two depths or more, and the result has one")
-    if depth is None:
-        strong = int(np.flatnonzero(values.max(axis=1) >= 0.25 * values.max())[-1])
-        weak = min(strong + 1, profile.depths.size - 1)
-        depth = max(float(profile.depths[weak]), 0.2 * side)
-    if not 0 < depth < math.inf:
-        raise InputError(
-            f"must be positive and finite [m], got {depth!r}", argument="depth", value=depth
-        )
-    depth = min(depth, float(profile.depths[-1]))
+    depth = _shown_depth(result, values, depth, side)
     block = max(math.ceil(values.shape[1] / CELLS_ALONE), 1)
-    cells = reduced(np.maximum, values, (1, block))
-    # Depths are graded: straight lines lead from one to the next.
-    fine = depth / _SECTION_ROWS * (np.arange(_SECTION_ROWS) + 0.5)
-    rows = np.array([np.interp(fine, profile.depths, column) for column in cells.T]).T
+    rows = _rows(reduced(np.maximum, values, (1, block)), profile.depths, depth)
     factor, unit = prefixed(side, "m")
     across = np.append(np.arange(0, values.shape[1], block), values.shape[1]) * edge * factor
     aspect = depth / side
@@ -191,6 +175,29 @@ def stress_section(result: StressResult, along: str = "x", depth: float | None =
     _stress_bar(axes, mesh, result, stress_unit)
     axes.set_title(_stress_title(result), fontsize=TITLE)
     return figure
+
+
+def _shown_depth(result: StressResult, values: Any, depth: float | None, side: float) -> float:
+    """Return how deep a section is drawn [m]; `InputError` where it cannot be."""
+    depths = result.profile.depths
+    if depths.size < 2:
+        raise InputError("a section needs two depths or more, and the result has one")
+    if depth is None:
+        strong = int(np.flatnonzero(values.max(axis=1) >= 0.25 * values.max())[-1])
+        weak = min(strong + 1, depths.size - 1)
+        depth = max(float(depths[weak]), 0.2 * side)
+    if not 0 < depth < math.inf:
+        raise InputError(
+            f"must be positive and finite [m], got {depth!r}", argument="depth", value=depth
+        )
+    return min(depth, float(depths[-1]))
+
+
+def _rows(cells: Any, depths: Any, depth: float) -> Any:
+    """Return the cells of a section in rows of one height down to a depth [m]."""
+    # Depths are graded: straight lines lead from one to the next.
+    fine = depth / _SECTION_ROWS * (np.arange(_SECTION_ROWS) + 0.5)
+    return np.array([np.interp(fine, depths, column) for column in cells.T]).T
 
 
 def stress_map(result: StressResult) -> Figure:

@@ -46,9 +46,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from roughcontact.volume.profiles import DepthSection
+    from roughcontact.volume.profiles import DepthProfile, DepthSection
 
 Array = NDArray[Any]
+# Values, name and lowest value of a line; values, name, colours and limits of a field.
+_LineOf = tuple[Array, str, float]
+_FieldOf = tuple[Array, str, Any, float, float]
 
 # Depth of sections and profiles over that of the plastic zone; over the width that is drawn, at
 # least and at most.
@@ -151,7 +154,7 @@ def section(
     if width is not None:
         require_positive(width=width)
     cut = _window(depth.cut(result, along, index, body), width)
-    plane, columns, rows = cut.plane, cut.columns, cut.rows
+    plane, columns = cut.plane, cut.columns
     length = float(plane.edges[columns.stop] - plane.edges[columns.start])
     height = _PANEL * cut.depth / length
     fields, lines = _fields(result, cut), _lines(result, plane)
@@ -159,49 +162,20 @@ def section(
     tall = _ABOVE + lines_tall + 2 * height + _BETWEEN + _BELOW
     figure = Figure(figsize=(_PAGE, tall), dpi=DPI)
     factor, unit = prefixed(length, "m")
-
-    limits = [float(plane.edges[end] * factor) for end in (columns.start, columns.stop)]
-
-    def panel(
-        column: int, top: float, high: float, left: float = 0.0, wide: float = _PANEL
-    ) -> Axes:
-        at = (_LEFT[column] + left) / _PAGE, 1 - (top + high) / tall
-        return figure.add_axes((*at, wide / _PAGE, high / tall))
-
-    for column, (values, name, lowest) in enumerate(lines):
-        axes = panel(column, _ABOVE, _LINES)
-        axes.stairs(values, plane.edges * factor, fill=True, color=ELASTIC)
-        axes.set_xlim(*limits)
-        axes.set_ylim(1.08 * lowest, 1.08 * float(values.max()) or 1.0)
-        axes.set_title(name, fontsize=TICK, loc="left", pad=4)
-        axes.tick_params(labelbottom=False)
-        plain_axes(axes)
-        _few_levels(axes, _LINES)
-    for number, (values, name, colours, low, high) in enumerate(fields):
+    for column, line in enumerate(lines):
+        _draw_line(_panel(figure, column, _ABOVE, _LINES), line, cut, factor)
+    for number, field in enumerate(fields):
         row, column = divmod(number, 2)
         top = _ABOVE + lines_tall + row * (height + _BETWEEN)
-        axes = panel(column, top, height)
-        across = plane.edges[columns.start : columns.stop + 1] * factor
-        down = plane.faces[rows.start : rows.stop + 1] * factor
-        mesh = axes.pcolormesh(across, down, np.ma.masked_invalid(values), rasterized=True)
-        mesh.set_cmap(colours)
-        mesh.set_clim(low, high)
-        outline(axes, plane.accumulated > 0, plane.faces * factor, plane.edges * factor, NEUTRAL)
-        if plane.accumulated.any():
-            layer, pixel = cut.largest
-            at = [plane.place[pixel] * factor], [plane.depth[layer] * factor]
-            for colour, line in (("#ffffff", 4.0), (SERIES[0], 1.8)):
-                axes.plot(*at, "+", color=colour, markersize=9, markeredgewidth=line)
-        axes.set_xlim(*limits)
-        axes.set_ylim(cut.depth * factor, 0)
-        axes.set_title(name, fontsize=TICK, loc="left", pad=4)
+        axes = _panel(figure, column, top, height)
+        mesh = _draw_field(axes, field, cut, factor)
         axes.tick_params(labelsize=TICK, labelbottom=row == 1)
         _few_levels(axes, height)
         if row == 1:
             axes.set_xlabel(f"{along} [{unit}]", fontsize=LABEL)
         if column == 0:
             axes.set_ylabel(f"{'depth' if height > 0.8 else 'z'} [{unit}]", fontsize=LABEL)
-        bar = panel(column, top, height, _PANEL + 0.1, 0.14)
+        bar = _panel(figure, column, top, height, _PANEL + 0.1, 0.14)
         figure.colorbar(mesh, cax=bar)
         bar.tick_params(labelsize=TICK)
         _few_levels(bar, height)
@@ -214,6 +188,50 @@ def section(
         va="top",
     )
     return figure
+
+
+def _panel(
+    figure: Figure, column: int, top: float, high: float, left: float = 0.0, wide: float = _PANEL
+) -> Axes:
+    """Add axes to a page of panels, at a distance from its top [inch]."""
+    tall = float(figure.get_figheight())
+    at = (_LEFT[column] + left) / _PAGE, 1 - (top + high) / tall
+    return figure.add_axes((*at, wide / _PAGE, high / tall))
+
+
+def _limits(cut: _Cut, factor: float) -> list[float]:
+    return [float(cut.plane.edges[end] * factor) for end in (cut.columns.start, cut.columns.stop)]
+
+
+def _draw_line(axes: Axes, line: _LineOf, cut: _Cut, factor: float) -> None:
+    values, name, lowest = line
+    axes.stairs(values, cut.plane.edges * factor, fill=True, color=ELASTIC)
+    axes.set_xlim(*_limits(cut, factor))
+    axes.set_ylim(1.08 * lowest, 1.08 * float(values.max()) or 1.0)
+    axes.set_title(name, fontsize=TICK, loc="left", pad=4)
+    axes.tick_params(labelbottom=False)
+    plain_axes(axes)
+    _few_levels(axes, _LINES)
+
+
+def _draw_field(axes: Axes, field: _FieldOf, cut: _Cut, factor: float) -> Any:
+    values, name, colours, low, high = field
+    plane, columns, rows = cut.plane, cut.columns, cut.rows
+    across = plane.edges[columns.start : columns.stop + 1] * factor
+    down = plane.faces[rows.start : rows.stop + 1] * factor
+    mesh = axes.pcolormesh(across, down, np.ma.masked_invalid(values), rasterized=True)
+    mesh.set_cmap(colours)
+    mesh.set_clim(low, high)
+    outline(axes, plane.accumulated > 0, plane.faces * factor, plane.edges * factor, NEUTRAL)
+    if plane.accumulated.any():
+        layer, pixel = cut.largest
+        at = [plane.place[pixel] * factor], [plane.depth[layer] * factor]
+        for colour, line in (("#ffffff", 4.0), (SERIES[0], 1.8)):
+            axes.plot(*at, "+", color=colour, markersize=9, markeredgewidth=line)
+    axes.set_xlim(*_limits(cut, factor))
+    axes.set_ylim(cut.depth * factor, 0)
+    axes.set_title(name, fontsize=TICK, loc="left", pad=4)
+    return mesh
 
 
 def profile(
@@ -253,24 +271,8 @@ def profile(
     grid[0].set_xlim(left=0)
     grid[0].set_xlabel("accumulated plastic strain [%]", fontsize=LABEL)
     grid[0].set_ylabel(f"depth [{length_unit}]", fontsize=LABEL)
-    top = max(float(found.von_mises.max()), float(found.strength[0]))
-    factor, unit = prefixed(top, "Pa")
-    lines = [(found.residual_von_mises, SERIES[1], "--", "residual")]
-    if result.contact.load:
-        lines.append((found.von_mises, SERIES[0], "-", "under load"))
-    # On top: where the material flows, the stress under load is the yield strength.
-    lines.append((found.strength, NEUTRAL, ":", "yield strength"))
-    for values, colour, line, name in lines:
-        _steps(grid[1], values * factor, depths, colour, line, name)
-    grid[1].set_xlim(left=0)
-    grid[1].set_xlabel(f"von Mises stress [{unit}]", fontsize=LABEL)
-    residual = np.diagonal(found.residual_stress, axis1=-2, axis2=-1)
-    factor, unit = prefixed(float(np.abs(residual).max()), "Pa")
-    for axis, colour, line in zip("xyz", SERIES, ("-", "--", ":"), strict=False):
-        values = residual[:, "xyz".index(axis)] * factor
-        _steps(grid[2], values, depths, colour, line, rf"$\sigma_{{{axis * 2}}}$")
-    grid[2].axvline(0, color="#000000", linewidth=0.9)
-    grid[2].set_xlabel(f"residual stress [{unit}], tension > 0", fontsize=LABEL)
+    _draw_strength(grid[1], found, depths, loaded=bool(result.contact.load))
+    _draw_residual(grid[2], found, depths)
     for axes in grid:
         plain_axes(axes)
         axes.xaxis.set_major_locator(MaxNLocator(4))
@@ -285,6 +287,30 @@ def profile(
         f"Below y = {y}, x = {x}{_which(result, body)}, {_state(result, body)}", fontsize=TITLE
     )
     return figure
+
+
+def _draw_strength(axes: Axes, found: DepthProfile, depths: Array, loaded: bool) -> None:
+    top = max(float(found.von_mises.max()), float(found.strength[0]))
+    factor, unit = prefixed(top, "Pa")
+    lines = [(found.residual_von_mises, SERIES[1], "--", "residual")]
+    if loaded:
+        lines.append((found.von_mises, SERIES[0], "-", "under load"))
+    # On top: where the material flows, the stress under load is the yield strength.
+    lines.append((found.strength, NEUTRAL, ":", "yield strength"))
+    for values, colour, line, name in lines:
+        _steps(axes, values * factor, depths, colour, line, name)
+    axes.set_xlim(left=0)
+    axes.set_xlabel(f"von Mises stress [{unit}]", fontsize=LABEL)
+
+
+def _draw_residual(axes: Axes, found: DepthProfile, depths: Array) -> None:
+    residual = np.diagonal(found.residual_stress, axis1=-2, axis2=-1)
+    factor, unit = prefixed(float(np.abs(residual).max()), "Pa")
+    for axis, colour, line in zip("xyz", SERIES, ("-", "--", ":"), strict=False):
+        values = residual[:, "xyz".index(axis)] * factor
+        _steps(axes, values, depths, colour, line, rf"$\sigma_{{{axis * 2}}}$")
+    axes.axvline(0, color="#000000", linewidth=0.9)
+    axes.set_xlabel(f"residual stress [{unit}], tension > 0", fontsize=LABEL)
 
 
 def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
@@ -469,7 +495,7 @@ def _shown_depth(faces: Array, accumulated: Array) -> float:
     return min(_BELOW_ZONE * float(faces[plastic[-1] + 1]), float(faces[-1]))
 
 
-def _lines(result: ElastoplasticResult, plane: DepthSection) -> list[tuple[Array, str, float]]:
+def _lines(result: ElastoplasticResult, plane: DepthSection) -> list[_LineOf]:
     """Return values, names and lowest values of what is drawn along the surface."""
     if not result.contact.load:
         return []
@@ -483,7 +509,7 @@ def _lines(result: ElastoplasticResult, plane: DepthSection) -> list[tuple[Array
     return lines
 
 
-def _fields(result: ElastoplasticResult, cut: _Cut) -> list[tuple[Array, str, Any, float, float]]:
+def _fields(result: ElastoplasticResult, cut: _Cut) -> list[_FieldOf]:
     """Return values, names, colours and limits of the fields on a section."""
     from matplotlib import colormaps
 

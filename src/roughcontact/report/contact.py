@@ -69,12 +69,7 @@ def render(
     InputError
         If the elastic result has another grid.
     """
-    if elastic is not None and elastic.pressure.shape != result.pressure.shape:
-        raise InputError(
-            f"has {elastic.pressure.shape} pixels and the result {result.pressure.shape}; "
-            "give the solution of the same problem, result.elastic()",
-            argument="elastic",
-        )
+    _check_alike(result, elastic)
     spots = result.spots()
     stated = assumptions.statements(result, spots)
     given = [results.row(result, result.control), *results.rows(result, PROBLEM)]
@@ -106,6 +101,15 @@ def render(
         warnings=result.warnings,
         cautions=[item.caution for item in stated if item.caution],
     )
+
+
+def _check_alike(result: ContactResult, elastic: ContactResult | None) -> None:
+    if elastic is not None and elastic.pressure.shape != result.pressure.shape:
+        raise InputError(
+            f"has {elastic.pressure.shape} pixels and the result {result.pressure.shape}; "
+            "give the solution of the same problem, result.elastic()",
+            argument="elastic",
+        )
 
 
 def save(

@@ -90,7 +90,7 @@ def _load_error(result: ContactResult) -> str:
 
 
 def _within(key: str) -> Callable[[Any], str]:
-    return lambda result: f"{getattr(result, key):.1e} (tolerance {result.tolerance:.0e})"
+    return lambda result: f"{tiny(getattr(result, key))} (tolerance {result.tolerance:.0e})"
 
 
 CONTACT: Table = (
@@ -457,7 +457,7 @@ CURVE: Table = (
     Quantity("boundary", of=lambda curve: str(curve.boundary)),
     Quantity("nominal_area", unit="m²"),
     Quantity("contact_modulus", unit="Pa"),
-    Quantity("rms_gradient", "rms gradient", symbol="h′"),
+    Quantity("rms_gradient", "root-mean-square slope", symbol="h′"),
     Quantity("ceiling", unit="Pa", of=_ceiling_stored),
     Quantity(
         "low_load_slope", "low-load slope", symbol="κ", meaning="of A = κ W/(E* h′)", form=_slope,

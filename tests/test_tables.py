@@ -1,0 +1,246 @@
+"""What is worded once is told by console, report and files alike."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.cli import console
+from roughcontact.formats import tables as files
+from roughcontact.report import contact, figures, inputs, page, results, sections, tables, volume
+from roughcontact.report.quantities import (
+    ABSENT,
+    ANSWER,
+    HEADLINE,
+    PROBLEM,
+    TRUST,
+    Column,
+    Quantity,
+    beside,
+    csv_text,
+    quantity_of,
+    rows_of,
+    within,
+    written,
+)  # fmt: skip
+from roughcontact.request import outputs
+from roughcontact.request.run import Outcome
+
+STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
+Capture = pytest.CaptureFixture[str]
+
+
+def ball(points: int = 24, radius: float = 1e-2, side: float = 4e-4) -> rc.Surface:
+    x = (np.arange(points) - (points - 1) / 2) * side / points
+    return rc.Surface(-(x[:, None] ** 2 + x**2) / (2 * radius), (side / points, side / points))
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the figures undrawn: they take most of the time of a report."""
+
+    def undrawn(figure: Any, alt: str, caption: str) -> page.Picture:
+        return page.Picture(caption, alt, "AAAA", 1, 1)
+
+    monkeypatch.setattr(page, "picture", undrawn)
+
+
+@pytest.fixture(scope="module")
+def solved() -> rc.ContactResult:
+    return rc.solve(ball(), material=STEEL, load=20.0)
+
+
+@pytest.fixture(scope="module")
+def pressed() -> rc.ElastoplasticResult:
+    return rc.solve_elastoplastic(ball(16), material=STEEL, load=80.0, increments=2, tolerance=1e-2)
+
+
+@pytest.fixture(scope="module")
+def below(solved: rc.ContactResult) -> rc.StressResult:
+    return rc.subsurface_stress(solved)
+
+
+@pytest.fixture(scope="module")
+def history() -> rc.LoadHistory:
+    return rc.load_history(ball(), [60.0, 0.0], material=STEEL)
+
+
+@pytest.fixture(scope="module")
+def curve() -> rc.LoadCurve:
+    return rc.load_curve(ball(), material=STEEL, loads=[5.0, 20.0])
+
+
+def text_of(markup: str) -> str:
+    return " ".join(html.unescape(re.sub(r"<[^>]*>", " ", markup)).split())
+
+
+def section_text(solved: rc.ContactResult, section: page.Section) -> str:
+    return text_of(contact.render(solved, sections=[section]))
+
+
+def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple[str, str, Any]:
+    """Return what console and report tell of a kind of result, and what JSON keeps."""
+    solved = request.getfixturevalue("solved")
+    result = request.getfixturevalue(kind)
+    report: Callable[[], str]
+    if kind == "solved":
+        console.show_solution(Outcome(result, None))
+        report = lambda: text_of(contact.render(result))  # noqa: E731
+    elif kind == "pressed":
+        console.show_volume(result, (), ())
+        report = lambda: text_of(volume.render(result))  # noqa: E731
+    elif kind == "below":
+        console.show_stress(result, None, ())
+        report = lambda: section_text(solved, sections.stress_section(result))  # noqa: E731
+    elif kind == "history":
+        console.show_history(result, ())
+        report = lambda: section_text(solved, sections.history_section(result))  # noqa: E731
+    else:
+        console.show_curve(result, ())
+        report = lambda: text_of(contact.render(solved, curve=result))  # noqa: E731
+    shown = " ".join(capsys.readouterr().out.split())
+    return shown, report(), json.loads(json.dumps(result.summary(), default=str))
+
+
+TABLES = {
+    "solved": "CONTACT", "pressed": "VOLUME", "below": "STRESS", "history": "HISTORY",
+    "curve": "CURVE",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_a_quantity_that_is_added_is_told_by_all(
+    kind: str, request: pytest.FixtureRequest, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    added = Quantity("answer", "answer to all", symbol="Q", unit="Pa", of=lambda _: 42.123456e6)
+    table = getattr(tables, TABLES[kind])
+    monkeypatch.setattr(tables, TABLES[kind], (*table, added))
+    shown, report, kept = told_by(kind, request, capsys)
+    assert "answer to all Q 42.12 MPa" in shown
+    assert "Answer to all Q 42.12 MPa" in report
+    assert kept["answer"] == 42.123456e6
+
+
+def test_a_quantity_of_a_result_is_in_its_record(
+    solved: rc.ContactResult, pressed: rc.ElastoplasticResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    added = Quantity("answer", "answer", of=lambda _: 42)
+    monkeypatch.setattr(tables, "CONTACT", (*tables.CONTACT, added))
+    monkeypatch.setattr(tables, "VOLUME", (*tables.VOLUME, added))
+    assert files.record(solved)["answer"] == 42
+    assert files.record(pressed)["volume"]["answer"] == 42
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"), [("curve", "CURVE_COLUMNS"), ("history", "HISTORY_COLUMNS")]
+)
+def test_a_column_that_is_added_is_told_by_all(
+    kind: str,
+    name: str,
+    request: pytest.FixtureRequest,
+    capsys: Capture,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    added = Column("root", "root", unit="N", of=lambda r: [s.load**0.5 for s in r.steps])
+    columns = getattr(tables, name)
+    monkeypatch.setattr(tables, name, (*columns, added))
+    result = request.getfixturevalue(kind)
+    shown, report, kept = told_by(kind, request, capsys)
+    first = result.steps[0].load ** 0.5
+    text = written(first, "N")
+    assert text in shown
+    assert text in report
+    assert "root" in report
+    values = kept["root"] if kind == "curve" else kept["steps"]["root"]
+    assert values[0] == first
+    result.save(tmp_path / "steps.csv")
+    head, row, *_ = (tmp_path / "steps.csv").read_text(encoding="utf-8").splitlines()
+    assert head.endswith(",root [N]")
+    assert row.endswith(f",{first!r}")
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_console_and_report_tell_the_same_digits(
+    kind: str, request: pytest.FixtureRequest, capsys: Capture
+) -> None:
+    result = request.getfixturevalue(kind)
+    shown, report, _ = told_by(kind, request, capsys)
+    brief = [row for part in (PROBLEM, ANSWER, TRUST) for row in results.rows(result, part, True)]
+    assert len(brief) > 2
+    for row in brief:
+        assert f"{row.name} {row.symbol}".rstrip() in shown
+        assert row.title in report
+        assert row.text in shown
+        assert row.text in report
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_keys_are_unique_and_what_is_shown_has_a_name(
+    kind: str, request: pytest.FixtureRequest
+) -> None:
+    table = results.table_of(request.getfixturevalue(kind))
+    keys = [quantity.key for quantity in table]
+    assert len(keys) == len(set(keys))
+    assert all(quantity.stored or quantity.name for quantity in table)
+    # A name stands within a line on the console, and begins one in a report.
+    assert all(quantity.name[:1].islower() for quantity in table if quantity.name)
+    assert {quantity.part for quantity in table} <= {PROBLEM, ANSWER, TRUST, HEADLINE}
+
+
+def test_what_one_of_two_results_lacks_is_marked(solved: rc.ContactResult) -> None:
+    told = {row.key: texts for row, texts in beside(
+        tables.CONTACT, [solved.elastic(), solved])}  # fmt: skip
+    assert told["saturated_fraction"][0] == ABSENT
+    assert told["saturated_fraction"][1].endswith("%")
+    assert told["load"] == ("20 N (given)", "20 N (given)")
+
+
+def test_a_quantity_of_what_a_result_holds() -> None:
+    inner = Quantity("real", "real part", of="real", text=lambda v: f"<{v.real}>")
+    outer = within("number", inner, name="first part")
+    (row,) = rows_of((outer,), type("Held", (), {"number": 3 + 4j}))
+    assert (row.value, row.text, row.title) == (3.0, "<3.0>", "First part")
+
+
+def test_csv_keeps_every_digit_and_the_type() -> None:
+    steps = [type("Step", (), {"x": 0.1 + 0.2, "n": 3})]
+    columns = (Column("x", unit="m"), Column("n"), Column("told", "told", stored=False))
+    result = type("Steps", (), {"steps": steps})
+    assert csv_text(columns, result) == "x [m],n [1]\n0.30000000000000004,3\n"
+
+
+def test_a_map_in_a_file_is_told_with_and_without_its_plane() -> None:
+    surface = rc.Surface(np.arange(12.0).reshape(3, 4) * 1e-9, (1e-6, 1e-6))
+    row = quantity_of(inputs.FILE, "Sq").row(inputs.measured(surface))
+    assert row.value == surface.Sq
+    assert row.text.startswith(f"{written(surface.Sq, 'm')}, after plane ")
+
+
+def test_figures_are_named_after_those_of_the_report(
+    solved: rc.ContactResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert outputs.FIGURES["ceiling"] == figures.names(figures.CONTACT)
+    assert outputs.FIGURES["volume"] == figures.names(figures.VOLUME)
+    drawn = []
+    added = figures.Illustration(
+        "sketch", lambda scene: drawn.append(scene.result), "A sketch.", "What it looks like."
+    )
+    monkeypatch.setattr(figures, "CONTACT", (*figures.CONTACT, added))
+    assert "What it looks like." in text_of(contact.render(solved))
+    assert figures.names(figures.CONTACT)[-1] == "sketch"
+    figures.drawings(solved)["sketch"]()
+    assert drawn == [solved, solved]
+
+
+def test_a_table_for_everything_that_has_a_summary() -> None:
+    with pytest.raises(TypeError, match="no table for a int"):
+        results.table_of(3)
