@@ -167,7 +167,7 @@ def require_positive(**values: float) -> None:
             )
 
 
-def require_choice(known: tuple[str, ...], **values: str) -> None:
+def require_choice(known: tuple[str, ...], **values: object) -> None:
     """Raise `InputError`, naming argument and value, unless all values are among those known."""
     for name, value in values.items():
         if value not in known:

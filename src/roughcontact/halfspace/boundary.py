@@ -6,7 +6,7 @@ from collections.abc import Callable
 from enum import StrEnum
 from typing import NamedTuple
 
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, require_choice
 from roughcontact.halfspace import convolution
 from roughcontact.halfspace.convolution import Convolution
 from roughcontact.halfspace.fft import Workspace
@@ -34,9 +34,8 @@ class Boundary(StrEnum):
     PERIODIC_Y = "periodic-y"
 
     @classmethod
-    def _missing_(cls, value: object) -> Boundary:
-        choices = " or ".join(repr(str(choice)) for choice in cls)
-        raise InputError(f"must be {choices}, got {value!r}", argument="boundary", value=value)
+    def _missing_(cls, value: object) -> None:
+        require_choice(tuple(map(str, cls)), boundary=value)
 
     @property
     def periodic_axes(self) -> tuple[int, ...]:
