@@ -1,4 +1,4 @@
-"""The periodic images of a free surface, and how they are taken off on coarse cells."""
+"""How a free surface differs from a periodic one: its images, removed on coarse cells."""
 
 from __future__ import annotations
 
@@ -13,8 +13,6 @@ from roughcontact.halfspace.layers import Layers
 
 Array = NDArray[Any]
 
-# Enough to hide the cost of a call, few enough that what one layer needs stays in a second-level
-# cache.
 # Periods of the three transforms of a free boundary, over the edge of the map.
 _NEAR = 1.5
 _FAR = 6.0
@@ -83,7 +81,7 @@ def _linear(fine: NDArray[np.float64], coarse: NDArray[np.float64]) -> NDArray[n
 
 
 def _merged(thickness: NDArray[np.float64], least: float) -> NDArray[np.float64]:
-    """Return layers that are sums of neighbours, of at least some thickness but the last."""
+    """Return sums of neighbouring layers, all but the last of at least some thickness."""
     merged, current = [], 0.0
     for layer in thickness:
         current += layer
@@ -96,7 +94,7 @@ def _merged(thickness: NDArray[np.float64], least: float) -> NDArray[np.float64]
 
 
 class Images:
-    """What an infinite surface does other than a periodic one, on coarse cells."""
+    """How an infinite surface differs from a periodic one, on coarse cells."""
 
     def __init__(
         self,

@@ -36,10 +36,11 @@ Array = NDArray[Any]
 Fill = Callable[[int, Array], slice | None]
 Visit = Callable[[int, Array], None]
 
-SWEEP_POINTS = 16384
-"""Wave vectors that one thread sweeps at a time, at most."""
 # Enough to hide the cost of a call, few enough that what one layer needs stays in a second-level
 # cache.
+SWEEP_POINTS = 16384
+"""Wave vectors that one thread sweeps at a time, at most."""
+
 # Short waves fade out of the coarse operators: the response to them jumps at the Nyquist frequency,
 # so that periods of different length differ by tails that alternate from cell to cell. Those do
 # not cancel, and would cost the operator its sign as well.
@@ -54,7 +55,7 @@ def graded_layers(first: float, depth: float, ratio: float = 1.1) -> NDArray[np.
     first : float
         Thickness of the layer at the surface [m].
     depth : float
-        Least depth of them all [m].
+        Depth that they reach at least [m].
     ratio : float
         Thickness of each layer over that of the one above.
 
@@ -101,8 +102,8 @@ class Layers:
 
     Notes
     -----
-    The wave of infinite length: plastic strain finds no mean strain in the plane, so its mean
-    stress is local, s = -2μ/(1-ν) [e₁₁ + ν e₂₂, e₂₂ + ν e₁₁] and -2μ e₁₂. Pressure p gives
+    The wave of infinite length: the plane has no mean strain, so the mean stress by plastic
+    strain is local, s = -2μ/(1-ν) [e₁₁ + ν e₂₂, e₂₂ + ν e₁₁] and -2μ e₁₂. Pressure p gives
     σ_zz = -p and, isolated, σ_xx = σ_yy = -p (1 + 2ν)/2, the mean of the limit over all
     directions; periodic, -p ν/(1 - ν), no mean strain in the plane. The mean displacement by
     strain is the adjoint of that. Waves at the Nyquist frequency run in two mirrored directions
@@ -188,7 +189,8 @@ class Layers:
             table[1] = (bent - flat) / 2 + nu * flat
             table[2] = -bent
             table[3] = -2 * (1 + nu) / 3 * flat
-            # Of those at q = 0 the longest wave has a pressure, the corner of the spectrum none.
+            # Of the entries with q = 0 the longest wave has a pressure, the corner of the spectrum
+            # none.
             first = table[:, 0, 0].copy()
             table[:, ~waves] = 0
             first[1] = first[2] = 0
@@ -225,8 +227,8 @@ class Layers:
             self._spectra = np.empty((nz, 5, 2, my, self._width), self.real)
         if trace and self._trace is None:
             self._trace = np.empty((nz, 2, my, self._width), self.real)
-        # Of the waves at Nyquist, the components that their mirrors have with the other sign: along
-        # x then along y, kept from the sweep of the others. And all at the corner.
+        # Components of the waves at Nyquist whose mirrors have the opposite sign, along x then
+        # along y, which are swept on their own; and all components at the corner.
         self._odd: Array = np.zeros((nz, 5, 2, 1, my + self._width), self.real)
         self._corner: Array = np.zeros((nz, 5, 2), self.real)
         self._quiet = not self._transform(fill, see)

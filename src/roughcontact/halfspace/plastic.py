@@ -1,7 +1,7 @@
 """The elastic half-space with plastic strain, free or periodic: strain and pressure in, stress out.
 
-The operators of a periodic half-space are those of `layers`; what an infinite surface does other
-than a periodic one is the task of `images`.
+The operators of a periodic half-space are those of `layers`; how an infinite surface differs from
+a periodic one is the task of `images`.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ class HalfSpace:
 
     Notes
     -----
-    With a free boundary the map is padded with zeros to 1.5 times its edges. What the periodic
-    images of that still do, which falls with the third power of the period and varies on its
-    scale, is taken off by the difference of two operators on coarse cells and coarse layers, one
+    With a free boundary the map is padded with zeros to 1.5 times its edges. What its
+    periodic images still add, which falls with the third power of the period and varies on its
+    scale, is removed by the difference of two operators on coarse cells and coarse layers, one
     of the same period and one of six times the edge of the map, both of long waves only.
     Restriction is the transpose of the interpolation, which keeps the symmetries.
     """

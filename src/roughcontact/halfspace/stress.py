@@ -152,11 +152,11 @@ def slices(
     Notes
     -----
     Free: pressure is constant on each pixel, and the stress at the pixel centres is exact
-    (`influence.coefficients`). In single precision, kernels that are smooth at their depth are
+    (`stress_kernels.coefficients`). In single precision, kernels that are smooth at their depth are
     sampled at fewer points, which keeps the stress within 1e-6 of the largest pressure.
 
     Periodic: pressure is the trigonometric polynomial through the pixel centres, and each of its
-    waves has its exact stress (`influence.waves`). The mean pressure presses on a body that
+    waves has its exact stress (`stress_kernels.waves`). The mean pressure presses on a body that
     cannot expand sideways: σ_xx = σ_yy = -ν/(1-ν) p̄.
     """
     field = field_of(

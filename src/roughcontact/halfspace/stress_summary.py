@@ -1,4 +1,4 @@
-"""What is left of the stress in a volume when its slices have passed: the largest, and where."""
+"""The largest stresses of a volume and their places, from slices that are not kept."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _REFINEMENTS = 4
 
 @dataclass(frozen=True, eq=False)
 class Summary:
-    """What is left of the stress in a volume when its slices have passed.
+    """The largest stresses of a volume, depth by depth, and their places.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ class _Passage:
         return _layer(self._field, depth, self._peak, self._limit, self._row)
 
     def summary(self, cell: float) -> Summary:
-        """Return what is left, with pixels of this area; nothing can be looked at afterwards."""
+        """Return what was found, with pixels of this area; nothing can be looked at afterwards."""
         depths, unit, peak = sorted(self._layers), self._field.unit, self._peak
         layers = [self._layers[depth] for depth in depths]
         np.sqrt(peak, out=peak)

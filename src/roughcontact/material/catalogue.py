@@ -1,8 +1,8 @@
 """Materials of machines, each value with its source.
 
 The values are typical ones of the condition named, not guaranteed ones: heat treatment, size and
-supplier move a yield strength by a tenth and more. Where a value was not found in a source worth
-naming it is missing. Compilations (MakeItFrom, MatWeb, AZoM) are named as such.
+supplier move a yield strength by a tenth and more. A value for which no source worth naming was
+found is left out. Compilations (MakeItFrom, MatWeb, AZoM) are named as such.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Entry:
     hardness : Number, optional
         Hardness with its scale.
     note : str
-        What a user has to know.
+        What a user should know.
     """
 
     key: str
@@ -92,8 +92,8 @@ def entry(name: str) -> Entry:
     Parameters
     ----------
     name : str
-        Key or another name, such as ``"100Cr6"``, ``"AISI 52100"`` or ``"bearing steel"``; the
-        case of the letters, spaces and punctuation do not count.
+        Key or another name, such as ``"100Cr6"``, ``"AISI 52100"`` or ``"bearing steel"``;
+        case, spaces and punctuation are ignored.
 
     Returns
     -------

@@ -188,7 +188,7 @@ class Tabulated:
     stress: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        """Refuse a table that is not one."""
+        """Refuse a table that is too short, out of order or not positive."""
         try:
             strain, stress = (np.array(row, float) for row in (self.strain, self.stress))
         except (TypeError, ValueError):
@@ -283,7 +283,7 @@ def from_text(text: str) -> Hardening:
     Raises
     ------
     InputError
-        If the text is none.
+        If the text does not name a law with its constants.
     """
     laws: dict[str, type[Hardening]] = {
         law.__name__: law for law in (Perfect, Linear, Swift, Tabulated)

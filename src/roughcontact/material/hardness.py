@@ -1,4 +1,4 @@
-"""Hardness numbers: what pressure they mean, and how steel's scales convert into each other.
+"""Hardness numbers: the pressure that they stand for, and conversion between scales for steel.
 
 A Vickers or Brinell number is the load over the *curved or slanted* area of the indentation
 [kgf/mm²]. What the surface carries is the load over the *projected* area, the mean pressure under

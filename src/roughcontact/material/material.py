@@ -28,8 +28,8 @@ class Material:
     name : str
         A name for reports.
     hardness : float, optional
-        Mean pressure under an indenter over its projected area [Pa], see `hardness.ceiling`; of
-        use where there is no yield strength, as for ceramics.
+        Mean pressure under an indenter over its projected area [Pa], see `hardness.ceiling`; the
+        ceiling where there is no yield strength, as for ceramics.
     hardening : Perfect, Linear, Swift or Tabulated, optional
         How the yield strength grows with the plastic strain; its first value is taken for
         ``yield_strength``. Without it a body with a yield strength is perfectly plastic.

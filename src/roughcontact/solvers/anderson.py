@@ -25,7 +25,7 @@ _DEPENDENT = 1e-7
 
 
 class Mixer:
-    """Anderson's acceleration of a fixed point y = x(y) whose unknowns may become more.
+    """Anderson's acceleration of a fixed point y = x(y) whose unknowns may grow in number.
 
     The next iterate is the combination of the last ones whose defect f = x - y would be the
     smallest if x were linear (Anderson 1965, doi:10.1145/321296.321305; Walker and Ni 2011,
@@ -43,7 +43,7 @@ class Mixer:
         self._fruitless = self._plain = 0
 
     def grow(self, part: int, old: Array, new: Array) -> None:
-        """Make room for the unknowns that a part has won."""
+        """Make room for the unknowns that a part has gained."""
         place = np.searchsorted(new, old)
         pairs = list(self._steps) if self._last is None else [*self._steps, self._last]
         for pair in pairs:

@@ -27,12 +27,12 @@ class Iterate:
     gap: NDArray[np.float64]
     approach: float
     certificate: float
-    # What rounding alone may cause of the certificate, which counts it in in single precision.
+    # Part of the certificate that rounding alone may cause; in single precision it is included.
     floor: float
 
 
 class Viewer:
-    """Looks at what a pressure does on the whole map."""
+    """Evaluates pressures on the whole map."""
 
     def __init__(self, problem: Problem, operator: Operator) -> None:
         self.problem, self.operator = problem, operator
@@ -74,8 +74,8 @@ class Viewer:
         bound = self.limit(index)
         reach = pressure - gap / self.unit
         step = pressure - np.clip(reach, 0, bound)
-        # How far the last digit of displacement and initial gap may change that step; no matter on
-        # pixels that are far beyond a bound.
+        # How far the last digit of displacement and initial gap may change that step, which does
+        # not matter on pixels far beyond a bound.
         doubt = np.abs(opened) + np.abs(initial_gap.ravel()[index])
         doubt *= 0.5 * float(np.finfo(self.operator.real).eps) / self.unit
         doubt = np.clip(reach + doubt, 0, bound) - np.clip(reach - doubt, 0, bound)

@@ -1,7 +1,7 @@
 """Approximate inverse of the displacement operator on the pixels that are free to move.
 
 Two parts. Within a contact spot, the inverse wrapped around the unpadded map, about ``|q| E*/2``:
-spectrally as good as is known at the price of a small pair of transforms. Between spots, what that
+spectrally as good as any known, at the cost of a small pair of transforms. Between spots, what that
 part cannot see: on a rough surface the other spots together press a spot down about as far as it
 presses itself. These few collective modes are handled on a coarse grid of blocks.
 """

@@ -9,7 +9,7 @@ from roughcontact.solvers.operator import Sums
 
 _MAX_STEPS = 200
 _ROUNDING = 1e-15
-# Relative to the limit, or to the largest value: what this near to a bound is put on it.
+# Relative to the limit, or to the largest value: values this near to a bound are put on it.
 _DUST = 1e-12
 
 
@@ -50,7 +50,7 @@ def shift_to_sum(
         tried.add(shift)
         moved = values + shift
         excess = sums.total(np.clip(moved, 0, limit)) - total
-        # As exact as the sum of so many numbers is itself.
+        # As exact as a sum of so many numbers can be.
         if abs(excess) <= _ROUNDING * total:
             break
         width = high - low
@@ -125,7 +125,7 @@ def without_dust(
     Returns
     -------
     ndarray, shape (n,)
-        The values; whether a pixel touches or is saturated is no matter of rounding any more.
+        The values, in which rounding no longer decides whether a pixel touches or is saturated.
     """
     dust = _DUST * np.minimum(limit, sums.largest(pressure, least=0))
     cleaned = np.where(pressure > limit - dust, limit, pressure)

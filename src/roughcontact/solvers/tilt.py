@@ -25,13 +25,13 @@ Array = NDArray[np.float64]
 # A moment this far outside what can be balanced is taken as rounding.
 _EDGE = 1e-9
 _MOST_CUTS = 60
-# A step may overshoot by this part of the slope at its beginning.
+# A step may overshoot by this fraction of the slope at its beginning.
 _OVERSHOOT = 0.8
-# Accuracy of a moment asked for, as a part of the error before.
+# Accuracy asked of a moment, as a fraction of the error before.
 _PART = 0.01
 _HALVINGS = 60
 _FLATTEST = 1e-10
-# About ten steps serve but for contacts of a few pixels, which take some dozens.
+# About ten steps suffice, except for contacts of a few pixels, which take dozens.
 _MOST_STEPS = 200
 
 

@@ -1,1 +1,1 @@
-"""Closed forms."""
+"""Closed forms: Hertz, waves, indenters, and the theory of Persson."""
