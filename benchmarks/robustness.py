@@ -29,7 +29,10 @@ if str(ROOT / "tests") not in sys.path:
 
 import judge  # noqa: E402 - found beside the tests
 import roughcontact as rc  # noqa: E402
-from roughcontact.contact.solve import check  # noqa: E402
+from roughcontact.contact.checks import stated  # noqa: E402
+from roughcontact.contact.pair import Pair  # noqa: E402
+from roughcontact.contact.terms import Terms  # noqa: E402
+from roughcontact.halfspace.boundary import Boundary  # noqa: E402
 
 Array = NDArray[np.float64]
 
@@ -427,8 +430,16 @@ def attempt(case: Case) -> Outcome:
 
 
 def _refuses(case: Case) -> bool:
+    terms = dict(case.options)
+    start = terms.pop("start", None)
+    bodies = {
+        name: terms.pop(name)
+        for name in ("material", "counter_material", "counter_surface")
+        if name in terms
+    }
     try:
-        check(case.surface, **case.options)
+        boundary = Boundary(terms.pop("boundary", "free"))
+        stated(Pair(case.surface, boundary=boundary, **bodies), Terms(**terms), start)
     except rc.InputError:
         return True
     return False

@@ -228,7 +228,9 @@ CASES |= {f"py-solve-{name}": functools.partial(solved, *SOLVED[name]) for name 
 @case
 def followed(folder: Path) -> dict[str, Any]:
     steps: list[rc.Step] = []
-    found = rc.solve(rough(), material=STEEL, load=0.2, progress=steps.append)
+    found = rc.solve(
+        rough(), material=STEEL, load=0.2, progress=lambda at: steps.append(getattr(at, "step", at))
+    )
     warm = rc.solve(rough(), material=STEEL, load=0.25, start=found)
     from_array = rc.solve(rough(), material=STEEL, load=0.25, start=found.pressure)
     words = {"steps": steps, "spots": found.spots(), "stiffness": found.stiffness()}

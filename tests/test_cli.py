@@ -1127,7 +1127,7 @@ def test_stress_of_a_ball_is_hertz(tmp_path: Path, capsys: Capture) -> None:
         (("--depths", "1 um, -1 um"), ("--depths must be positive",)),
         (("--depths", "1"), ("--depths needs a length",)),
         (("--which", "first"), ("--which must be one of body, counter-body",)),
-        (("--which", "counter-body"), ("second body is rigid",)),
+        (("--which", "counter-body"), ("counter-body is rigid",)),
         (("--friction", "much"), ("--friction must be a number",)),
         (("--output", "out.csv"), ("--output needs a name that ends in .nc",)),
         (("--load", "99 N"), ("60 N",)),

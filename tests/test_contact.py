@@ -651,9 +651,9 @@ def test_a_wrong_operator_is_not_certified_away(independent, monkeypatch):
 def test_progress_is_told_while_it_runs():
     seen = []
     result = rc.solve(reference(128), material=YIELDING, load=LOAD, progress=seen.append)
-    assert {step.shape for step in seen} >= {(64, 64), (128, 128)}
-    assert seen[-1].certificate == result.certificate
-    assert seen[-1].convolutions == result.convolutions
+    assert {at.step.shape for at in seen} >= {(64, 64), (128, 128)}
+    assert seen[-1].step.certificate == result.certificate
+    assert seen[-1].step.convolutions == result.convolutions
 
 
 def test_the_same_call_gives_the_same_bits():

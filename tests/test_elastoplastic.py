@@ -8,6 +8,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.contact.archive import load_contact
+from roughcontact.contact.pair import Pair
 from roughcontact.errors import (
     CapacityError,
     ConvergenceError,
@@ -16,7 +17,6 @@ from roughcontact.errors import (
     InsufficientMemoryError,
 )
 from roughcontact.halfspace import tensors
-from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.hardening import Linear, Perfect, Swift, Tabulated
 from roughcontact.solvers import anderson
@@ -538,7 +538,7 @@ def test_more_than_a_map_can_carry_is_refused() -> None:
         solve_elastoplastic(
             ball(), material=PERFECT, counter_material=table, load=3.6 * 800e6 * area
         )
-    problem = Problem(ball(), None, SWIFT, rc.RIGID, Boundary.FREE, 1e-4, 9, "single")
+    problem = Problem(Pair(ball(), SWIFT), 1e-4, 9, "single")
     contact = contact_solver.untouched(problem, Workspace())
     checks.check_capacity(problem, contact, 10 * 1656e6 * area)
 

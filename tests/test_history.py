@@ -422,7 +422,9 @@ def test_residual_surface_is_a_surface_like_any_other(found: LoadHistory) -> Non
 
 def test_progress_names_the_step() -> None:
     seen: list[int] = []
-    load_history(rough(32), [0.5, 0.0, 1.0], material=STEEL, progress=lambda n, _: seen.append(n))
+    load_history(
+        rough(32), [0.5, 0.0, 1.0], material=STEEL, progress=lambda at: seen.append(at.number)
+    )
     assert sorted(set(seen)) == [1, 3]
 
 

@@ -16,6 +16,7 @@ import roughcontact as rc
 from roughcontact.contact import load_curve
 from roughcontact.contact.curve import LoadStep
 from roughcontact.contact.stiffness import stiffness
+from roughcontact.solvers.progress import Progress
 from roughcontact.theory import hertz, persson
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
@@ -147,8 +148,8 @@ def test_resumed_sweep_ends_with_the_same_numbers(tmp_path: Path) -> None:
     class StopError(Exception):
         pass
 
-    def stop(number: int, step: rc.Step) -> None:
-        if number == 3:
+    def stop(at: Progress) -> None:
+        if at.number == 3:
             raise StopError
 
     folder = tmp_path / "cut"
@@ -161,7 +162,7 @@ def test_resumed_sweep_ends_with_the_same_numbers(tmp_path: Path) -> None:
     calls = []
     resumed = rc.load_curve(
         surface, material=STEEL, loads=LOADS, folder=folder,
-        progress=lambda number, step: calls.append(number),
+        progress=lambda at: calls.append(at.number),
     )  # fmt: skip
     assert min(calls) == 3
     assert all(path.stat().st_mtime_ns == stamp for path, stamp in before.items())

@@ -9,6 +9,7 @@ import pytest
 import roughcontact as rc
 from roughcontact.contact import solve
 from roughcontact.contact.checks import check_memory, memory_estimate
+from roughcontact.contact.pair import Pair
 from roughcontact.halfspace.boundary import Boundary
 
 psutil = pytest.importorskip("psutil")
@@ -119,8 +120,8 @@ def test_solve_refuses_before_it_computes(
 
     surface = rc.Surface(np.eye(40, 50) * 1e-6, (1e-6, 1e-6))
     options = {"boundary": boundary, "precision": precision}
-    for module, name in ((solve.bounded, "solve"), (solve, "initial_gap")):
-        monkeypatch.setattr(module, name, touched)
+    monkeypatch.setattr(solve.bounded, "solve", touched)
+    monkeypatch.setattr(Pair, "initial_gap", property(touched))
     leave(monkeypatch, memory_estimate(surface.shape, **options) - 1)
     with pytest.raises(rc.InsufficientMemoryError, match="40 × 50"):
         rc.solve(surface, material=STEEL, load=1e-3, **options)

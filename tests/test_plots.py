@@ -17,10 +17,11 @@ from roughcontact import plots
 from roughcontact.contact.curve import LoadCurve, LoadStep
 from roughcontact.contact.history import Stage
 from roughcontact.contact.load_history import load_history
+from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import solve
 from roughcontact.errors import InputError, RoughcontactError
-from roughcontact.material.material import RIGID, Material
+from roughcontact.material.material import Material
 from roughcontact.plots import style
 from roughcontact.surface import bearing
 from roughcontact.surface.surface import Surface
@@ -42,13 +43,8 @@ def result_of(
         heights[missing] = np.nan
     gap = np.where(pressure > 0, 0.0, np.nanmax(heights) - heights)
     return ContactResult(
-        surface=Surface(heights, pixel),
-        counter_surface=None,
-        material=Material(210e9, 0.3, GIGA),
-        counter_material=RIGID,
-        contact_modulus=210e9 / 0.91,
+        pair=Pair(Surface(heights, pixel), Material(210e9, 0.3, GIGA)),
         ceiling=ceiling,
-        boundary="free",
         precision="double",
         tolerance=1e-6,
         control="load",
@@ -501,7 +497,9 @@ def peaked() -> ContactResult:
     gap = np.where(result.contact, 0.0, 2e-6 - heights)
     gap[result.saturated] = -3e-8
     surface = Surface(heights, result.surface.pixel)
-    return dataclasses.replace(result, surface=surface, gap=gap)
+    return dataclasses.replace(
+        result, pair=dataclasses.replace(result.pair, surface=surface), gap=gap
+    )
 
 
 def curve_of(axes: Axes, label: str) -> tuple[Any, Any]:
@@ -560,7 +558,8 @@ def test_sections_keep_within_the_map() -> None:
     assert along_y.get_xlim() == pytest.approx((20, 30))
     heights = result.surface.heights.copy()
     heights[0, 59] = 5e-6
-    corner = dataclasses.replace(result, surface=Surface(heights, result.surface.pixel))
+    surface = Surface(heights, result.surface.pixel)
+    corner = dataclasses.replace(result, pair=dataclasses.replace(result.pair, surface=surface))
     along_x, along_y, *_ = plots.section(corner, 10e-6).axes
     assert along_x.get_xlim() == pytest.approx((50, 60))
     assert along_y.get_xlim() == pytest.approx((0, 10))
@@ -570,7 +569,8 @@ def test_sections_keep_within_the_map() -> None:
 
 def test_sections_of_two_bodies_are_of_their_sum() -> None:
     result = peaked()
-    both = dataclasses.replace(result, counter_surface=result.surface)
+    pair = dataclasses.replace(result.pair, counter_surface=result.surface)
+    both = dataclasses.replace(result, pair=pair)
     figure = plots.section(both)
     _, before = curve_of(figure.axes[0], "before loading, moved together")
     heights = 2 * result.surface.heights

@@ -62,14 +62,14 @@ def test_planes_go_through_the_largest_stress(found):
 
 
 def test_the_bodies_differ_by_ratio_and_sign(pressed):
-    options = {"friction": 0.3, "direction": 0.4, "depths": [1e-9, 5e-6], "precision": "double"}
+    options = {"friction": 0.3, "direction": 30.0, "depths": [1e-9, 5e-6], "precision": "double"}
     first = subsurface.subsurface_stress(pressed, **options)
-    second = subsurface.subsurface_stress(pressed, body="second", **options)
+    second = subsurface.subsurface_stress(pressed, body="counter_body", **options)
     for body, sign, ratio in ((first, 1, 0.3), (second, -1, 0.2)):
         point = body.profile.pixel_of_max
         expected, _ = stress.sections(
             pressed.pressure, PIXEL, [1e-9, 5e-6], ratio, point,
-            friction=0.3 * sign, direction=0.4, precision="double",
+            friction=0.3 * sign, direction=math.radians(-30), precision="double",
         )  # fmt: skip
         np.testing.assert_array_equal(body.section_x, expected)
         # Only the traction of the surface: opposite on the two bodies.
@@ -100,7 +100,7 @@ def test_summary_is_ready_for_json(found):
     assert numbers["max_von_mises"] == found.max_von_mises
     assert numbers["max_von_mises_place"] == list(found.place)
     assert numbers["yield_factor"] == found.yield_factor
-    assert numbers["body"] == "first"
+    assert numbers["body"] == "body"
     assert numbers["load"] == 0.15
     assert numbers["depths"] == [0.0, found.profile.depths[-1]]
     along = numbers["max_orthogonal_shear_along_y"], numbers["max_orthogonal_shear_along_x"]
@@ -135,11 +135,11 @@ def test_saved_dataset_holds_everything(found, tmp_path):
         np.testing.assert_array_equal(data["peak_von_mises"], profile.peak)
         np.testing.assert_array_equal(data["section_x"], found.section_x)
         np.testing.assert_array_equal(data["section_y"], found.section_y)
-        np.testing.assert_array_equal(data["pressure"], found.contact.pressure)
+        np.testing.assert_array_equal(data["pressure"], found.result.pressure)
         assert list(data["component"].values) == list(tensors.COMPONENTS)
         assert data.attrs["material_yield_strength"] == 1e9
         assert data.attrs["load"] == 0.15
-        assert data.attrs["body"] == "first"
+        assert data.attrs["body"] == "body"
         assert (
             data.attrs["max_von_mises_depth"],
             data.attrs["max_von_mises_y"],
@@ -157,8 +157,8 @@ def test_bad_arguments(pressed):
     with pytest.raises(rc.InputError, match=r"body.*'third'"):
         subsurface.subsurface_stress(pressed, body="third")
     on_rigid = rc.solve(ball(), material=STEEL, load=0.1)
-    with pytest.raises(rc.InputError, match="second body is rigid"):
-        subsurface.subsurface_stress(on_rigid, body="second")
+    with pytest.raises(rc.InputError, match="counter-body is rigid"):
+        subsurface.subsurface_stress(on_rigid, body="counter_body")
 
 
 def test_memory_is_asked_for_first(pressed, monkeypatch):
@@ -202,22 +202,26 @@ def test_onset_of_a_sphere(poisson, start):
     pixel = (a / 30, a / 30)
     onset = rc.yield_onset(ball(96, pixel=pixel), material=material, start=start)
     # The pressure is asked for to 1 %, of which the fit of Jackson and Green takes a part.
-    assert onset.contact.max_pressure == pytest.approx(material.first_yield_pressure, rel=0.01)
-    assert onset.contact.load == pytest.approx(expected, rel=0.03)
+    assert onset.result.max_pressure == pytest.approx(material.first_yield_pressure, rel=0.01)
+    assert onset.result.load == pytest.approx(expected, rel=0.03)
     assert onset.yield_factor == pytest.approx(1, abs=1e-3)
-    assert onset.contact.ceiling is None
+    assert onset.result.ceiling is None
 
 
 def test_onset_in_the_counter_body_and_with_friction():
     soft = rc.Material(70e9, 0.33, yield_strength=0.2e9)
-    options = {"material": rc.Material(210e9, 0.3), "counter_material": soft, "body": "second"}
+    options = {
+        "material": rc.Material(210e9, 0.3),
+        "counter_material": soft,
+        "body": "counter_body",
+    }
     # The contact is 30 pixels in radius.
     plain = rc.yield_onset(ball(radius=3.5e-3), **options)
     sliding = rc.yield_onset(ball(radius=3.5e-3), friction=0.4, **options)
     assert plain.material is soft
-    assert plain.contact.max_pressure == pytest.approx(soft.first_yield_pressure, rel=0.015)
+    assert plain.result.max_pressure == pytest.approx(soft.first_yield_pressure, rel=0.015)
     # With friction the load of first yield falls.
-    assert sliding.contact.load < 0.9 * plain.contact.load
+    assert sliding.result.load < 0.9 * plain.result.load
 
 
 def test_onset_needs_a_yield_strength(monkeypatch):
@@ -235,15 +239,15 @@ def test_onset_needs_a_yield_strength(monkeypatch):
 
 def test_the_search_is_short(monkeypatch):
     loads = []
-    solve = rc.solve
+    press = first_yield.press
 
-    def counted(*arguments, load, **options):
-        loads.append(load)
-        return solve(*arguments, load=load, **options)
+    def counted(pair, terms, **options):
+        loads.append(terms.load)
+        return press(pair, terms, **options)
 
-    monkeypatch.setattr(first_yield, "solve", counted)
+    monkeypatch.setattr(first_yield, "press", counted)
     onset = rc.yield_onset(ball(radius=2e-3), material=STEEL)
-    assert loads[-1] == onset.contact.load
+    assert loads[-1] == onset.result.load
     # From a hundred-thousandth of the load, along the power 1/3.
     assert len(loads) <= 6
 

@@ -10,6 +10,10 @@ from numpy.typing import NDArray
 
 import roughcontact as rc
 from roughcontact.contact import solve
+from roughcontact.contact.checks import check
+from roughcontact.contact.pair import Pair
+from roughcontact.contact.terms import Terms
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.sums import LocalSums
 from roughcontact.solvers import bounded, tilt
 from roughcontact.solvers.problem import Problem
@@ -316,9 +320,9 @@ def refuse(*_: object, **__: object) -> None:
          r"at \(0, 6e-05\) m from the centre.*1\.\d+e-05 m beyond what points that can touch"),
         ({"load": 10.0, "moments": (0.0, 3.6e-4), "ceiling": 3e9}, rc.CapacityError,
          "beyond what pressures up to the ceiling can balance"),
-        ({"moments": (0.0, 1e-9), "boundary": "periodic"}, rc.InputError, "boundary='free'"),
+        ({"moments": (0.0, 1e-9), "boundary": "periodic"}, rc.InputError, "boundary=\"free\""),
         ({"moments": (0.0, 0.0), "load": None, "approach": 1e-7}, rc.InputError, "need a load"),
-        ({"moments": (0.0, 0.0), "precision": "single"}, rc.InputError, "precision='double'"),
+        ({"moments": (0.0, 0.0), "precision": "single"}, rc.InputError, "precision=\"double\""),
         ({"moments": 1.0}, rc.InputError, "moments must be a pair"),
         ({"moments": (0.0, math.nan)}, rc.InputError, "moments must be a pair"),
         ({"moments": ("a", 0.0)}, rc.InputError, "moments must be a pair"),
@@ -334,8 +338,9 @@ def test_moments_that_nothing_balances_are_refused_at_once(
     options = {"load": 1.0, "material": STEEL, "ceiling": None, **arguments}
     with pytest.raises(error, match=message):
         rc.solve(rough(), **options)
+    boundary = Boundary(options.pop("boundary", "free"))
     with pytest.raises(error, match=message):
-        solve.check(rough(), **options)
+        check(Pair(rough(), options.pop("material"), boundary=boundary), Terms(**options))
 
 
 def test_a_load_beyond_the_points_that_touch() -> None:

@@ -45,7 +45,8 @@ def with_material(result: Any, **changes: Any) -> Any:
     """Return a result whose body is said to be of another material."""
     body = result.bodies[0]
     material = dataclasses.replace(body.material, hardening=None, **changes)
-    contact = dataclasses.replace(result.contact, material=material)
+    pair = dataclasses.replace(result.contact.pair, material=material)
+    contact = dataclasses.replace(result.contact, pair=pair)
     bodies = (dataclasses.replace(body, material=material),)
     return dataclasses.replace(result, contact=contact, bodies=bodies)
 
@@ -177,7 +178,8 @@ def test_small_deformations_are_checked(pressed) -> None:
     assert float(told[1]) == pytest.approx(radius / 105e-6, rel=0.05)
     surface = pressed.contact.surface
     steep = dataclasses.replace(surface, heights=3 * surface.heights)
-    contact = dataclasses.replace(pressed.contact, surface=steep)
+    pair = dataclasses.replace(pressed.contact.pair, surface=steep)
+    contact = dataclasses.replace(pressed.contact, pair=pair)
     assert "the slope under the contact is 0.1" in cautions(
         dataclasses.replace(pressed, contact=contact)
     )

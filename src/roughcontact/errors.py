@@ -118,10 +118,14 @@ class RoughcontactError(Exception):
         """Let it travel between processes."""
         return (_again, (type(self), self.args, self.__dict__))
 
+    @property
+    def sentence(self) -> tuple[Part, ...]:
+        """The whole message in pieces, to say it within another one."""
+        return self.parts if self.argument is None else (Mention(self.argument), " ", *self.parts)
+
     def worded(self, spell: Callable[[Mention], str] = str) -> str:
         """Return the message in the words of one edge; see `worded`."""
-        text = worded(self.parts, spell)
-        return text if self.argument is None else f"{spell(Mention(self.argument))} {text}"
+        return worded(self.sentence, spell)
 
     def __str__(self) -> str:
         """Return the message in the words of Python."""

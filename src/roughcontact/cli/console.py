@@ -43,13 +43,14 @@ _WIDEST = 100
 
 def show_solution(outcome: Outcome) -> None:
     """Print problem, answer and trust of a result, then its warnings and files."""
+    from roughcontact.contact.cautions import Kind
     from roughcontact.report import assumptions
 
     result = outcome.result
     assert result is not None
     _print_table(_problem(result, result), *_answers(result))
     # The status above has said already where the result is not converged.
-    notes = [note for note in result.warnings if not note.startswith("not converged")]
+    notes = [c.text for c in result.cautions if c.kind != Kind.NOT_CONVERGED]
     caution = assumptions.ceiling_caution(result, result.spots())
     _print_warnings([*notes, *([caution] if caution else [])])
     _print_warnings(outcome.notes, "note")
@@ -84,7 +85,8 @@ def show_stress(stress: StressResult, onset: StressResult | None, written: Seque
     if onset is not None:
         rows += rows_of(tables.FIRST_YIELD, onset, brief=True)
     _print_table(_cells(rows))
-    _print_warnings(note for note in stress.warnings if note not in stress.contact.warnings)
+    known = stress.result.cautions
+    _print_warnings(caution.text for caution in stress.cautions if caution not in known)
     _print_written(written)
 
 

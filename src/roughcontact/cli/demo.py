@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from roughcontact.cli import console, terminal
 from roughcontact.errors import InputError
 from roughcontact.request import outputs
-from roughcontact.solvers.progress import Progress, Step
+from roughcontact.solvers.progress import Progress
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
@@ -53,8 +54,8 @@ def _solved(points: int, say: outputs.Say) -> list[ContactResult]:
     results = []
     for label, ceiling in zip(_LABELS, (None, "auto"), strict=True):
 
-        def tell(step: Step, label: str = label) -> None:
-            say(terminal.described(Progress(1, 1, step, label)))
+        def tell(at: Progress, label: str = label) -> None:
+            say(terminal.described(replace(at, label=label)))
 
         results.append(solve(surface, load=1.0, material=steel, ceiling=ceiling, progress=tell))
     return results

@@ -11,11 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from roughcontact import netcdf
+from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import FormatError
 from roughcontact.files import replacing, require_suffix
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material import hardening
 from roughcontact.material.material import Material
 from roughcontact.surface.provenance import Provenance, from_text, to_text
@@ -44,9 +47,11 @@ _NUMBERS = {
     "seconds": "s",
 }
 _WORDS = ("boundary", "precision", "control", "status", "version")
+# Those of them that the bodies know.
+_OF_THE_PAIR = ("contact_modulus", "boundary")
 _COUNTS = ("iterations", "convolutions")
 _PAIRS = {"tilt": "1", "moments": "N m"}
-BODIES = ("material", "counter_material")
+MATERIALS = ("material", "counter_material")
 
 
 def surface_to_dataset(surface: Surface) -> xarray.Dataset:
@@ -81,7 +86,7 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
         in SI units, ``ceiling`` and ``counter_height`` where they are maps, and everything else
         as attributes.
     """
-    surface = result.surface
+    surface, counter = result.surface, result.counter_surface
     maps: dict[str, Any] = {
         "height": surface.heights,
         "initial_gap": result.initial_gap,
@@ -89,49 +94,57 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
         "gap": result.gap,
         "saturated": result.saturated.astype(np.int8),
     }
-    if result.counter_surface is not None:
-        maps["counter_height"] = result.counter_surface.heights
     attributes: dict[str, Any] = {
         "title": "Contact of rough surfaces",
-        "regime": result.regime,
+        "regime": str(result.regime),
         "warnings": "\n".join(result.warnings),
     }
-    if result.counter_surface is not None:
-        attributes |= _described(result.counter_surface.provenance, "counter_")
+    if counter is not None:
+        maps["counter_height"] = counter.heights
+        attributes |= _described(counter.provenance, "counter_")
     if surface.missing:
         attributes["holes"] = "never touch"
-    for name in _NUMBERS:
-        attributes[name] = float(getattr(result, name))
-        attributes[f"{name}_units"] = _NUMBERS[name]
-    for name in _WORDS:
-        attributes[name] = str(getattr(result, name))
-    for name in _COUNTS:
-        attributes[name] = getattr(result, name)
-    for name, unit in _PAIRS.items():
-        pair = getattr(result, name)
-        if pair is not None:
-            for axis_name, value in zip("yx", pair, strict=True):
-                attributes[f"{name}_{axis_name}"] = value
-                attributes[f"{name}_{axis_name}_units"] = unit
+    attributes |= _scalar_attributes(result)
     if isinstance(result.ceiling, np.ndarray):
         maps["ceiling"] = result.ceiling
     elif result.ceiling is not None:
-        attributes["ceiling"] = result.ceiling
-        attributes["ceiling_units"] = "Pa"
-    for body in BODIES:
-        material: Material = getattr(result, body)
-        attributes[f"{body}_name"] = material.name
-        attributes[f"{body}_young"] = material.young
-        attributes[f"{body}_young_units"] = "Pa"
-        attributes[f"{body}_poisson"] = material.poisson
-        for name in ("yield_strength", "hardness"):
-            value = getattr(material, name)
-            if value is not None:
-                attributes[f"{body}_{name}"] = value
-                attributes[f"{body}_{name}_units"] = "Pa"
-        if material.hardening is not None:
-            attributes[f"{body}_hardening"] = hardening.to_text(material.hardening)
+        attributes |= _with_unit("ceiling", result.ceiling, "Pa")
+    for name in MATERIALS:
+        attributes |= _material_attributes(name, getattr(result, name))
     return _dataset(surface, maps, attributes)
+
+
+def _scalar_attributes(result: ContactResult) -> dict[str, Any]:
+    attributes: dict[str, Any] = {}
+    for name, unit in _NUMBERS.items():
+        attributes |= _with_unit(name, float(getattr(result, name)), unit)
+    attributes |= {name: str(getattr(result, name)) for name in _WORDS}
+    attributes |= {name: getattr(result, name) for name in _COUNTS}
+    for name, unit in _PAIRS.items():
+        pair = getattr(result, name)
+        if pair is not None:
+            for axis, value in zip("yx", pair, strict=True):
+                attributes |= _with_unit(f"{name}_{axis}", value, unit)
+    return attributes
+
+
+def _material_attributes(body: str, material: Material) -> dict[str, Any]:
+    attributes = {
+        f"{body}_name": material.name,
+        **_with_unit(f"{body}_young", material.young, "Pa"),
+        f"{body}_poisson": material.poisson,
+    }
+    for name in ("yield_strength", "hardness"):
+        value = getattr(material, name)
+        if value is not None:
+            attributes |= _with_unit(f"{body}_{name}", value, "Pa")
+    if material.hardening is not None:
+        attributes[f"{body}_hardening"] = hardening.to_text(material.hardening)
+    return attributes
+
+
+def _with_unit(name: str, value: float, unit: str) -> dict[str, Any]:
+    return {name: value, f"{name}_units": unit}
 
 
 def _dataset(surface: Surface, maps: dict[str, Any], attributes: dict[str, Any]) -> xarray.Dataset:
@@ -260,6 +273,20 @@ def refused(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
 def from_dataset(dataset: xarray.Dataset) -> ContactResult:
     """Return the result that `to_dataset` put into a dataset."""
     attributes = dataset.attrs
+    maps = _maps(dataset)
+    ceiling: Any = maps.get("ceiling")
+    if ceiling is None and "ceiling" in attributes:
+        ceiling = float(attributes["ceiling"])
+    return ContactResult(
+        pair=_pair(maps, attributes),
+        ceiling=ceiling,
+        pressure=maps["pressure"],
+        gap=maps["gap"],
+        **_scalars(attributes),
+    )
+
+
+def _maps(dataset: xarray.Dataset) -> dict[str, NDArray[np.float64]]:
     maps = {}
     for name in _MAPS:
         if name in dataset:
@@ -267,20 +294,17 @@ def from_dataset(dataset: xarray.Dataset) -> ContactResult:
                 raise ValueError(f"{name} lies over {dataset[name].dims}, not over (y, x)")
             maps[name] = np.array(dataset[name].values, dtype=float)
             maps[name].flags.writeable = False
+    return maps
+
+
+def _pair(maps: dict[str, NDArray[np.float64]], attributes: dict[str, Any]) -> Pair:
     pixel = float(attributes["pixel_y"]), float(attributes["pixel_x"])
-    surface = Surface(
-        maps["height"],
-        pixel,
-        _provenance(attributes),
-        holes_masked="holes" in attributes,
-    )
+    holes = "holes" in attributes
+    surface = Surface(maps["height"], pixel, _provenance(attributes), holes_masked=holes)
     counter = None
     if "counter_height" in maps:
         origin = _provenance(attributes, "counter_")
         counter = Surface(maps["counter_height"], pixel, origin, holes_masked=True)
-    ceiling: Any = maps.get("ceiling")
-    if ceiling is None and "ceiling" in attributes:
-        ceiling = float(attributes["ceiling"])
     bodies = {
         body: Material(
             young=float(attributes[f"{body}_young"]),
@@ -290,27 +314,24 @@ def from_dataset(dataset: xarray.Dataset) -> ContactResult:
             hardness=_optional(attributes, f"{body}_hardness"),
             hardening=_law(attributes.get(f"{body}_hardening")),
         )
-        for body in BODIES
+        for body in MATERIALS
     }
+    boundary = Boundary(str(attributes["boundary"]))
+    return Pair(surface, bodies["material"], counter, bodies["counter_material"], boundary)
+
+
+def _scalars(attributes: dict[str, Any]) -> dict[str, Any]:
     scalars: dict[str, Any] = {name: float(attributes[name]) for name in _NUMBERS}
     scalars |= {name: str(attributes[name]) for name in _WORDS}
     scalars |= {name: int(attributes[name]) for name in _COUNTS}
+    for name in _OF_THE_PAIR:
+        del scalars[name]
     # Files of earlier versions know no tilt.
-    scalars |= {
+    return scalars | {
         name: (float(attributes[f"{name}_y"]), float(attributes[f"{name}_x"]))
         for name in _PAIRS
         if f"{name}_y" in attributes
     }
-    return ContactResult(
-        surface=surface,
-        counter_surface=counter,
-        material=bodies["material"],
-        counter_material=bodies["counter_material"],
-        ceiling=ceiling,
-        pressure=maps["pressure"],
-        gap=maps["gap"],
-        **scalars,
-    )
 
 
 def _optional(attributes: dict[str, Any], name: str) -> float | None:

@@ -10,6 +10,19 @@ from numpy.typing import NDArray
 from roughcontact.halfspace.boundary import Boundary
 
 
+def at_edge(touching: NDArray[np.bool_], boundary: Boundary) -> bool:
+    """Return whether a contact reaches an edge at which its map ends.
+
+    Parameters
+    ----------
+    touching : ndarray of bool, shape (ny, nx)
+        Pixels with pressure.
+    boundary : Boundary
+        Along which axes the map ends.
+    """
+    return any(bool(touching.take((0, -1), axis).any()) for axis in boundary.free_axes)
+
+
 def rim_excess(
     touching: NDArray[np.bool_], elastic: NDArray[np.bool_], boundary: Boundary
 ) -> float:

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, Mention, require_choice, require_positive
-from roughcontact.material.material import CEILING_FACTOR, Material, softer
+from roughcontact.material.material import CEILING_FACTOR, softer
 
 # Plateau of a perfectly plastic sphere over its yield strength, a line in log₁₀(load/first yield)
 # through solutions with plasticity of the volume; benchmarks/ceiling_error.py fits it again.
@@ -31,10 +32,7 @@ _ROUNDING = 16 * float(np.finfo(np.float64).eps)
 
 
 def resolved_ceiling(
-    ceiling: str | float | ArrayLike | None,
-    material: Material,
-    counter_material: Material,
-    shape: tuple[int, int],
+    ceiling: str | float | ArrayLike | None, pair: Pair
 ) -> float | NDArray[np.float64] | None:
     """Return the ceiling as `solve` uses it.
 
@@ -42,10 +40,8 @@ def resolved_ceiling(
     ----------
     ceiling : "auto", float, array_like or None
         As for `solve`.
-    material, counter_material : Material
-        Of the two bodies.
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
+    pair : Pair
+        The bodies.
 
     Returns
     -------
@@ -59,7 +55,7 @@ def resolved_ceiling(
     """
     if isinstance(ceiling, str):
         require_choice(("auto",), ceiling=ceiling)
-        body = softer(material, counter_material)
+        body = pair.softer
         return None if body is None else body.ceiling
     if ceiling is None:
         return None
@@ -77,8 +73,8 @@ def resolved_ceiling(
     if values.ndim == 0:
         require_positive(ceiling=float(values))
         return float(values)
-    if values.shape != shape:
-        raise InputError(f"has shape {values.shape}, the surface {shape}", argument="ceiling")
+    if values.shape != pair.shape:
+        raise InputError(f"has shape {values.shape}, the surface {pair.shape}", argument="ceiling")
     if not (values > 0).all():
         smallest = float(values.min())
         raise InputError(
@@ -251,7 +247,7 @@ def recommended_ceiling(result: ContactResult) -> RecommendedCeiling | None:
 
     Examples
     --------
-    >>> from roughcontact import Surface, solve
+    >>> from roughcontact import Material, Surface, solve
     >>> y, x = np.mgrid[-24:24, -24:24] * 1e-6
     >>> ball = Surface(-(x**2 + y**2) / (2 * 1e-3), pixel=(1e-6, 1e-6))
     >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1e9)

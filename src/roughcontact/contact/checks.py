@@ -3,60 +3,178 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
+from numbers import Integral
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import memory
+from roughcontact.contact.ceiling import resolved_ceiling
+from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import CapacityError, InputError, Mention, Part
+from roughcontact.contact.terms import Terms
+from roughcontact.errors import (
+    CapacityError,
+    InputError,
+    Mention,
+    Part,
+    require_choice,
+    require_positive,
+)
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.material.material import Material
 from roughcontact.solvers import tilt
-from roughcontact.surface.surface import Surface
+from roughcontact.solvers.problem import Problem
+
+Array = NDArray[np.float64]
 
 
-def check_bodies(
-    surface: Surface,
-    material: Material,
-    counter_material: Material,
-    counter_surface: Surface | None,
-) -> None:
-    """Raise `InputError` for bodies of another type."""
-    for name, value, kind in (
-        ("surface", surface, Surface),
-        ("counter_surface", counter_surface, Surface),
-        ("material", material, Material),
-        ("counter_material", counter_material, Material),
-    ):
-        if not (isinstance(value, kind) or (name == "counter_surface" and value is None)):
-            raise InputError(f"{name} must be a {kind.__name__}, got {type(value).__name__}")
+@dataclass
+class Stated:
+    """A problem that has passed all checks; the solver may take its arrays away.
+
+    Parameters
+    ----------
+    problem : Problem
+        For the solver.
+    ceiling : float, ndarray of shape (ny, nx), or None
+        Largest pressure [Pa].
+    holes : bool
+        Whether some points never touch.
+    target : ndarray or None
+        Where the load acts, as a part of the longer side; None where the bodies do not tilt.
+    """
+
+    problem: Problem
+    ceiling: float | Array | None
+    holes: bool
+    target: Array | None
 
 
-def check_surfaces(surface: Surface, counter_surface: Surface | None) -> None:
-    """Raise `InputError` for unhandled holes or surfaces on different grids."""
-    for name, body in (("surface", surface), ("counter_surface", counter_surface)):
-        if body is not None and body.missing and not body.holes_masked:
-            raise InputError(
-                f"{name} has {body.missing} missing points: fill them (.filled()), crop them away "
-                "(.cropped(...)) or let them never touch (.masked())"
-            )
-    if counter_surface is None:
-        return
-    if counter_surface.shape != surface.shape or not np.allclose(
-        counter_surface.pixel, surface.pixel, rtol=1e-9, atol=0
-    ):
+def stated(pair: Pair, terms: Terms, start: ContactResult | ArrayLike | None = None) -> Stated:
+    """Return the problem that a solve is given, or raise what is wrong with it.
+
+    Parameters
+    ----------
+    pair : Pair
+        The bodies.
+    terms : Terms
+        How they are pressed together.
+    start : ContactResult or array_like of shape (ny, nx), optional
+        As for `roughcontact.solve`.
+
+    Raises
+    ------
+    InputError, CapacityError, InsufficientMemoryError
+        As for `roughcontact.solve`.
+    """
+    check_terms(terms)
+    if terms.moments is not None:
+        terms = replace(terms, moments=checked_moments(terms, pair.boundary))
+    check_holes(pair)
+    ceiling = resolved_ceiling(terms.ceiling, pair)
+    if start is not None:
+        check_start(start, pair.shape)
+    check_memory(pair.shape, boundary=pair.boundary, precision=terms.precision)
+    gap = touchable_gap(pair)
+    total, target = None, None
+    if terms.load is not None:
+        require_positive(load=terms.load)
+        total = min(terms.load, capacity(terms.load, ceiling, gap, pair)) / pair.pixel_area
+        if terms.moments is not None:
+            target = np.array(terms.moments) / (terms.load * max(pair.size))
+            check_balance(target, terms.load, ceiling, gap, pair)
+    holes = pair.has_holes
+    if terms.approach is not None:
+        require_positive(approach=terms.approach)
+        if not (pair.boundary.free_axes or holes) and ceiling is None:
+            check_below_full_contact(terms.approach, gap)
+    if terms.precision == "single":
+        gap = gap.astype(np.float32)
+    limit = np.inf if ceiling is None else ceiling
+    return Stated(Problem(gap, limit, total, terms.approach), ceiling, holes, target)
+
+
+def check(pair: Pair, terms: Terms) -> None:
+    """Raise what a solve would raise before it starts.
+
+    Parameters
+    ----------
+    pair : Pair
+        The bodies.
+    terms : Terms
+        How they are pressed together.
+
+    Raises
+    ------
+    InputError, CapacityError, InsufficientMemoryError
+        As for `roughcontact.solve`.
+    """
+    stated(pair, terms)
+
+
+def check_terms(terms: Terms) -> None:
+    """Raise `InputError` for terms that no bodies could be pressed on."""
+    require_choice(("double", "single"), precision=terms.precision)
+    require_positive(tolerance=terms.certificate)
+    if not isinstance(terms.max_iterations, Integral) or terms.max_iterations < 1:
         raise InputError(
-            f"has {counter_surface.shape} pixels of {counter_surface.pixel} m, "
-            f"surface {surface.shape} of {surface.pixel} m: both bodies need the same grid",
-            argument="counter_surface",
+            f"must be a positive integer, got {terms.max_iterations!r}",
+            argument="max_iterations",
+            value=terms.max_iterations,
+        )
+    if (terms.load is None) == (terms.approach is None):
+        raise InputError(
+            "give either ", Mention("load"), " or ", Mention("approach"), ", and only one of them"
         )
 
 
-def checked_moments(
-    moments: tuple[float, float], load: float | None, boundary: Boundary, precision: str
-) -> tuple[float, float]:
+def check_holes(pair: Pair) -> None:
+    """Raise `InputError` for points missing that nothing was decided about."""
+    for name, body in (("surface", pair.surface), ("counter_surface", pair.counter_surface)):
+        if body is not None and body.missing and not body.holes_masked:
+            raise InputError(
+                f"has {body.missing} missing points: fill them (.filled()), crop them away "
+                "(.cropped(...)) or let them never touch (.masked())",
+                argument=name,
+            )
+
+
+def touchable_gap(pair: Pair) -> Array:
+    """Return the gap at first touch [m], infinite where the bodies never touch, shape (ny, nx).
+
+    Raises
+    ------
+    CapacityError
+        If they touch nowhere.
+    """
+    gap = pair.initial_gap
+    if pair.has_holes:
+        gap[np.isnan(gap)] = np.inf
+    if pair.has_holes and np.isinf(gap).all():
+        raise CapacityError(
+            "no contact is possible: together the holes of both bodies leave no point to touch"
+        )
+    return gap
+
+
+def check_below_full_contact(approach: float, gap: Array) -> None:
+    """Raise `CapacityError` for a periodic map pressed flat, where the load is undefined."""
+    full = float(gap.mean())
+    if approach >= full:
+        raise CapacityError(
+            f"= {approach:.6g} m is beyond full contact of this periodic "
+            f"surface at {full:.6g} m, where the load is undefined; give a ",
+            Mention("load"),
+            " instead",
+            argument="approach",
+        )
+
+
+def checked_moments(terms: Terms, boundary: Boundary) -> tuple[float, float]:
     """Return the moments as two numbers, or raise `InputError` if they cannot be balanced."""
+    moments: Any = terms.moments
     try:
         about_y, about_x = (float(moment) for moment in moments)
     except (TypeError, ValueError):
@@ -67,19 +185,16 @@ def checked_moments(
             argument="moments",
             value=moments,
         )
-    if load is None:
+    if terms.load is None:
         raise InputError(
-            "need a load to balance; give ",
-            Mention("load"),
-            " instead of ",
-            Mention("approach"),
+            "need a load to balance; give ", Mention("load"), " instead of ", Mention("approach"),
             argument="moments",
-        )
+        )  # fmt: skip
     if boundary.periodic_axes:
         raise InputError(
             "need ", Mention("boundary", "free"), ": a tilt has no period", argument="moments"
         )
-    if precision == "single":
+    if terms.precision == "single":
         raise InputError(
             "need ", Mention("precision", "double"), " to be balanced to 1e-8", argument="moments"
         )
@@ -87,28 +202,25 @@ def checked_moments(
 
 
 def check_balance(
-    target: NDArray[np.float64],
-    load: float,
-    ceiling: float | NDArray[np.float64] | None,
-    gap: NDArray[np.float64],
-    surface: Surface,
+    target: Array, load: float, ceiling: float | Array | None, gap: Array, pair: Pair
 ) -> None:
     """Raise if no admissible pressure has its centre where the load acts."""
     touchable = np.isfinite(gap)
-    y, x = (np.broadcast_to(v, gap.shape)[touchable] for v in tilt.levers(gap.shape, surface.pixel))
-    share: float | NDArray[np.float64] = math.inf
+    y, x = (np.broadcast_to(v, gap.shape)[touchable] for v in tilt.levers(gap.shape, pair.pixel))
+    share: float | Array = math.inf
     if ceiling is not None:
-        part = np.asarray(ceiling) * (surface.pixel[0] * surface.pixel[1] / load)
+        part = np.asarray(ceiling) * (pair.pixel_area / load)
         share = part[touchable] if part.ndim else float(part)
-    side = max(surface.size)
+    side = max(pair.size)
     outside = tilt.excess(target, y, x, share) * side
     if outside > 0:
         at_y, at_x = target * side
         what = "points that can touch" if ceiling is None else "pressures up to the ceiling"
         raise CapacityError(
-            f"moments = ({target[0] * load * side:.6g}, {target[1] * load * side:.6g}) N m put the "
+            f"= ({target[0] * load * side:.6g}, {target[1] * load * side:.6g}) N m put the "
             f"load of {load:.6g} N at ({at_y:.6g}, {at_x:.6g}) m from the centre of the map, "
-            f"{outside:.3g} m beyond what {what} can balance; move it inwards"
+            f"{outside:.3g} m beyond what {what} can balance; move it inwards",
+            argument="moments",
         )
 
 
@@ -130,28 +242,23 @@ def check_start(start: ContactResult | ArrayLike, shape: tuple[int, int]) -> Non
         raise InputError("must hold finite pressures that are not negative", argument="start")
 
 
-def capacity(
-    load: float,
-    ceiling: float | NDArray[np.float64] | None,
-    gap: NDArray[np.float64],
-    area: float,
-    valid: int,
-) -> float:
+def capacity(load: float, ceiling: float | Array | None, gap: Array, pair: Pair) -> float:
     """Return the largest load that can be carried, or raise if this one is larger."""
     if ceiling is None:
         return math.inf
+    touchable = np.isfinite(gap)
     if isinstance(ceiling, np.ndarray):
-        capacity = float(ceiling[np.isfinite(gap)].sum()) * area
+        largest = float(ceiling[touchable].sum()) * pair.pixel_area
     else:
-        capacity = ceiling * valid * area
+        largest = ceiling * int(np.count_nonzero(touchable)) * pair.pixel_area
     # The full capacity is a load like any other; rounding must not refuse it.
-    if load > capacity * (1 + 1e-12):
+    if load > largest * (1 + 1e-12):
         raise CapacityError(
             f"= {load:.6g} N is more than the surface can carry: the ceiling times the "
-            f"area of its valid pixels is {capacity:.6g} N",
+            f"area of its valid pixels is {largest:.6g} N",
             argument="load",
         )
-    return capacity
+    return largest
 
 
 def memory_estimate(
@@ -163,7 +270,9 @@ def memory_estimate(
     ----------
     shape : (int, int)
         Grid points ``(ny, nx)``.
-    boundary, precision
+    boundary : Boundary or str
+        As for `solve`.
+    precision : {"double", "single"}
         As for `solve`.
 
     Returns

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from roughcontact.errors import InputError
 from roughcontact.files import replacing, require_suffix, to_json
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.theory import persson
 
 Array = NDArray[np.float64]
@@ -94,8 +95,8 @@ class LoadCurve:
         h′ of the gap at first touch.
     ceiling : float, ndarray of shape (ny, nx), or None
         Largest pressure allowed [Pa].
-    boundary : {"free", "periodic"}
-        Whether the map is all there is, or one period.
+    boundary : Boundary
+        What lies beyond the edges of the map.
     source : str
         Where the map came from.
     preparation : tuple of str
@@ -108,7 +109,7 @@ class LoadCurve:
     contact_modulus: float
     rms_gradient: float
     ceiling: float | NDArray[np.float64] | None
-    boundary: str
+    boundary: Boundary
     source: str
     preparation: tuple[str, ...]
 

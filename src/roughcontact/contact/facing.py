@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.contact.pair import Pair
 from roughcontact.errors import CapacityError
-from roughcontact.halfspace.boundary import Boundary
-from roughcontact.material.material import Material, softer
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
 
@@ -20,29 +19,37 @@ Array = NDArray[np.float64]
 class Facing:
     """Two bodies that face each other at changing positions; one of them is indented.
 
-    ``origin`` is the pixel of the counter-body that faces pixel (0, 0) of the surface unshifted.
+    Parameters
+    ----------
+    pair : Pair
+        The bodies at the first position, not yet indented.
+    counter : Surface or None
+        The counter-body as it is moved; a flat that is indented is larger than the map.
+    on_counter : bool
+        Whether the counter-body keeps the indentation.
+    origin : (int, int)
+        Pixel of the counter-body that faces pixel (0, 0) of the surface unshifted.
     """
 
-    surface: Surface
+    pair: Pair
     counter: Surface | None
     on_counter: bool
-    boundary: Boundary
     origin: tuple[int, int]
 
     @property
     def indented(self) -> Surface:
         """The body that keeps the indentation, before it."""
-        body = self.counter if self.on_counter else self.surface
+        body = self.counter if self.on_counter else self.pair.surface
         assert body is not None
         return body
 
-    def facing(self, indentation: Array, shift: tuple[int, int]) -> tuple[Surface, Surface | None]:
+    def facing(self, indentation: Array, shift: tuple[int, int]) -> Pair:
         """Return the two bodies as they face each other, on the grid of the surface."""
-        surface, counter = self.surface, self.counter
+        surface, counter = self.pair.surface, self.counter
         if not self.on_counter and indentation.any():
             surface = replace(surface, heights=surface.heights - indentation)
         if counter is None:
-            return surface, None
+            return replace(self.pair, surface=surface)
         heights = counter.heights - indentation if self.on_counter else counter.heights
         moved = np.full(surface.shape, np.nan)
         here, there = self._overlap(shift)
@@ -52,61 +59,53 @@ class Facing:
                 f"no contact is possible: shifted by {shift} pixels the counter-body has no point "
                 "left that faces one of the surface"
             )
-        return surface, replace(counter, heights=moved, holes_masked=True)
-
-    def _overlap(self, shift: tuple[int, int]) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
-        """Return which part of the surface faces the counter-body, and which part of that."""
-        assert self.counter is not None
-        here, there = [slice(None)] * 2, [slice(None)] * 2
-        for axis, (points, own) in enumerate(
-            zip(self.surface.shape, self.counter.shape, strict=True)
-        ):
-            if axis in self.boundary.periodic_axes:
-                continue
-            ahead = shift[axis] - self.origin[axis]
-            first, last = max(0, ahead), min(points, ahead + own)
-            here[axis] = slice(first, last)
-            there[axis] = slice(first - ahead, last - ahead)
-        return tuple(here), tuple(there)
-
-    def _rolled(self, values: Array, shift: tuple[int, int]) -> Array:
-        """Return a map shifted along the axes where it goes on beyond its edges."""
-        axes = self.boundary.periodic_axes
-        return np.roll(values, [shift[axis] for axis in axes], axes) if axes else values
+        facing = replace(counter, heights=moved, holes_masked=True)
+        return replace(self.pair, surface=surface, counter_surface=facing)
 
     def indent(self, indentation: Array, new: Array, shift: tuple[int, int]) -> None:
         """Add what was indented on the grid of the surface to the body that keeps it."""
         if not self.on_counter:
             indentation += new
-        else:
-            here, there = self._overlap(shift)
-            back = -shift[0], -shift[1]
-            indentation[there] += self._rolled(new, back)[here]
+            return
+        here, there = self._overlap(shift)
+        own = np.zeros(indentation.shape)
+        own[there] = new[here]
+        indentation += self._rolled(own, (-shift[0], -shift[1]))
+
+    def _rolled(self, values: Array, shift: tuple[int, int]) -> Array:
+        """Return a map shifted along its periodic axes."""
+        axes = self.pair.boundary.periodic_axes
+        return np.roll(values, [shift[axis] for axis in axes], axes) if axes else values
+
+    def _overlap(self, shift: tuple[int, int]) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
+        """Return which part of the surface faces the counter-body, and which part of that."""
+        assert self.counter is not None
+        here, there = [], []
+        for axis, (points, own) in enumerate(zip(self.pair.shape, self.counter.shape, strict=True)):
+            ahead = shift[axis] - self.origin[axis]
+            if axis in self.pair.boundary.periodic_axes:
+                ahead = 0
+            first, last = max(0, ahead), min(points, ahead + own)
+            here.append(slice(first, last))
+            there.append(slice(first - ahead, last - ahead))
+        return tuple(here), tuple(there)
 
 
-def facing(
-    surface: Surface,
-    counter: Surface | None,
-    material: Material,
-    counter_material: Material,
-    boundary: Boundary,
-    shifts: list[tuple[int, int]],
-) -> Facing:
+def facing(pair: Pair, shifts: list[tuple[int, int]]) -> Facing:
     """Return the two bodies of a path of shifts, the softer one ready to be indented."""
-    body = softer(material, counter_material)
-    on_counter = material.compliance == 0 if body is None else body is not material
-    origin = (0, 0)
-    if on_counter and counter is None:
-        # A flat without end: as much of it as will face the map.
-        ends = boundary.free_axes
-        reach = [[shift[axis] * (axis in ends) for shift in shifts] for axis in (0, 1)]
-        origin = max(0, *reach[0]), max(0, *reach[1])
-        shape = tuple(
-            points + most - min(0, *along)
-            for points, most, along in zip(surface.shape, origin, reach, strict=True)
-        )
-        counter = Surface(np.zeros(shape), surface.pixel, Provenance(source="flat"))
-    return Facing(surface, counter, on_counter, boundary, origin)
+    body = pair.softer
+    on_counter = pair.material.compliance == 0 if body is None else body is not pair.material
+    counter = pair.counter_surface
+    if not on_counter or counter is not None:
+        return Facing(pair, counter, on_counter, (0, 0))
+    # A flat without end: as much of it as will face the map.
+    shape, origin = list(pair.shape), [0, 0]
+    for axis in pair.boundary.free_axes:
+        along = [shift[axis] for shift in shifts]
+        origin[axis] = max(0, *along)
+        shape[axis] += origin[axis] - min(0, *along)
+    flat = Surface(np.zeros(shape), pair.pixel, Provenance(source="flat"))
+    return Facing(pair, flat, on_counter, (origin[0], origin[1]))
 
 
 def indented(body: Surface, indentation: Array) -> Surface:
@@ -116,9 +115,3 @@ def indented(body: Surface, indentation: Array) -> Surface:
     step = Operation("indented", found={"depth": indentation.max()})
     provenance = body.provenance.then(step)
     return replace(body, heights=body.heights - indentation, provenance=provenance)
-
-
-def highest(first: Surface, second: Surface | None) -> float:
-    """Return the largest sum of heights that face each other: there they touch first."""
-    heights = first.heights if second is None else first.heights + second.heights
-    return float(np.fmax.reduce(heights, axis=None))

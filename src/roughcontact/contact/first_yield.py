@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 
+from roughcontact.contact.pair import BODIES, Pair
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.solve import solve
-from roughcontact.contact.stress import BODIES, StressResult
-from roughcontact.contact.subsurface import subsurface_stress
+from roughcontact.contact.solve import press
+from roughcontact.contact.stress import StressResult
+from roughcontact.contact.subsurface import subsurface_stress, traction
+from roughcontact.contact.terms import Terms
 from roughcontact.errors import ConvergenceError, InputError, require_positive
 from roughcontact.halfspace import stress_summary
 from roughcontact.halfspace.boundary import Boundary
@@ -25,7 +27,7 @@ def yield_onset(
     material: Material,
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
-    body: str = "first",
+    body: str = "body",
     friction: float = 0.0,
     direction: float = 0.0,
     boundary: str = "free",
@@ -48,7 +50,7 @@ def yield_onset(
     Returns
     -------
     StressResult
-        Its ``contact.load`` is the load of first yield.
+        Its ``result.load`` is the load of first yield.
 
     Raises
     ------
@@ -64,41 +66,42 @@ def yield_onset(
     too light and too heavy. A surface that is rough down to the pixel yields at its sharpest summit
     under next to no load: the answer then is one of the resolution.
     """
+    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    return onset(pair, body, friction, direction, start=start, tolerance=tolerance)
+
+
+def onset(
+    pair: Pair,
+    body: str = "body",
+    friction: float = 0.0,
+    direction: float = 0.0,
+    *,
+    start: float | None = None,
+    tolerance: float = 1e-3,
+) -> StressResult:
+    """Return the contact of two bodies at which the first point of one yields; see `yield_onset`.
+
+    Parameters
+    ----------
+    pair : Pair
+        The bodies.
+    body, friction, direction, start, tolerance
+        As for `yield_onset`.
+    """
     require_positive(tolerance=tolerance)
-    Boundary(boundary).require_alike("the stress below the surface")
+    pair.boundary.require_alike("the stress below the surface")
     if start is not None:
         require_positive(start=start)
-    if body not in BODIES:
-        raise InputError(f"must be 'first' or 'second', got {body!r}", argument="body", value=body)
-    yielding = material if body == "first" else counter_material
-    strength = yielding.yield_strength
-    if strength is None or math.isinf(yielding.young):
-        raise InputError(
-            f"the {body} body has no yield strength: give its material one, "
-            "Material(..., yield_strength=...)"
-        )
-    load = start or 1.6 * strength * surface.pixel[0] * surface.pixel[1]
+    strength = _yield_strength(pair, body)
+    load = start or 1.6 * strength * pair.pixel_area
     known: list[tuple[float, float]] = []
     last: ContactResult | None = None
     for _ in range(_SOLVES):
-        last = solve(
-            surface,
-            material=material,
-            counter_material=counter_material,
-            counter_surface=counter_surface,
-            ceiling=None,
-            boundary=boundary,
-            load=load,
-            start=last,
-        )
+        last = press(pair, Terms(load=load, ceiling=None), start=last)
         profile = stress_summary.summarise(
-            last.pressure,
-            surface.pixel,
-            yielding.poisson,
-            boundary=boundary,
-            friction=friction if body == "first" else -friction,
-            direction=direction,
-        )
+            last.pressure, pair.pixel, pair.material_of(body).poisson,
+            **traction(pair, body, friction, direction),
+        )  # fmt: skip
         excess = math.log(profile.max_von_mises / strength)
         if abs(excess) <= tolerance:
             return subsurface_stress(last, body=body, friction=friction, direction=direction)
@@ -110,6 +113,16 @@ def yield_onset(
         f"contacts it is {math.exp(known[-1][1]):.4g} of it at {last.load:.6g} N",
         last,
     )
+
+
+def _yield_strength(pair: Pair, body: str) -> float:
+    material = pair.material_of(body)
+    if material.yield_strength is None or math.isinf(material.young):
+        raise InputError(
+            f"the {BODIES[body]} has no yield strength: give its material one, "
+            "Material(..., yield_strength=...)"
+        )
+    return material.yield_strength
 
 
 def _next(known: list[tuple[float, float]]) -> float:

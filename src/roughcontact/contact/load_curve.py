@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, fields
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, fields, replace
 from itertools import pairwise
 from numbers import Real
 from pathlib import Path
@@ -14,16 +14,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.contact import resume, solve
+from roughcontact.contact import resume
 from roughcontact.contact.ceiling import resolved_ceiling
+from roughcontact.contact.checks import check
 from roughcontact.contact.curve import LoadCurve, LoadStep
-from roughcontact.contact.pair import initial_gap
+from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.solve import press
 from roughcontact.contact.stiffness import stiffness
-from roughcontact.errors import ConvergenceError, FormatError, InputError
+from roughcontact.contact.terms import Terms
+from roughcontact.errors import ConvergenceError, FormatError, InputError, Mention, Sentence
 from roughcontact.files import replacing
-from roughcontact.material.material import RIGID, Material, contact_modulus
-from roughcontact.solvers.progress import Step
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.material.material import RIGID, Material
+from roughcontact.solvers.progress import Progress, numbered
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
 
@@ -44,7 +48,7 @@ def load_curve(
     max_iterations: int = 500,
     precision: str = "double",
     folder: str | os.PathLike[str] | None = None,
-    progress: Callable[[int, Step], None] | None = None,
+    progress: Callable[[Progress], None] | None = None,
 ) -> LoadCurve:
     """Solve a contact under one load after the other.
 
@@ -61,7 +65,7 @@ max_iterations, precision
         Where every finished step is saved at once; made if it does not exist. The same call on
         the same folder goes on after the last finished step and ends with the same numbers.
     progress : callable, optional
-        Called with the number of the step and the solver's `Step`.
+        Called with a `Progress`: the number of the load and the solver's `Step`.
 
     Returns
     -------
@@ -92,65 +96,121 @@ max_iterations, precision
     True
     """
     if (loads is None) == (approaches is None):
-        raise InputError("give either loads or approaches, and only one of them")
-    control = "load" if approaches is None else "approach"
-    wanted = _ascending("loads" if approaches is None else "approaches", loads, approaches)
-    problem: dict[str, Any] = {
-        "material": material,
-        "counter_material": counter_material,
-        "counter_surface": counter_surface,
-        "ceiling": ceiling,
-        "boundary": boundary,
-        "tolerance": tolerance,
-        "max_iterations": max_iterations,
-        "precision": precision,
-    }
-    solve.check(surface, **problem, **{control: wanted[-1]})
+        raise InputError(
+            "give either ", Mention("loads"), " or ", Mention("approaches"),
+            ", and only one of them",
+        )  # fmt: skip
+    sweep = _Sweep(
+        Pair(surface, material, counter_surface, counter_material, Boundary(boundary)),
+        Terms(
+            ceiling=ceiling,
+            tolerance=tolerance,
+            max_iterations=max_iterations,
+            precision=precision,
+        ),
+        "load" if approaches is None else "approach",
+        _ascending("loads" if approaches is None else "approaches", loads, approaches),
+    )
+    check(sweep.pair, sweep.terms_at(sweep.values[-1]))
     record = None
     if folder is not None:
         record = resume.claim(
-            folder, _described(surface, problem, control, wanted),
-            kind="sweep", record="sweep.json", pattern="step-*.npz",
-        )  # fmt: skip
-    steps: list[LoadStep] = []
+            folder, sweep.record(), kind="sweep", record="sweep.json", pattern="step-*.npz"
+        )
+    return sweep.curve(tuple(_steps(sweep, record, progress)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Sweep:
+    """The loads or approaches wanted of two bodies."""
+
+    pair: Pair
+    terms: Terms
+    control: str
+    values: list[float]
+
+    def terms_at(self, value: float) -> Terms:
+        """Return the terms of one load or approach."""
+        if self.control == "load":
+            return replace(self.terms, load=value)
+        return replace(self.terms, approach=value)
+
+    def record(self) -> dict[str, Any]:
+        """Return what the steps depend on."""
+        ceiling = self.terms.ceiling
+        plain = isinstance(ceiling, str) or ceiling is None
+        return {
+            **self.pair.record(),
+            "ceiling": ceiling if plain else resume.digest(ceiling),
+            "boundary": str(self.pair.boundary),
+            "tolerance": self.terms.tolerance,
+            "max_iterations": self.terms.max_iterations,
+            "precision": self.terms.precision,
+            "control": self.control,
+            "values": self.values,
+        }
+
+    def curve(self, steps: tuple[LoadStep, ...]) -> LoadCurve:
+        """Return the solved steps with what they have in common."""
+        pair = self.pair
+        return LoadCurve(
+            steps=steps,
+            control=self.control,
+            nominal_area=pair.size[0] * pair.size[1],
+            contact_modulus=pair.contact_modulus,
+            rms_gradient=roughness.rms_gradient(pair.initial_gap, pair.pixel),
+            ceiling=resolved_ceiling(self.terms.ceiling, pair),
+            boundary=pair.boundary,
+            source=pair.surface.provenance.source,
+            preparation=pair.surface.provenance.steps,
+        )
+
+
+def _steps(
+    sweep: _Sweep, record: Path | None, progress: Callable[[Progress], None] | None
+) -> Iterator[LoadStep]:
+    """Yield the steps, each read from the folder or solved and kept there."""
     pressure: Array | None = None
     # Steps are named by their number, and each is complete once it is there.
-    for number, value in enumerate(wanted, start=1):
+    for number in range(1, len(sweep.values) + 1):
         path = None if record is None else record / f"step-{number:04d}.npz"
         if path is not None and path.exists():
-            step, pressure = _read_step(path, surface.shape)
-            steps.append(step)
-            continue
-        try:
-            solved = solve.solve(
-                surface,
-                **{**problem, control: value},
-                start=pressure,
-                progress=None if progress is None else _numbered(progress, number),
-            )
-            step = _step(solved)
-        except ConvergenceError as error:
-            kept = "" if record is None else f"; the steps before it are kept in {record}"
-            unit = "N" if control == "load" else "m"
-            raise ConvergenceError(
-                f"step {number} of {len(wanted)}, {control} = {value:.6g} {unit}: {error}{kept}",
-                error.result,
-            ) from None
-        pressure = solved.pressure
-        if path is not None:
-            _write_step(path, step, pressure)
-        steps.append(step)
-    gap = initial_gap(surface, counter_surface)
-    return LoadCurve(
-        steps=tuple(steps),
-        control=control,
-        nominal_area=surface.size[0] * surface.size[1],
-        contact_modulus=contact_modulus(material, counter_material),
-        rms_gradient=roughness.rms_gradient(gap, surface.pixel),
-        ceiling=resolved_ceiling(ceiling, material, counter_material, surface.shape),
-        boundary=boundary,
-        source=surface.provenance.source,
-        preparation=surface.provenance.steps,
+            step, pressure = _read_step(path, sweep.pair.shape)
+        else:
+            try:
+                step, pressure = _solved_step(sweep, number, pressure, progress)
+            except ConvergenceError as error:
+                raise _unsolved(sweep, number, record, error) from None
+            if path is not None:
+                _write_step(path, step, pressure)
+        yield step
+
+
+def _solved_step(
+    sweep: _Sweep,
+    number: int,
+    before: Array | None,
+    progress: Callable[[Progress], None] | None,
+) -> tuple[LoadStep, Array]:
+    """Return a step and its pressure, found from the pressure of the load before it."""
+    result = press(
+        sweep.pair,
+        sweep.terms_at(sweep.values[number - 1]),
+        start=before,
+        progress=numbered(progress, number, len(sweep.values)),
+    )
+    return _step(result), result.pressure
+
+
+def _unsolved(
+    sweep: _Sweep, number: int, record: Path | None, error: ConvergenceError
+) -> ConvergenceError:
+    unit = "N" if sweep.control == "load" else "m"
+    at = f"{sweep.control} = {sweep.values[number - 1]:.6g} {unit}"
+    kept = "" if record is None else f"; the steps before it are kept in {record}"
+    return ConvergenceError(
+        Sentence(f"step {number} of {len(sweep.values)}, {at}: ", *error.parts, kept),
+        error.result,
     )
 
 
@@ -207,47 +267,28 @@ def _ascending(
     return values
 
 
-def _numbered(progress: Callable[[int, Step], None], number: int) -> Callable[[Step], None]:
-    return lambda step: progress(number, step)
-
-
-def _step(solved: ContactResult) -> LoadStep:
-    spots = solved.spots()
+def _step(result: ContactResult) -> LoadStep:
+    spots = result.spots()
     return LoadStep(
-        load=solved.load,
-        approach=solved.approach,
-        contact_area=solved.contact_area,
-        corrected_contact_area=solved.corrected_contact_area,
-        saturated_area=solved.saturated_fraction * solved.pressure.size * solved.pixel_area,
-        max_pressure=solved.max_pressure,
-        mean_gap=solved.mean_gap,
-        stiffness=stiffness(solved),
+        load=result.load,
+        approach=result.approach,
+        contact_area=result.contact_area,
+        corrected_contact_area=result.corrected_contact_area,
+        saturated_area=result.saturated_fraction * result.pressure.size * result.pixel_area,
+        max_pressure=result.max_pressure,
+        mean_gap=result.mean_gap,
+        stiffness=stiffness(result),
         spots=spots.count,
         mean_spot_area=float(spots.area.mean()) if spots.count else 0.0,
         largest_spot_area=float(spots.area[0]) if spots.count else 0.0,
-        certificate=solved.certificate,
-        load_error=solved.load_error,
-        convolutions=solved.convolutions,
-        seconds=solved.seconds,
+        certificate=result.certificate,
+        load_error=result.load_error,
+        convolutions=result.convolutions,
+        seconds=result.seconds,
     )
 
 
 # Steps on disk
-
-
-def _described(
-    surface: Surface, problem: dict[str, Any], control: str, wanted: list[float]
-) -> dict[str, Any]:
-    ceiling = problem["ceiling"]
-    bodies = (problem[name] for name in ("counter_surface", "material", "counter_material"))
-    plain = isinstance(ceiling, str) or ceiling is None
-    return {
-        **resume.contact(surface, *bodies),
-        "ceiling": ceiling if plain else resume.digest(ceiling),
-        **{n: problem[n] for n in ("boundary", "tolerance", "max_iterations", "precision")},
-        "control": control,
-        "values": wanted,
-    }
 
 
 def _write_step(path: Path, step: LoadStep, pressure: Array) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from numbers import Real
 from typing import Any
 
@@ -10,16 +11,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._version import __version__
-from roughcontact.contact import solve
 from roughcontact.contact.ceiling import resolved_ceiling
-from roughcontact.contact.facing import Facing, facing, highest, indented
+from roughcontact.contact.checks import check
+from roughcontact.contact.facing import Facing, facing, indented
 from roughcontact.contact.history import HistoryStep, LoadHistory, Stage
-from roughcontact.contact.pair import initial_gap
+from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import CapacityError, ConvergenceError, InputError
+from roughcontact.contact.solve import press
+from roughcontact.contact.terms import Terms
+from roughcontact.errors import CapacityError, ConvergenceError, InputError, Mention, Sentence
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.material.material import RIGID, Material, contact_modulus
-from roughcontact.solvers.progress import Step
+from roughcontact.material.material import RIGID, Material
+from roughcontact.solvers.bounded import Status
+from roughcontact.solvers.progress import Progress, Step, numbered
 from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
@@ -49,7 +53,7 @@ def load_history(
     boundary: str = "free",
     tolerance: float = TOLERANCE,
     max_iterations: int = 500,
-    progress: Callable[[int, Step], None] | None = None,
+    progress: Callable[[Progress], None] | None = None,
 ) -> LoadHistory:
     """Follow a path of loads and positions with a ceiling that indents for good.
 
@@ -62,7 +66,7 @@ def load_history(
     tolerance : float
         Certificate ε of every step.
     progress : callable, optional
-        Called with the number of the step and the solver's `Step`.
+        Called with a `Progress`: the number of the stage and the solver's `Step`.
 
     Returns
     -------
@@ -114,68 +118,126 @@ def load_history(
     (True, True)
     """
     stages = _stages(path)
-    problem: dict[str, Any] = {
-        "material": material,
-        "counter_material": counter_material,
-        "ceiling": ceiling,
-        "boundary": boundary,
-        "tolerance": tolerance,
-        "max_iterations": max_iterations,
-    }
-    solve.check(surface, counter_surface=counter_surface, load=_LEAST, **problem)
-    limit = resolved_ceiling(ceiling, material, counter_material, surface.shape)
-    problem["ceiling"] = limit
+    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    terms = Terms(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
+    check(pair, replace(terms, load=_LEAST))
+    limit = resolved_ceiling(ceiling, pair)
     shifts = [_pixels(stage.shift, surface, n) for n, stage in enumerate(stages, start=1)]
-    bodies = facing(
-        surface, counter_surface, material, counter_material, Boundary(boundary), shifts
-    )
+    bodies = facing(pair, shifts)
     if bodies.on_counter and isinstance(limit, np.ndarray) and any(map(any, shifts)):
         raise InputError(
-            "a ceiling per pixel stays with the pixels of surface, but here the counter-body is "
-            "indented and moves: give one ceiling, or swap the two bodies"
-        )
-    indentation = np.zeros(bodies.indented.shape)
-    reference = highest(*bodies.facing(indentation, (0, 0)))
-    _check_path(bodies, stages, shifts, reference, problem)
+            "a ", Mention("ceiling"), " per pixel stays with the pixels of ", Mention("surface"),
+            ", but here the counter-body is indented and moves: give one ceiling, or swap the two "
+            "bodies",
+        )  # fmt: skip
+    untouched = np.zeros(bodies.indented.shape)
+    reference = bodies.facing(untouched, (0, 0)).highest
+    way = _Way(bodies, replace(terms, ceiling=limit), stages, shifts, reference)
+    _check_way(way)
+    return _followed(way, progress)
 
+
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """A path of loads and positions of two bodies, in pixels.
+
+    ``reference`` is the largest sum of their heights at the first position [m].
+    """
+
+    bodies: Facing
+    terms: Terms
+    stages: tuple[Stage, ...]
+    shifts: list[tuple[int, int]]
+    reference: float
+
+    def lowered(self, pair: Pair) -> float:
+        """Return by how much later than at first the bodies touch [m]."""
+        return self.reference - pair.highest
+
+    def terms_of(self, stage: Stage, lowered: float) -> Terms:
+        """Return the terms of a stage, the approach counted from the touch of the bodies."""
+        if stage.approach is None:
+            return replace(self.terms, load=stage.load or 0.0)
+        return replace(self.terms, approach=stage.approach - lowered)
+
+
+def _check_way(way: _Way) -> None:
+    """Raise what any stage would raise; indentation changes nothing about that."""
+    untouched = np.zeros(way.bodies.indented.shape)
+    for shift in dict.fromkeys(way.shifts):
+        pair = way.bodies.facing(untouched, shift)
+        lowered = way.lowered(pair)
+        here = [number for number, other in enumerate(way.shifts, start=1) if other == shift]
+        asked = [(way.terms_of(way.stages[number - 1], lowered), number) for number in here]
+        for control in ("load", "approach"):
+            wanted = [(terms, number) for terms, number in asked if terms.control == control]
+            # The last of the largest.
+            terms, number = max(wanted, key=lambda one: (one[0].target, one[1]), default=(None, 0))
+            if terms is not None and terms.target > 0:
+                try:
+                    check(pair, terms)
+                except CapacityError as error:
+                    raise CapacityError(
+                        f"stage {number} of {len(way.stages)}: ", *error.sentence
+                    ) from None
+
+
+def _followed(way: _Way, progress: Callable[[Progress], None] | None) -> LoadHistory:
+    """Return what a path that has passed all checks leaves behind."""
+    bodies, count = way.bodies, len(way.stages)
+    indentation = np.zeros(bodies.indented.shape)
     steps: list[HistoryStep] = []
-    solved: ContactResult | None = None
-    for number, (stage, shift) in enumerate(zip(stages, shifts, strict=True), start=1):
-        first, second = bodies.facing(indentation, shift)
-        lowered = reference - highest(first, second)
-        control, target = _target(stage, lowered)
-        if target > 0:
-            try:
-                # Not from the last pressure: on large maps coarse grids find the next one sooner.
-                solved = solve.solve(
-                    first,
-                    counter_surface=second,
-                    **{**problem, control: target},
-                    progress=None if progress is None else _numbered(progress, number),
-                )
-            except ConvergenceError as error:
-                raise ConvergenceError(
-                    f"stage {number} of {len(stages)}: {error}", error.result
-                ) from None
-        else:
-            solved = _apart(first, second, target, control, problem)
-        new = solved.residual_indentation
+    result: ContactResult | None = None
+    for number, (stage, shift) in enumerate(zip(way.stages, way.shifts, strict=True), start=1):
+        pair = bodies.facing(indentation, shift)
+        lowered = way.lowered(pair)
+        terms = way.terms_of(stage, lowered)
+        try:
+            result = _pressed(pair, terms, numbered(progress, number, count))
+        except ConvergenceError as error:
+            text = Sentence(f"stage {number} of {count}: ", *error.parts)
+            raise ConvergenceError(text, error.result) from None
+        new = result.residual_indentation
         bodies.indent(indentation, new, shift)
-        steps.append(_step(solved, stage, lowered, new))
-    assert solved is not None
+        steps.append(_step(result, stage, lowered, new))
+    assert result is not None
     indentation.flags.writeable = False
     return LoadHistory(
-        path=stages,
+        path=way.stages,
         steps=tuple(steps),
         indented_body="counter_surface" if bodies.on_counter else "surface",
         indentation=indentation,
         origin=bodies.origin,
         residual=indented(bodies.indented, indentation),
-        last=solved,
+        last=result,
     )
 
 
-# Path
+def _pressed(pair: Pair, terms: Terms, progress: Callable[[Step], None] | None) -> ContactResult:
+    """Return the contact of a stage; without load if the bodies do not come to touch."""
+    if terms.target > 0:
+        # Not from the last pressure: on large maps coarse grids find the next one sooner.
+        return press(pair, terms, progress=progress)
+    ceiling: Any = terms.ceiling
+    approach = terms.target
+    return ContactResult(
+        pair=pair,
+        ceiling=ceiling,
+        precision="double",
+        tolerance=terms.certificate,
+        control=terms.control,
+        load=0.0,
+        approach=approach,
+        pressure=np.zeros(pair.shape),
+        gap=pair.initial_gap - approach,
+        certificate=0.0,
+        load_error=0.0,
+        status=Status.CONVERGED.value,
+        iterations=0,
+        convolutions=0,
+        seconds=0.0,
+        version=__version__,
+    )
 
 
 def _stages(path: Sequence[Stage | float]) -> tuple[Stage, ...]:
@@ -186,7 +248,7 @@ def _stages(path: Sequence[Stage | float]) -> tuple[Stage, ...]:
         try:
             stages.append(stage if isinstance(stage, Stage) else Stage(load=float(stage)))
         except InputError as error:
-            raise InputError(f"stage {number}: {error}") from None
+            raise InputError(f"stage {number}: ", *error.sentence) from None
     if not stages:
         raise InputError("is empty: give at least one load", argument="path")
     return tuple(stages)
@@ -209,93 +271,25 @@ def _pixels(shift: tuple[float, float], surface: Surface, number: int) -> tuple[
     return whole[0], whole[1]
 
 
-def _target(stage: Stage, lowered: float) -> tuple[str, float]:
-    """Return the control of a stage and its value, the approach from the touch of the bodies."""
-    if stage.approach is None:
-        return "load", stage.load or 0.0
-    return "approach", stage.approach - lowered
-
-
-def _check_path(
-    bodies: Facing,
-    stages: tuple[Stage, ...],
-    shifts: list[tuple[int, int]],
-    reference: float,
-    problem: dict[str, Any],
-) -> None:
-    """Raise what any stage would raise; indentation changes nothing about that."""
-    untouched = np.zeros(bodies.indented.shape)
-    for shift in dict.fromkeys(shifts):
-        first, second = bodies.facing(untouched, shift)
-        lowered = reference - highest(first, second)
-        here = [number for number, other in enumerate(shifts, start=1) if other == shift]
-        targets = [(*_target(stages[number - 1], lowered), number) for number in here]
-        for control in ("load", "approach"):
-            wanted = [(target, number) for kind, target, number in targets if kind == control]
-            target, number = max(wanted, default=(0.0, 0))
-            if target > 0:
-                try:
-                    solve.check(first, counter_surface=second, **{**problem, control: target})
-                except CapacityError as error:
-                    raise CapacityError(f"stage {number} of {len(stages)}: {error}") from None
-
-
-def _numbered(progress: Callable[[int, Step], None], number: int) -> Callable[[Step], None]:
-    return lambda step: progress(number, step)
-
-
-# Bodies
-
-
-def _apart(
-    first: Surface, second: Surface | None, approach: float, control: str, problem: dict[str, Any]
-) -> ContactResult:
-    """Return the contact without load, at an approach up to first touch."""
-    material, counter_material = problem["material"], problem["counter_material"]
-    return ContactResult(
-        surface=first,
-        counter_surface=second,
-        material=material,
-        counter_material=counter_material,
-        contact_modulus=contact_modulus(material, counter_material),
-        ceiling=problem["ceiling"],
-        boundary=problem["boundary"],
-        precision="double",
-        tolerance=problem["tolerance"],
-        control=control,
-        load=0.0,
-        approach=approach,
-        pressure=np.zeros(first.shape),
-        gap=initial_gap(first, second) - approach,
-        certificate=0.0,
-        load_error=0.0,
-        status="converged",
-        iterations=0,
-        convolutions=0,
-        seconds=0.0,
-        version=__version__,
-    )
-
-
-def _step(solved: ContactResult, stage: Stage, lowered: float, new: Array) -> HistoryStep:
-    area = solved.pixel_area
-    loaded = np.flatnonzero(solved.pressure)
-    pressure = solved.pressure.ravel()[loaded]
-    opened = solved.gap.ravel()[loaded] - solved.initial_gap.ravel()[loaded]
-    displacement = opened + solved.approach
+def _step(result: ContactResult, stage: Stage, lowered: float, new: Array) -> HistoryStep:
+    area = result.pixel_area
+    loaded = np.flatnonzero(result.pressure)
+    pressure = result.pressure.ravel()[loaded]
+    opened = result.gap.ravel()[loaded] - result.initial_gap.ravel()[loaded]
+    displacement = opened + result.approach
     return HistoryStep(
-        load=solved.load,
-        approach=solved.approach + lowered,
+        load=result.load,
+        approach=result.approach + lowered,
         shift_y=stage.shift[0],
         shift_x=stage.shift[1],
-        contact_area=solved.contact_area,
-        saturated_area=int(np.count_nonzero(solved.saturated)) * area,
-        max_pressure=solved.max_pressure,
+        contact_area=result.contact_area,
+        saturated_area=int(np.count_nonzero(result.saturated)) * area,
+        max_pressure=result.max_pressure,
         indentation_volume=float(new.sum()) * area,
-        dissipated_energy=float((solved.pressure * new).sum()) * area,
+        dissipated_energy=float((result.pressure * new).sum()) * area,
         elastic_energy=0.5 * float((pressure * displacement).sum()) * area,
-        certificate=solved.certificate,
-        load_error=solved.load_error,
-        convolutions=solved.convolutions,
-        seconds=solved.seconds,
+        certificate=result.certificate,
+        load_error=result.load_error,
+        convolutions=result.convolutions,
+        seconds=result.seconds,
     )

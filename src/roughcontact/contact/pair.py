@@ -1,32 +1,171 @@
-"""What is pressed on what: two surfaces, two materials, and how the maps end."""
+"""What is pressed on what: two surfaces, two materials, and what lies beyond the edges."""
 
 from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._version import __version__
+from roughcontact.contact.resume import digest
+from roughcontact.errors import InputError, require_choice
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.fft import Workspace
+from roughcontact.material.material import RIGID, Material, contact_modulus, softer
+from roughcontact.solvers.operator import Family
 from roughcontact.surface.surface import Surface
 
+BODIES = {"body": "body", "counter_body": "counter-body"}
+"""What the two bodies are called, the rough one and what is pressed on it, with words for them."""
 
-def initial_gap(surface: Surface, counter_surface: Surface | None = None) -> NDArray[np.float64]:
-    """Return the gap at first touch.
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two bodies that are pressed together.
 
     Parameters
     ----------
     surface : Surface
-        The first body.
-    counter_surface : Surface, optional
-        The second body on the same grid; without it, a flat.
+        Heights of the rough body.
+    material : Material
+        Of the rough body.
+    counter_surface : Surface or None
+        Heights of the counter-body on the same grid; ``None`` for a flat.
+    counter_material : Material
+        Of the counter-body.
+    boundary : Boundary
+        What lies beyond the edges of the map.
 
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        ``max(z) - z`` [m] with z the heights, or the sum of both; NaN where a height is missing.
+    Raises
+    ------
+    InputError
+        If a body is of another type, the grids differ, or both bodies are rigid.
     """
-    heights = surface.heights
-    if counter_surface is not None:
-        heights = heights + counter_surface.heights
-    # An empty maximum, unlike np.nanmax's warning, leaves NaN everywhere.
-    highest = np.fmax.reduce(heights, axis=None)
-    gap: NDArray[np.float64] = highest - heights
-    return gap
+
+    surface: Surface
+    material: Material
+    counter_surface: Surface | None = None
+    counter_material: Material = RIGID
+    boundary: Boundary = Boundary.FREE
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be pressed together."""
+        for name, kind in (
+            ("surface", Surface),
+            ("counter_surface", Surface),
+            ("material", Material),
+            ("counter_material", Material),
+        ):
+            value = getattr(self, name)
+            if not (isinstance(value, kind) or (name == "counter_surface" and value is None)):
+                raise InputError(
+                    f"must be a {kind.__name__}, got {type(value).__name__}", argument=name
+                )
+        self._require_one_grid()
+        # Raises if both are rigid.
+        contact_modulus(self.material, self.counter_material)
+
+    def _require_one_grid(self) -> None:
+        surface, counter = self.surface, self.counter_surface
+        if counter is None:
+            return
+        if counter.shape != surface.shape or not np.allclose(
+            counter.pixel, surface.pixel, rtol=1e-9, atol=0
+        ):
+            raise InputError(
+                f"has {counter.shape} pixels of {counter.pixel} m, "
+                f"surface {surface.shape} of {surface.pixel} m: both bodies need the same grid",
+                argument="counter_surface",
+            )
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Grid points ``(ny, nx)``."""
+        return self.surface.shape
+
+    @property
+    def pixel(self) -> tuple[float, float]:
+        """Pixel edges ``(dy, dx)`` [m]."""
+        return self.surface.pixel
+
+    @property
+    def pixel_area(self) -> float:
+        """Area of one pixel [m²]."""
+        return self.pixel[0] * self.pixel[1]
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Edges of the map ``(y, x)`` [m]."""
+        return self.surface.size
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* [Pa]."""
+        return contact_modulus(self.material, self.counter_material)
+
+    @property
+    def softer(self) -> Material | None:
+        """Material with the smaller ceiling, or ``None`` if none is known."""
+        return softer(self.material, self.counter_material)
+
+    @property
+    def has_holes(self) -> bool:
+        """Whether a height of either body is missing somewhere."""
+        bodies = (self.surface, self.counter_surface)
+        return any(body is not None and body.missing > 0 for body in bodies)
+
+    @property
+    def heights(self) -> NDArray[np.float64]:
+        """Sum of the heights of both bodies [m], shape (ny, nx); NaN where one is missing."""
+        if self.counter_surface is None:
+            return self.surface.heights
+        return self.surface.heights + self.counter_surface.heights
+
+    @property
+    def highest(self) -> float:
+        """The largest of `heights` [m]: there the bodies touch first."""
+        # An empty maximum, unlike np.nanmax's warning, leaves NaN.
+        return float(np.fmax.reduce(self.heights, axis=None))
+
+    @property
+    def initial_gap(self) -> NDArray[np.float64]:
+        """Gap at first touch [m], a new array of shape (ny, nx); NaN where a height is missing."""
+        gap: NDArray[np.float64] = self.highest - self.heights
+        return gap
+
+    def material_of(self, body: str) -> Material:
+        """Return the material of ``"body"`` or ``"counter_body"``."""
+        require_choice(tuple(BODIES), body=body)
+        return self.material if body == "body" else self.counter_material
+
+    def operators(self, precision: str, workspace: Workspace) -> Family:
+        """Return what makes the displacement operator on the grid of the map and on coarser ones.
+
+        Parameters
+        ----------
+        precision : {"double", "single"}
+            Arithmetic on the grid of the map.
+        workspace : Workspace
+            Threads and memory that they share.
+        """
+        return self.boundary.operators(
+            self.shape, self.pixel, self.contact_modulus, precision=precision, workspace=workspace
+        )
+
+    def record(self) -> dict[str, Any]:
+        """Return what `resume.claim` has to know of the bodies, and the version of the program."""
+        surface, counter = self.surface, self.counter_surface
+        return {
+            "version": __version__,
+            "surface": digest(surface.heights, surface.pixel, surface.holes_masked),
+            "counter_surface": None if counter is None else digest(counter.heights, counter.pixel),
+            "source": surface.provenance.source,
+            "material": _words(self.material),
+            "counter_material": _words(self.counter_material),
+        }
+
+
+def _words(material: Material) -> dict[str, str]:
+    return {name: str(value) for name, value in asdict(material).items()}

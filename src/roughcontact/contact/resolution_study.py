@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.contact import solve
 from roughcontact.contact.ceiling import resolved_ceiling
+from roughcontact.contact.checks import check
+from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.solve import press
 from roughcontact.contact.study import ResolutionStudy, Variant
+from roughcontact.contact.terms import Terms
 from roughcontact.errors import InputError, InsufficientMemoryError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
+from roughcontact.solvers.progress import Progress, numbered
 from roughcontact.surface import filters
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering
@@ -48,7 +53,7 @@ def resolution_study(
     boundary: str = "free",
     tolerance: float | None = None,
     precision: str = "double",
-    progress: Callable[[str], None] | None = None,
+    progress: Callable[[Progress], None] | None = None,
 ) -> ResolutionStudy:
     """Solve the same contact on other grids, with other filters and other ceilings.
 
@@ -58,7 +63,7 @@ def resolution_study(
 precision
         As for `solve`.
     progress : callable, optional
-        Called with a few words before every solve.
+        Called with a `Progress`: the number of the solve, its name and the solver's `Step`.
 
     Returns
     -------
@@ -90,82 +95,121 @@ precision
     Independent of the grid (less than 5 % change at each step over pixels of 2 µm, 1 µm, 500 nm): \
 contact area, maximum pressure, mean pressure.
     """
-    if min(surface.shape) < 2 * _FEWEST_POINTS:
+    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    if min(pair.shape) < 2 * _FEWEST_POINTS:
         raise InputError(
-            f"has {surface.shape[0]} × {surface.shape[1]} points: a study of the "
+            f"has {pair.shape[0]} × {pair.shape[1]} points: a study of the "
             f"resolution needs at least {2 * _FEWEST_POINTS} along each side",
             argument="surface",
         )
-    options: dict[str, Any] = {
-        "load": load,
-        "material": material,
-        "counter_material": counter_material,
-        "boundary": boundary,
-        "tolerance": tolerance,
-        "precision": precision,
-    }
-    solve.check(surface, **options, counter_surface=counter_surface, ceiling=ceiling)
-    limit = resolved_ceiling(ceiling, material, counter_material, surface.shape)
-    bodies = [body for body in (surface, counter_surface) if body is not None]
-    beyond = Boundary(boundary)
-    say = progress or (lambda text: None)
-
-    def solved(maps: list[Surface], at: float | Array | None) -> ContactResult:
-        return solve.solve(
-            maps[0], **options, counter_surface=maps[1] if len(maps) > 1 else None, ceiling=at
-        )
-
-    outline = [_divisible(body, beyond) for body in bodies]
-    grids, saturated, notes = [], [], []
-    for factor in PIXEL_FACTORS:
-        if min(surface.shape) / factor < _FEWEST_POINTS:
-            continue
-        say(f"pixel × {factor:g}")
-        maps = [_scaled(body, factor, beyond) for body in outline]
-        at = limit
-        if isinstance(limit, np.ndarray):
-            at = _nearest(limit, outline[0].shape, maps[0].shape)
-        try:
-            found = solved(maps, at)
-        except InsufficientMemoryError as error:
-            notes.append(f"The grid with {factor:g} × the pixel was left out: {error}.")
-            continue
-        grids.append(_variant(factor, found))
-        saturated.append(bool(found.saturated.any()))
-    cutoffs = []
-    for points in sorted(CUTOFFS, reverse=True):
-        length = points * max(surface.pixel)
-        if length > min(surface.size):
-            continue
-        say(f"S-filter {engineering(length, 'm')}")
-        cutoffs.append(
-            _variant(length, solved([_smoothed(body, length) for body in bodies], limit))
-        )
-    ceilings = []
-    if isinstance(limit, float):
-        for factor in CEILING_FACTORS:
-            say(f"ceiling factor {factor:g}")
-            changed = limit * factor / CEILING_FACTOR
-            if load > changed * surface.size[0] * surface.size[1]:
-                notes.append(f"With a ceiling factor of {factor:g} the load cannot be carried.")
-                continue
-            ceilings.append(_variant(factor, solved(bodies, changed)))
+    terms = Terms(load=load, ceiling=ceiling, tolerance=tolerance, precision=precision)
+    check(pair, terms)
+    study = _Study(pair, replace(terms, ceiling=resolved_ceiling(ceiling, pair)), progress)
+    grids = study.grids()
     return ResolutionStudy(
-        tuple(grids), tuple(cutoffs), tuple(ceilings), all(saturated[-3:]), tuple(notes)
+        grids=tuple(grid for grid, _ in grids),
+        cutoffs=study.cutoffs(),
+        ceilings=study.ceilings(),
+        at_ceiling=all(saturated for _, saturated in grids[-3:]),
+        notes=tuple(study.notes),
     )
 
 
-def _variant(value: float, found: ContactResult) -> Variant:
-    area = found.corrected_contact_area
+@dataclass(eq=False)
+class _Study:
+    """The solves of a study, one after the other, and what has to be said of those left out."""
+
+    pair: Pair
+    terms: Terms
+    progress: Callable[[Progress], None] | None
+    number: int = 0
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def factors(self) -> list[float]:
+        """Pixels of the grids that are fine enough, over that of the map."""
+        return [f for f in PIXEL_FACTORS if min(self.pair.shape) / f >= _FEWEST_POINTS]
+
+    @property
+    def lengths(self) -> list[float]:
+        """Cut-offs that the map is long enough for [m]."""
+        lengths = [points * max(self.pair.pixel) for points in sorted(CUTOFFS, reverse=True)]
+        return [length for length in lengths if length <= min(self.pair.size)]
+
+    @property
+    def ceiling_factors(self) -> tuple[float, ...]:
+        """Ceilings over the yield strength; none without a ceiling or with one per pixel."""
+        return CEILING_FACTORS if isinstance(self.terms.ceiling, float) else ()
+
+    def pressed(self, label: str, pair: Pair, terms: Terms) -> ContactResult:
+        """Return the next solve."""
+        count = len(self.factors) + len(self.lengths) + len(self.ceiling_factors)
+        return press(pair, terms, progress=numbered(self.progress, self.number, count, label))
+
+    def grids(self) -> list[tuple[Variant, bool]]:
+        """Return the solves on other grids, and whether the ceiling was reached."""
+        boundary = self.pair.boundary
+        outline = _changed(self.pair, partial(_divisible, boundary=boundary))
+        found = []
+        for factor in self.factors:
+            self.number += 1
+            scaled = _changed(outline, partial(_scaled, factor=factor, boundary=boundary))
+            terms, limit = self.terms, self.terms.ceiling
+            if isinstance(limit, np.ndarray):
+                terms = replace(terms, ceiling=_nearest(limit, outline.shape, scaled.shape))
+            try:
+                result = self.pressed(f"pixel × {factor:g}", scaled, terms)
+            except InsufficientMemoryError as error:
+                self.notes.append(f"The grid with {factor:g} × the pixel was left out: {error}.")
+                continue
+            found.append((_variant(factor, result), bool(result.saturated.any())))
+        return found
+
+    def cutoffs(self) -> tuple[Variant, ...]:
+        """Return the solves of filtered maps."""
+        found = []
+        for length in self.lengths:
+            self.number += 1
+            smooth = _changed(self.pair, partial(_smoothed, length=length))
+            label = f"S-filter {engineering(length, 'm')}"
+            found.append(_variant(length, self.pressed(label, smooth, self.terms)))
+        return tuple(found)
+
+    def ceilings(self) -> tuple[Variant, ...]:
+        """Return the solves with other ceilings."""
+        found = []
+        limit: Any = self.terms.ceiling
+        for factor in self.ceiling_factors:
+            self.number += 1
+            label, ceiling = f"ceiling factor {factor:g}", limit * factor / CEILING_FACTOR
+            if self.terms.target > ceiling * self.pair.size[0] * self.pair.size[1]:
+                self.notes.append(
+                    f"With a ceiling factor of {factor:g} the load cannot be carried."
+                )
+                continue
+            result = self.pressed(label, self.pair, replace(self.terms, ceiling=ceiling))
+            found.append(_variant(factor, result))
+        return tuple(found)
+
+
+def _changed(pair: Pair, change: Callable[[Surface], Surface]) -> Pair:
+    """Return a pair with both maps changed."""
+    surface, counter = change(pair.surface), pair.counter_surface
+    counter = None if counter is None else change(counter)
+    return replace(pair, surface=surface, counter_surface=counter)
+
+
+def _variant(value: float, result: ContactResult) -> Variant:
+    area = result.corrected_contact_area
     return Variant(
         value=value,
-        shape=found.surface.shape,
-        pixel=found.surface.pixel,
-        contact_fraction=area / (found.pressure.size * found.pixel_area),
-        saturated_fraction=found.saturated_fraction,
-        max_pressure=found.max_pressure,
-        mean_pressure=found.load / area if area else math.inf,
-        certificate=found.certificate,
+        shape=result.surface.shape,
+        pixel=result.surface.pixel,
+        contact_fraction=area / (result.pressure.size * result.pixel_area),
+        saturated_fraction=result.saturated_fraction,
+        max_pressure=result.max_pressure,
+        mean_pressure=result.load / area if area else math.inf,
+        certificate=result.certificate,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -12,17 +13,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact import area, spots
-from roughcontact.contact.pair import initial_gap
+from roughcontact.contact.cautions import Caution, Kind
+from roughcontact.contact.pair import Pair
+from roughcontact.errors import parts_of
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.material.material import Material, softer
+from roughcontact.material.material import Material
 from roughcontact.surface.surface import Surface
 
-BELOW_FIRST_YIELD = "below first yield"
-YIELDING_BELOW = "yielding below the surface"
-SATURATED = "saturated at the surface"
-BEYOND_CEILING = "elastic pressure beyond three yield strengths"
-BEYOND_HARDNESS = "elastic pressure beyond the hardness"
-UNKNOWN = "unknown (no yield strength given)"
+
+class Regime(StrEnum):
+    """How far the softer body is from elastic."""
+
+    BELOW_FIRST_YIELD = "below first yield"
+    YIELDING_BELOW = "yielding below the surface"
+    SATURATED = "saturated at the surface"
+    BEYOND_CEILING = "elastic pressure beyond three yield strengths"
+    BEYOND_HARDNESS = "elastic pressure beyond the hardness"
+    UNKNOWN = "unknown (no yield strength given)"
+
+
+_LIMITS = {
+    Regime.BEYOND_CEILING: "three times the yield strength",
+    Regime.BEYOND_HARDNESS: "the hardness",
+}
+_EDGE = (
+    "contact reaches the edge of the map: either the map is too small for this load, "
+    "or the body is meant to end there"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,18 +50,10 @@ class ContactResult:
 
     Parameters
     ----------
-    surface : Surface
-        The map that was pressed.
-    counter_surface : Surface or None
-        The second measured body, or ``None`` for a flat one.
-    material, counter_material : Material
-        Of the two bodies.
-    contact_modulus : float
-        E* [Pa].
+    pair : Pair
+        The bodies that were pressed together.
     ceiling : float, ndarray of shape (ny, nx), or None
         Largest pressure allowed [Pa]; ``None`` for a purely elastic contact.
-    boundary : Boundary
-        Along which axes the map is one period; it ends along the others.
     precision : {"double", "single"}
         Arithmetic of the transforms.
     tolerance : float
@@ -85,13 +94,8 @@ class ContactResult:
         where the bodies do not tilt.
     """
 
-    surface: Surface
-    counter_surface: Surface | None
-    material: Material
-    counter_material: Material
-    contact_modulus: float
+    pair: Pair
     ceiling: float | NDArray[np.float64] | None
-    boundary: Boundary
     precision: str
     tolerance: float
     control: str
@@ -110,8 +114,7 @@ class ContactResult:
     moments: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        """Make the maps read-only, and a boundary of its name."""
-        object.__setattr__(self, "boundary", Boundary(self.boundary))
+        """Make the maps read-only."""
         self.pressure.flags.writeable = False
         self.gap.flags.writeable = False
 
@@ -121,9 +124,39 @@ class ContactResult:
         return self.status == "converged"
 
     @property
+    def surface(self) -> Surface:
+        """The map that was pressed."""
+        return self.pair.surface
+
+    @property
+    def counter_surface(self) -> Surface | None:
+        """The second measured body, or ``None`` for a flat one."""
+        return self.pair.counter_surface
+
+    @property
+    def material(self) -> Material:
+        """Material of the body that was pressed."""
+        return self.pair.material
+
+    @property
+    def counter_material(self) -> Material:
+        """Material of the counter-body."""
+        return self.pair.counter_material
+
+    @property
+    def boundary(self) -> Boundary:
+        """What lies beyond the edges of the map; it equals the text that names it."""
+        return self.pair.boundary
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* [Pa]."""
+        return self.pair.contact_modulus
+
+    @property
     def initial_gap(self) -> NDArray[np.float64]:
         """Gap at first touch [m], NaN where missing, shape (ny, nx)."""
-        return initial_gap(self.surface, self.counter_surface)
+        return self.pair.initial_gap
 
     @property
     def contact(self) -> NDArray[np.bool_]:
@@ -147,7 +180,7 @@ class ContactResult:
     @property
     def pixel_area(self) -> float:
         """Area of one pixel [m²]."""
-        return self.surface.pixel[0] * self.surface.pixel[1]
+        return self.pair.pixel_area
 
     @cached_property
     def contact_area(self) -> float:
@@ -210,54 +243,54 @@ class ContactResult:
         )
 
     @property
-    def regime(self) -> str:
-        """How far the softer body is from elastic, in words.
+    def regime(self) -> Regime:
+        """How far the softer body is from elastic; a text.
 
         First yield is judged by the peak pressure of a sphere, 1.295 exp(0.736 ν) σ_Y; it
         happens below the surface, long before a pixel reaches the ceiling. A body of which only
         the hardness is known has no first yield; its pressure is compared with the hardness.
         """
         if self.saturated_fraction > 0:
-            return SATURATED
-        body = softer(self.material, self.counter_material)
+            return Regime.SATURATED
+        body = self.pair.softer
         if body is None or body.ceiling is None:
-            return UNKNOWN
+            return Regime.UNKNOWN
         if self.max_pressure > body.ceiling:
-            return BEYOND_HARDNESS if body.yield_strength is None else BEYOND_CEILING
+            hard = body.yield_strength is None
+            return Regime.BEYOND_HARDNESS if hard else Regime.BEYOND_CEILING
         if body.first_yield_pressure is None:
-            return UNKNOWN
-        return (
-            BELOW_FIRST_YIELD if self.max_pressure < body.first_yield_pressure else YIELDING_BELOW
+            return Regime.UNKNOWN
+        below = self.max_pressure < body.first_yield_pressure
+        return Regime.BELOW_FIRST_YIELD if below else Regime.YIELDING_BELOW
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know."""
+        found = []
+        if not self.converged:
+            found.append(self._not_converged())
+        if area.at_edge(self.contact, self.boundary):
+            found.append(Caution(Kind.EDGE, (_EDGE,)))
+        if self.regime in _LIMITS:
+            advice = "solve with a ceiling" if self.ceiling is None else "the ceiling lies above it"
+            limit = f"the pressure exceeds {_LIMITS[self.regime]} of the softer body: "
+            found.append(Caution(Kind.BEYOND_CEILING, (limit, advice)))
+        missing = int(np.count_nonzero(np.isnan(self.gap)))
+        if missing:
+            text = f"{missing} missing points were treated as never touching"
+            found.append(Caution(Kind.MISSING, (text,)))
+        return tuple(found)
+
+    def _not_converged(self) -> Caution:
+        reached = (
+            f"not converged: certificate {self.certificate:.1e}, tolerance {self.tolerance:.0e} ("
         )
+        return Caution(Kind.NOT_CONVERGED, (reached, *parts_of(self.status), ")"))
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a reader of the numbers has to know, one sentence each."""
-        notes = []
-        if not self.converged:
-            notes.append(
-                f"not converged: certificate {self.certificate:.1e}, tolerance "
-                f"{self.tolerance:.0e} ({self.status})"
-            )
-        edges = (self.contact.take((0, -1), axis) for axis in self.boundary.free_axes)
-        if any(edge.any() for edge in edges):
-            notes.append(
-                "contact reaches the edge of the map: either the map is too small for this load, "
-                "or the body is meant to end there"
-            )
-        limits = {
-            BEYOND_CEILING: "three times the yield strength",
-            BEYOND_HARDNESS: "the hardness",
-        }
-        if self.regime in limits:
-            notes.append(
-                f"the pressure exceeds {limits[self.regime]} of the softer body: "
-                + ("solve with a ceiling" if self.ceiling is None else "the ceiling lies above it")
-            )
-        missing = int(np.count_nonzero(np.isnan(self.gap)))
-        if missing:
-            notes.append(f"{missing} missing points were treated as never touching")
-        return tuple(notes)
+        """The same, one sentence each."""
+        return tuple(caution.text for caution in self.cautions)
 
     def spots(self) -> spots.Spots:
         """Return the contact spots: edge-connected pixels with pressure, the largest first."""

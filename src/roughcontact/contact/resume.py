@@ -10,17 +10,13 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from roughcontact._version import __version__
 from roughcontact.errors import FormatError, InputError
 from roughcontact.files import replacing, to_json
-from roughcontact.material.material import Material
-from roughcontact.surface.surface import Surface
 
 
 def claim(
@@ -98,37 +94,6 @@ def claim(
     return folder
 
 
-def contact(
-    surface: Surface,
-    counter_surface: Surface | None,
-    material: Material,
-    counter_material: Material,
-) -> dict[str, Any]:
-    """Return what `claim` has to know of two bodies, and the version of the program.
-
-    Parameters
-    ----------
-    surface, counter_surface : Surface
-        Heights of the bodies; ``None`` for a flat counter-body.
-    material, counter_material : Material
-        Of the bodies.
-
-    Returns
-    -------
-    dict
-        Words and `digest` values.
-    """
-    counter = counter_surface
-    return {
-        "version": __version__,
-        "surface": digest(surface.heights, surface.pixel, surface.holes_masked),
-        "counter_surface": None if counter is None else digest(counter.heights, counter.pixel),
-        "source": surface.provenance.source,
-        "material": _words(material),
-        "counter_material": _words(counter_material),
-    }
-
-
 def digest(*parts: Any) -> str:
     """Return a word for arrays of numbers; every bit of them counts.
 
@@ -153,7 +118,3 @@ def digest(*parts: Any) -> str:
         found.update(repr(values.shape).encode())
         found.update(values.tobytes())
     return found.hexdigest()
-
-
-def _words(material: Material) -> dict[str, Any]:
-    return {name: str(value) for name, value in asdict(material).items()}

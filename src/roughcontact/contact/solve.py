@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -14,23 +12,16 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact._version import __version__
 from roughcontact.contact import checks
 from roughcontact.contact.area import centre_of_pressure
-from roughcontact.contact.ceiling import resolved_ceiling
-from roughcontact.contact.pair import initial_gap
+from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import (
-    CapacityError,
-    ConvergenceError,
-    InputError,
-    Sentence,
-    parts_of,
-    require_choice,
-    require_positive,
-)
+from roughcontact.contact.terms import Terms
+from roughcontact.errors import ConvergenceError, Sentence, parts_of, require_choice
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.material.material import RIGID, Material, contact_modulus
+from roughcontact.halfspace.fft import Workspace
+from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers import bounded, tilt
-from roughcontact.solvers.problem import Problem
-from roughcontact.solvers.progress import Step
+from roughcontact.solvers.problem import Loaded
+from roughcontact.solvers.progress import Progress, Step, numbered
 from roughcontact.surface.surface import Surface
 
 LOAD_TOLERANCE = 1e-10
@@ -61,7 +52,7 @@ def solve(
     precision: str = "double",
     start: ContactResult | ArrayLike | None = None,
     on_failure: str = "raise",
-    progress: Callable[[Step], None] | None = None,
+    progress: Callable[[Progress], None] | None = None,
 ) -> ContactResult:
     """Press a rough body against another one and return pressure, contact and gap.
 
@@ -101,7 +92,8 @@ def solve(
     on_failure : {"raise", "return"}
         What to do with a result above the tolerance.
     progress : callable, optional
-        Called with a `Step` every time the solver has looked at the whole map.
+        Called with a `Progress`, whose step is a `Step`, every time the solver has looked at the
+        whole map.
 
     Returns
     -------
@@ -128,88 +120,112 @@ def solve(
     >>> ball = Surface(-(x**2 + y**2) / (2 * 0.01), pixel=(1e-6, 1e-6))
     >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1e9)
     >>> result = solve(ball, material=steel, load=0.1)
-    >>> result.status, result.regime
-    ('converged', 'below first yield')
+    >>> print(result.status, "and", result.regime)
+    converged and below first yield
     """
-    began = time.perf_counter()
-    stated = _stated(
-        surface,
-        material=material,
-        load=load,
-        approach=approach,
-        moments=moments,
-        counter_material=counter_material,
-        counter_surface=counter_surface,
-        ceiling=ceiling,
-        boundary=boundary,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-        precision=precision,
+    return press(
+        Pair(surface, material, counter_surface, counter_material, Boundary(boundary)),
+        Terms(load, approach, moments, ceiling, tolerance, max_iterations, precision),
         start=start,
         on_failure=on_failure,
+        progress=numbered(progress, 1, 1),
     )
-    problem, tolerance = stated.problem, stated.tolerance
-    area = surface.pixel[0] * surface.pixel[1]
-    loaded = None
-    if start is not None:
-        pressure = start.pressure if isinstance(start, ContactResult) else np.asarray(start)
-        index = np.flatnonzero(pressure)
-        loaded = index, pressure.ravel()[index]
+
+
+def press(
+    pair: Pair,
+    terms: Terms,
+    *,
+    start: ContactResult | ArrayLike | None = None,
+    on_failure: str = "raise",
+    progress: Callable[[Step], None] | None = None,
+) -> ContactResult:
+    """Press two bodies together; see `solve`.
+
+    Parameters
+    ----------
+    pair : Pair
+        The bodies.
+    terms : Terms
+        How they are pressed together.
+    start, on_failure
+        As for `solve`.
+    progress : callable, optional
+        Called with a `Step` every time the solver has looked at the whole map.
+    """
+    began = time.perf_counter()
+    require_choice(("raise", "return"), on_failure=on_failure)
+    stated = checks.stated(pair, terms, start)
+    solution, slope = _solved(pair, terms, stated, start, progress)
+    # An error that is kept would keep the memory of the solve with it.
+    del stated.problem
+    result = _result(pair, terms, stated, solution, slope, began)
+    if not result.converged and on_failure == "raise":
+        raise _unsolved(result)
+    return result
+
+
+def _solved(
+    pair: Pair,
+    terms: Terms,
+    stated: checks.Stated,
+    start: ContactResult | ArrayLike | None,
+    progress: Callable[[Step], None] | None,
+) -> tuple[bounded.Solution, tuple[float, float]]:
+    """Return the solution and the tilt."""
     options: dict[str, Any] = {
-        "tolerance": tolerance,
-        "max_iterations": int(max_iterations),
-        "start": loaded,
+        "tolerance": terms.certificate,
+        "max_iterations": int(terms.max_iterations),
+        "start": None if start is None else _loaded(start),
         "progress": progress,
     }
-    make = Boundary(boundary).operators(
-        surface.shape, surface.pixel, stated.modulus, precision=precision
-    )
-    slope = 0.0, 0.0
+    make = pair.operators(terms.precision, Workspace())
     if stated.target is None:
-        solution = bounded.solve(problem, make, **options)
-    else:
-        if isinstance(start, ContactResult):
-            slope = start.tilt
-        solution, slope = tilt.solve(
-            problem, make, stated.target, surface.pixel, slope,
-            moment_tolerance=MOMENT_TOLERANCE, **options,
-        )  # fmt: skip
-    # An error that is kept would keep the memory of the solve with it.
-    del problem, make
-    del stated.problem
-    pressure = np.zeros(surface.shape)
+        return bounded.solve(stated.problem, make, **options), (0.0, 0.0)
+    slope = start.tilt if isinstance(start, ContactResult) else (0.0, 0.0)
+    return tilt.solve(
+        stated.problem, make, stated.target, pair.pixel, slope,
+        moment_tolerance=MOMENT_TOLERANCE, **options,
+    )  # fmt: skip
+
+
+def _loaded(start: ContactResult | ArrayLike) -> Loaded:
+    """Return the pixels with pressure, and their pressure."""
+    pressure = start.pressure if isinstance(start, ContactResult) else np.asarray(start)
+    index = np.flatnonzero(pressure)
+    return index, pressure.ravel()[index]
+
+
+def _result(
+    pair: Pair,
+    terms: Terms,
+    stated: checks.Stated,
+    solution: bounded.Solution,
+    slope: tuple[float, float],
+    began: float,
+) -> ContactResult:
+    pressure = np.zeros(pair.shape)
     pressure.ravel()[solution.index] = solution.pressure
-    carried = float(pressure.sum()) * area
-    load_error = 0.0 if load is None else abs(carried - load) / load
-    status = solution.status
-    if status is bounded.Status.CONVERGED and load_error > LOAD_TOLERANCE:
-        status = bounded.Status.STALLED
-    words = status.value
-    if stated.target is not None and status is bounded.Status.CONVERGED:
-        centre = np.array(centre_of_pressure(pressure, surface.pixel)) / max(surface.size)
-        if np.abs(centre - stated.target).max() > MOMENT_TOLERANCE:
-            words = UNBALANCED
-    final_gap = solution.gap.astype(np.float64, copy=False)
-    if stated.valid < final_gap.size:
-        final_gap[np.isinf(final_gap)] = np.nan
-    result = ContactResult(
-        surface=surface,
-        counter_surface=counter_surface,
-        material=material,
-        counter_material=counter_material,
-        contact_modulus=stated.modulus,
+    carried = float(pressure.sum()) * pair.pixel_area
+    load = carried if terms.load is None else terms.load
+    load_error = 0.0 if terms.load is None else abs(carried - load) / load
+    gap = solution.gap.astype(np.float64, copy=False)
+    if stated.holes:
+        gap[np.isinf(gap)] = np.nan
+    moments = terms.moments
+    return ContactResult(
+        pair=pair,
         ceiling=stated.ceiling,
-        boundary=Boundary(boundary),
-        precision=precision,
-        tolerance=tolerance,
-        control="load" if approach is None else "approach",
-        load=carried if load is None else load,
+        precision=terms.precision,
+        tolerance=terms.certificate,
+        control=terms.control,
+        load=load,
         approach=solution.approach,
         pressure=pressure,
-        gap=final_gap,
+        gap=gap,
         certificate=solution.certificate,
         load_error=load_error,
-        status=words,
+        status=_status(pair, stated, solution, pressure, load_error),
         iterations=solution.iterations,
         convolutions=solution.convolutions,
         seconds=time.perf_counter() - began,
@@ -217,36 +233,34 @@ def solve(
         tilt=slope,
         moments=None if moments is None else (float(moments[0]), float(moments[1])),
     )
-    if not result.converged and on_failure == "raise":
-        raise ConvergenceError(
-            Sentence(
-                f"not converged: certificate {result.certificate:.1e} (tolerance {tolerance:.0e}), "
-                f"load error {load_error:.1e}",
-                f", moment error {result.moment_error:.1e}" if moments is not None else "",
-                f" after {result.convolutions} convolutions: ",
-                *parts_of(result.status),
-            ),
-            result,
-        )
-    return result
 
 
-def check(surface: Surface, **arguments: Any) -> None:
-    """Raise what `solve` would raise before it starts.
+def _status(
+    pair: Pair,
+    stated: checks.Stated,
+    solution: bounded.Solution,
+    pressure: NDArray[np.float64],
+    load_error: float,
+) -> str:
+    """Return why the solver stopped, or what else is wrong with a result that it takes as done."""
+    status = solution.status
+    if status is bounded.Status.CONVERGED and load_error > LOAD_TOLERANCE:
+        status = bounded.Status.STALLED
+    words: str = status.value
+    if status is bounded.Status.CONVERGED and stated.target is not None:
+        centre = np.array(centre_of_pressure(pressure, pair.pixel)) / max(pair.size)
+        if np.abs(centre - stated.target).max() > MOMENT_TOLERANCE:
+            words = UNBALANCED
+    return words
 
-    Parameters
-    ----------
-    surface : Surface
-        Heights of the rough body.
-    **arguments
-        Those of `solve`.
 
-    Raises
-    ------
-    InputError, CapacityError, InsufficientMemoryError
-        As for `solve`.
-    """
-    _stated(surface, **{"load": None, "approach": None, **arguments})
+def _unsolved(result: ContactResult) -> ConvergenceError:
+    moments = f", moment error {result.moment_error:.1e}" if result.moments is not None else ""
+    text = (
+        f"not converged: certificate {result.certificate:.1e} (tolerance {result.tolerance:.0e}), "
+        f"load error {result.load_error:.1e}{moments} after {result.convolutions} convolutions: "
+    )
+    return ConvergenceError(Sentence(text, *parts_of(result.status)), result)
 
 
 def elastic(result: ContactResult) -> ContactResult:
@@ -269,109 +283,11 @@ def elastic(result: ContactResult) -> ContactResult:
     """
     if result.ceiling is None:
         return result
-    return solve(
-        result.surface,
+    terms = Terms(
         load=result.load,
         moments=result.moments,
-        material=result.material,
-        counter_material=result.counter_material,
-        counter_surface=result.counter_surface,
         ceiling=None,
-        boundary=result.boundary,
         tolerance=result.tolerance,
         precision=result.precision,
     )
-
-
-@dataclass
-class _Stated:
-    """A problem that has passed all checks; the solver may take its arrays away."""
-
-    problem: Problem
-    modulus: float
-    ceiling: float | NDArray[np.float64] | None
-    tolerance: float
-    valid: int
-    # Where the load acts, as a part of the longer side; None where the bodies do not tilt.
-    target: NDArray[np.float64] | None
-
-
-def _stated(
-    surface: Surface,
-    *,
-    material: Material,
-    load: float | None,
-    approach: float | None,
-    moments: tuple[float, float] | None = None,
-    counter_material: Material = RIGID,
-    counter_surface: Surface | None = None,
-    ceiling: str | float | ArrayLike | None = "auto",
-    boundary: str = "free",
-    tolerance: float | None = None,
-    max_iterations: int = 500,
-    precision: str = "double",
-    start: ContactResult | ArrayLike | None = None,
-    on_failure: str = "raise",
-) -> _Stated:
-    checks.check_bodies(surface, material, counter_material, counter_surface)
-    boundary = Boundary(boundary)
-    require_choice(("double", "single"), precision=precision)
-    require_choice(("raise", "return"), on_failure=on_failure)
-    if tolerance is None:
-        tolerance = 1e-6 if precision == "double" else 1e-4
-    require_positive(tolerance=tolerance)
-    if not isinstance(max_iterations, Integral) or max_iterations < 1:
-        raise InputError(
-            f"must be a positive integer, got {max_iterations!r}",
-            argument="max_iterations",
-            value=max_iterations,
-        )
-    if (load is None) == (approach is None):
-        raise InputError("give either load or approach, and only one of them")
-    if moments is not None:
-        moments = checks.checked_moments(moments, load, boundary, precision)
-    checks.check_surfaces(surface, counter_surface)
-    modulus = contact_modulus(material, counter_material)
-    resolved = resolved_ceiling(ceiling, material, counter_material, surface.shape)
-    if start is not None:
-        checks.check_start(start, surface.shape)
-    checks.check_memory(surface.shape, boundary=boundary, precision=precision)
-
-    gap = initial_gap(surface, counter_surface)
-    valid = gap.size
-    if surface.missing or (counter_surface is not None and counter_surface.missing):
-        holes = np.isnan(gap)
-        gap[holes] = np.inf
-        valid -= int(np.count_nonzero(holes))
-    if valid == 0:
-        raise CapacityError(
-            "no contact is possible: together the holes of both bodies leave no point to touch"
-        )
-    area = surface.pixel[0] * surface.pixel[1]
-    total = None
-    if load is not None:
-        require_positive(load=load)
-        total = min(load / area, checks.capacity(load, resolved, gap, area, valid) / area)
-    target = None
-    if moments is not None and load is not None:
-        target = np.array(moments) / (load * max(surface.size))
-        checks.check_balance(target, load, resolved, gap, surface)
-    if approach is not None:
-        require_positive(approach=approach)
-        if not boundary.free_axes and resolved is None and valid == gap.size:
-            full = float(gap.mean())
-            if approach >= full:
-                raise CapacityError(
-                    f"= {approach:.6g} m is beyond full contact of this periodic "
-                    f"surface at {full:.6g} m, where the load is undefined; give a load instead",
-                    argument="approach",
-                )
-    if precision == "single":
-        gap = gap.astype(np.float32)
-    problem = Problem(
-        initial_gap=gap,
-        limit=np.inf if resolved is None else resolved,
-        total=total,
-        approach=approach,
-    )
-    return _Stated(problem, modulus, resolved, tolerance, valid, target)
+    return press(result.pair, terms)

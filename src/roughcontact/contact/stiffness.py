@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import ConvergenceError
+from roughcontact.errors import ConvergenceError, Sentence, parts_of
+from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers import bounded
 from roughcontact.solvers.problem import Problem
 
@@ -45,22 +46,14 @@ def stiffness(result: ContactResult) -> float:
     total = 1 / result.pixel_area
     solution = bounded.solve(
         Problem(initial_gap=gap, limit=np.inf, total=total),
-        result.boundary.operators(
-            result.surface.shape,
-            result.surface.pixel,
-            result.contact_modulus,
-            precision=result.precision,
-        ),
+        result.pair.operators(result.precision, Workspace()),
         tolerance=max(result.tolerance, 1e-6),
         max_iterations=500,
         start=(index, np.full(index.size, total / index.size)),
     )
     if solution.status is not bounded.Status.CONVERGED:
-        raise ConvergenceError(
-            f"stiffness not converged: certificate {solution.certificate:.1e}: "
-            f"{solution.status.value}",
-            result,
-        )
+        text = f"stiffness not converged: certificate {solution.certificate:.1e}: "
+        raise ConvergenceError(Sentence(text, *parts_of(solution.status.value)), result)
     # In full periodic contact the flat moves without displacing anything.
     smallest = np.finfo(float).eps * result.pixel_area * total / result.contact_modulus
     return math.inf if solution.approach <= smallest else 1 / solution.approach

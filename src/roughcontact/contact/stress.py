@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact import archive
+from roughcontact.contact.cautions import Caution, Kind
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.files import replacing, require_suffix
@@ -20,7 +21,15 @@ from roughcontact.material.material import Material
 if TYPE_CHECKING:
     import xarray
 
-BODIES = ("first", "second")
+
+_NO_LONGER_ELASTIC = (
+    "the stress exceeds the yield strength: it is that of an elastic body, which this "
+    "one no longer is"
+)
+_OF_THE_RESOLUTION = (
+    "the largest stress lies within two pixels of the surface: it is one of the "
+    "resolution of the map"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,15 +41,15 @@ class StressResult:
 
     Parameters
     ----------
-    contact : ContactResult
+    result : ContactResult
         The contact.
-    body : {"first", "second"}
+    body : {"body", "counter_body"}
         The body that was looked into.
     friction : float
-        Coefficient μ of the traction μ p that the first body feels in ``direction``; the second
-        feels the opposite.
+        Coefficient μ of the traction μ p that the rough body feels in ``direction``; the
+        counter-body feels the opposite.
     direction : float
-        Angle from x towards y [rad].
+        Angle from x [degrees], counter-clockwise as seen in the map.
     precision : {"double", "single"}
         Arithmetic of the transforms.
     profile : stress_summary.Summary
@@ -53,7 +62,7 @@ class StressResult:
         Version of the program.
     """
 
-    contact: ContactResult
+    result: ContactResult
     body: str
     friction: float
     direction: float
@@ -71,9 +80,14 @@ class StressResult:
                 array.flags.writeable = False
 
     @property
+    def contact(self) -> ContactResult:
+        """The ``result``, by its old name."""
+        return self.result
+
+    @property
     def material(self) -> Material:
         """Material of the body."""
-        return body_of(self.contact, self.body)
+        return self.result.pair.material_of(self.body)
 
     @property
     def max_von_mises(self) -> float:
@@ -83,7 +97,7 @@ class StressResult:
     @property
     def place(self) -> tuple[float, float, float]:
         """Where it is: depth, y and x [m], counted from the corner of the map."""
-        (row, column), (dy, dx) = self.profile.pixel_of_max, self.contact.surface.pixel
+        (row, column), (dy, dx) = self.profile.pixel_of_max, self.result.surface.pixel
         return self.profile.depth_of_max, (row + 0.5) * dy, (column + 0.5) * dx
 
     @property
@@ -101,22 +115,22 @@ class StressResult:
         return self.profile.yielded_volume
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """What a reader of the numbers has to know, one sentence each."""
-        notes = list(self.contact.warnings)
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know, those of the contact first."""
+        found = list(self.result.cautions)
         if self.yielded_volume:
-            notes.append(
-                "the stress exceeds the yield strength: it is that of an elastic body, which this "
-                "one no longer is"
-            )
+            found.append(Caution(Kind.BEYOND_YIELD, (_NO_LONGER_ELASTIC,)))
         if self.max_von_mises > 0 and self.profile.depth_of_max == self.profile.depths[-1]:
-            notes.append("the largest stress lies at the greatest depth: look deeper")
-        if 0 < self.profile.depth_of_max < 2 * max(self.contact.surface.pixel):
-            notes.append(
-                "the largest stress lies within two pixels of the surface: it is one of the "
-                "resolution of the map"
-            )
-        return tuple(notes)
+            text = "the largest stress lies at the greatest depth: look deeper"
+            found.append(Caution(Kind.DEEPEST, (text,)))
+        if 0 < self.profile.depth_of_max < 2 * max(self.result.pair.pixel):
+            found.append(Caution(Kind.SHALLOW, (_OF_THE_RESOLUTION,)))
+        return tuple(found)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The same, one sentence each."""
+        return tuple(caution.text for caution in self.cautions)
 
     def von_mises_section(self, along: str) -> NDArray[Any]:
         """Return the von Mises stress on a plane through its maximum.
@@ -185,34 +199,11 @@ def to_dataset(result: StressResult) -> xarray.Dataset:
         and ``yielded_area``; the map ``peak_von_mises``; tensors on the planes ``section_x`` and
         ``section_y``, whose place is in the attributes.
     """
-    profile = result.profile
-    dataset = archive.to_dataset(result.contact)
-
-    def add(name: str, axes: tuple[str, ...], values: Any, unit: str, long_name: str) -> None:
-        dataset[name] = (axes, values, {"units": unit, "long_name": long_name})
-
-    dataset.coords["depth"] = (
-        "depth", profile.depths, {"units": "m", "long_name": "depth below the surface"},
-    )  # fmt: skip
-    dataset.coords["component"] = ("component", list(COMPONENTS))
-    dataset.coords["pass"] = ("pass", ["y", "x"])
-    add("von_mises", ("depth",), profile.von_mises, "Pa", "largest von Mises stress")
-    add("tresca", ("depth",), profile.tresca, "Pa", "largest Tresca stress")
-    add("row", ("depth",), profile.pixels[:, 0], "1", "row of the largest von Mises stress")
-    add("column", ("depth",), profile.pixels[:, 1], "1", "column of the largest von Mises stress")
-    add(
-        "orthogonal_shear", ("depth", "pass"), profile.orthogonal_shear, "Pa",
-        "largest amplitude of the orthogonal shear stress in a pass along an axis",
-    )  # fmt: skip
-    if profile.yielded_area is not None:
-        add(
-            "yielded_area", ("depth",), profile.yielded_area, "m2",
-            "area where the von Mises stress exceeds the yield strength",
-        )  # fmt: skip
-    add("peak_von_mises", ("y", "x"), profile.peak, "Pa", "largest von Mises stress over depth")
+    dataset = archive.to_dataset(result.result)
+    _add_profile(dataset, result.profile)
     for axis, section in (("x", result.section_x), ("y", result.section_y)):
-        add(
-            f"section_{axis}", ("component", "depth", axis), section, "Pa",
+        dataset[f"section_{axis}"] = _variable(
+            ("component", "depth", axis), section, "Pa",
             f"stress on the plane along {axis} through the largest von Mises stress",
         )  # fmt: skip
     depth, y, x = result.place
@@ -221,7 +212,7 @@ def to_dataset(result: StressResult) -> xarray.Dataset:
         "body": result.body,
         "friction": result.friction,
         "direction": result.direction,
-        "direction_units": "rad",
+        "direction_units": "degree",
         "stress_precision": result.precision,
         "max_von_mises": result.max_von_mises,
         "max_von_mises_units": "Pa",
@@ -233,8 +224,35 @@ def to_dataset(result: StressResult) -> xarray.Dataset:
     return dataset
 
 
-def body_of(result: ContactResult, body: str) -> Material:
-    """Return the material of a body of a contact, or raise `InputError`."""
-    if body not in BODIES:
-        raise InputError(f"must be 'first' or 'second', got {body!r}", argument="body", value=body)
-    return result.material if body == "first" else result.counter_material
+def _add_profile(dataset: xarray.Dataset, profile: stress_summary.Summary) -> None:
+    """Add the largest stresses over the depth, and over the map."""
+    about = {"units": "m", "long_name": "depth below the surface"}
+    dataset.coords["depth"] = ("depth", profile.depths, about)
+    dataset.coords["component"] = ("component", list(COMPONENTS))
+    dataset.coords["pass"] = ("pass", ["y", "x"])
+    over_depth = {
+        "von_mises": (profile.von_mises, "Pa", "largest von Mises stress"),
+        "tresca": (profile.tresca, "Pa", "largest Tresca stress"),
+        "row": (profile.pixels[:, 0], "1", "row of the largest von Mises stress"),
+        "column": (profile.pixels[:, 1], "1", "column of the largest von Mises stress"),
+    }
+    for name, described in over_depth.items():
+        dataset[name] = _variable(("depth",), *described)
+    dataset["orthogonal_shear"] = _variable(
+        ("depth", "pass"), profile.orthogonal_shear, "Pa",
+        "largest amplitude of the orthogonal shear stress in a pass along an axis",
+    )  # fmt: skip
+    if profile.yielded_area is not None:
+        dataset["yielded_area"] = _variable(
+            ("depth",), profile.yielded_area, "m2",
+            "area where the von Mises stress exceeds the yield strength",
+        )  # fmt: skip
+    dataset["peak_von_mises"] = _variable(
+        ("y", "x"), profile.peak, "Pa", "largest von Mises stress over depth"
+    )
+
+
+def _variable(
+    axes: tuple[str, ...], values: NDArray[Any], unit: str, long_name: str
+) -> tuple[tuple[str, ...], NDArray[Any], dict[str, str]]:
+    return axes, values, {"units": unit, "long_name": long_name}

@@ -7,30 +7,26 @@ elastic, not what the body carries.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from roughcontact import memory
 from roughcontact._version import __version__
+from roughcontact.contact.pair import BODIES, Pair
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.stress import StressResult, body_of
-from roughcontact.errors import (
-    InputError,
-)
+from roughcontact.contact.stress import StressResult
+from roughcontact.errors import InputError
 from roughcontact.halfspace import stress, stress_summary
 from roughcontact.halfspace.boundary import Boundary
-
-if TYPE_CHECKING:
-    pass
 
 
 def subsurface_stress(
     result: ContactResult,
     depths: ArrayLike | None = None,
     *,
-    body: str = "first",
+    body: str = "body",
     friction: float = 0.0,
     direction: float = 0.0,
     precision: str = "single",
@@ -44,14 +40,15 @@ def subsurface_stress(
     depths : array_like, optional
         Depths z > 0 [m]; by default the surface and from half a pixel to three contact radii, with
         more around the largest stress (`stress_summary.summarise`).
-    body : {"first", "second"}
+    body : {"body", "counter_body"}
         The rough body, or its counter-body. Both feel the same pressure; the stress differs by
         Poisson's ratio and by the sign of the friction.
     friction : float
-        Coefficient μ of the traction μ p on the first body. That it alters the pressure a little
+        Coefficient μ of the traction μ p on the rough body. That it alters the pressure a little
         between unlike bodies is neglected.
     direction : float
-        Angle of that traction from x towards y [rad].
+        Angle of that traction from x [degrees], counter-clockwise as seen in the map, whose first
+        row is drawn on top: 90 points to smaller y.
     precision : {"double", "single"}
         Arithmetic of the transforms; single is good to 1e-6 of the largest pressure.
 
@@ -75,14 +72,14 @@ def subsurface_stress(
     >>> ball = Surface(-(x**2 + y**2) / (2 * 0.01), pixel=(1e-6, 1e-6))
     >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1e9)
     >>> found = subsurface_stress(solve(ball, material=steel, load=0.1))
-    >>> round(found.max_von_mises / found.contact.max_pressure, 2)
+    >>> round(found.max_von_mises / found.result.max_pressure, 2)
     0.62
     """
     if not isinstance(result, ContactResult):
         raise InputError(f"must be a ContactResult, got {type(result).__name__}", argument="result")
-    material = body_of(result, body)
+    material = result.pair.material_of(body)
     if math.isinf(material.young):
-        raise InputError(f"the {body} body is rigid: there is no stress in it to compute")
+        raise InputError(f"the {BODIES[body]} is rigid: there is no stress in it to compute")
     if depths is not None and not (np.asarray(depths, dtype=float) > 0).all():
         raise InputError(
             f"must lie below the surface, got {float(np.min(depths))!r} m; the "
@@ -91,27 +88,17 @@ def subsurface_stress(
             value=float(np.min(depths)),
         )
     _check_memory(result, precision, friction)
-    pull = friction if body == "first" else -friction
-    options: dict[str, Any] = {
-        "boundary": result.boundary,
-        "friction": pull,
-        "direction": direction,
-        "precision": precision,
-    }
-    pressure, pixel = result.pressure, result.surface.pixel
+    options = {**traction(result.pair, body, friction, direction), "precision": precision}
+    pressure, pixel = result.pressure, result.pair.pixel
     profile = stress_summary.summarise(
-        pressure,
-        pixel,
-        material.poisson,
-        depths=depths,
-        yield_strength=material.yield_strength,
-        **options,
-    )
+        pressure, pixel, material.poisson,
+        depths=depths, yield_strength=material.yield_strength, **options,
+    )  # fmt: skip
     section_x, section_y = stress.sections(
         pressure, pixel, profile.depths, material.poisson, profile.pixel_of_max, **options
     )
     return StressResult(
-        contact=result,
+        result=result,
         body=body,
         friction=friction,
         direction=direction,
@@ -121,6 +108,30 @@ def subsurface_stress(
         section_y=section_y,
         version=__version__,
     )
+
+
+def traction(pair: Pair, body: str, friction: float, direction: float) -> dict[str, Any]:
+    """Return what a body feels at its surface, in the words of `halfspace.stress`.
+
+    Parameters
+    ----------
+    pair : Pair
+        The bodies.
+    body, friction, direction
+        As for `subsurface_stress`.
+
+    Returns
+    -------
+    dict
+        ``boundary``, the coefficient ``friction`` with the sign of the body, and the
+        ``direction`` as an angle from x towards y [rad].
+    """
+    return {
+        "boundary": pair.boundary,
+        "friction": friction if body == "body" else -friction,
+        # A map is drawn with y downwards. Zero minus zero has no sign.
+        "direction": math.radians(0.0 - direction),
+    }
 
 
 def memory_estimate(

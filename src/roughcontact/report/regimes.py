@@ -2,16 +2,7 @@
 
 from __future__ import annotations
 
-from roughcontact.contact.result import (
-    BELOW_FIRST_YIELD,
-    BEYOND_CEILING,
-    BEYOND_HARDNESS,
-    SATURATED,
-    UNKNOWN,
-    YIELDING_BELOW,
-    ContactResult,
-)
-from roughcontact.material.material import softer
+from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.units import engineering, percent
 from roughcontact.volume.result import ElastoplasticResult, PlasticRegime
 
@@ -31,23 +22,23 @@ def regime(result: ContactResult) -> str:
     """
     largest = engineering(result.max_pressure, "Pa", 3)
     name = result.regime
-    if name == SATURATED:
+    if name is Regime.SATURATED:
         share = percent(result.saturated_fraction / result.contact_fraction)
         return (
             f"The material yields at the surface: on {share} of the contact area the pressure is "
             "at its ceiling, and the surface there keeps an indentation."
         )
-    body = softer(result.material, result.counter_material)
-    if name == UNKNOWN and (body is None or body.hardness is None):
+    body = result.pair.softer
+    if name is Regime.UNKNOWN and (body is None or body.hardness is None):
         return (
             f"No yield strength was given: whether the material bears the largest pressure of "
             f"{largest} cannot be said."
         )
     assert body is not None
-    if name in (UNKNOWN, BEYOND_HARDNESS):
+    if name in (Regime.UNKNOWN, Regime.BEYOND_HARDNESS):
         assert body.hardness is not None
         hardness = engineering(body.hardness, "Pa", 3)
-        if name == UNKNOWN:
+        if name is Regime.UNKNOWN:
             return (
                 f"The largest pressure, {largest}, stays below the hardness of the softer body, "
                 f"{hardness}. Whether it yields below the surface cannot be said without a yield "
@@ -61,12 +52,12 @@ def regime(result: ContactResult) -> str:
     assert body.first_yield_pressure is not None
     assert body.yield_strength is not None
     first = engineering(body.first_yield_pressure, "Pa", 3)
-    if name == BELOW_FIRST_YIELD:
+    if name is Regime.BELOW_FIRST_YIELD:
         return (
             f"Nothing yields: the largest pressure, {largest}, stays below {first}, at which a "
             "sphere of the softer material first yields below its surface."
         )
-    if name == YIELDING_BELOW:
+    if name is Regime.YIELDING_BELOW:
         return (
             f"The material yields below the surface of the most loaded spots: the largest "
             f"pressure, {largest}, exceeds {first}, at which a sphere first yields, but no point "
@@ -74,7 +65,7 @@ def regime(result: ContactResult) -> str:
             + ("the ceiling." if result.ceiling is not None else "three yield strengths.")
             + " The pressures shown are those of an elastic body."
         )
-    assert name == BEYOND_CEILING
+    assert name is Regime.BEYOND_CEILING
     times = result.max_pressure / body.yield_strength
     return (
         f"The elastic pressure, up to {largest}, is {times:.3g} times the yield strength of the "

@@ -30,7 +30,7 @@ def stress_section(stress: StressResult, onset: StressResult | None = None) -> S
     rows = (("quantity", "value"), *((row.title, row.text) for row in told))
     text = (
         "Elastic stress under the pressure found. Tension is positive.",
-        *(sentence(note) for note in stress.warnings if note not in stress.contact.warnings),
+        *(sentence(c.text) for c in stress.cautions if c not in stress.result.cautions),
     )
     return Section("Stress below the surface", text, rows, figures.drawn(figures.STRESS, stress))
 

@@ -15,6 +15,7 @@ import numpy as np
 from roughcontact._version import __version__
 from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.history import VOLUME_ACCOUNT, LoadHistory
+from roughcontact.contact.pair import BODIES
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE
 from roughcontact.contact.stress import StressResult
@@ -362,7 +363,7 @@ def _place(stress: StressResult) -> str:
 
 
 def _over_pressure(stress: StressResult) -> str:
-    ratio = stress.max_von_mises / stress.contact.max_pressure
+    ratio = stress.max_von_mises / stress.result.max_pressure
     return f"{engineering(stress.max_von_mises, 'Pa')} ({ratio:.4g} of the largest pressure)"
 
 
@@ -371,14 +372,14 @@ def _shear(axis: int) -> Callable[[StressResult], float]:
 
 
 STRESS: Table = (
-    Quantity("body", "body"),
+    Quantity("body", "body", text=lambda stress: BODIES[stress.body]),
     Quantity(
         "friction", "friction", symbol="μ", meaning="traction over pressure",
         when=lambda stress: bool(stress.friction),
     ),
     Quantity("direction"),
-    Quantity("load", unit="N", of="contact.load"),
-    Quantity("max_pressure", unit="Pa", of="contact.max_pressure"),
+    Quantity("load", unit="N", of="result.load"),
+    Quantity("max_pressure", unit="Pa", of="result.max_pressure"),
     Quantity("max_von_mises", "largest von Mises stress", unit="Pa", text=_over_pressure),
     Quantity(
         "max_von_mises_place", "its place", unit="m", of=lambda stress: list(stress.place),
@@ -412,9 +413,9 @@ STRESS: Table = (
 """Of a `StressResult`."""
 
 FIRST_YIELD: Table = (
-    Quantity("load", "load of first yield", unit="N", of="contact.load"),
+    Quantity("load", "load of first yield", unit="N", of="result.load"),
     Quantity(
-        "max_pressure", "largest pressure at first yield", unit="Pa", of="contact.max_pressure",
+        "max_pressure", "largest pressure at first yield", unit="Pa", of="result.max_pressure",
     ),
 )  # fmt: skip
 """Of the `StressResult` at which the first point yields."""

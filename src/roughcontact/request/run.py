@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -185,7 +184,7 @@ def _contact(request: Request, maps: Sequence[Surface], look: Look) -> ContactRe
         approach=request["approach"],
         moments=request.moments,
         on_failure="return",
-        progress=lambda step: look(Progress(1, 1, step)),
+        progress=look,
     )
 
 
@@ -199,7 +198,7 @@ def _solve(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> O
         maps[0],
         **_problem(request, maps, "tolerance", "precision"),
         load=result.load,
-        progress=lambda text: say(f"study: {text}"),
+        progress=lambda at: look(replace(at, label=f"study: {at.label}")),
     )
     return Outcome(request, result, study=study)
 
@@ -224,29 +223,24 @@ def _volume(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> 
 
 
 def _stress(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
-    from roughcontact.contact.first_yield import yield_onset
-    from roughcontact.contact.stress import BODIES
+    from roughcontact.contact.first_yield import onset
     from roughcontact.contact.subsurface import subsurface_stress
 
     result = _contact(request, maps, look)
     if not result.converged:
         return Outcome(request, result)
     say("stress below the surface")
-    degrees = request["direction"]
     below: dict[str, Any] = {
-        "body": BODIES[0] if request["which"] == "body" else BODIES[1],
+        "body": "body" if request["which"] == "body" else "counter_body",
         "friction": request["friction"],
-        "direction": -math.radians(degrees) if degrees else 0.0,
+        "direction": request["direction"],
     }
     with _naming(body="which"):
         stress = subsurface_stress(result, request["depths"], **below)
         if not request["onset"]:
             return Outcome(request, result, stress=stress)
         say("searching the load of first yield")
-        problem = _problem(request, maps)
-        del problem["ceiling"]
-        onset = yield_onset(maps[0], **problem, **below)
-    return Outcome(request, result, stress=stress, first_yield=onset)
+        return Outcome(request, result, stress=stress, first_yield=onset(result.pair, **below))
 
 
 def _sweep(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
@@ -260,7 +254,7 @@ def _sweep(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> O
             loads=values if control == "load" else None,
             approaches=values if control == "approach" else None,
             folder=request["folder"],
-            progress=lambda number, step: look(Progress(number, len(values), step)),
+            progress=look,
         )
     return Outcome(request, curve=curve)
 
@@ -273,7 +267,7 @@ def _history(request: Request, maps: Sequence[Surface], say: Say, look: Look) ->
         maps[0],
         stages,
         **_problem(request, maps, "tolerance", "max-iterations"),
-        progress=lambda number, step: look(Progress(number, len(stages), step)),
+        progress=look,
     )
     return Outcome(request, history.last, history=history)
 

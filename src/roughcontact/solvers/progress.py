@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,3 +52,20 @@ class Progress:
     count: int
     step: Any
     label: str = ""
+
+
+def numbered(
+    progress: Callable[[Progress], None] | None, number: int, count: int, label: str = ""
+) -> Callable[[Step], None] | None:
+    """Return what a solver calls with each `Step`, so that a `Progress` is told; or ``None``.
+
+    Parameters
+    ----------
+    progress : callable or None
+        Called with a `Progress`.
+    number, count, label
+        As for `Progress`.
+    """
+    if progress is None:
+        return None
+    return lambda step: progress(Progress(number, count, step, label))

@@ -252,4 +252,4 @@ def _carried(dataset: xarray.Dataset) -> dict[str, NDArray[Any]]:
 
 def _yielding(contact: ContactResult) -> list[str]:
     """Return which bodies of a contact yield."""
-    return [name for name in archive.BODIES if getattr(contact, name).yield_strength is not None]
+    return [name for name in archive.MATERIALS if getattr(contact, name).yield_strength is not None]

@@ -9,7 +9,7 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roughcontact.contact.checks import check_bodies, check_surfaces
+from roughcontact.contact.checks import check_holes
 from roughcontact.errors import CapacityError, InputError, Mention, require_choice, require_positive
 from roughcontact.volume.body import law_of
 from roughcontact.volume.contact_solver import ContactSolver
@@ -30,15 +30,13 @@ def check_arguments(
     on_failure: str,
 ) -> None:
     """Raise `InputError` where an argument of `solve_elastoplastic` cannot be used."""
-    surface, counter_surface = problem.surface, problem.counter_surface
-    material, counter_material = problem.material, problem.counter_material
+    pair = problem.pair
     precision, tolerance = problem.precision, problem.tolerance
-    check_bodies(surface, material, counter_material, counter_surface)
     if not (start is None or isinstance(start, ElastoplasticResult)):
         raise InputError(
             f"must be an ElastoplasticResult, got {type(start).__name__}", argument="start"
         )
-    problem.boundary.require_alike("the volume model")
+    pair.boundary.require_alike("the volume model")
     require_choice(("double", "single"), precision=precision)
     require_choice(("raise", "return"), on_failure=on_failure)
     counts = ("increments", increments), ("max_iterations", problem.max_iterations)
@@ -56,13 +54,13 @@ def check_arguments(
             argument="tolerance",
             value=tolerance,
         )
-    _check_layers(depth, layers, min(surface.pixel))
-    check_surfaces(surface, counter_surface)
-    for body in (material, counter_material):
+    _check_layers(depth, layers, min(pair.pixel))
+    check_holes(pair)
+    for body in (pair.material, pair.counter_material):
         if body.yield_strength is not None and math.isinf(body.young):
             raise InputError("a rigid material cannot yield: give it a Young's modulus")
-    if min(surface.shape) < 8:
-        raise InputError(f"has {surface.shape} pixels: give at least 8 × 8", argument="surface")
+    if min(pair.shape) < 8:
+        raise InputError(f"has {pair.shape} pixels: give at least 8 × 8", argument="surface")
     if start is None:
         return
     if depth is not None or layers is not None:
@@ -107,7 +105,7 @@ def _check_layers(depth: float | None, layers: ArrayLike | None, pixel: float) -
 
 def check_capacity(problem: Problem, solver: ContactSolver, load: float) -> None:
     """Refuse a load under which a map that ends flows without end."""
-    if not problem.boundary.free_axes:
+    if not problem.pair.boundary.free_axes:
         return
     strain = np.array(1e9)
     strongest = min(float(law.strength(strain)) for law in map(law_of, problem.yielding))

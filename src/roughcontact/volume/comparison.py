@@ -17,12 +17,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.contact import checks
-from roughcontact.contact import solve as contact
+from roughcontact.contact.checks import check
+from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.solve import press
+from roughcontact.contact.terms import Terms
 from roughcontact.errors import InputError
 from roughcontact.files import replacing, require_suffix, to_json
-from roughcontact.material.material import CEILING_FACTOR, RIGID, Material, softer
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.solvers.progress import Progress
 from roughcontact.surface.surface import Surface
 from roughcontact.volume import solve as elastoplastic
@@ -271,30 +274,21 @@ def compare_models(
     10 to 100 times the load of its first yield. `recommended_ceiling` tells the better one
     beforehand.
     """
-    checks.check_bodies(surface, material, counter_material, counter_surface)
-    body = softer(material, counter_material)
+    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    body = pair.softer
     if body is None or body.yield_strength is None:
         raise InputError("no body has a yield strength: there is no plasticity to compare")
     given = _ascending("loads", loads)
     tried = _ascending("factors", factors)
-    bodies: dict[str, Any] = {
-        "material": material,
-        "counter_material": counter_material,
-        "counter_surface": counter_surface,
-        "boundary": boundary,
-    }
     strength = body.yield_strength
-    contact.check(surface, load=given[-1], ceiling=tried[0] * strength, **bodies)
-    states = _states(surface, given, bodies, progress)
-    rows = (_row(surface, given, factor * strength, bodies) for factor in tried)
-    return ModelComparison(tuple(tried), tuple(rows), states, strength)
+    check(pair, Terms(load=given[-1], ceiling=tried[0] * strength))
+    states = _states(pair, given, progress)
+    rows = tuple(_row(pair, given, factor * strength) for factor in tried)
+    return ModelComparison(tuple(tried), rows, states, strength)
 
 
 def _states(
-    surface: Surface,
-    loads: list[float],
-    bodies: dict[str, Any],
-    progress: Callable[[Progress], None] | None,
+    pair: Pair, loads: list[float], progress: Callable[[Progress], None] | None
 ) -> tuple[ElastoplasticResult, ...]:
     """Return the state of the volume model after each load."""
     states: list[ElastoplasticResult] = []
@@ -304,23 +298,27 @@ def _states(
             if progress is not None:
                 progress(replace(at, number=number, count=len(loads)))
 
-        before = states[-1] if states else None
         states.append(
             elastoplastic.solve_elastoplastic(
-                surface, loads=[load], start=before, progress=tell, **bodies
+                pair.surface,
+                material=pair.material,
+                counter_surface=pair.counter_surface,
+                counter_material=pair.counter_material,
+                boundary=pair.boundary,
+                loads=[load],
+                start=states[-1] if states else None,
+                progress=tell,
             )
         )
     return tuple(states)
 
 
-def _row(
-    surface: Surface, loads: list[float], ceiling: float, bodies: dict[str, Any]
-) -> tuple[ContactResult, ...]:
+def _row(pair: Pair, loads: list[float], ceiling: float) -> tuple[ContactResult, ...]:
     """Return the solution at each load under one ceiling."""
     row: list[ContactResult] = []
     for load in loads:
-        before = row[-1] if row else None
-        row.append(contact.solve(surface, load=load, ceiling=ceiling, start=before, **bodies))
+        terms = Terms(load=load, ceiling=ceiling)
+        row.append(press(pair, terms, start=row[-1] if row else None))
     return tuple(row)
 
 

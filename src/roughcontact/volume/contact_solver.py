@@ -7,10 +7,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.contact.pair import initial_gap
-from roughcontact.errors import CapacityError, InputError
+from roughcontact.contact.checks import touchable_gap
+from roughcontact.errors import InputError
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.material.material import CEILING_FACTOR, contact_modulus
+from roughcontact.material.material import CEILING_FACTOR
 from roughcontact.solvers import bounded
 from roughcontact.solvers.operator import Family
 from roughcontact.solvers.problem import Loaded
@@ -88,20 +88,11 @@ class ContactSolver:
 
 def untouched(problem: Problem, workspace: Workspace) -> ContactSolver:
     """Return the contact without pressure, if there can be one that yields."""
-    modulus = contact_modulus(problem.material, problem.counter_material)
     if not problem.yielding:
         raise InputError(
             "neither material has a yield strength: nothing can yield; give one, or use solve"
         )
-    gap = initial_gap(problem.surface, problem.counter_surface)
-    gap[np.isnan(gap)] = np.inf
-    if not np.isfinite(gap).any():
-        raise CapacityError(
-            "no contact is possible: together the holes of both bodies leave no point to touch"
-        )
-    pixel = problem.surface.pixel
+    gap = touchable_gap(problem.pair)
     # The contact is solved again and again on the same few grids.
-    shape = problem.surface.shape
-    family = problem.boundary.operators(shape, pixel, modulus, workspace=workspace)
-    make = lru_cache(maxsize=12)(family)
-    return ContactSolver(gap, make, pixel[0] * pixel[1])
+    make = lru_cache(maxsize=12)(problem.pair.operators("double", workspace))
+    return ContactSolver(gap, make, problem.pair.pixel_area)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace.layers import graded_layers
-from roughcontact.material.material import Material, softer
+from roughcontact.material.material import Material
 from roughcontact.volume.contact_solver import ContactSolver
 from roughcontact.volume.problem import Problem
 from roughcontact.volume.result import GUARD, ElastoplasticResult
@@ -81,10 +81,10 @@ def first_extent(
     layers: ArrayLike | None,
 ) -> Extent:
     """Return the volume for loads up to this one."""
-    pixel = problem.surface.pixel
-    weaker = softer(problem.material, problem.counter_material)
+    pixel = problem.pair.pixel
+    weaker = problem.pair.softer
     radius, margin = _spots(solver, load, weaker, pixel)
-    margin = margin if problem.boundary.free_axes else 0
+    margin = margin if problem.pair.boundary.free_axes else 0
     if layers is None:
         if depth is None:
             depth = max(_DEPTH * radius, _LEAST_DEPTH * max(pixel))

@@ -89,9 +89,9 @@ class Loop:
         deepen: bool,
     ) -> None:
         self.problem, self.solver, self._workspace = problem, solver, workspace
-        self._deepen, self._widen = deepen, bool(problem.boundary.free_axes)
+        self._deepen, self._widen = deepen, bool(problem.pair.boundary.free_axes)
         self.bodies = [
-            Body(material, problem.surface.pixel, problem.boundary, problem.precision, workspace)
+            Body(material, problem.pair.pixel, problem.pair.boundary, problem.precision, workspace)
             for material in problem.yielding
         ]
         self._resize(extent)
@@ -221,7 +221,7 @@ class Loop:
 
     def _increment(self, load: float, residuals: tuple[float, ...], convolutions: int) -> Increment:
         """Return what a load gave whose strain is accepted."""
-        pressure, (dy, dx) = self.solver.pressure, self.problem.surface.pixel
+        pressure, (dy, dx) = self.solver.pressure, self.problem.pair.pixel
         return Increment(
             load=load,
             approach=self.solver.approach,
@@ -235,7 +235,7 @@ class Loop:
 
     def _enlarged(self) -> bool:
         """Enlarge the volume if plastic strain has come to its bottom or its edge."""
-        surface, old = self.problem.surface, self.extent
+        surface, old = self.problem.pair, self.extent
         new = old.grown(
             surface.shape,
             surface.pixel,

@@ -78,6 +78,6 @@ def _needed(problem: Problem, shape: tuple[int, int], layers: int) -> int:
         shape,
         layers,
         bodies=max(len(problem.yielding), 1),
-        boundary=problem.boundary,
+        boundary=problem.pair.boundary,
         precision=problem.precision,
     )

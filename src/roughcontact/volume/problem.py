@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughcontact.contact.pair import initial_gap
+from roughcontact.contact.pair import Pair
 from roughcontact.errors import InputError
-from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
-from roughcontact.surface.surface import Surface
 from roughcontact.volume.result import ElastoplasticResult
 
 
@@ -18,11 +16,7 @@ from roughcontact.volume.result import ElastoplasticResult
 class Problem:
     """What all loads of a path have in common; see `solve_elastoplastic`."""
 
-    surface: Surface
-    counter_surface: Surface | None
-    material: Material
-    counter_material: Material
-    boundary: Boundary
+    pair: Pair
     tolerance: float
     max_iterations: int
     precision: str
@@ -30,20 +24,19 @@ class Problem:
     @property
     def yielding(self) -> list[Material]:
         """Materials with a yield strength, that of the rough body first."""
-        both = self.material, self.counter_material
+        both = self.pair.material, self.pair.counter_material
         return [body for body in both if body.yield_strength is not None]
 
     def check_same(self, what: str, before: ElastoplasticResult) -> None:
         """Raise `InputError` if a result is one of other bodies or another boundary."""
-        old = before.contact
-        gap = initial_gap(self.surface, self.counter_surface)
+        old, new = before.contact.pair, self.pair
         same = {
-            "surface": old.pressure.shape == self.surface.shape
-            and np.array_equal(old.initial_gap, gap, equal_nan=True),
-            "pixel": old.surface.pixel == self.surface.pixel,
-            "material": old.material == self.material,
-            "counter_material": old.counter_material == self.counter_material,
-            "boundary": old.boundary == self.boundary,
+            "surface": old.shape == new.shape
+            and np.array_equal(old.initial_gap, new.initial_gap, equal_nan=True),
+            "pixel": old.pixel == new.pixel,
+            "material": old.material == new.material,
+            "counter_material": old.counter_material == new.counter_material,
+            "boundary": old.boundary == new.boundary,
         }
         for name, agrees in same.items():
             if not agrees:

@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._version import __version__
+from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE
 from roughcontact.errors import ConvergenceError, Sentence, parts_of
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.material.material import RIGID, Material, contact_modulus
+from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers import bounded
 from roughcontact.solvers.progress import Progress
 from roughcontact.surface.surface import Surface
@@ -147,8 +148,8 @@ def solve_elastoplastic(
     """
     began = time.perf_counter()
     problem = Problem(
-        surface, counter_surface, material, counter_material, Boundary(boundary), tolerance,
-        max_iterations, precision,
+        Pair(surface, material, counter_surface, counter_material, Boundary(boundary)),
+        tolerance, max_iterations, precision,
     )  # fmt: skip
     checks.check_arguments(problem, increments, depth, layers, start, on_failure)
     first = 0.0 if start is None else start.contact.load
@@ -273,26 +274,21 @@ def _pressed(
     seconds: float,
 ) -> ContactResult:
     """Return the contact that the solver found on a displaced surface."""
-    surface, solution = problem.surface, solver.solution
+    solution = solver.solution
     if solution is None:
         gap = solver.initial_gap + displacement - solver.approach
     else:
         gap = solution.gap
     gap = gap[solver.inside].copy()
     gap[np.isinf(gap)] = np.nan
-    carried = float(solver.pressure.sum()) * surface.pixel[0] * surface.pixel[1]
+    carried = float(solver.pressure.sum()) * problem.pair.pixel_area
     load_error = abs(carried - load) / load if load else 0.0
     status = bounded.Status.CONVERGED if solution is None else solution.status
     if status is bounded.Status.CONVERGED and load_error > LOAD_TOLERANCE:
         status = bounded.Status.STALLED
     return ContactResult(
-        surface=surface,
-        counter_surface=problem.counter_surface,
-        material=problem.material,
-        counter_material=problem.counter_material,
-        contact_modulus=contact_modulus(problem.material, problem.counter_material),
+        pair=problem.pair,
         ceiling=None,
-        boundary=problem.boundary,
         precision="double",
         tolerance=CONTACT_TOLERANCE,
         control="load",

@@ -102,11 +102,9 @@ def _described(
     problem: Problem, start: ElastoplasticResult | None, volume: list[float]
 ) -> dict[str, Any]:
     """Return what the states depend on, for the record in the folder."""
-    described = resume.contact(
-        problem.surface, problem.counter_surface, problem.material, problem.counter_material
-    )
+    described = problem.pair.record()
     described |= {
-        "boundary": problem.boundary,
+        "boundary": str(problem.pair.boundary),
         "layers": resume.digest(volume),
         "tolerance": float(problem.tolerance),
         "max_iterations": int(problem.max_iterations),

@@ -1,0 +1,45 @@
+"""What is asked of a solve besides the bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """How two bodies are pressed together, and how exactly that is solved.
+
+    Parameters
+    ----------
+    load, approach, moments, ceiling, tolerance, max_iterations, precision
+        As for `roughcontact.solve`.
+    """
+
+    load: float | None = None
+    approach: float | None = None
+    moments: tuple[float, float] | None = None
+    ceiling: str | float | ArrayLike | None = "auto"
+    tolerance: float | None = None
+    max_iterations: int = 500
+    precision: str = "double"
+
+    @property
+    def control(self) -> str:
+        """Which of load and approach is given."""
+        return "load" if self.approach is None else "approach"
+
+    @property
+    def target(self) -> float:
+        """The load [N] or approach [m] given."""
+        target = self.load if self.approach is None else self.approach
+        assert target is not None
+        return target
+
+    @property
+    def certificate(self) -> float:
+        """Tolerance given, or that of the precision."""
+        if self.tolerance is not None:
+            return self.tolerance
+        return 1e-6 if self.precision == "double" else 1e-4
