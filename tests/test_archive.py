@@ -9,6 +9,8 @@ import xarray
 import roughcontact as rc
 from roughcontact.contact import archive
 from roughcontact.contact.archive import save_result
+from roughcontact.errors import FormatError
+from roughcontact.surface.provenance import NOTE
 from roughcontact.volume.archive import load_result
 
 STEEL = rc.Material(young=210e9, poisson=0.3, name="steel")
@@ -125,6 +127,29 @@ def test_a_file_from_before_bodies_could_tilt(tmp_path: Path) -> None:
     again = load_result(tmp_path / "old.nc")
     assert again.tilt == (0, 0)
     assert again.moments is None
+
+
+def test_a_file_from_before_steps_were_data(tmp_path: Path) -> None:
+    result = solved("two rough bodies")
+    dataset = archive.to_dataset(result)
+    del dataset.attrs["provenance"], dataset.attrs["counter_provenance"]
+    dataset.to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
+    again = load_result(tmp_path / "old.nc")
+    for body in ("surface", "counter_surface"):
+        before, after = (getattr(each, body).provenance for each in (result, again))
+        assert after.steps == before.steps
+        assert after.source == before.source
+        assert after.origin is None
+        assert all(step.method == NOTE for step in after.operations)
+    assert again.summary() == result.summary()
+
+
+def test_a_damaged_provenance_is_refused(tmp_path: Path) -> None:
+    dataset = archive.to_dataset(solved("two rough bodies"))
+    dataset.attrs["provenance"] = dataset.attrs["provenance"][:-1]
+    dataset.to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
+    with pytest.raises(FormatError, match=r"out\.nc cannot be read as a result"):
+        load_result(tmp_path / "out.nc")
 
 
 def test_what_was_loaded_is_read_only(tmp_path: Path) -> None:

@@ -128,7 +128,7 @@ def test_form_is_refused_where_it_is_not_determined() -> None:
                 remove_form(heights, pixel, shape)
         line = np.full((9, 9), np.nan)
         np.fill_diagonal(line, np.arange(9) ** 2)
-        with pytest.raises(InputError, match="9 points"):
+        with pytest.raises(InputError, match="9 valid points"):
             remove_form(line, pixel, shape)
         with pytest.raises(InputError, match="4 points"):
             remove_form(np.ones((2, 2)), pixel, shape)

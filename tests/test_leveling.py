@@ -85,15 +85,15 @@ def test_level_refuses_unknown_forms_and_too_few_points() -> None:
         leveling.level(np.zeros((4, 4)), "cubic")
     on_a_line = np.full((9, 9), np.nan)
     np.fill_diagonal(on_a_line, 1.0)
-    with pytest.raises(InputError, match="9 points"):
+    with pytest.raises(InputError, match="9 valid points"):
         leveling.level(on_a_line, "plane")
     in_a_column = np.full((9, 9), np.nan)
     in_a_column[:, 3] = 1.0
-    with pytest.raises(InputError, match="9 points"):
+    with pytest.raises(InputError, match="9 valid points"):
         leveling.level(in_a_column, "plane")
     with pytest.raises(InputError, match="fit a quadric"):
         leveling.level(np.zeros((2, 6)), "quadric")
-    with pytest.raises(InputError, match="0 points"):
+    with pytest.raises(InputError, match="0 valid points"):
         leveling.level(np.full((3, 3), np.nan), "mean")
 
 

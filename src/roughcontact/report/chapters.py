@@ -257,8 +257,7 @@ def repetition(version: str, command: str, lines: str) -> Chapter:
     else:
         chapter.add(
             "text",
-            "The surface or its preparation was made in a program of its own, which has to be "
-            "kept to repeat the result; all other input is in this report.",
+            "No load was reached, hence there is nothing to repeat; all input is in this report.",
         )
     rows: list[Cells] = [
         ("roughcontact", f"{version or 'unknown'} (solved), {__version__} (this report)"),

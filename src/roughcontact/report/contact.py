@@ -54,8 +54,8 @@ def render(
     sections : sequence of Section
         Further found.
     command : str
-        What was typed to get the result. Without it a Python script is given, where the result
-        tells enough for one.
+        What was typed to get the result. Without it a Python script is given, see
+        `script.repeating`.
     date : date, optional
         Date of the report; today by default.
 

@@ -42,8 +42,8 @@ def render(
     sections : sequence of Section
         Further chapters.
     command : str
-        What was typed to get the result. Without it a Python script is given, where the result
-        tells enough for one.
+        What was typed to get the result. Without it a Python script is given, see
+        `script.repeating_volume`.
     date : date, optional
         Date of the report; today by default.
 

@@ -17,7 +17,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import InputError, require_pixel
+from roughcontact.errors import InputError, Mention, require_pixel
 from roughcontact.surface import filters, leveling
 
 Array = NDArray[np.float64]
@@ -333,8 +333,11 @@ def common_rectangle(
             columns = int(left[end]), int(right[end]) + 1
     if best == 0:
         raise InputError(
-            "the maps do not overlap: they have no 2 × 2 points in common; check offset and angle, "
-            "and that the sizes are in metres"
+            "the maps do not overlap: they have no 2 × 2 points in common; check ",
+            Mention("offset"),
+            " and ",
+            Mention("angle"),
+            ", and that the sizes are in metres",
         )
     return rows, columns
 
@@ -424,7 +427,10 @@ def align(
         raise InputError(
             f"the maps do not overlap: a map of {old_size[0]:.6g} × {old_size[1]:.6g} m, shifted "
             f"by {tuple(offset)} m, has no measured point on a grid of {new_size[0]:.6g} × "
-            f"{new_size[1]:.6g} m; check offset and angle"
+            f"{new_size[1]:.6g} m; check ",
+            Mention("offset"),
+            " and ",
+            Mention("angle"),
         )
     return new
 

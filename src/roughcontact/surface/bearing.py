@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, Mention
 from roughcontact.surface.roughness import mean_and_count
 
 Array = NDArray[np.float64]
@@ -173,7 +173,9 @@ def volume_parameters(
     """
     if not 0 < peak < core < 1:
         raise InputError(
-            f"and core must fulfil 0 < peak < core < 1, got {peak!r}, {core!r}",
+            "and ",
+            Mention("core"),
+            f" must fulfil 0 < peak < core < 1, got {peak!r}, {core!r}",
             argument="peak",
             value=peak,
         )

@@ -37,7 +37,7 @@ def remove_outliers(heights: Array, limit: float = 6.0, window: int = 5) -> Arra
 
     Notes
     -----
-    The median is that of the points of the window that are there; beyond the edge the map goes on
+    The median is that of the valid points of the window; beyond the edge the map goes on
     by point reflection, so that a tilt alone makes no outliers. The robust standard deviation is
     1.4826 × the median of all absolute deviations; where that is zero, as when most points equal
     their local median, 1.2533 × their mean. A spike wider than about half a window is taken as
@@ -170,8 +170,10 @@ def crop(heights: Array, rows: tuple[int, int], columns: tuple[int, int]) -> Arr
     ):
         if not (0 <= start and start + 2 <= stop <= length):
             raise InputError(
-                f"{name} must be (start, stop) with 0 <= start, stop <= {length} and at least 2 "
-                f"between them, got ({start}, {stop})"
+                f"must be (start, stop) with 0 <= start, stop <= {length} and at least 2 between "
+                f"them, got ({start}, {stop})",
+                argument=name,
+                value=(start, stop),
             )
     return heights[slice(*rows), slice(*columns)].copy()
 
@@ -188,7 +190,7 @@ def _local_median(heights: Array, window: int) -> Array:
         part = np.lib.stride_tricks.sliding_window_view(
             padded[start : stop + 2 * reach], (window, window)
         )
-        # NaN sorts to the end, so the median of the n that are there sits among the first n.
+        # NaN sorts to the end, so the median of the n valid ones sits among the first n.
         ordered = np.sort(part.reshape(stop - start, nx, -1), axis=-1)
         count = np.count_nonzero(np.isfinite(ordered), axis=-1)
         middle = [np.maximum(index, 0)[..., None] for index in ((count - 1) // 2, count // 2)]

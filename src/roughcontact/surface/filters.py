@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import InputError, require_pixel, require_positive
+from roughcontact.errors import InputError, Mention, require_pixel, require_positive
 from roughcontact.halfspace import fft
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ def gaussian(heights: Array, pixel: tuple[float, float], cutoff: float) -> Array
     1.5 λ, where they are 1e-14 of the central one. Below about five pixels the sampled weights
     let more than 50 % pass; their width is then chosen anew per axis, so that exactly 50 % pass.
 
-    Edges and holes: normalised convolution, that is, the weights of the points that are there are
+    Edges and holes: normalised convolution, that is, the weights of the valid points are
     scaled to the sum 1 (a regression of order zero). Constants pass everywhere; a tilt or a form
     passes unchanged only where the whole window of ±1.5 λ is on the map. At an edge or a large
     hole a slope is drawn towards the mean by slope × α λ/π = 0.15 λ × slope, at λ/2 from it by
@@ -189,8 +189,9 @@ def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited"
         )
     if method == "spline" and min(heights.shape) < 4:
         raise InputError(
-            f"a spline needs at least 4 × 4 points, got {heights.shape[0]} × {heights.shape[1]}; "
-            "use method='bandlimited'"
+            f"a spline needs at least 4 × 4 points, got {heights.shape[0]} × {heights.shape[1]}; ",
+            "use ",
+            Mention("method", "bandlimited"),
         )
     values = heights.copy()
     # The axis that shrinks most first: fewest points in between.

@@ -52,7 +52,7 @@ def remove_form(
     Raises
     ------
     InputError
-        If the shape is unknown, or if the points that are there do not determine it: too few, in
+        If the shape is unknown, or if the valid points do not determine it: too few, in
         too few lines, flat within three standard errors of the curvature, no direction of an axis
         preferred, or not converged.
 
@@ -135,7 +135,7 @@ class _Fit:
         self.name = name
         self.failure = too_few(heights, name)
         if self.count < 7:
-            raise InputError(self.failure)
+            raise self.failure
         ny, nx = heights.shape
         self.middle = (0.5 * (ny - 1) * pixel[0], 0.5 * (nx - 1) * pixel[1])
         self.length = math.hypot(*self.middle)
@@ -169,11 +169,11 @@ class _Fit:
         """Return the inverse of a normal matrix, or refuse a singular one."""
         diagonal = np.diag(matrix)
         if not (np.isfinite(matrix).all() and diagonal.min() > 0):
-            raise InputError(self.failure)
+            raise self.failure
         scale = 1 / np.sqrt(diagonal)
         eigenvalues, vectors = np.linalg.eigh(matrix * scale[:, None] * scale)
         if eigenvalues[0] < SINGULAR:
-            raise InputError(self.failure)
+            raise self.failure
         inverse: Array = (vectors / eigenvalues) @ vectors.T * scale[:, None] * scale
         return inverse
 
@@ -192,9 +192,10 @@ class _Fit:
     def require_curved(self, curvature: float, variance: float) -> None:
         if abs(curvature) <= 3 * math.sqrt(variance):
             raise InputError(
-                f"heights is too flat to fit a {self.name}: its curvature is "
+                f"is too flat to fit a {self.name}: its curvature is "
                 f"{curvature / self.length:.3g} ± {math.sqrt(variance) / self.length:.2g} 1/m; "
-                "level it instead, e.g. surface.leveled()"
+                "level it instead, e.g. surface.leveled()",
+                argument="heights",
             )
 
     def solve(self, model: _Model, values: Array) -> Array:

@@ -35,7 +35,7 @@ def level(
     heights : ndarray, shape (ny, nx)
         Heights, NaN where missing.
     form : {"plane", "quadric", "mean", "robust", "three-point"}
-        What is fitted to the points that are there: by least squares a plane, a polynomial of
+        What is fitted to the valid points: by least squares a plane, a polynomial of
         second degree in x and y, or a constant; a plane that outliers do not tilt; or the plane
         through three points. The pixel does not matter to any of them.
     points : three pairs of int, optional
@@ -50,7 +50,7 @@ def level(
     Raises
     ------
     InputError
-        If the form is unknown, if the points that are there do not determine it, or if the three
+        If the form is unknown, if the valid points do not determine it, or if the three
         points are missing, off the map or on one line.
 
     Notes
@@ -108,7 +108,10 @@ def _three_point(heights: Array, points: Sequence[tuple[int, int]]) -> Array:
                 f"must lie on the map of {ny} × {nx} points, got ({y}, {x})", argument="points"
             )
         if not np.isfinite(heights[y, x]):
-            raise InputError(f"points: the height at ({y}, {x}) is missing; choose another point")
+            raise InputError(
+                f"must be measured, but the height at ({y}, {x}) is missing; choose another point",
+                argument="points",
+            )
     (ay, ax), (by, bx) = corners[1:] - corners[0]
     determinant = int(ay * bx - ax * by)
     if determinant == 0:

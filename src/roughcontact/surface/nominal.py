@@ -520,7 +520,7 @@ def matched(
     """
     for name, body in (("first", first), ("second", second)):
         if not isinstance(body, Surface):
-            raise InputError(f"{name} must be a Surface, got {type(body).__name__}")
+            raise InputError(f"must be a Surface, got {type(body).__name__}", argument=name)
     pixel = alignment.common_pixel(first.pixel, second.pixel, angle)
     # Points between the centres of the outer pixels of the first map, around the same middle.
     ny, nx = (

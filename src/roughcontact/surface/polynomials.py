@@ -1,4 +1,4 @@
-"""Least-squares polynomials in x and y over the points of a map that are there."""
+"""Least-squares polynomials in x and y over the valid points of a map."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ Terms = tuple[tuple[int, int], ...]
 SINGULAR = 1e-10
 
 
-def too_few(heights: Array, form: str) -> str:
+def too_few(heights: Array, form: str) -> InputError:
     """Return the refusal of a map whose points do not determine a form."""
     count = int(np.count_nonzero(np.isfinite(heights)))
-    return (
-        f"heights has {count} points that are there, too few or in too few lines to fit a {form}; "
-        "fit a simpler form"
+    return InputError(
+        f"has {count} valid points, too few or in too few lines to fit a {form}; "
+        "fit a simpler form",
+        argument="heights",
     )
 
 
@@ -36,11 +37,11 @@ def without_terms(heights: Array, terms: Terms, form: str, weights: Array | None
     diagonal = np.diag(gram)
     # All points on one row or column leave nothing of a slope across it.
     if diagonal.min() <= 0:
-        raise InputError(too_few(heights, form))
+        raise too_few(heights, form)
     scale = 1 / np.sqrt(diagonal)
     values, vectors = np.linalg.eigh(gram * scale[:, None] * scale)
     if values[0] < SINGULAR:
-        raise InputError(too_few(heights, form))
+        raise too_few(heights, form)
     solve = (vectors / values) @ vectors.T * scale[:, None] * scale
     residual = heights.copy()
     table = np.zeros((degree + 1, degree + 1))
@@ -55,7 +56,7 @@ def without_terms(heights: Array, terms: Terms, form: str, weights: Array | None
 def _box(heights: Array, terms: Terms, form: str) -> tuple[tuple[int, int], tuple[int, int]]:
     there = np.isfinite(heights)
     if np.count_nonzero(there) < len(terms):
-        raise InputError(too_few(heights, form))
+        raise too_few(heights, form)
     rows, columns = (np.flatnonzero(there.any(axis=axis)) for axis in (1, 0))
     return (int(rows[0]), int(rows[-1])), (int(columns[0]), int(columns[-1]))
 
@@ -79,7 +80,7 @@ def _weighted(heights: Array, block: slice, weights: Array | None) -> Array:
 def _gram(
     heights: Array, basis_y: Array, basis_x: Array, terms: Terms, weights: Array | None
 ) -> Array:
-    # sums[b, c, i, j] = Σ_y Y_b Y_c Σ_x X_i X_j w over the points that are there.
+    # sums[b, c, i, j] = Σ_y Y_b Y_c Σ_x X_i X_j w over the valid points.
     count = basis_x.shape[1]
     pairs_y, pairs_x = (
         (basis[:, :, None] * basis[:, None, :]).reshape(-1, count**2)

@@ -105,8 +105,8 @@ class Provenance:
         """Return the provenance with one more operation."""
         return replace(self, operations=(*self.operations, operation))
 
-    def __str__(self) -> str:
-        """Return the source and what was done to it, in a few words."""
+    def in_words(self) -> str:
+        """Return the source and what was done to it."""
         words = self.source or "another map"
         return f"{words} ({'; '.join(self.steps)})" if self.steps else words
 
@@ -295,7 +295,7 @@ def _filtered(given: _Said, found: _Said) -> tuple[str, ...]:
 
 
 def _with_form(given: _Said, found: _Said) -> tuple[str, ...]:
-    return (f"form added: {given['form']}",)
+    return (f"form added: {given['form'].in_words()}",)
 
 
 def _aligned(given: _Said, found: _Said) -> tuple[str, ...]:

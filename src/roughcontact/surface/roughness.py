@@ -34,7 +34,7 @@ def height_parameters(heights: Array) -> dict[str, float]:
 
     Notes
     -----
-    With z the height above the mean and ⟨ ⟩ the average over the points that are there:
+    With z the height above the mean and ⟨ ⟩ the average over the valid points:
     Sq = √⟨z²⟩, ``Sa = ⟨|z|⟩``, Ssk = ⟨z³⟩/Sq³, Sku = ⟨z⁴⟩/Sq⁴ (3 for a Gaussian surface),
     Sp = max z, Sv = -min z, Sz = Sp + Sv.
 
@@ -231,7 +231,7 @@ def developed_area_ratio(heights: Array, pixel: tuple[float, float]) -> float:
 
 
 def mean_and_count(heights: Array) -> tuple[float, int]:
-    """Return the mean height, and the number of points that are there.
+    """Return the mean height, and the number of valid points.
 
     Parameters
     ----------
@@ -243,7 +243,7 @@ def mean_and_count(heights: Array) -> tuple[float, int]:
     mean : float
         In the unit of the heights.
     count : int
-        Points that are there.
+        Valid points.
 
     Raises
     ------

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.errors import InputError, require_pixel
+from roughcontact.errors import InputError, Mention, require_pixel
 from roughcontact.surface import (
     alignment,
     cleaning,
@@ -135,7 +135,7 @@ class Surface:
         Parameters
         ----------
         form : {"plane", "quadric", "mean", "robust", "three-point"}
-            What is fitted to the points that are there, and subtracted: by least squares a plane,
+            What is fitted to the valid points, and subtracted: by least squares a plane,
             a quadric or the mean; a plane that outliers do not tilt; or the plane through three
             points. See `leveling.level`.
         points : three pairs of int, optional
@@ -144,7 +144,7 @@ class Surface:
         Returns
         -------
         Surface
-            The residual heights; least squares leaves a zero mean over the points that are there.
+            The residual heights; least squares leaves a zero mean over the valid points.
         """
         heights = leveling.level(self.heights, form, points)
         return self._after(Operation("leveled", {"form": form, "points": points}), heights)
@@ -155,14 +155,14 @@ class Surface:
         Parameters
         ----------
         shape : {"sphere", "cylinder", "polynomial"}
-            What is fitted to the points that are there, and subtracted.
+            What is fitted to the valid points, and subtracted.
         degree : int, optional
             Total degree of the polynomial, and only of that.
 
         Returns
         -------
         Surface
-            The residual heights, with zero mean over the points that are there. The provenance
+            The residual heights, with zero mean over the valid points. The provenance
             keeps the radius, see `Operation`; `form.remove_form` returns it.
         """
         heights, found = remove_form(self.heights, self.pixel, shape, degree)
@@ -316,7 +316,9 @@ class Surface:
         given = {"shape": shape, "pixel": pixel, "method": method}
         if shape is None:
             if pixel is None:
-                raise InputError("or pixel of the new grid must be given", argument="shape")
+                raise InputError(
+                    "or ", Mention("pixel"), " of the new grid must be given", argument="shape"
+                )
             require_pixel(pixel)
             shape = (round(self.size[0] / pixel[0]), round(self.size[1] / pixel[1]))
             if min(shape) < 2:
@@ -326,7 +328,9 @@ class Surface:
                     value=pixel,
                 )
         elif pixel is not None:
-            raise InputError("and pixel exclude each other; give one of them", argument="shape")
+            raise InputError(
+                "and ", Mention("pixel"), " exclude each other; give one of them", argument="shape"
+            )
         heights = filters.resample(self.heights, shape, method)
         edges = (self.size[0] / heights.shape[0], self.size[1] / heights.shape[1])
         found = {"from": self.shape, "to": heights.shape, "pixel": edges}
