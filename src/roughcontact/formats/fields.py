@@ -44,12 +44,12 @@ def names(source: Surface | Result) -> list[str]:
     if isinstance(source, Surface):
         return ["height"]
     if isinstance(source, ElastoplasticResult):
-        contact, absent = source.contact, set(_CEILING_ONLY)
+        pressed, absent = source.contact, set(_CEILING_ONLY)
     else:
-        contact, absent = source, set(_VOLUME_ONLY)
-    if contact.counter_surface is None:
+        pressed, absent = source, set(_VOLUME_ONLY)
+    if pressed.counter_surface is None:
         absent.add("counter_height")
-    if not isinstance(contact.ceiling, np.ndarray):
+    if not isinstance(pressed.ceiling, np.ndarray):
         absent.add("ceiling")
     return [name for name in UNITS if name not in absent]
 

@@ -114,8 +114,8 @@ def cut(
     if along not in ("x", "y"):
         raise InputError(f"must be 'x' or 'y', got {along!r}", argument="along", value=along)
     axis = 1 if along == "x" else 0
-    contact = result.contact
-    shape, pixel = contact.pressure.shape, contact.surface.pixel
+    pressure, pixel = result.contact.pressure, result.contact.surface.pixel
+    shape = pressure.shape
     chosen = most_strained(result, body)[2 - axis] if index is None else index
     if not 0 <= chosen < shape[1 - axis]:
         line = "row" if along == "x" else "column"
@@ -132,7 +132,7 @@ def cut(
         (chosen + 0.5) * pixel[1 - axis],
         np.arange(shape[axis] + 1) * pixel[axis],
         faces,
-        contact.pressure[on_map],
+        pressure[on_map],
         result.residual_displacement[on_map],
         *fields,
     )

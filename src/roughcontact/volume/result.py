@@ -259,10 +259,10 @@ class ElastoplasticResult:
         See `ContactResult.corrected_contact_area`; the rim of pixels that have flowed, where the
         pressure falls from the plateau to zero at once, is left alone.
         """
-        contact = self.contact
-        elastic = contact.contact & ~self.flowed
-        excess = rim_excess(contact.contact, elastic, contact.boundary) * contact.pixel_area
-        return max(contact.contact_area - excess, 0.0)
+        pressed = self.contact
+        elastic = pressed.contact & ~self.flowed
+        excess = rim_excess(pressed.contact, elastic, pressed.boundary) * pressed.pixel_area
+        return max(pressed.contact_area - excess, 0.0)
 
     @property
     def regime(self) -> PlasticRegime:
@@ -274,9 +274,8 @@ class ElastoplasticResult:
     @property
     def plastic_at_surface(self) -> bool:
         """Whether plastic strain has come up to the contact, or to the free surface without one."""
-        contact = self.contact.contact
-        flowed = self.flowed
-        return bool((flowed & contact if contact.any() else flowed).any())
+        touching, flowed = self.contact.contact, self.flowed
+        return bool((flowed & touching if touching.any() else flowed).any())
 
     @property
     def warnings(self) -> tuple[str, ...]:
