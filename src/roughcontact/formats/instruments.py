@@ -259,7 +259,7 @@ def _opened(path: Path, kind: str) -> Iterator[Any]:
         except Exception as error:
             raise FormatError(
                 f"{path.name} cannot be read as format {kind!r} ({one_line(error)}); check that "
-                "the file is complete, or name its format with ",
+                "the file is complete, or give its ",
                 Mention("format"),
             ) from error
 

@@ -34,7 +34,9 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 def read_text(path: Path, name: str, asked: Asked) -> Surface:
     """Return the map in a text matrix."""
     if asked.channel is not None:
-        raise InputError(f"{path.name} has no channels; leave out channel={asked.channel!r}")
+        raise InputError(
+            f"{path.name} has no channels; leave out ", Mention("channel", asked.channel)
+        )
     scale = _scale_in_text(path)
     values, steps = _read_text(path, points_possible=scale is None)
     return _scaled(path, values, Provenance(path.name, f"matrix ({name})", "", steps), scale, asked)
@@ -114,7 +116,10 @@ def _scale_in_text(path: Path) -> Scale | None:
     if absent:
         raise FormatError(
             f"{path.name} lacks {', '.join(absent)} in its head; complete it, or remove the line "
-            f"{TEXT_MARK!r} and give unit= and size="
+            f"{TEXT_MARK!r} and give ",
+            Mention("unit"),
+            " and ",
+            Mention("size"),
         )
     if stated["quantity"] != "height":
         raise FormatError(f"{path.name} holds {stated['quantity']!r}, no heights")
@@ -170,7 +175,9 @@ def _chosen_array(
         return names[0], arrays[names[0]]
     listing = "; ".join(f"{index}: {name!r}" for index, name in enumerate(names)) or "none"
     if channel is None:
-        raise InputError(f"{path.name} holds the arrays {listing}; choose one with channel=")
+        raise InputError(
+            f"{path.name} holds the arrays {listing}; choose one with ", Mention("channel")
+        )
     if channel in arrays:
         return str(channel), arrays[str(channel)]
     if not isinstance(channel, bool) and re.fullmatch(r"\d{1,6}", str(channel)):
@@ -206,8 +213,7 @@ def _read_text(path: Path, points_possible: bool = True) -> tuple[Array, tuple[s
                     )
     except UnicodeDecodeError:
         raise FormatError(
-            f"{path.name} is no text in UTF-8; save it as a plain text matrix, or name its format "
-            "with ",
+            f"{path.name} is no text in UTF-8; save it as a plain text matrix, or give its ",
             Mention("format"),
         ) from None
     except OSError as error:
