@@ -238,7 +238,7 @@ def test_no_unit_and_no_size_in_the_file_are_asked_for(
 ) -> None:
     path = write(tmp_path, "map.opd", "x" * 99)
     fake(monkeypatch, entry(unit=None, data_unit=None))
-    refused(path, "map.opd gives no unit", "unit='um'", kind=InputError)
+    refused(path, "map.opd gives no unit", 'unit="um"', kind=InputError)
     refused(path, "gives its size itself", unit="nm", size="1 um x 1 um", kind=InputError)
     assert read_surface(path, unit="nm").pixel == pytest.approx((2e-9, 1e-9))
     fake(monkeypatch, entry(physical_sizes=None))
