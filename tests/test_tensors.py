@@ -5,14 +5,14 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from roughcontact.errors import InputError
-from roughcontact.halfspace import tensors as invariants
+from roughcontact.halfspace import tensors
 
 EPS = np.finfo(float).eps
 XX, YY, ZZ, YZ, XZ, XY = range(6)
 
 # Squares of less than 1e-154 are no longer numbers.
 components = st.floats(-1e10, 1e10).map(lambda value: value if abs(value) > 1e-60 else 0.0)
-tensors = hnp.arrays(np.float64, 6, elements=components)
+stresses = hnp.arrays(np.float64, 6, elements=components)
 
 
 def matrix(stress):
@@ -31,25 +31,25 @@ def rotated(values, rng):
 
 
 def test_constants_name_the_components():
-    for number, name in enumerate(invariants.COMPONENTS):
-        assert getattr(invariants, name.upper()) == number
+    for number, name in enumerate(tensors.COMPONENTS):
+        assert getattr(tensors, name.upper()) == number
 
 
-@given(tensors)
+@given(stresses)
 def test_principal_stresses_are_the_eigenvalues(stress):
     expected = np.linalg.eigvalsh(matrix(stress))[::-1]
-    found = invariants.principal(stress)
+    found = tensors.principal(stress)
     # Both are backward stable: a few ε of the largest component.
     np.testing.assert_allclose(found, expected, rtol=0, atol=20 * EPS * np.abs(stress).max())
 
 
-@given(tensors)
+@given(stresses)
 def test_equivalent_stresses_from_the_eigenvalues(stress):
     one, two, three = np.linalg.eigvalsh(matrix(stress))[::-1]
     mises = np.sqrt(0.5 * ((one - two) ** 2 + (two - three) ** 2 + (three - one) ** 2))
     size = np.abs(stress).max()
-    assert invariants.von_mises(stress) == pytest.approx(mises, rel=1e-12, abs=20 * EPS * size)
-    assert invariants.tresca(stress) == pytest.approx(one - three, rel=1e-12, abs=20 * EPS * size)
+    assert tensors.von_mises(stress) == pytest.approx(mises, rel=1e-12, abs=20 * EPS * size)
+    assert tensors.tresca(stress) == pytest.approx(one - three, rel=1e-12, abs=20 * EPS * size)
 
 
 @pytest.mark.parametrize(
@@ -61,45 +61,43 @@ def test_meeting_roots_keep_all_digits(values):
         stress = rotated(values, rng)
         # With Δ as a difference, roots that meet would be off by √ε = 1e-8.
         np.testing.assert_allclose(
-            invariants.principal(stress), sorted(values, reverse=True), rtol=0, atol=30 * EPS
+            tensors.principal(stress), sorted(values, reverse=True), rtol=0, atol=30 * EPS
         )
-        assert invariants.tresca(stress) == pytest.approx(max(values) - min(values), abs=30 * EPS)
+        assert tensors.tresca(stress) == pytest.approx(max(values) - min(values), abs=30 * EPS)
 
 
-@given(tensors)
+@given(stresses)
 def test_tresca_lies_between_one_and_two_over_root_three_of_mises(stress):
     # The square of less than that is no number any more.
     assume(np.abs(stress).max() == 0 or np.abs(stress).max() > 1e-140)
-    mises, tresca = invariants.von_mises(stress), invariants.tresca(stress)
+    mises, tresca = tensors.von_mises(stress), tensors.tresca(stress)
     slack = 20 * EPS * np.abs(stress).max()
     assert mises - slack <= tresca <= 2 / np.sqrt(3) * mises + slack
 
 
 def test_pressure_alone_gives_nothing_and_units_do_not_matter():
-    assert invariants.von_mises([-7.0, -7.0, -7.0, 0, 0, 0]) == 0
-    assert invariants.tresca([-7.0, -7.0, -7.0, 0, 0, 0]) == 0
-    assert invariants.principal(np.zeros(6)).tolist() == [0, 0, 0]
+    assert tensors.von_mises([-7.0, -7.0, -7.0, 0, 0, 0]) == 0
+    assert tensors.tresca([-7.0, -7.0, -7.0, 0, 0, 0]) == 0
+    assert tensors.principal(np.zeros(6)).tolist() == [0, 0, 0]
     stress = np.random.default_rng(1).standard_normal((6, 4, 5))
     for factor in (1e-70, 1e70):
-        for measure in (invariants.tresca, invariants.principal):
+        for measure in (tensors.tresca, tensors.principal):
             np.testing.assert_allclose(measure(factor * stress), factor * measure(stress))
 
 
 def test_maps_of_tensors_keep_shape_and_arithmetic():
     stress = np.random.default_rng(2).standard_normal((6, 3, 4))
-    for measure in (invariants.von_mises, invariants.tresca):
+    for measure in (tensors.von_mises, tensors.tresca):
         found = measure(stress)
         assert found.shape == (3, 4)
         assert found[1, 2] == pytest.approx(float(measure(stress[:, 1, 2])), rel=1e-14)
-    assert invariants.principal(stress).shape == (3, 3, 4)
-    assert invariants.von_mises(stress.astype(np.float32)).dtype == np.float32
-    np.testing.assert_allclose(
-        invariants.von_mises_squared(stress), invariants.von_mises(stress) ** 2
-    )
-    assert invariants.von_mises(np.array([1, 0, 0, 0, 0, 0])) == 1
+    assert tensors.principal(stress).shape == (3, 3, 4)
+    assert tensors.von_mises(stress.astype(np.float32)).dtype == np.float32
+    np.testing.assert_allclose(tensors.von_mises_squared(stress), tensors.von_mises(stress) ** 2)
+    assert tensors.von_mises(np.array([1, 0, 0, 0, 0, 0])) == 1
 
 
 def test_wrong_number_of_components():
-    for measure in (invariants.von_mises, invariants.principal, invariants.tresca):
+    for measure in (tensors.von_mises, tensors.principal, tensors.tresca):
         with pytest.raises(InputError, match=r"xx, yy, zz, yz, xz, xy.*\(5,\)"):
             measure(np.zeros(5))
