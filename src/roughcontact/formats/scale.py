@@ -80,9 +80,8 @@ def pixel_of(
     ny, nx = shape
     if size is None:
         raise InputError(
-            "gives no lengths of its sides; give them in the order (y, x), e.g. ",
+            f"{name} gives no lengths of its sides; give them in the order (y, x), e.g. ",
             Mention("size", "0.1 mm x 0.2 mm"),
-            argument=name,
         )
     if isinstance(size, str):
         # An x before no number is part of a unit.
