@@ -130,7 +130,7 @@ def test_form_is_refused_where_it_is_not_determined() -> None:
         np.fill_diagonal(line, np.arange(9) ** 2)
         with pytest.raises(InputError, match="9 valid points"):
             remove_form(line, pixel, shape)
-        with pytest.raises(InputError, match="4 points"):
+        with pytest.raises(InputError, match="4 valid points"):
             remove_form(np.ones((2, 2)), pixel, shape)
         with pytest.raises(InputError, match="only with it"):
             remove_form(noisy, pixel, shape, 2)
