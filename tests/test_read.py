@@ -69,3 +69,17 @@ def test_import_leaves_the_readers_alone() -> None:
         "sys.exit(bool({'SurfaceTopography', 'xarray', 'pint', 'h5py'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_the_reading_is_kept_as_given_and_as_found(tmp_path: Path) -> None:
+    path = tmp_path / "bare.npz"
+    np.savez(path, other=np.eye(4), heights=np.eye(4))
+    surface = read_surface(path, channel="other", unit="um", size=(4e-6, np.float64(8e-6)))
+    origin = surface.provenance.origin
+    assert origin is not None
+    assert origin.method == "read_surface"
+    assert origin.arguments == {
+        "path": "bare.npz", "format": None, "channel": "other", "unit": "um", "size": (4e-6, 8e-6),
+    }  # fmt: skip
+    assert origin.found == {"format": "npz", "size": (4e-6, 8e-6), "unit": 1e-6, "notes": ()}
+    assert surface.provenance.operations == ()

@@ -9,7 +9,7 @@ then shows what it changes.
 
 # %%
 # Nominal forms are surfaces like any others; ``with_form`` puts roughness on them, and
-# ``nominal.matched`` brings two maps to one grid.
+# ``registration.matched`` brings two maps to one grid.
 
 import math
 
@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.surface import nominal
+from roughcontact.surface import nominal, registration
 from roughcontact.theory import hertz
 
 POINTS = 256
@@ -49,7 +49,9 @@ def roughness(points: int, rms: float, seed: int) -> rc.Surface:
 
 def pressed(rms: float) -> rc.ContactResult:
     """Press one rough cylinder across the other."""
-    first, second = nominal.matched(roughness(POINTS, rms, 1), roughness(POINTS * 3 // 4, rms, 2))
+    first, second = registration.matched(
+        roughness(POINTS, rms, 1), roughness(POINTS * 3 // 4, rms, 2)
+    )
     lower = first.masked().with_form(
         nominal.cylinder(radius=radius, angle=0, shape=first.shape, pixel=first.pixel)
     )

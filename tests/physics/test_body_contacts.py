@@ -11,7 +11,7 @@ from scipy.special import ellipe, ellipk
 
 import roughcontact as rc
 from roughcontact.contact.ceiling import combined_ceiling
-from roughcontact.surface import nominal
+from roughcontact.surface import nominal, registration
 from roughcontact.theory import hertz, indenters
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
@@ -335,7 +335,7 @@ def test_two_maps_of_other_pixels_make_the_contact_of_one_grid(independent):
     motion = ((4e-6, -7e-6), 20.0, True)
     other_pixel = (1.1e-6, 1.2e-6)
     second = rc.Surface(on_points((90, 110), other_pixel, 1.1), other_pixel)
-    one, two = nominal.matched(first, second, *motion)
+    one, two = registration.matched(first, second, *motion)
     got = solve(one, counter_surface=two, load=0.2)
     independent.assert_solved(got, 0.2)
     # What both would have measured on the grid of the first.
@@ -349,7 +349,7 @@ def test_two_maps_of_other_pixels_make_the_contact_of_one_grid(independent):
     assert got.approach == pytest.approx(expected.approach, rel=1e-3)
     assert got.contact_fraction == pytest.approx(expected.contact_fraction, rel=0.01)
     # Not by chance: another angle is another contact.
-    one, two = nominal.matched(first, second, motion[0], 25.0, True)
+    one, two = registration.matched(first, second, motion[0], 25.0, True)
     wrong = solve(one, counter_surface=two, load=0.2)
     assert abs(wrong.approach / expected.approach - 1) > 0.01
 

@@ -111,7 +111,7 @@ def read(path: Path, name: str, asked: Asked) -> Surface:
         instrument=instrument,
         channel=described.name if len(found) > 1 else "",
     )
-    return surface_of(path, heights, pixel, provenance)
+    return surface_of(path, heights, pixel, provenance, metre)
 
 
 def channels(path: Path, name: str) -> tuple[Channel, ...]:

@@ -82,7 +82,7 @@ def _scaled(
     else:
         refuse_given(path, unit=asked.unit, size=asked.size)
         metre, pixel = scale
-    return surface_of(path, in_metres(values, metre), pixel, provenance)
+    return surface_of(path, in_metres(values, metre), pixel, provenance, metre)
 
 
 @contextlib.contextmanager

@@ -95,7 +95,8 @@ def read_surface(
     check_scale(path, surface)
     given = {"path": path.name, "format": format, "channel": channel, "unit": unit, "size": size}
     about = surface.provenance
-    found = {"format": known.name, "size": surface.size, "notes": about.steps}
+    read = {} if about.origin is None else about.origin.found
+    found = {"format": known.name, "size": surface.size, "notes": about.steps, **read}
     origin = Operation("read_surface", given, found)
     return replace(surface, provenance=replace(about, origin=origin, operations=()))
 

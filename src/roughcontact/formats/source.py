@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import zipfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from roughcontact import netcdf
 from roughcontact.errors import FormatError, InputError
-from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
@@ -97,11 +97,16 @@ def existing(path: str | os.PathLike[str]) -> Path:
 
 
 def surface_of(
-    path: Path, heights: NDArray[Any], pixel: tuple[float, float], provenance: Provenance
+    path: Path,
+    heights: NDArray[Any],
+    pixel: tuple[float, float],
+    provenance: Provenance,
+    metre: float = 1.0,
 ) -> Surface:
-    """Return a map, or complain of the file that it is from."""
+    """Return a map, or complain of the file that it is from; ``metre`` is the file's unit [m]."""
+    origin = Operation("read_surface", {"path": path.name}, {"unit": metre})
     try:
-        return Surface(heights, pixel, provenance)
+        return Surface(heights, pixel, replace(provenance, origin=origin))
     except InputError as error:
         raise FormatError(f"{path.name} holds no height map that can be used: {error}") from None
 

@@ -10,7 +10,7 @@ from roughcontact.formats import read
 from roughcontact.formats.scale import pixel_of
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
-from roughcontact.surface import nominal
+from roughcontact.surface import nominal, registration
 from roughcontact.surface.surface import Surface
 
 
@@ -43,7 +43,7 @@ def surfaces(request: Request, say: Say) -> list[Surface]:
     if request.aligned:
         say("aligning the maps")
         offset, angle = request["offset"] or (0.0, 0.0), request["angle"] or 0.0
-        matched = nominal.matched(maps[0], maps[1], offset, angle, request["mirror"])
+        matched = registration.matched(maps[0], maps[1], offset, angle, request["mirror"])
         # What one of them does not cover the other cannot touch.
         maps = [surface.masked() for surface in matched]
     counter_form = request["counter-body"]

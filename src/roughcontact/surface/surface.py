@@ -436,7 +436,7 @@ class Surface:
             Bicubic spline; the same bits where the points of both grids coincide. Onto a pixel
             larger by more than √2 only after an S-filter of two such pixels, see
             `alignment.cutoffs`. Points beyond the centres of the outer pixels and on holes are
-            missing; `nominal.matched` crops two maps to what they share.
+            missing; `registration.matched` crops two maps to what they share.
 
         Raises
         ------
