@@ -20,6 +20,9 @@ from roughcontact.report.quantities import TRUST, Row, beside
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
 
+RIGHT_PROBLEM = "Whether it is the right problem is for the assumptions to say."
+"""What no certificate knows."""
+
 _LIBRARIES = ("numpy", "scipy", "ducc0", "matplotlib")
 
 
@@ -164,7 +167,7 @@ def assumed(stated: Iterable[assumptions.Statement]) -> Chapter:
     chapter.add(
         "text",
         "The numbers of this report are those of a model. It takes the following for granted; "
-        "where one of these does not hold for the part at hand, the numbers do not either.",
+        "where one of them does not hold for the part at hand, neither do the numbers.",
     )
     chapter.add("terms", [(item.topic, item.text, page.sentence(item.caution)) for item in stated])
     return chapter
@@ -205,7 +208,7 @@ def contact_spots(result: ContactResult, spots: Spots) -> Chapter:
         )  # fmt: skip
     rows.append(
         (
-            "Pixels of a spot that carries",
+            "Pixels of a load-carrying spot",
             str(assumptions.carrying_pixels(result, spots)),
             "spots of at least this size carry half of the load",
         )

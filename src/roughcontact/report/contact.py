@@ -194,8 +194,7 @@ def _certificate_in_short(result: ContactResult) -> str:
         return (
             f"Certificate {result.certificate:.1e}, asked for {result.tolerance:.0e}: pressure and "
             "gap fulfil the conditions of contact to within this part of the pressure. It says how "
-            "exactly the problem as stated is solved; whether the problem is the right one, the "
-            "assumptions say."
+            f"exactly the problem as stated is solved. {chapters.RIGHT_PROBLEM}"
         )
     return (
         f"Certificate {result.certificate:.1e}, asked for {result.tolerance:.0e}: the solver "

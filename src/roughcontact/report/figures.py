@@ -317,7 +317,7 @@ CONTACT: Illustrations = (
         lambda s: (
             f"Map of the contact pressure, largest {engineering(s.result.max_pressure, 'Pa', 3)}."
         ),
-        "Contact pressure. The lightest ground does not touch; the darker, the higher. Black, "
+        "Contact pressure: the darker, the higher; the lightest ground is not in contact. Black, "
         "where it occurs, is beyond the scale.",
     ),
     Illustration("contact", lambda s: maps.contact(s.result), _classes_alt, _classes),

@@ -81,8 +81,8 @@ BODY: Table = (
     Quantity("hardening", "hardening", of=wording.hardening, stored=False),
     Quantity("hardness", "hardness", unit="Pa", form=_strength),
     Quantity(
-        "first_yield_pressure", "peak pressure of first yield, sphere", unit="Pa", form=_strength,
-        stored=False, brief=False,
+        "first_yield_pressure", "peak pressure at first yield of a sphere", unit="Pa",
+        form=_strength, stored=False, brief=False,
     ),
 )  # fmt: skip
 """Of a `Material`."""
@@ -142,7 +142,7 @@ ROUGHNESS = {
     "Sku": ("", "kurtosis: 3 for a Gaussian distribution of heights"),
     "Sdq": ("", "root-mean-square slope"),
     "Sdr": ("%", "excess of the developed over the projected area"),
-    "Sal": ("m", "autocorrelation length: how far away heights cease to be alike"),
+    "Sal": ("m", "autocorrelation length: distance at which heights cease to be alike"),
     "Str": ("", "texture: near 1 the same in all directions, near 0 directional"),
     "Sk": ("m", "height of the core"),
     "Spk": ("m", "reduced height of the peaks above the core"),

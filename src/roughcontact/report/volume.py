@@ -20,7 +20,7 @@ from roughcontact.report import (
     tables,
 )
 from roughcontact.report.page import Cells, Chapter, Section, Table
-from roughcontact.report.quantities import PROBLEM, TRUST
+from roughcontact.report.quantities import PROBLEM, TRUST, written
 from roughcontact.units import engineering, percent
 from roughcontact.volume import depth
 from roughcontact.volume.result import ElastoplasticResult
@@ -146,11 +146,9 @@ def _certificate_in_short(result: ElastoplasticResult) -> str:
     if result.contact.load:
         text += (
             f"; certificate of the contact {result.contact.certificate:.1e}. Both say how exactly "
-            "the problem as stated is solved; whether the problem is the right one, the "
-            "assumptions say."
+            "the problem as stated is solved"
         )
-        return text
-    return f"{text}. Whether the problem is the right one, the assumptions say."
+    return f"{text}. {chapters.RIGHT_PROBLEM}"
 
 
 def _results(result: ElastoplasticResult) -> Chapter:
@@ -191,7 +189,7 @@ def _volume_rows(result: ElastoplasticResult, body: int) -> list[Cells]:
             engineering(held.plastic_depth, "m"),
             "lower face of the lowest layer with plastic strain",
         ),
-        ("Plastic volume", f"{1e18 * held.plastic_volume:.4g} µm³", "with any plastic strain"),
+        ("Plastic volume", written(held.plastic_volume, "m³"), "with any plastic strain"),
         (
             "Largest residual von Mises stress",
             engineering(float(told.max_residual_von_mises.max()), "Pa"),
