@@ -14,7 +14,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.material import hardening
 from roughcontact.report import script
-from roughcontact.surface import nominal
+from roughcontact.surface import nominal, registration
 from roughcontact.surface.provenance import Operation, from_text, to_text
 
 STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
@@ -123,6 +123,31 @@ def result_of(about: rc.Provenance, ceiling: Any = None) -> ContactResult:
     heights, pixel = rc.reference_map(32)
     surface = rc.Surface(heights, pixel, about)
     return rc.solve(surface, material=STEEL, load=0.1, ceiling=ceiling)
+
+
+def test_two_maps_on_nominal_forms_are_laid_on_each_other_again(folder: Path) -> None:
+    maps = [rc.read_surface(name).leveled().filled() for name in ("ground.nc", "other.nc")]
+    one, two = registration.matched(*maps, (1.3e-6, 1e-6 / 3), angle=12.5, mirrored=True)
+    on: Any = {"shape": one.shape, "pixel": one.pixel}
+    result = rc.solve(
+        one.with_form(nominal.cylinder(radius=0.01, angle=30, **on)),
+        counter_surface=two.with_form(nominal.sphere(radius=1 / 30, **on)),
+        material=STEEL, counter_material=STEEL, load=0.1, moments=(0.0, 1e-8 / 3),
+    )  # fmt: skip
+    names = repeated(result)
+    assert names["result"].pressure.tobytes() == result.pressure.tobytes()
+    assert names["result"].tilt == result.tilt
+    assert names["counter_surface"].provenance == result.counter_surface.provenance
+
+
+def test_nominal_bodies_are_made_again(tmp_path: Path) -> None:
+    ball = nominal.parse("sphere 10 mm")(shape=(40, 44), pixel=(1e-6, 1e-6), center=(20, 21.5))
+    wedge = nominal.parse("wedge 0.001 30 deg")(shape=ball.shape, pixel=ball.pixel)
+    result = rc.solve(ball, counter_surface=wedge, material=STEEL, approach=1e-9 / 3)
+    # As it is after a night in a file.
+    result.save(tmp_path / "a.nc")
+    again = repeated(rc.load_result(tmp_path / "a.nc"))["result"]
+    assert again.pressure.tobytes() == result.pressure.tobytes()
 
 
 def test_an_array_in_memory_has_to_be_supplied(folder: Path) -> None:
