@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
+
 import pytest
 
-from house import delegated, floor_of, imports, rooms, wing_of
+from house import DELEGATIONS, delegated, floor_of, imports, rooms, wing_of
 
 
 @pytest.mark.parametrize("room", sorted(rooms()))
@@ -29,3 +31,84 @@ def test_no_circles_inside_a_wing() -> None:
         ready = {name for name in graph if name not in done and graph[name] <= done}
         assert ready, f"circle among {sorted(graph.keys() - done)}"
         done |= ready
+
+
+LONGEST_MODULE, LONGEST_FUNCTION, LONGEST_CODE = 600, 70, 40
+
+# Functions that are longer, by room and name, each with the reason why taking them apart would
+# hide what they do.
+LONG: dict[str, str] = {}
+
+
+def lengths(function: ast.FunctionDef) -> tuple[int, int]:
+    """Return the lines of a function, with its docstring and without."""
+    assert function.end_lineno is not None
+    whole = function.end_lineno - function.lineno + 1
+    if ast.get_docstring(function) is None:
+        return whole, whole
+    first = function.body[0]
+    assert first.end_lineno is not None
+    return whole, whole - (first.end_lineno - first.lineno + 1)
+
+
+def too_long(tree: ast.Module) -> list[str]:
+    """Return the functions that nobody can hold in their head.
+
+    The docstring of a public function is a contract: it may be as long as it needs to be, where
+    the code is short.
+    """
+    public = {id(node) for node in tree.body if not getattr(node, "name", "_").startswith("_")}
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            whole, code = lengths(node)
+            contract = id(node) in public and code < LONGEST_CODE
+            if whole > LONGEST_FUNCTION and not contract:
+                found.append(node.name)
+    return found
+
+
+@pytest.mark.parametrize("room", sorted(rooms()))
+def test_modules_and_functions_fit_into_a_head(room: str) -> None:
+    text = rooms()[room].read_text(encoding="utf-8")
+    assert text.count("\n") <= LONGEST_MODULE, f"{room} is longer than {LONGEST_MODULE} lines"
+    known = {name.rpartition(".")[2] for name in LONG if name.rpartition(".")[0] == room}
+    found = set(too_long(ast.parse(text)))
+    assert found <= known, f"take apart, in {room}: {', '.join(sorted(found - known))}"
+    assert known <= found, f"no longer long, in {room}: {', '.join(sorted(known - found))}"
+
+
+def test_a_long_function_needs_short_code_and_a_contract() -> None:
+    contract = '    """One.\n' + "\n" * 80 + '    """\n'
+    short, long = "    pass\n" * 30, "    pass\n" * 40
+    assert too_long(ast.parse(f"def solve():\n{contract}{short}")) == []
+    assert too_long(ast.parse(f"def solve():\n{contract}{long}")) == ["solve"]
+    assert too_long(ast.parse(f"def _solve():\n{contract}{short}")) == ["_solve"]
+    assert too_long(ast.parse("def solve():\n" + "    pass\n" * 70)) == ["solve"]
+    assert too_long(ast.parse("def solve():\n" + "    pass\n" * 69)) == []
+
+
+def test_only_one_room_asks_for_free_memory() -> None:
+    asking = [name for name, path in rooms().items() if "psutil" in path.read_text("utf-8")]
+    assert asking == ["memory"]
+
+
+@pytest.mark.parametrize(
+    ("room", "other"), [(room, other) for room in DELEGATIONS for other in DELEGATIONS[room]]
+)
+def test_a_delegation_passes_on_and_does_nothing_else(room: str, other: str) -> None:
+    tree = ast.parse(rooms()[room].read_text(encoding="utf-8"))
+    module, _, name = other.rpartition(".")
+    bodies = [
+        function.body[1:]
+        for function in ast.walk(tree)
+        if isinstance(function, ast.FunctionDef)
+        and any(
+            isinstance(node, ast.ImportFrom)
+            and node.module == f"roughcontact.{module}"
+            and any(alias.name == name for alias in node.names)
+            for node in function.body
+        )
+    ]
+    assert bodies, f"{room} no longer delegates to {other}"
+    assert all(len(body) == 2 for body in bodies), f"{room} does more than pass on to {other}"

@@ -61,22 +61,9 @@ def claim(
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file; give the name of a folder", argument="folder")
     if path.exists():
-        try:
-            before = json.loads(path.read_text(encoding="utf-8"))
-            other = [name for name, value in described.items() if before.get(name) != value]
-        except (OSError, ValueError, AttributeError):
-            raise FormatError(f"{path} is damaged; give another folder") from None
-        if other:
-            verb = "differs" if len(other) == 1 else "differ"
-            raise InputError(
-                f"{folder} holds another {kind}: {', '.join(other)} {verb}; give another "
-                "folder, or remove this one to start again",
-                argument="folder",
-            )
+        _require_same(path, described, kind)
         if not os.access(folder, os.W_OK | os.X_OK):
-            raise InputError(
-                f"{folder} cannot be written to; give another folder", argument="folder"
-            )
+            raise _closed(folder)
         return folder
     if any(folder.glob(pattern)):
         raise InputError(
@@ -87,11 +74,30 @@ def claim(
         with replacing(path) as temporary:
             temporary.write_text(to_json(described), encoding="utf-8")
     except OSError as error:
-        raise InputError(
-            f"{folder} cannot be written to ({error.strerror}); give another folder",
-            argument="folder",
-        ) from None
+        raise _closed(folder, f" ({error.strerror})") from None
     return folder
+
+
+def _require_same(path: Path, described: dict[str, Any], kind: str) -> None:
+    """Raise unless a record holds this problem."""
+    try:
+        before = json.loads(path.read_text(encoding="utf-8"))
+        other = [name for name, value in described.items() if before.get(name) != value]
+    except (OSError, ValueError, AttributeError):
+        raise FormatError(f"{path} is damaged; give another folder") from None
+    if other:
+        verb = "differs" if len(other) == 1 else "differ"
+        raise InputError(
+            f"{path.parent} holds another {kind}: {', '.join(other)} {verb}; give another "
+            "folder, or remove this one to start again",
+            argument="folder",
+        )
+
+
+def _closed(folder: Path, reason: str = "") -> InputError:
+    return InputError(
+        f"{folder} cannot be written to{reason}; give another folder", argument="folder"
+    )
 
 
 def digest(*parts: Any) -> str:

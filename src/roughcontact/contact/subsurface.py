@@ -80,13 +80,7 @@ def subsurface_stress(
     material = result.pair.material_of(body)
     if math.isinf(material.young):
         raise InputError(f"the {BODIES[body]} is rigid: there is no stress in it to compute")
-    if depths is not None and not (np.asarray(depths, dtype=float) > 0).all():
-        raise InputError(
-            f"must lie below the surface, got {float(np.min(depths))!r} m; the "
-            "surface itself is `stress.slices` at 0",
-            argument="depths",
-            value=float(np.min(depths)),
-        )
+    _check_depths(depths)
     _check_memory(result, precision, friction)
     options = {**traction(result.pair, body, friction, direction), "precision": precision}
     pressure, pixel = result.pressure, result.pair.pixel
@@ -108,6 +102,16 @@ def subsurface_stress(
         section_y=section_y,
         version=__version__,
     )
+
+
+def _check_depths(depths: ArrayLike | None) -> None:
+    if depths is not None and not (np.asarray(depths, dtype=float) > 0).all():
+        raise InputError(
+            f"must lie below the surface, got {float(np.min(depths))!r} m; the "
+            "surface itself is `stress.slices` at 0",
+            argument="depths",
+            value=float(np.min(depths)),
+        )
 
 
 def traction(pair: Pair, body: str, friction: float, direction: float) -> dict[str, Any]:
