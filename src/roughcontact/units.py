@@ -93,27 +93,13 @@ def parse(
     if not isinstance(text, str):
         raise refused(f"{text!r} which has no unit")
     shown = repr(text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…")
-    plain = _plain(text)
-    if not plain:
-        raise refused("an empty text")
-    if _DECIMAL_COMMA.match(plain):
-        raise refused(f"{shown}: write the number with a decimal point, no comma")
-    if _NOT_FINITE.match(plain):
-        raise refused(f"{shown} which is not a finite number")
-    number = _NUMBER.match(plain)
-    if number is None or len(plain) > _LONGEST:
-        raise refused(f"{shown}")
-    unit = plain[number.end() :].strip()
-    if not unit:
-        raise refused(f"{shown} which has no unit")
-    if not _UNIT.fullmatch(unit):
-        raise refused(f"{shown} which is not one number and one unit")
+    number, unit = _apart(_plain(text), shown, refused)
     factor = Decimal(repr(_factor(unit, dimension, shown, refused)))
-    value = float(number.group())
+    value = float(number)
     # In decimal, so that 300 nm is 3e-07 m and not 3.0000000000000004e-07 m. Exponents that no
     # float has are left out: decimals overflow with an exception.
     if value != 0 and math.isfinite(value):
-        value = float(Decimal(number.group()) * factor)
+        value = float(Decimal(number) * factor)
     if not math.isfinite(value):
         raise refused(f"{shown} which is not a finite number")
     if positive and not value > 0:
@@ -228,6 +214,25 @@ def _plain(text: str) -> str:
     for special, usual in (("\u03bc", "µ"), ("\u2212", "-"), ("\u00a0", " "), ("\u202f", " ")):
         text = text.replace(special, usual)
     return text.strip()
+
+
+def _apart(plain: str, shown: str, refused: Callable[[str], InputError]) -> tuple[str, str]:
+    """Return the number and the unit of a text."""
+    if not plain:
+        raise refused("an empty text")
+    if _DECIMAL_COMMA.match(plain):
+        raise refused(f"{shown}: write the number with a decimal point, no comma")
+    if _NOT_FINITE.match(plain):
+        raise refused(f"{shown} which is not a finite number")
+    number = _NUMBER.match(plain)
+    if number is None or len(plain) > _LONGEST:
+        raise refused(shown)
+    unit = plain[number.end() :].strip()
+    if not unit:
+        raise refused(f"{shown} which has no unit")
+    if not _UNIT.fullmatch(unit):
+        raise refused(f"{shown} which is not one number and one unit")
+    return number.group(), unit
 
 
 def _factor(unit: str, dimension: str, shown: str, refused: Callable[[str], InputError]) -> float:

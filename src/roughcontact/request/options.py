@@ -39,6 +39,7 @@ SURFACES = export.suffixes(Kind.SURFACE)
 RESULTS = {CEILING: export.suffixes(Kind.CONTACT), VOLUME: export.suffixes(Kind.VOLUME)}
 """How files of results may end, by model."""
 FORCE, LENGTH, PRESSURE = (parsing.quantity(name) for name in ("force", "length", "pressure"))
+_UNITS = {FORCE: "N", LENGTH: "m", PRESSURE: "Pa", parsing.ceiling: "Pa"}
 
 
 @dataclass(frozen=True)
@@ -480,9 +481,9 @@ def parsed(given: Given, command: str) -> dict[str, Any]:
 
 def text_of(value: object, option: Option) -> str:
     """Return a value as it would be given for an option."""
-    dimension = {FORCE: "N", LENGTH: "m", PRESSURE: "Pa"}.get(option.parse)
     if isinstance(value, float):
-        return units.engineering(value, dimension) if dimension else f"{value:g}"
+        unit = _UNITS.get(option.parse)
+        return f"{value:g}" if unit is None else units.engineering(value, unit)
     return str(value)
 
 

@@ -1,0 +1,143 @@
+"""One table behind every command and the project file."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typer
+
+from roughcontact.cli import app
+from roughcontact.errors import InputError, Mention
+from roughcontact.fleet.plan import spell_key
+from roughcontact.plots.saving import save
+from roughcontact.request import parsing
+from roughcontact.request.options import (
+    COMMANDS,
+    OPTIONS,
+    PICTURES,
+    TASKS,
+    named,
+    offered,
+    spell_option,
+)
+from roughcontact.request.request import from_text
+
+Capture = pytest.CaptureFixture[str]
+
+NAMES = sorted({option.name for option in OPTIONS})
+# Options that describe the surface, and of each task what it cannot do without.
+BALL = {"body": "sphere 1 mm", "points": "24", "size": "60 um", "young": "210 GPa",
+        "poisson": "0.3", "yield-strength": "1 GPa"}  # fmt: skip
+NEEDED = {
+    "solve": {"load": "1 N"},
+    "stress": {"load": "1 N", "friction": "0.1", "depths": "1 um, 4 um"},
+    "sweep": {"from": "0.5 N", "to": "1 N", "steps": "2", "spacing": "linear"},
+    "history": {"path": "1 N, 0 N", "passes": "2"},
+}
+
+
+def words(given: dict[str, str]) -> list[str]:
+    return [word for name, text in given.items() for word in (f"--{name}", text)]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_offers_the_options_that_fit_it_and_no_other(
+    command: str, capsys: Capture
+) -> None:
+    shown = typer.main.get_command(app._app).commands[command].params  # type: ignore[attr-defined]
+    there = {word for parameter in shown for word in parameter.opts if word.startswith("--")}
+    assert there == {f"--{name}" for name in offered(command)}
+    subject = [] if command in ("materials", "demo") else ["subject"]
+    for name in NAMES:
+        fits = [option for option in OPTIONS if option.name == name and command in option.fits]
+        assert len(fits) <= 1, "one row of a name for each command"
+        assert (name in offered(command)) == bool(fits)
+        if not fits:
+            assert app.main([command, *subject, f"--{name}", "1"]) == app.BAD_INPUT
+            assert f"--{name}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_no_option_is_parsed_as_another(task: str) -> None:
+    for name, option in offered(task).items():
+        if option.is_flag or option.parse in (parsing.words, parsing.path):
+            continue
+        with pytest.raises(InputError) as caught:
+            from_text(task, None, {**BALL, **NEEDED[task], name: "rubbish"})
+        assert caught.value.worded(lambda m: spell_option(m, task)).startswith(f"--{name}"), name
+        assert caught.value.worded(lambda m: spell_key(m, task)).startswith(name)
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_defaults_are_what_the_help_says(task: str) -> None:
+    for name, option in offered(task).items():
+        said = re.search(r"default: ([\w.-]+)", option.help)
+        if said and option.default is not None and not isinstance(option.default, tuple):
+            assert str(option.default).startswith(said[1].rstrip(".")), name
+
+
+def test_help_is_one_sentence_or_more() -> None:
+    for option in OPTIONS:
+        # Choices begin with the first of them, as it is typed.
+        begins = option.help.split()[0].rstrip(":")
+        assert begins[0].isupper() or begins in option.metavar, option.name
+        assert option.help.rstrip(")").endswith("."), option.name
+        assert "by default" not in option.help
+        assert "without." not in option.help
+
+
+def test_arguments_are_spelled_at_each_edge() -> None:
+    for mention, option, key in (
+        (Mention("max_iterations"), "--max-iterations", "max-iterations"),
+        (Mention("precision", "single"), "--precision single", 'precision = "single"'),
+        (Mention("size", "0.1 mm x 1 mm"), "--size '0.1 mm x 1 mm'", 'size = "0.1 mm x 1 mm"'),
+        (Mention("ceiling", 3e9), "--ceiling '3 GPa'", 'ceiling = "3 GPa"'),
+        (Mention("load", 0.5), "--load '500 mN'", 'load = "500 mN"'),
+        (Mention("tolerance", 1e-4), "--tolerance 0.0001", 'tolerance = "0.0001"'),
+        (Mention("study", True), "--study", "study = true"),
+        (Mention("s"), "--s-filter", "s-filter"),
+        (Mention("heights"), "heights", "heights"),
+    ):
+        assert (spell_option(mention, "solve"), spell_key(mention, "solve")) == (option, key)
+    # A sweep has no load of its own to speak of.
+    assert spell_option(Mention("load"), "sweep") == "load"
+    assert named("load", "history") is None
+
+
+def test_pictures_are_those_that_can_be_saved(tmp_path: Path) -> None:
+    from matplotlib.figure import Figure
+
+    for suffix in PICTURES:
+        save(Figure(), tmp_path / f"figure{suffix}")
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_the_command_of_a_report_repeats_it(task: str, tmp_path: Path, capsys: Capture) -> None:
+    y, x = np.mgrid[:24, :24] / 24
+    source = tmp_path / "a map's file.npy"
+    np.save(source, 1e-3 * np.cos(7 * y) * np.cos(5 * x))
+    report = tmp_path / "out file.html"
+    given = {"unit": "mm", "size": "60 um", **{k: BALL[k] for k in ("young", "poisson")},
+             "ceiling": "2 GPa", "level": "none", **NEEDED[task],
+             "report": str(report)}  # fmt: skip
+    assert app.main([task, str(source), *words(given), "--json"]) == app.SOLVED
+    before = json.loads(capsys.readouterr().out)
+    text = html.unescape(report.read_text(encoding="utf-8"))
+    found = re.search(r"<pre[^>]*>(?:<code>)?(roughcontact .*?)<", text, re.DOTALL)
+    assert found is not None
+    program, *command = shlex.split(found[1])
+    assert program == "roughcontact"
+    report.unlink()
+    assert app.main([*command, "--json"]) == app.SOLVED
+    after = json.loads(capsys.readouterr().out)
+    assert report.exists()
+    for told in (before, after):
+        told.pop("seconds", None)
+        told.get("steps", {}).pop("seconds", None)
+    assert before == after
