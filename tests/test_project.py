@@ -286,3 +286,128 @@ def test_a_file_that_is_no_project(
     assert all(word in err for word in words)
     assert app.main(["run", str(tmp_path / "absent.toml")]) == app.BAD_INPUT
     assert "cannot be read" in capsys.readouterr().err
+
+
+TASKS = """\
+folder = "results"
+write = ["nc", "csv", "svg", "html"]
+
+[materials.steel]
+young = "210 GPa"
+poisson = 0.3
+yield-strength = "1 GPa"
+
+[defaults]
+unit = "um"
+size = "0.1 mm x 0.2 mm"
+material = "steel"
+load = "0.5 N"
+friction = 0.2
+folder = "kept"
+
+[[contact]]
+name = "curve"
+file = "rough.npy"
+task = "sweep"
+from = "0.1 N"
+to = "0.5 N"
+steps = 3
+
+[[contact]]
+name = "below"
+file = "rough.npy"
+task = "stress"
+
+[[contact]]
+name = "path"
+file = "rough.npy"
+task = "history"
+path = "0.5 N, 0 N"
+passes = 2
+
+[[contact]]
+name = "ball"
+body = "sphere 1 mm"
+points = 32
+"""
+
+
+def test_every_task_can_be_asked_for(folder: Path, capsys: Capture) -> None:
+    path = folder / "tasks.toml"
+    path.write_text(TASKS, encoding="utf-8")
+    assert app.main(["run", str(path)]) == app.SOLVED
+    out = capsys.readouterr().out
+    assert max(map(len, out.splitlines()[:8])) <= 80
+    left = {file.name for file in (folder / "results").iterdir()}
+    assert left == {
+        "curve.json", "curve.csv", "curve.svg", "curve.html",
+        "below.json", "below.nc", "below.html",
+        *(f"below-stress-{name}.svg" for name in ("depth", "section", "map")),
+        "path.json", "path.csv", "path.nc", "path.svg", "path.html",
+        "ball.json", "ball.nc", "ball.csv", "ball.html",
+        *(f"ball-{name}.svg" for name in ("surface", "pressure", "contact", "gap", "histogram")),
+    }  # fmt: skip
+    assert {file.name for file in (folder / "kept" / "curve").iterdir()} == {
+        "sweep.json", *(f"step-{number:04d}.npz" for number in (1, 2, 3)),
+    }  # fmt: skip
+    told = {name: json.loads((folder / "results" / f"{name}.json").read_text("utf-8"))
+            for name in ("curve", "below", "path", "ball")}  # fmt: skip
+    surface = rc.read_surface(folder / "rough.npy", unit="um", size=(1e-4, 2e-4)).leveled()
+    steel = rc.Material(210e9, 0.3, 1e9)
+    result = rc.solve(surface, load=0.5, material=steel)
+    assert told["curve"]["load"] == pytest.approx(np.geomspace(0.1, 0.5, 3))
+    assert told["curve"]["last"]["contact_fraction"] == pytest.approx(result.contact_fraction)
+    stress = rc.subsurface_stress(result, friction=0.2)
+    assert told["below"]["stress"]["max_von_mises"] == pytest.approx(stress.max_von_mises)
+    history = rc.load_history(surface, [0.5, 0.0] * 2, material=steel)
+    assert told["path"]["steps"]["load"] == [0.5, 0.0, 0.5, 0.0]
+    assert told["path"]["indentation_volume"] == pytest.approx(history.indentation_volume)
+    assert told["ball"]["shape"] == [32, 32]
+    # The same commands, kept; what has changed is done again, the others not.
+    assert app.main(["run", str(path), "--json"]) == app.SOLVED
+    states = [entry["state"] for entry in json.loads(capsys.readouterr().out)["contacts"]]
+    assert states == [plan.KEPT] * 4
+    path.write_text(TASKS.replace("passes = 2", "passes = 1"), encoding="utf-8")
+    (folder / "results" / "curve.csv").unlink()
+    before = (folder / "kept" / "curve" / "step-0001.npz").stat().st_mtime_ns
+    assert app.main(["run", str(path), "--json"]) == app.SOLVED
+    states = [entry["state"] for entry in json.loads(capsys.readouterr().out)["contacts"]]
+    assert states == [plan.SOLVED, plan.KEPT, plan.SOLVED, plan.KEPT]
+    assert (folder / "kept" / "curve" / "step-0001.npz").stat().st_mtime_ns == before
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('task = "sweep"', 'task = "swep"', ("task must be one of solve, sweep",)),
+        ('task = "sweep"', 'task = "history"', ('from needs task = "sweep", got "history"',)),
+        ('from = "0.1 N"', 'from = "0.1 MPa"', ("from needs a load such as",)),
+        ('from = "0.1 N"', 'from = "1 um"', ("from and to must both be loads or both",)),
+        ("steps = 3", "steps = 1", ("steps must be at least 2, got 1",)),
+        ("steps = 3", "step = 1", ("unknown key step;", "from, to, steps")),
+        ("steps = 3", "load = '1 N'", ('load needs task = "solve" or "stress"',)),
+        ("steps = 3", "figure = 'a.png'", ("unknown key figure",)),
+        ("passes = 2", "passes = 0", ("passes must be at least 1",)),
+        ("passes = 2", "max-iterations = 'many'", ("max-iterations must be a whole number",)),
+        ('path = "0.5 N, 0 N"', 'path = "0.5 N, 1 J"', ("path needs a load such as",)),
+        ("friction = 0.2", "unload = true", ("unload fits none of the contacts",)),
+        ("friction = 0.2", "friction = 'much'", ("friction must be a number",)),
+        ("points = 32", "points = 1", ("points must be a number of points",)),
+        ("points = 32", "level = 'none'", ("this contact needs a file",)),
+    ],
+)
+def test_messages_of_tasks_name_key_and_line(
+    old: str, new: str, words: tuple[str, ...], folder: Path, capsys: Capture
+) -> None:
+    assert old in TASKS
+    path = folder / "tasks.toml"
+    path.write_text(TASKS.replace(old, new, 1), encoding="utf-8")
+    assert app.main(["run", str(path)]) == app.BAD_INPUT
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert "--" not in err
+    for word in words:
+        assert word in err
+    line = TASKS[: TASKS.index(old)].count("\n") + 1
+    found = int(err.split(" line ")[1].split(":")[0])
+    assert found in ((line, line + 1) if "this contact" not in err else (line - 3,))

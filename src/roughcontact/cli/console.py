@@ -105,8 +105,9 @@ def show_reports(reports: Sequence[Report]) -> None:
     quantities = [quantity_of(tables.CONTACT, key) for key in keys]
     rows: list[Cells] = []
     for report in reports:
-        told = {q.key: q.told(report.told[q.key]) for q in quantities if q.key in report.told}
-        if told and report.told["ceiling"] is None:
+        last = report.last
+        told = {q.key: q.told(last[q.key]) for q in quantities if q.key in last}
+        if told and last["ceiling"] is None:
             told["saturated_fraction"] = ABSENT
         rows.append((report.name, report.state, *(told.get(key, "") for key in keys)))
     heads = ("contact", "state", *(quantity.name for quantity in quantities))

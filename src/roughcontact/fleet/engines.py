@@ -113,7 +113,7 @@ def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
         raise outcome.failure
     if not outcome.converged:
         return FAILED, {}, worded(outcome.shortfall.parts, _words(entry))
-    text = to_json({**outcome.record(), "run": digest})
+    text = to_json({**outcome.record(), "last": outcome.last, "run": digest})
     with replacing(entry.summary) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
     return SOLVED, json.loads(text), ""

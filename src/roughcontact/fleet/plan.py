@@ -57,6 +57,11 @@ class Report:
     told: Mapping[str, Any]
     reason: str = ""
 
+    @property
+    def last(self) -> Mapping[str, Any]:
+        """The contact in a few numbers: of a sweep or a history that at its end."""
+        return dict(self.told.get("last", {}))
+
 
 def spell_key(mention: Mention, task: str) -> str:
     """Return an argument in the words of project files.

@@ -13,7 +13,16 @@ from typing import Any
 
 from roughcontact.errors import FormatError, InputError, Mention
 from roughcontact.fleet.plan import Entry, spell_key
-from roughcontact.request.options import OPTIONS, SHOWN, SOLVE, TASKS, Option, named, offered
+from roughcontact.request.options import (
+    CEILING,
+    OPTIONS,
+    SHOWN,
+    SOLVE,
+    TASKS,
+    Option,
+    named,
+    offered,
+)
 from roughcontact.request.request import from_text
 
 _OWN_KEYS = ("name", "file", "task")
@@ -41,8 +50,8 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
         ``[materials.NAME]`` holds constants; ``[defaults]`` and each ``[[contact]]`` hold the
         options of its ``task`` (``"solve"``, the default, ``"sweep"``, ``"stress"`` or
         ``"history"``) under the names that the command of that name gives them, and a contact its
-        ``name`` and ``file``. Defaults that the task of a contact has no option for are left
-        out. A list of loads makes one contact of each, and a ``folder`` for steps gets a folder
+        ``name`` and ``file``. Defaults that do not fit task and model of a contact are left
+        out there. A list of loads makes one contact of each, a ``folder`` for steps gets a folder
         for each. Paths are relative to the file.
 
     Returns
@@ -191,9 +200,11 @@ def _project(source: _Source, read: dict[str, Any]) -> _Project:
 
 def _entries(project: _Project) -> Iterator[Entry]:
     seen: dict[str, str] = {}
+    idle = set(project.defaults)
     for number, read in enumerate(project.contacts):
         contact = _contact(project, number, read)
         values, source = contact.values, project.source
+        idle -= values.keys()
         loads = values.pop("load", None)
         if loads == []:
             raise contact.refusal("load", "load is an empty list")
@@ -215,6 +226,8 @@ def _entries(project: _Project) -> Iterator[Entry]:
             except InputError as error:
                 raise contact.placed(error) from None
             yield Entry(name, request, project.target / f"{stem}.json")
+    for key in sorted(idle):
+        raise project.source.refusal(("defaults", key), f"{key} fits none of the contacts")
 
 
 def _contact(project: _Project, number: int, read: Any) -> _Contact:
@@ -232,7 +245,7 @@ def _contact(project: _Project, number: int, read: Any) -> _Contact:
     known = _keys(task)
     for key in list(values):
         others = [other for other in TASKS if key in _keys(other)]
-        if key in known:
+        if key in known and (key in read or _serves(key, task, values)):
             continue
         if not others:
             raise contact.refusal(key, f"unknown key {key}; known are {', '.join(known)}")
@@ -245,6 +258,12 @@ def _contact(project: _Project, number: int, read: Any) -> _Contact:
         if not nominal and (not isinstance(read.get(key), str) or not read[key].strip()):
             raise project.source.refusal(table, f"this contact needs a {key}, a text")
     return contact
+
+
+def _serves(key: str, task: str, values: Mapping[str, Any]) -> bool:
+    """Return whether a default serves the model of a contact."""
+    option = offered(task).get(key)
+    return option is None or option.model in ("", values.get("model", CEILING))
 
 
 def _keys(task: str) -> list[str]:

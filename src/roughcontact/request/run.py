@@ -100,6 +100,24 @@ class Outcome:
             )
         return Sentence(f"not converged: {reached}", *parts_of(self.status))
 
+    @property
+    def last(self) -> dict[str, Any]:
+        """The contact in a few numbers, by the keys of `record`; the last one of several."""
+        if self.curve is not None:
+            step, area = self.curve.steps[-1], self.curve.nominal_area
+            return {
+                "load": step.load,
+                "max_pressure": step.max_pressure,
+                "contact_fraction": step.contact_area / area,
+                "saturated_fraction": step.saturated_area / area,
+                "certificate": step.certificate,
+                "ceiling": None if self.curve.ceiling is None else "given",
+            }
+        assert self.result is not None
+        told = self.result.summary()
+        keys = ("load", "max_pressure", "contact_fraction", "saturated_fraction", "certificate")
+        return {key: told[key] for key in (*keys, "ceiling")}
+
     def record(self) -> dict[str, Any]:
         """Return all numbers by name, in SI units, ready for JSON."""
         told: dict[str, Any]
