@@ -1,9 +1,17 @@
+import html
+import json
+
 import numpy as np
 import pytest
+import xarray
 
+import roughcontact as rc
+from roughcontact.cli import app
+from roughcontact.contact import area, resolution_study, spots
 from roughcontact.errors import InputError
 from roughcontact.halfspace import plastic, stress
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.solvers import bounded
 
 STRIPS = [Boundary.PERIODIC_X, Boundary.PERIODIC_Y]
 PIXEL = (0.4, 1.0)
@@ -118,3 +126,182 @@ def test_memory_of_a_strip_lies_between_that_of_the_others(shape, precision):
     free, periodic, *strips = (boundary.operator_memory(shape, precision) for boundary in Boundary)
     assert periodic < min(strips)
     assert max(strips) < free
+
+
+# What results, files and runs make of it
+
+
+STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
+
+
+@pytest.fixture(scope="module")
+def rough():
+    rng = np.random.default_rng(1)
+    heights = np.cumsum(np.cumsum(rng.standard_normal((72, 96)), 0), 1)
+    return rc.Surface(1e-7 * heights / heights.std(), (2e-7, 3e-7))
+
+
+@pytest.fixture(scope="module", params=[str(boundary) for boundary in STRIPS])
+def pressed_strip(request, rough):
+    load = 3e8 * rough.size[0] * rough.size[1]
+    return rc.solve(rough, material=STEEL, load=load, boundary=request.param)
+
+
+def test_a_result_holds_its_boundary_and_files_its_name(pressed_strip, tmp_path):
+    assert isinstance(pressed_strip.boundary, Boundary)
+    pressed_strip.save(tmp_path / "strip.nc")
+    again = rc.load_result(tmp_path / "strip.nc")
+    assert again.boundary is pressed_strip.boundary
+    assert again.pressure.tobytes() == pressed_strip.pressure.tobytes()
+    assert again.spots().count == pressed_strip.spots().count
+    with xarray.open_dataset(tmp_path / "strip.nc") as dataset:
+        assert dataset.attrs["boundary"] == str(pressed_strip.boundary)
+    assert json.loads(json.dumps(pressed_strip.summary()))["boundary"] == pressed_strip.boundary
+
+
+def test_spots_and_rims_of_a_strip_wrap_along_its_period(rough):
+    # A groove's worth of contact over the seam along x.
+    pressure = np.zeros((6, 8))
+    pressure[2, [0, -1]] = pressure[[0, -1], 4] = 1.0
+    counts = {}
+    for boundary in Boundary:
+        counts[str(boundary)] = spots.find(pressure, PIXEL, boundary.periodic_axes).count
+    assert counts == {"free": 4, "periodic": 2, "periodic-x": 3, "periodic-y": 3}
+    touching = pressure > 0
+    edges = {str(b): area.rim_excess(touching, touching, b) for b in Boundary}
+    # Edges between contact and none: those at the ends of a map that ends do not count.
+    unit = edges["periodic"] / 12
+    assert {name: round(value / unit) for name, value in edges.items()} == {
+        "free": 12, "periodic": 12, "periodic-x": 12, "periodic-y": 12,
+    }  # fmt: skip
+    touching[2, -1] = False
+    assert area.rim_excess(touching, touching, Boundary.PERIODIC_X) > area.rim_excess(
+        touching, touching, Boundary.PERIODIC_Y
+    )
+
+
+@pytest.mark.parametrize(
+    ("place", "flagged"),
+    [
+        ((slice(10, 14), slice(0, 4)), {"free", "periodic-y"}),
+        ((slice(0, 4), slice(10, 14)), {"free", "periodic-x"}),
+        ((slice(10, 14), slice(10, 14)), set()),
+    ],
+    ids=["left edge", "upper edge", "inside"],
+)
+def test_only_an_edge_where_the_map_ends_is_flagged(place, flagged):
+    heights = np.zeros((24, 24))
+    heights[place] = 1e-6
+    surface = rc.Surface(heights, (1e-6, 1e-6))
+    found = set()
+    for boundary in Boundary:
+        result = rc.solve(surface, material=STEEL, load=1e-3, boundary=boundary)
+        if any("edge of the map" in note for note in result.warnings):
+            found.add(str(boundary))
+    assert found == flagged
+
+
+def test_the_report_of_a_strip_tells_axis_and_datum(pressed_strip, tmp_path):
+    pressed_strip.report(tmp_path / "strip.html")
+    page = html.unescape((tmp_path / "strip.html").read_text(encoding="utf-8"))
+    axis = str(pressed_strip.boundary)[-1]
+    assert f"map periodic along {axis}" in page
+    assert f"one period of a strip that is endless along {axis}" in page
+    assert "the approach needs a datum" in page
+
+
+def test_a_load_curve_and_a_study_of_a_strip(pressed_strip, rough):
+    load, boundary = pressed_strip.load, pressed_strip.boundary
+    options = {"material": STEEL, "boundary": boundary}
+    curve = rc.load_curve(rough, loads=[load / 2, load], **options)
+    last = curve.steps[-1]
+    assert last.approach == pytest.approx(pressed_strip.approach, rel=1e-5)
+    assert last.spots == pressed_strip.spots().count
+    assert last.stiffness == pytest.approx(pressed_strip.stiffness(), rel=1e-3)
+    study = rc.resolution_study(rough, load=load, **options)
+    shapes = [grid.shape for grid in study.grids]
+    assert (72, 96) in shapes
+    assert (144, 192) in shapes
+
+
+def test_grids_of_a_study_keep_the_period_and_the_means_across():
+    # Waves along x, steps along y: each axis is coarsened after its own kind.
+    wave = np.sin(2 * np.pi * (np.arange(64) + 0.5) / 64)
+    steps = np.repeat([0.0, 1.0, 4.0, 9.0], 16)
+    surface = rc.Surface(steps[:, None] + wave, (1.0, 1.0))
+    coarse = resolution_study._scaled(surface, 2, Boundary.PERIODIC_X)
+    assert coarse.shape == (32, 32)
+    expected = np.repeat([0.0, 1.0, 4.0, 9.0], 8)[:, None] + np.sin(
+        2 * np.pi * (np.arange(32) + 0.5) / 32
+    )
+    np.testing.assert_allclose(coarse.heights, expected, rtol=0, atol=1e-12)
+    turned = rc.Surface(np.ascontiguousarray(surface.heights.T), (1.0, 1.0))
+    other = resolution_study._scaled(turned, 2, Boundary.PERIODIC_Y)
+    np.testing.assert_allclose(other.heights.T, coarse.heights, rtol=0, atol=1e-12)
+    # 65 points across lose one, 66 along stay.
+    odd = rc.Surface(np.zeros((65, 66)), (1.0, 1.0))
+    assert resolution_study._divisible(odd, Boundary.PERIODIC_X).shape == (64, 66)
+    assert resolution_study._divisible(odd, Boundary.PERIODIC_Y).shape == (65, 64)
+    holed = surface.heights.copy()
+    holed[5, 7] = np.nan
+    coarse = resolution_study._scaled(rc.Surface(holed, (1.0, 1.0)), 2, Boundary.PERIODIC_X)
+    assert np.isnan(coarse.heights[2, 3])
+    assert np.isnan(coarse.heights).sum() == 1
+
+
+@pytest.mark.parametrize("boundary", STRIPS)
+def test_what_needs_both_axes_alike_is_refused_before_it_starts(boundary, rough, monkeypatch):
+    def no_solve(*arguments, **options):
+        raise AssertionError("solved something")
+
+    result = rc.solve(rough, material=STEEL, load=1e-3, boundary=boundary)
+    monkeypatch.setattr(bounded, "solve", no_solve)
+    options = {"material": STEEL, "boundary": boundary}
+    with pytest.raises(InputError, match="moments need boundary="):
+        rc.solve(rough, load=1.0, moments=(0.0, 0.0), **options)
+    for call in (
+        lambda: rc.subsurface_stress(result),
+        lambda: rc.yield_onset(rough, **options),
+        lambda: rc.solve_elastoplastic(rough, load=1.0, **options),
+    ):
+        with pytest.raises(InputError, match="is not available for") as caught:
+            call()
+        assert caught.value.argument == "boundary"
+
+
+@pytest.mark.parametrize("boundary", STRIPS)
+def test_command_line_and_project_file_know_strips(boundary, rough, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    np.save("map.npy", rough.heights)
+    given = {
+        "size": "14.4 um x 28.8 um", "unit": "m", "level": "none", "load": "0.05 N",
+        "young": "210 GPa", "poisson": "0.3", "boundary": str(boundary),
+    }  # fmt: skip
+    words = [word for name, value in given.items() for word in (f"--{name}", value)]
+    assert app.main(["solve", "map.npy", *words, "--output", "a.nc"]) == app.SOLVED
+    from_words = rc.load_result("a.nc")
+    lines = [f'{name} = "{value}"' for name, value in given.items()]
+    (tmp_path / "p.toml").write_text(
+        "\n".join(["[[contact]]", 'name = "b"', 'file = "map.npy"', *lines]), encoding="utf-8"
+    )
+    assert app.main(["run", "p.toml"]) == app.SOLVED
+    from_project = rc.load_result(next(tmp_path.rglob("b.nc")))
+    assert from_words.boundary is from_project.boundary is boundary
+    assert from_words.pressure.tobytes() == from_project.pressure.tobytes()
+    assert app.main(["solve", "map.npy", *words[:-1], "periodic-z"]) == app.BAD_INPUT
+    assert "periodic-x" in capsys.readouterr().err
+    monkeypatch.setenv("COLUMNS", "200")
+    assert app.main(["solve", "--help"]) == app.SOLVED
+    assert "free|periodic|periodic-x|periodic-y" in capsys.readouterr().out
+
+
+def test_the_command_stress_refuses_a_strip_before_it_solves(rough, tmp_path, monkeypatch, capsys):
+    def no_solve(*arguments, **options):
+        raise AssertionError("solved something")
+
+    monkeypatch.setattr(bounded, "solve", no_solve)
+    np.save(tmp_path / "map.npy", rough.heights)
+    words = ["--size", "14.4 um x 28.8 um", "--unit", "m", "--level", "none", "--load", "0.05 N",
+             "--material", "100Cr6", "--boundary", "periodic-x"]  # fmt: skip
+    assert app.main(["stress", str(tmp_path / "map.npy"), *words]) == app.BAD_INPUT
+    assert "solve with 'free' or 'periodic'" in capsys.readouterr().err

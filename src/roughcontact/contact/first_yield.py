@@ -89,7 +89,7 @@ def onset(
         As for `yield_onset`.
     """
     require_positive(tolerance=tolerance)
-    pair.boundary.require_alike("the stress below the surface")
+    pair.boundary.require_stress()
     if start is not None:
         require_positive(start=start)
     strength = _yield_strength(pair, body)

@@ -62,7 +62,15 @@ class Boundary(StrEnum):
         """In sentences, for a reader of the results."""
         return _BEYOND[self].assumption
 
-    def require_alike(self, what: str) -> None:
+    def require_stress(self) -> None:
+        """Raise `InputError` unless the stress below such a map is known."""
+        self._require_alike("the stress below the surface")
+
+    def require_volume(self) -> None:
+        """Raise `InputError` unless plasticity of the volume below such a map is known."""
+        self._require_alike("the volume model")
+
+    def _require_alike(self, what: str) -> None:
         """Raise `InputError` for ``what`` needs a map that ends, or repeats, along both axes."""
         if len(self.periodic_axes) == 1:
             alike = " or ".join(repr(str(b)) for b in Boundary if len(b.periodic_axes) != 1)

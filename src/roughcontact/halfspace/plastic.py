@@ -74,7 +74,7 @@ class HalfSpace:
                 value=thickness,
             )
         boundary = Boundary(boundary)
-        boundary.require_alike("the volume model")
+        boundary.require_volume()
         self.shape, self.thickness = shape, layers
         self.workspace = workspace or Workspace()
         free = not boundary.periodic_axes

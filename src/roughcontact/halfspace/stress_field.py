@@ -66,7 +66,7 @@ def field_of(
     require_pixel(pixel)
     stress_kernels.require_poisson(poisson)
     boundary = Boundary(boundary)
-    boundary.require_alike("the stress below the surface")
+    boundary.require_stress()
     require_choice(("double", "single"), precision=precision)
     source = _checked_source(pressure)
     pulls = _pulls(friction, direction)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import InputError, RoughcontactError, Sentence, parts_of
 from roughcontact.formats import tables
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.report import figures, sections
 from roughcontact.request import outputs
 from roughcontact.request.maps import resolution_notes, surfaces
@@ -244,6 +245,7 @@ def _stress(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> 
     from roughcontact.contact.first_yield import onset
     from roughcontact.contact.subsurface import subsurface_stress
 
+    Boundary(request["boundary"]).require_stress()
     result = _contact(request, maps, look)
     if not result.converged:
         return Outcome(request, result)

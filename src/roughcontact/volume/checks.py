@@ -36,7 +36,7 @@ def check_arguments(
         raise InputError(
             f"must be an ElastoplasticResult, got {type(start).__name__}", argument="start"
         )
-    pair.boundary.require_alike("the volume model")
+    pair.boundary.require_volume()
     require_choice(("double", "single"), precision=precision)
     require_choice(("raise", "return"), on_failure=on_failure)
     counts = ("increments", increments), ("max_iterations", problem.max_iterations)
