@@ -8,6 +8,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.contact.archive import load_contact
+from roughcontact.contact.cautions import Kind
 from roughcontact.contact.pair import Pair
 from roughcontact.errors import (
     CapacityError,
@@ -15,6 +16,7 @@ from roughcontact.errors import (
     FormatError,
     InputError,
     InsufficientMemoryError,
+    Mention,
 )
 from roughcontact.halfspace import tensors
 from roughcontact.halfspace.fft import Workspace
@@ -291,12 +293,14 @@ def test_volume_grows_with_the_plastic_zone() -> None:
 
 def test_layers_that_are_too_few_are_reported() -> None:
     result = solve_elastoplastic(ball(), material=SWIFT, loads=[0.65], layers=[0.5e-6] * 14)
-    assert any("lowest layer" in note for note in result.warnings)
+    assert [caution.kind for caution in result.cautions] == [Kind.PLASTIC_BOTTOM]
+    assert "larger depth" in result.warnings[0]
     assert result.bodies[0].thickness.size == 14
 
 
 def test_contact_at_the_edge_is_reported() -> None:
     result = solve_elastoplastic(ball((10, 10)), material=PERFECT, loads=[0.45], **MORE)
+    assert Kind.EDGE in [caution.kind for caution in result.cautions]
     assert any("contact reaches the edge" in note for note in result.warnings)
     assert result.converged
 
@@ -368,7 +372,9 @@ def test_progress_and_cut_increments() -> None:
     assert result.contact.load == result.increments[-1].load < 0.65
     assert len({at.step.load for at in steps}) > 3  # halved again and again
     assert {(at.number, at.count) for at in steps} == {(1, 2), (2, 2)}
-    assert any("halved 5 times" in note for note in result.warnings)
+    (caution,) = [c for c in result.cautions if c.kind == Kind.NOT_CONVERGED]
+    assert "halved 5 times" in caution.text
+    assert Mention("max_iterations") in caution.parts
 
 
 def test_an_increment_that_is_too_large_is_cut() -> None:
@@ -452,7 +458,7 @@ def test_stress_far_above_the_yield_strength_is_told() -> None:
     )
     assert result.converged
     assert result.yield_excess > 1
-    (note,) = [note for note in result.warnings if "yield strength" in note]
+    (note,) = [c.text for c in result.cautions if c.kind == Kind.BEYOND_YIELD]
     assert f"by up to {100 * result.yield_excess:.3g} %" in note
     assert "smaller tolerance" in note
 

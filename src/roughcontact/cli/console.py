@@ -67,10 +67,11 @@ def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
 
 def show_volume(volume: ElastoplasticResult, notes: Sequence[str], written: Sequence[Path]) -> None:
     """Print problem, answer and trust of a contact with plasticity of the volume."""
+    from roughcontact.contact.cautions import Kind
     from roughcontact.report import assumptions_volume
 
     _print_table(_problem(volume, volume.contact), *_answers(volume))
-    told = [note for note in volume.warnings if note != volume.status]
+    told = [c.text for c in volume.cautions if c.kind != Kind.NOT_CONVERGED]
     _print_warnings([*told, *assumptions_volume.cautions(volume)])
     _print_warnings(notes, "note")
     _print_written(written)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from roughcontact.errors import Part, worded
+from roughcontact.errors import Part, Sentence
 
 
 class Kind(StrEnum):
@@ -18,6 +18,8 @@ class Kind(StrEnum):
     BEYOND_YIELD = "stress beyond the yield strength"
     DEEPEST = "largest stress at the greatest depth"
     SHALLOW = "largest stress within two pixels of the surface"
+    PLASTIC_EDGE = "plastic strain at the edge of the volume"
+    PLASTIC_BOTTOM = "plastic strain in the lowest layer"
 
 
 @dataclass(frozen=True)
@@ -38,4 +40,16 @@ class Caution:
     @property
     def text(self) -> str:
         """The sentence in the words of Python."""
-        return worded(self.parts)
+        return Sentence(*self.parts)
+
+
+def at_edge(*more: Part) -> Caution:
+    """Return what is said of a contact that reaches the edge of the map, and more where it fits."""
+    return Caution(
+        Kind.EDGE,
+        (
+            "contact reaches the edge of the map: either the map is too small for this load, or "
+            "the body is meant to end there",
+            *more,
+        ),
+    )

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.contact import area, spots
+from roughcontact.contact import area, cautions, spots
 from roughcontact.contact.cautions import Caution, Kind
 from roughcontact.contact.pair import Pair
 from roughcontact.errors import parts_of
@@ -36,10 +36,6 @@ _LIMITS = {
     Regime.BEYOND_CEILING: "three times the yield strength",
     Regime.BEYOND_HARDNESS: "the hardness",
 }
-_EDGE = (
-    "contact reaches the edge of the map: either the map is too small for this load, "
-    "or the body is meant to end there"
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,7 +266,7 @@ class ContactResult:
         if not self.converged:
             found.append(self._not_converged())
         if area.at_edge(self.contact, self.boundary):
-            found.append(Caution(Kind.EDGE, (_EDGE,)))
+            found.append(cautions.at_edge())
         if self.regime in _LIMITS:
             advice = "solve with a ceiling" if self.ceiling is None else "the ceiling lies above it"
             limit = f"the pressure exceeds {_LIMITS[self.regime]} of the softer body: "

@@ -9,6 +9,7 @@ import datetime
 import os
 from collections.abc import Sequence
 
+from roughcontact.contact.cautions import Kind
 from roughcontact.report import (
     assumptions_volume,
     chapters,
@@ -79,7 +80,7 @@ def render(
         regime=result.regime,
         regime_text=regimes.volume_regime(result),
         certificate=_certificate_in_short(result),
-        warnings=[note for note in result.warnings if note != result.status],
+        warnings=[c.text for c in result.cautions if c.kind != Kind.NOT_CONVERGED],
         cautions=[item.caution for item in stated if item.caution],
     )
 

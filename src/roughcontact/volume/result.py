@@ -12,8 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.contact.area import rim_excess
+from roughcontact.contact import cautions
+from roughcontact.contact.area import at_edge, rim_excess
+from roughcontact.contact.cautions import Caution, Kind
 from roughcontact.contact.result import ContactResult
+from roughcontact.errors import Mention, parts_of
 from roughcontact.halfspace import tensors
 from roughcontact.material.material import Material
 from roughcontact.volume.profiles import DepthProfile, DepthSection, LayerProfile
@@ -278,31 +281,40 @@ class ElastoplasticResult:
         return bool((flowed & touching if touching.any() else flowed).any())
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """What a reader of the numbers has to know, one sentence each."""
-        notes = [] if self.converged else [self.status]
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know."""
+        pressed = self.contact
+        found = []
+        if not self.converged:
+            found.append(Caution(Kind.NOT_CONVERGED, parts_of(self.status)))
         if self.yield_excess > _EXCESS:
-            notes.append(
-                "the von Mises stress passes the yield strength by up to "
-                f"{100 * self.yield_excess:.3g} %: plastic strain is so large beside the yield "
-                "strain that it takes a smaller tolerance"
-            )
-        if self.contact.boundary.free_axes:
-            if _rim(self.contact.contact, 1):
-                notes.append(
-                    "contact reaches the edge of the map: either the map is too small for this "
-                    "load, or the body is meant to end there; the volume goes on beyond the edge"
-                )
-            if any(_rim(body.accumulated, GUARD) for body in self.bodies):
-                notes.append(
-                    "plastic strain reaches the edge of the volume: enlarge the map, or solve it "
-                    "as periodic"
-                )
+            found.append(self._excess())
+        if at_edge(pressed.contact, pressed.boundary):
+            found.append(cautions.at_edge("; the volume goes on beyond the edge"))
+        if pressed.boundary.free_axes and any(_rim(b.accumulated, GUARD) for b in self.bodies):
+            text = "plastic strain reaches the edge of the volume: enlarge the map, or solve with "
+            periodic = Mention("boundary", "periodic")
+            found.append(Caution(Kind.PLASTIC_EDGE, (text, periodic)))
         if any(body.accumulated[-1].any() for body in self.bodies):
-            notes.append(
-                "plastic strain reaches the lowest layer: enlarge the map, or give a larger depth"
-            )
-        return tuple(notes)
+            text = "plastic strain reaches the lowest layer: enlarge the map, or give a larger "
+            found.append(Caution(Kind.PLASTIC_BOTTOM, (text, Mention("depth"))))
+        return tuple(found)
+
+    def _excess(self) -> Caution:
+        return Caution(
+            Kind.BEYOND_YIELD,
+            (
+                "the von Mises stress exceeds the yield strength by up to "
+                f"{100 * self.yield_excess:.3g} %: plastic strain is so large compared with the "
+                "yield strain that it needs a smaller ",
+                Mention("tolerance"),
+            ),
+        )
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The same, one sentence each."""
+        return tuple(caution.text for caution in self.cautions)
 
     def summary(self) -> dict[str, Any]:
         """Return the scalar results by name, in SI units, ready for JSON."""
