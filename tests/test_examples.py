@@ -37,6 +37,8 @@ NUMBERS: dict[str, tuple[int, str, float, float]] = {
     "11_history": (64, "last_share", 0.3, 0.25),
     # Kogut and Etsion 2002; the area of a contact of five pixels in radius is rough.
     "12_volume": (20, "plateau", 2.2, 0.25),
+    # Line Hertz: 32 pixels across the contact, of second order.
+    "13_roller": (64, "peak_error", 0.0, 1e-3),
 }
 
 
