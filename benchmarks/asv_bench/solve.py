@@ -27,7 +27,12 @@ def rough(points: int, ceiling: float | None, boundary: str, precision: str) -> 
 class Rough:
     """R(N) over size, boundary, ceiling and precision."""
 
-    params = ([256, 512, 1024, 2048], ["free", "periodic", "periodic-x"], [3e9, None], ["double", "single"])
+    params = (
+        [256, 512, 1024, 2048],
+        ["free", "periodic", "periodic-x"],
+        [3e9, None],
+        ["double", "single"],
+    )
     param_names = ("points", "boundary", "ceiling", "precision")
     timeout = 600
 
