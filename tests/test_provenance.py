@@ -115,6 +115,8 @@ def changed(change: Any) -> str:
         changed(lambda r: r["origin"].update(method="leveled")),
         changed(lambda r: r["origin"]["found"].update(shape="many")),
         changed(lambda r: r["origin"]["found"].pop("shape")),
+        changed(lambda r: r["origin"]["arguments"].pop("pixel")),
+        changed(lambda r: r["origin"].update(method="read_surface")),
     ],
 )  # fmt: skip
 def test_a_damaged_text_is_refused(text: str) -> None:

@@ -61,37 +61,12 @@ def repeating(result: ContactResult) -> str:
     """
     script = _Script()
     script.add_maps(result)
-    ceiling = "None"
-    if isinstance(result.ceiling, np.ndarray):
-        ceiling = "ceiling"
-        script.comment("One ceiling for each point, from the file that holds the result.")
-        script.lines.append(f'ceiling = rc.load_result("{_RESULT}").ceiling')
-    elif result.ceiling is not None:
-        ceiling = _number(result.ceiling)
-    lines = script.lines
-    value = result.load if result.control == "load" else result.approach
-    single = result.precision == "single"
-    lines += [
+    ceiling = script.ceiling(result)
+    script.lines += [
         "result = rc.solve(",
-        "    surface,",
-        f"    {result.control}={_number(value)},",
-        f"    material={_material(_without_law(result.material))},",
+        *(f"    {given}," for given in _given(result, ceiling)),
+        ")",
     ]
-    if result.moments is not None:
-        about_y, about_x = result.moments
-        lines.append(f"    moments=({_number(about_y)}, {_number(about_x)}),")
-    if result.counter_material != RIGID:
-        lines.append(f"    counter_material={_material(_without_law(result.counter_material))},")
-    if result.counter_surface is not None:
-        lines.append("    counter_surface=counter_surface,")
-    lines.append(f"    ceiling={ceiling},")
-    if result.boundary.periodic_axes:
-        lines.append(f'    boundary="{result.boundary}",')
-    if single:
-        lines.append('    precision="single",')
-    if result.tolerance != (1e-4 if single else 1e-6):
-        lines.append(f"    tolerance={_number(result.tolerance)},")
-    lines.append(")")
     return script.text()
 
 
@@ -200,6 +175,16 @@ class _Script:
         else:
             self.add(name, surface.traced())
 
+    def ceiling(self, result: ContactResult) -> str:
+        """Return the ceiling of a result, after the lines that it takes."""
+        if result.ceiling is None:
+            return "None"
+        if not isinstance(result.ceiling, np.ndarray):
+            return _number(result.ceiling)
+        self.comment("One ceiling for each point, from the file that holds the result.")
+        self.lines.append(f'ceiling = rc.load_result("{_RESULT}").ceiling')
+        return "ceiling"
+
     def add(self, name: str, about: Provenance) -> str:
         """Write the lines that make one map, and return the name that it got."""
         number = 2
@@ -270,6 +255,32 @@ class _Script:
         return ", ".join(words)
 
 
+def _given(result: ContactResult, ceiling: str) -> list[str]:
+    """Return the arguments of `solve`, but for those that are the default."""
+    value = result.load if result.control == "load" else result.approach
+    given = [
+        "surface",
+        f"{result.control}={_number(value)}",
+        f"material={_material(_without_law(result.material))}",
+    ]
+    if result.moments is not None:
+        about_y, about_x = result.moments
+        given.append(f"moments=({_number(about_y)}, {_number(about_x)})")
+    if result.counter_material != RIGID:
+        given.append(f"counter_material={_material(_without_law(result.counter_material))}")
+    if result.counter_surface is not None:
+        given.append("counter_surface=counter_surface")
+    given.append(f"ceiling={ceiling}")
+    if result.boundary.periodic_axes:
+        given.append(f'boundary="{result.boundary}"')
+    single = result.precision == "single"
+    if single:
+        given.append('precision="single"')
+    if result.tolerance != (1e-4 if single else 1e-6):
+        given.append(f"tolerance={_number(result.tolerance)}")
+    return given
+
+
 def _lost(about: Provenance) -> list[str]:
     """Return in words the steps that cannot be repeated."""
     steps = list(about.operations)
@@ -310,7 +321,8 @@ def _without_law(body: Material) -> Material:
 
 def _number(value: float) -> str:
     short = f"{value:g}"
-    return short if float(short) == value else repr(float(value))
+    # Without a point it would be an integer: the same but for zero, which has a sign.
+    return short if value and float(short) == value else repr(float(value))
 
 
 def _named(given: Mapping[str, Any]) -> list[str]:

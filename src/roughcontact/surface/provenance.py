@@ -184,7 +184,11 @@ def _origin(record: dict[str, Any]) -> Operation:
         raise ValueError(f"{operation.method} makes no map")
     if operation.method == "Surface":
         ny, nx = map(int, operation.found["shape"])
-        operation = replace(operation, found={**operation.found, "shape": (ny, nx)})
+        dy, dx = map(float, operation.arguments["pixel"])
+        given = {"pixel": (dy, dx), "holes_masked": bool(operation.arguments["holes_masked"])}
+        return Operation("Surface", given, {**operation.found, "shape": (ny, nx)})
+    if operation.method == "read_surface":
+        _ = operation.arguments["path"]
     return operation
 
 
