@@ -207,17 +207,17 @@ def load_result(path: str | os.PathLike[str]) -> ContactResult | ElastoplasticRe
 
 
 def _from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
-    contact = archive.from_dataset(dataset)
+    pressed = archive.from_dataset(dataset)
     attributes = dataset.attrs
     bodies = []
-    for name in _yielding(contact):
+    for name in _yielding(pressed):
         arrays = {
             field: np.array(dataset[f"{name}_{field}"].values)
             for field in ("thickness", *_TENSORS, *_FIELDS)
         }
         body = PlasticBody(
-            material=getattr(contact, name),
-            pixel_area=contact.pixel_area,
+            material=getattr(pressed, name),
+            pixel_area=pressed.pixel_area,
             margin=int(attributes["volume_margin"]),
             **arrays,
         )
@@ -229,7 +229,7 @@ def _from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
     ]
     rows = zip(*columns.values(), strict=True)
     return ElastoplasticResult(
-        contact=contact,
+        contact=pressed,
         residual_displacement=np.array(dataset["residual_displacement"].values),
         bodies=tuple(bodies),
         increments=tuple(Increment(**dict(zip(columns, row, strict=True))) for row in rows),
@@ -250,6 +250,6 @@ def _carried(dataset: xarray.Dataset) -> dict[str, NDArray[Any]]:
     }
 
 
-def _yielding(contact: ContactResult) -> list[str]:
-    """Return which bodies of a contact yield."""
-    return [name for name in archive.MATERIALS if getattr(contact, name).yield_strength is not None]
+def _yielding(pressed: ContactResult) -> list[str]:
+    """Return which materials of a contact yield."""
+    return [name for name in archive.MATERIALS if getattr(pressed, name).yield_strength is not None]

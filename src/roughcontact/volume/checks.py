@@ -1,4 +1,4 @@
-"""What can be said of a path of loads before the first of them."""
+"""What has to hold before a path of loads is followed."""
 
 from __future__ import annotations
 
@@ -75,12 +75,12 @@ def check_arguments(
 
 
 def _check_layers(depth: float | None, layers: ArrayLike | None, pixel: float) -> None:
-    """Refuse a depth and layers that cannot be; both, too."""
+    """Refuse a depth or layers that cannot be used, or both at once."""
     if depth is not None:
         require_positive(depth=depth)
         if depth < pixel:
             raise InputError(
-                f"= {depth!r} m is less than a pixel, {pixel:.4g} m: give some "
+                f"= {depth!r} m is less than a pixel, {pixel:.4g} m: give a few "
                 "radii of a contact spot, or leave it out",
                 argument="depth",
             )
@@ -104,7 +104,7 @@ def _check_layers(depth: float | None, layers: ArrayLike | None, pixel: float) -
 
 
 def check_capacity(problem: Problem, solver: ContactSolver, load: float) -> None:
-    """Refuse a load under which a map that ends flows without end."""
+    """Refuse a load under which a map that ends yields without limit."""
     if not problem.pair.boundary.free_axes:
         return
     strain = np.array(1e9)
@@ -112,9 +112,9 @@ def check_capacity(problem: Problem, solver: ContactSolver, load: float) -> None
     capacity = _PUNCH * strongest * solver.area * np.count_nonzero(np.isfinite(solver.initial_gap))
     if load > capacity:
         raise CapacityError(
-            f"= {load:.6g} N is more than the map can carry: even in full contact its body "
-            f"flows without end above {capacity:.4g} N, {_PUNCH} times the largest yield strength "
-            "on its area",
+            f"= {load:.6g} N is more than the map can carry: even in full contact the body yields "
+            f"without limit above {capacity:.4g} N, which is {_PUNCH} times the largest yield "
+            "strength times the area",
             argument="load",
         )
 

@@ -93,7 +93,7 @@ def first_extent(
     if thickness.sum() < radius:
         raise InputError(
             f"reach {thickness.sum():.4g} m deep, less than the radius {radius:.4g} m of "
-            "the largest contact spot: plastic strain would pass through them; reach "
+            "the largest contact spot: plastic strain would go deeper; let them reach "
             f"{_DEPTH * radius:.4g} m, or leave them out",
             argument="layers",
         )
@@ -103,7 +103,7 @@ def first_extent(
 def _spots(
     solver: ContactSolver, load: float, body: Material | None, pixel: tuple[float, float]
 ) -> tuple[float, int]:
-    """Return the radius of the largest contact spot [m] and the margin that its volume wants.
+    """Return the radius of the largest contact spot [m] and the margin that its volume needs.
 
     The contact is that under a ceiling of three yield strengths.
     """

@@ -41,5 +41,5 @@ class Problem:
         for name, agrees in same.items():
             if not agrees:
                 raise InputError(
-                    f"{what} was solved with another {name}: plastic strain stays with it"
+                    f"{what} was solved with another {name}, to which its plastic strain belongs"
                 )

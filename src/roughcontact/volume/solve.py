@@ -71,7 +71,7 @@ def solve_elastoplastic(
     load : float
         Last load [N], reached in ``increments`` equal steps; give either this or ``loads``.
     loads : sequence of float
-        Loads one after the other [N]; zero takes the bodies apart.
+        Loads one after the other [N]; zero separates the bodies.
     counter_surface : Surface, optional
         Heights of the counter-body on the same grid; a flat without it.
     boundary : {"free", "periodic"}
@@ -84,7 +84,7 @@ def solve_elastoplastic(
     layers : array_like, optional
         Thickness of each layer [m] instead of graded ones.
     tolerance : float
-        Residual of the plastic strain, see `Increment`.
+        Residual of the plastic strain to reach, see `Increment`.
     max_iterations : int
         Iterations at one load; an increment that needs more is halved.
     precision : {"double", "single"}
