@@ -93,7 +93,7 @@ def onset(
     if start is not None:
         require_positive(start=start)
     strength = _yield_strength(pair, body)
-    load = start or 1.6 * strength * pair.pixel_area
+    load = start or 1.6 * strength * pair.pixel[0] * pair.pixel[1]
     known: list[tuple[float, float]] = []
     last: ContactResult | None = None
     for _ in range(_SOLVES):

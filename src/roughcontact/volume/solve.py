@@ -281,7 +281,7 @@ def _pressed(
         gap = solution.gap
     gap = gap[solver.inside].copy()
     gap[np.isinf(gap)] = np.nan
-    carried = float(solver.pressure.sum()) * problem.pair.pixel_area
+    carried = float(solver.pressure.sum()) * problem.pair.pixel[0] * problem.pair.pixel[1]
     load_error = abs(carried - load) / load if load else 0.0
     status = bounded.Status.CONVERGED if solution is None else solution.status
     if status is bounded.Status.CONVERGED and load_error > LOAD_TOLERANCE:
