@@ -107,7 +107,7 @@ def test_a_delegation_passes_on_and_does_nothing_else(room: str, other: str) -> 
             isinstance(node, ast.ImportFrom)
             and node.module == f"roughcontact.{module}"
             and any(alias.name == name for alias in node.names)
-            for node in function.body
+            for node in ast.walk(function)
         )
     ]
     assert bodies, f"{room} no longer delegates to {other}"

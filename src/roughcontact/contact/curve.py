@@ -6,14 +6,12 @@ import math
 import os
 from dataclasses import dataclass, fields
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import InputError
-from roughcontact.files import replacing, require_suffix, to_json
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.theory import persson
 
@@ -182,15 +180,9 @@ class LoadCurve:
         InputError
             If the suffix is another one.
         """
-        require_suffix(path, ".csv", ".json")
-        if Path(path).suffix.lower() == ".csv":
-            from roughcontact.report import results
+        from roughcontact.report import results
 
-            text = results.csv(self)
-        else:
-            text = to_json(self.summary()) + "\n"
-        with replacing(path) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+        results.save(self, path)
 
     def summary(self) -> dict[str, Any]:
         """Return the curve and its laws by name, in SI units, ready for JSON."""

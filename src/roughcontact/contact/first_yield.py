@@ -118,10 +118,7 @@ def onset(
 def _yield_strength(pair: Pair, body: str) -> float:
     material = pair.material_of(body)
     if material.yield_strength is None or math.isinf(material.young):
-        raise InputError(
-            f"the {BODIES[body]} has no yield strength: give its material one, "
-            "Material(..., yield_strength=...)"
-        )
+        raise InputError(f"the {BODIES[body]} has no yield strength: give its material one")
     return material.yield_strength
 
 

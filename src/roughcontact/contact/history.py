@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from numbers import Real
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +15,6 @@ from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
-from roughcontact.files import replacing, require_suffix
 from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
@@ -244,15 +241,9 @@ class LoadHistory:
         InputError
             If the suffix is another one.
         """
-        require_suffix(path, ".csv", ".json")
-        if Path(path).suffix.lower() == ".csv":
-            from roughcontact.report import results
+        from roughcontact.report import results
 
-            text = results.csv(self)
-        else:
-            text = json.dumps(self.summary(), indent=2, ensure_ascii=False) + "\n"
-        with replacing(path) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+        results.save(self, path)
 
 
 def passes(

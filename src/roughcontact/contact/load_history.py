@@ -261,12 +261,16 @@ def _pixels(shift: tuple[float, float], surface: Surface, number: int) -> tuple[
     if any(abs(r - w) > _WHOLE for r, w in zip(ratios, whole, strict=True)):
         near = ", ".join(f"{w * edge:.9g}" for w, edge in zip(whole, surface.pixel, strict=True))
         raise InputError(
-            f"stage {number}: shift {shift} m is no whole number of pixels of {surface.pixel} m; "
-            f"the nearest is ({near}) m"
+            f"stage {number}: ",
+            Mention("shift"),
+            f" {shift} m is no whole number of pixels of {surface.pixel} m; "
+            f"the nearest is ({near}) m",
         )
     if any(abs(w) >= points for w, points in zip(whole, surface.shape, strict=True)):
         raise InputError(
-            f"stage {number}: shift {shift} m is beyond the map of {surface.size} m; stay within it"
+            f"stage {number}: ",
+            Mention("shift"),
+            f" {shift} m is beyond the map of {surface.size} m; stay within it",
         )
     return whole[0], whole[1]
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
 from typing import Any
 
 from roughcontact._version import __version__
@@ -10,6 +12,7 @@ from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.stress import StressResult
 from roughcontact.contact.study import ResolutionStudy
+from roughcontact.files import replacing, require_suffix, to_json
 from roughcontact.report import tables
 from roughcontact.report.quantities import (
     ANSWER,
@@ -69,6 +72,15 @@ def summary(result: Any) -> dict[str, Any]:
 def csv(result: Any) -> str:
     """Return the steps of a result as a table in text, units in the head."""
     return csv_text(columns_of(result), result)
+
+
+def save(result: LoadCurve | LoadHistory, path: str | os.PathLike[str]) -> None:
+    """Write a result of many loads as a table, or as JSON; see `LoadCurve.save`."""
+    require_suffix(path, ".csv", ".json")
+    table = Path(path).suffix.lower() == ".csv"
+    text = csv(result) if table else to_json(summary(result)) + "\n"
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
 def rows(result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:

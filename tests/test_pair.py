@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.contact.pair import BODIES, Pair
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.fft import Workspace
+
+STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
+SOFT = rc.Material(70e9, 0.2, 0.2e9, "soft")
+PIXEL = (1e-6, 1.2e-6)
+HEIGHTS = np.random.default_rng(3).normal(scale=1e-7, size=(12, 9))
+
+
+def surface(heights: np.ndarray = HEIGHTS) -> rc.Surface:
+    return rc.Surface(heights, PIXEL)
+
+
+def test_the_gap_is_from_the_first_touch() -> None:
+    alone = Pair(surface(), STEEL)
+    np.testing.assert_array_equal(alone.initial_gap, HEIGHTS.max() - HEIGHTS)
+    both = Pair(surface(), STEEL, surface(HEIGHTS[::-1]), SOFT)
+    total = HEIGHTS + HEIGHTS[::-1]
+    np.testing.assert_array_equal(both.initial_gap, total.max() - total)
+    assert both.highest == total.max()
+    # A new array each time: the solver may take it away.
+    assert both.initial_gap.flags.writeable
+    assert not both.has_holes
+
+
+def test_what_is_missing_on_either_body_is_missing_in_the_gap() -> None:
+    holed = HEIGHTS.copy()
+    holed[2, 3] = np.nan
+    for pair in (
+        Pair(surface(holed), STEEL),
+        Pair(surface(), STEEL, counter_surface=surface(holed)),
+    ):
+        assert pair.has_holes
+        np.testing.assert_array_equal(np.isnan(pair.initial_gap), np.isnan(holed))
+
+
+def test_materials_by_the_name_of_the_body() -> None:
+    pair = Pair(surface(), STEEL, counter_material=SOFT)
+    assert [pair.material_of(body) for body in BODIES] == [STEEL, SOFT]
+    assert pair.softer is SOFT
+    assert pair.contact_modulus == rc.contact_modulus(STEEL, SOFT)
+    with pytest.raises(rc.InputError, match="body must be 'body' or 'counter_body', got 'first'"):
+        pair.material_of("first")
+
+
+@pytest.mark.parametrize("boundary", Boundary)
+def test_operators_are_those_of_the_boundary(boundary: Boundary) -> None:
+    pair = Pair(surface(), STEEL, boundary=boundary)
+    pressure = np.zeros(pair.shape)
+    pressure[4, 5] = 1e9
+    own = pair.operators("double", Workspace())(pair.shape, (1, 1))
+    modulus = rc.contact_modulus(STEEL, rc.RIGID)
+    other = boundary.operator(pair.shape, PIXEL, modulus, datum=max(pair.size))
+    np.testing.assert_array_equal(own(pressure), other(pressure))
+
+
+@pytest.mark.parametrize(
+    ("bodies", "message"),
+    [
+        ((HEIGHTS, STEEL), "surface must be a Surface, got ndarray"),
+        ((surface(), None), "material must be a Material, got NoneType"),
+        ((surface(), STEEL, HEIGHTS), "counter_surface must be a Surface"),
+        ((surface(), STEEL, None, "steel"), "counter_material must be a Material, got str"),
+        ((surface(), STEEL, surface(HEIGHTS[1:])), "counter_surface has .* the same grid"),
+        ((surface(), rc.RIGID), "both bodies are rigid"),
+    ],
+)
+def test_what_cannot_be_pressed_together(bodies: tuple, message: str) -> None:
+    with pytest.raises(rc.InputError, match=message):
+        Pair(*bodies)
+
+
+def test_records_tell_pairs_apart() -> None:
+    record = Pair(surface(), STEEL).record()
+    assert record == Pair(surface(HEIGHTS.copy()), STEEL).record()
+    for other in (
+        Pair(surface(1.5 * HEIGHTS), STEEL),
+        Pair(surface(), SOFT),
+        Pair(surface(), STEEL, surface()),
+        Pair(surface(), STEEL, counter_material=SOFT),
+    ):
+        assert other.record() != record
