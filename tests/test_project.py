@@ -157,7 +157,8 @@ def test_one_failure_does_not_stop_the_rest(folder: Path, capsys: Capture) -> No
         stream.write('\n[[contact]]\nname = "none"\nfile = "absent.opd"\nload = "1 N"\n')
     assert app.main(["run", str(path)]) == app.NOT_CONVERGED
     out, err = capsys.readouterr()
-    assert max(map(len, out.splitlines())) <= 80
+    # Paths are never wrapped.
+    assert max(len(line) for line in out.splitlines() if not Path(line).is_absolute()) <= 80
     assert err.count("\n") == 2
     assert "one 99 N: load = 99 N is more than the surface can carry" in err
     assert "none: " in err

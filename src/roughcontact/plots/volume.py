@@ -171,22 +171,13 @@ def section(
         mesh = _draw_field(axes, field, cut, factor)
         axes.tick_params(labelsize=TICK, labelbottom=row == 1)
         _few_levels(axes, height)
-        if row == 1:
-            axes.set_xlabel(f"{along} [{unit}]", fontsize=LABEL)
-        if column == 0:
-            axes.set_ylabel(f"{'depth' if height > 0.8 else 'z'} [{unit}]", fontsize=LABEL)
-        bar = _panel(figure, column, top, height, _PANEL + 0.1, 0.14)
-        figure.colorbar(mesh, cax=bar)
-        bar.tick_params(labelsize=TICK)
-        _few_levels(bar, height)
-    other = "y" if along == "x" else "x"
-    figure.suptitle(
-        f"Section{_which(result, body)} along {along} at {other} = "
-        f"{engineering(plane.across, 'm', 4)}, {_state(result, body)}",
-        fontsize=TITLE,
-        y=1 - 0.1 / tall,
-        va="top",
-    )
+        axes.set_xlabel(f"{along} [{unit}]" if row else "", fontsize=LABEL)
+        down = f"{'depth' if height > 0.8 else 'z'} [{unit}]"
+        axes.set_ylabel("" if column else down, fontsize=LABEL)
+        _bar(_panel(figure, column, top, height, _PANEL + 0.1, 0.14), mesh, height)
+    where = f"at {'y' if along == 'x' else 'x'} = {engineering(plane.across, 'm', 4)}"
+    title = f"Section{_which(result, body)} along {along} {where}, {_state(result, body)}"
+    figure.suptitle(title, fontsize=TITLE, y=1 - 0.1 / tall, va="top")
     return figure
 
 
@@ -197,6 +188,12 @@ def _panel(
     tall = float(figure.get_figheight())
     at = (_LEFT[column] + left) / _PAGE, 1 - (top + high) / tall
     return figure.add_axes((*at, wide / _PAGE, high / tall))
+
+
+def _bar(axes: Axes, mesh: Any, height: float) -> None:
+    axes.figure.colorbar(mesh, cax=axes)
+    axes.tick_params(labelsize=TICK)
+    _few_levels(axes, height)
 
 
 def _limits(cut: _Cut, factor: float) -> list[float]:
