@@ -166,6 +166,19 @@ def test_an_array_in_memory_has_to_be_supplied(folder: Path) -> None:
     assert names["surface"].provenance == surface.provenance
 
 
+def test_a_form_in_memory_has_to_be_supplied(folder: Path) -> None:
+    surface = rc.read_surface("ground.nc").filled()
+    forms = [rc.Surface(z * surface.heights[::-1], surface.pixel) for z in (0.5, 0.25)]
+    whole = surface.with_form(forms[0]).with_form(forms[1].leveled())
+    text = script.preparing(whole)
+    assert "supply it as form.npy, 48 × 48 heights in metres, SHA-256 of its bytes" in text
+    for name, form in zip(("form.npy", "form_2.npy"), forms, strict=True):
+        np.save(name, form.heights)
+    names: dict[str, Any] = {}
+    exec(text, names)
+    assert names["surface"].heights.tobytes() == whole.heights.tobytes()
+
+
 def test_what_no_script_repeats_is_in_the_file_of_the_result(folder: Path) -> None:
     surface = rc.read_surface("ground.nc").filled()
     step = Operation("indented", found={"depth": 1e-9})
@@ -224,16 +237,21 @@ def _form(draw: st.DrawFn, surface: rc.Surface) -> rc.Surface:
     on: Any = {"shape": surface.shape, "pixel": surface.pixel}
     radius, angle = draw(st.floats(1e-4, 1.0)), draw(st.floats(-200, 200))
     center = draw(st.none() | st.tuples(st.floats(0, 5), st.floats(0, 5)))
-    body: rc.Surface = draw(st.sampled_from([
-        nominal.sphere(radius=radius, **on),
-        nominal.cylinder(radius=radius, angle=angle, center=center, **on),
-        nominal.ellipsoid(radii=(radius, 0.3), angle=angle, center=center, **on),
-        nominal.punch(radius=2 * max(surface.size), edge_radius=radius / 1e3, **on),
-        nominal.rectangular_punch(sides=(1.0, 2.0), **on),
-        nominal.cone(slope=radius, center=center, **on),
-        nominal.wedge(slope=radius, angle=angle, **on),
-        rc.read_surface("counter.csv", size=(3e-5, 2e-5)).aligned(surface),
-    ]))  # fmt: skip
+    # Too many points beyond the body leave nothing, or unhandled holes of the map outside.
+    wide = 2 * max(surface.size)
+    bodies: list[Callable[[], rc.Surface]] = [
+        lambda: nominal.flat(**on),
+        lambda: nominal.sphere(radius=wide + radius, center=center, **on),
+        lambda: nominal.sphere(radius=radius, **on),
+        lambda: nominal.cylinder(radius=wide + radius, angle=angle, center=center, **on),
+        lambda: nominal.ellipsoid(radii=(radius, 0.3), angle=angle, center=center, **on),
+        lambda: nominal.punch(radius=wide, edge_radius=wide / 3, **on),
+        lambda: nominal.rectangular_punch(sides=(1.0, 2.0), **on),
+        lambda: nominal.cone(slope=radius, center=center, **on),
+        lambda: nominal.wedge(slope=radius, angle=angle, **on),
+        lambda: rc.read_surface("counter.csv", unit="nm", size=(1.0, 1.0)).aligned(surface),
+    ]
+    body = draw(st.sampled_from(bodies))()
     return body.rotated(180) if draw(st.booleans()) else body
 
 
@@ -314,7 +332,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
     rows = "\n".join(",".join("" if np.isnan(z) else repr(float(z)) for z in row)
                      for row in 1e9 * heights)  # fmt: skip
     (path / "map.csv").write_text(head + rows + "\n")
-    np.savetxt(path / "counter.csv", rng.normal(size=(9, 8)), delimiter=",", header="unit: nm")
+    np.savetxt(path / "counter.csv", rng.normal(size=(9, 8)), delimiter=",")
     np.save(path / "surface.npy", heights)
     return path
 
