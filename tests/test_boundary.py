@@ -11,7 +11,7 @@ from roughcontact.contact import area, resolution_study, spots
 from roughcontact.errors import InputError
 from roughcontact.halfspace import plastic, stress
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.solvers import bounded
+from roughcontact.solvers import bounded, patches
 
 STRIPS = [Boundary.PERIODIC_X, Boundary.PERIODIC_Y]
 PIXEL = (0.4, 1.0)
@@ -98,6 +98,32 @@ def test_parts_and_coarse_grids_of_a_strip_share_the_datum_of_the_map(boundary):
     # Larger pixels make 0.3 %, half the datum would make 20 %.
     averaged = family(half, (2, 2))(coarse)[tuple(cut)].mean()
     assert averaged == pytest.approx(expected.mean(), rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("boundary", "shape"),
+    [
+        ("free", (15, 8)),
+        ("periodic", (200, 40)),
+        ("periodic-x", (15, 40)),
+        ("periodic-y", (200, 8)),
+    ],
+)
+def test_a_patch_holds_the_whole_period(boundary, shape):
+    # A contact of 11 × 4 pixels, and two more on each side where the map ends.
+    family = Boundary(boundary).operators((200, 40), PIXEL, MODULUS)
+    parts = patches.Patches(family((200, 40), (1, 1)), family, (1, 1))
+    rows, columns = np.mgrid[90:101, 20:24]
+    index = (40 * rows + columns).ravel()
+    patch = parts.around(index)
+    assert patch.operator.shape == shape
+    # The pixels displace one another as they do on the whole map.
+    whole = family((200, 40), (1, 1))
+    pressure = np.random.default_rng(0).random(index.size)
+    local = patch.operator.support(patch.index(index))
+    found = patch.operator.gather(local, pressure)
+    expected = whole.gather(whole.support(index), pressure)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14 * expected.max())
 
 
 def test_words_tell_the_axis():
