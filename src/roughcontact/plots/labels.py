@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.units import engineering
+from roughcontact.volume.result import ElastoplasticResult
 
 
 def result_names(results: Sequence[ContactResult], labels: Sequence[str] | None) -> list[str]:
@@ -29,6 +30,6 @@ def load_text(result: ContactResult) -> str:
     return engineering(result.load, "N", 3)
 
 
-def doubt(result: ContactResult) -> str:
+def doubt(result: ContactResult | ElastoplasticResult) -> str:
     """Return what a title adds where a result is not to be trusted."""
     return "" if result.converged else " (NOT CONVERGED)"

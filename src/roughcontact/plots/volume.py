@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import require_positive
+from roughcontact.plots.labels import doubt
 from roughcontact.plots.style import (
     CELLS_ALONE,
     DPI,
@@ -105,7 +106,7 @@ def residual_displacement(result: ElastoplasticResult) -> Figure:
     )
     outline(axes, touching, y, x, NEUTRAL)
     largest = engineering(float(values.max()), "m", 3)
-    axes.set_title(f"Residual displacement, up to {largest}{_doubt(result)}", fontsize=TITLE)
+    axes.set_title(f"Residual displacement, up to {largest}{doubt(result)}", fontsize=TITLE)
     cell_note(figure, blocks, "the mean displacement")
     return figure
 
@@ -418,7 +419,7 @@ def path(result: ElastoplasticResult) -> Figure:
         axes.set_xlabel(f"load [{unit}]", fontsize=LABEL)
     shared_legend(figure, grid)
     count = counted(len(steps), "increment")
-    figure.suptitle(f"Path of loads, {count}{_doubt(result)}", fontsize=TITLE)
+    figure.suptitle(f"Path of loads, {count}{doubt(result)}", fontsize=TITLE)
     return figure
 
 
@@ -457,7 +458,7 @@ def convergence(result: ElastoplasticResult) -> Figure:
     plain_axes(axes)
     shared_legend(figure, np.array([axes]))
     count = counted(len(result.increments), "increment")
-    figure.suptitle(f"Convergence, {count}{_doubt(result)}", fontsize=TITLE)
+    figure.suptitle(f"Convergence, {count}{doubt(result)}", fontsize=TITLE)
     return figure
 
 
@@ -564,8 +565,4 @@ def _state(result: ElastoplasticResult, body: int) -> str:
     load = result.contact.load
     state = f"at {engineering(load, 'N', 3)}" if load else "unloaded"
     strain = percent(result.bodies[body].max_plastic_strain)
-    return f"{state}, largest strain {strain}{_doubt(result)}"
-
-
-def _doubt(result: ElastoplasticResult) -> str:
-    return "" if result.converged else " (NOT CONVERGED)"
+    return f"{state}, largest strain {strain}{doubt(result)}"

@@ -14,20 +14,16 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
 from roughcontact.errors import InputError
 from roughcontact.material.material import Material
-from roughcontact.report import assumptions, figures, inputs, page, results
+from roughcontact.report import assumptions, details, figures, inputs, page, results
 from roughcontact.report.page import Cells, Chapter, Section, Table
-from roughcontact.report.quantities import TRUST, Row, beside
+from roughcontact.report.quantities import TRUST, Row, beside, rows_of
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering, percent
+from roughcontact.units import engineering
 
 RIGHT_PROBLEM = "Whether it is the right problem is for the assumptions to say."
 """What no certificate knows."""
 
 _LIBRARIES = ("numpy", "scipy", "ducc0", "matplotlib")
-
-
-# Spots whose share of the load is told.
-_LARGEST = 10
 
 
 def subtitle(result: ContactResult) -> str:
@@ -179,41 +175,13 @@ def contact_spots(result: ContactResult, spots: Spots) -> Chapter:
     if spots.count == 0:
         chapter.add("text", "The bodies do not touch.")
         return chapter
-    carried = float(spots.load.sum())
-    largest = float(spots.area[0])
     chapter.add(
         "text",
         "A spot is a set of touching pixels joined by their edges. Its area decides how it "
         "carries heat and current, how far below it yielding begins, and whether the map resolves "
         "it.",
     )
-    rows: list[Cells] = [
-        ("Number of spots", str(spots.count), ""),
-        ("Mean area", engineering(float(spots.area.mean()), "m²"), ""),
-        (
-            "Largest area",
-            engineering(largest, "m²"),
-            f"{percent(largest / result.contact_area)} of the contact area",
-        ),
-        (
-            "Load on the largest",
-            engineering(float(spots.load[0]), "N"),
-            f"{percent(min(float(spots.load[0]) / carried, 1.0))} of the load",
-        ),
-    ]
-    if spots.count > _LARGEST:
-        share = float(spots.load[:_LARGEST].sum()) / carried
-        rows.append(
-            (f"Load on the {_LARGEST} largest", percent(min(share, 1.0)), "of the load")
-        )  # fmt: skip
-    rows.append(
-        (
-            "Pixels of a load-carrying spot",
-            str(assumptions.carrying_pixels(result, spots)),
-            "spots of at least this size carry half of the load",
-        )
-    )
-    chapter.add("table", Table(rows, ("quantity", "value", "note")))
+    chapter.add("table", quantities(rows_of(details.SPOTS, details.Spotted(result, spots))))
     show(chapter, figures.CONTACT, figures.ContactScene(result), figures.SPOTS)
     return chapter
 

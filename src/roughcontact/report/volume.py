@@ -13,6 +13,7 @@ from roughcontact.contact.cautions import Kind
 from roughcontact.report import (
     assumptions_volume,
     chapters,
+    details,
     figures,
     page,
     regimes,
@@ -21,9 +22,8 @@ from roughcontact.report import (
     tables,
 )
 from roughcontact.report.page import Cells, Chapter, Section, Table
-from roughcontact.report.quantities import PROBLEM, TRUST, written
-from roughcontact.units import engineering, percent
-from roughcontact.volume import depth
+from roughcontact.report.quantities import PROBLEM, TRUST, rows_of
+from roughcontact.units import engineering
 from roughcontact.volume.result import ElastoplasticResult
 
 
@@ -162,58 +162,10 @@ def _results(result: ElastoplasticResult) -> Chapter:
 def _volume(result: ElastoplasticResult, body: int) -> Chapter:
     scene = figures.VolumeScene(result, body)
     chapter = Chapter(f"Plastic strain and stress{scene.where}")
-    rows = _volume_rows(result, body)
-    chapter.add("table", Table(rows, ("quantity", "value", "note")))
+    told = rows_of(details.YIELDING, details.Yielding(result, body))
+    chapter.add("table", chapters.quantities(told))
     chapters.show(chapter, figures.VOLUME, scene.close(), figures.BODY)
     return chapter
-
-
-def _volume_rows(result: ElastoplasticResult, body: int) -> list[Cells]:
-    """Return where strain and stress of one body are largest, and its layers."""
-    held = result.bodies[body]
-    layer, row, column = depth.most_strained(result, body)
-    dy, dx = result.contact.surface.pixel
-    deep = float(held.depth[layer])
-    told = depth.layers(result, body)
-    deepest = int(told.max_residual_von_mises.argmax())
-    place = f"{engineering((row + 0.5) * dy, 'm')}, {engineering((column + 0.5) * dx, 'm')}"
-    rows: list[Cells] = [
-        (
-            "Largest accumulated plastic strain" if held.plastic_volume else "Largest stress",
-            percent(held.max_plastic_strain)
-            if held.plastic_volume
-            else engineering(float(held.von_mises.max()), "Pa"),
-            f"{engineering(deep, 'm', 3)} deep, at y, x = {place}",
-        ),
-        (
-            "Plastic depth",
-            engineering(held.plastic_depth, "m"),
-            "lower face of the lowest layer with plastic strain",
-        ),
-        ("Plastic volume", written(held.plastic_volume, "m³"), "with any plastic strain"),
-        (
-            "Largest residual von Mises stress",
-            engineering(float(told.max_residual_von_mises.max()), "Pa"),
-            f"{engineering(float(held.depth[deepest]), 'm', 3)} deep",
-        ),
-    ]
-    if result.contact.load:
-        highest = int(told.max_von_mises.argmax())
-        rows.append(
-            (
-                "Largest von Mises stress under load",
-                engineering(float(told.max_von_mises.max()), "Pa"),
-                f"{engineering(float(held.depth[highest]), 'm', 3)} deep",
-            )
-        )
-    rows.append(
-        (
-            "Layers",
-            str(held.thickness.size),
-            f"{engineering(float(held.thickness.sum()), 'm', 3)} deep in all",
-        )
-    )
-    return rows
 
 
 def _path(result: ElastoplasticResult) -> Chapter:
