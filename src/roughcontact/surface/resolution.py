@@ -330,7 +330,7 @@ def _tip_notes(
         return [
             Sentence(
                 f"measured with a scanning probe ({instrument}): peaks narrower "
-                "than its tip, usually 5 to 20 nm in radius, are drawn wider, and narrower valleys "
+                "than its tip, usually 5 to 20 nm in radius, appear wider, and narrower valleys "
                 "are not reached; give ", Mention("tip_radius"),
                 " for the scale below which the map shows the tip",
             )
@@ -355,7 +355,7 @@ def _wave_notes(heights: Array, pixel: tuple[float, float]) -> list[str]:
     if wave is not None:
         notes.append(
             f"waves shorter than {_in_pixels(wave, pixel)} cannot be told from noise: slopes, "
-            "curvatures and pressures at that scale are the noise's"
+            "curvatures and pressures at that scale are those of the noise"
         )
     wave = smoothing_cutoff(part, pixel)
     if wave is not None:
