@@ -1295,7 +1295,7 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
     text = html.unescape(report.read_text(encoding="utf-8"))
     assert "Plastic strain and stress" in text
     assert "--model volume --increments 2" in text
-    assert files(figures) == {f"{name}.png" for name in outputs.FIGURES["volume"]}
+    assert files(figures) == {f"{name}.png" for name in outputs.figure_names("volume")}
     out, err = capsys.readouterr()
     assert err == ""
     assert "section-x.png" in out

@@ -230,7 +230,8 @@ def test_figures_are_named_after_those_of_the_report(
     solved: rc.ContactResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for table in (figures.CONTACT, figures.VOLUME, figures.STRESS):
-        assert figures.names(table) in outputs.FIGURES.values()
+        offered = [outputs.figure_names(kind) for kind in ("solve", "volume", "stress")]
+        assert figures.names(table) in offered
     drawn = []
     added = figures.Illustration(
         "sketch", lambda scene: drawn.append(scene.result), "A sketch.", "What it looks like."

@@ -17,8 +17,6 @@ from roughcontact._version import __version__
 from roughcontact.cli import console, demo, terminal
 from roughcontact.errors import ConvergenceError, Mention, RoughcontactError, Sentence
 from roughcontact.files import to_json
-from roughcontact.report import inputs
-from roughcontact.report.quantities import stored
 from roughcontact.request.options import (
     DEMO,
     HISTORY,
@@ -371,6 +369,8 @@ def _run(file: Path | str | None, given: Given) -> None:
 )
 def _info(file: Path | str | None, given: Given) -> None:
     from roughcontact.formats import read
+    from roughcontact.report import inputs
+    from roughcontact.report.quantities import stored
 
     reading = (given.get(name) for name in ("format", "channel", "unit", "size"))
     surface = read.read_surface(str(file), *reading)

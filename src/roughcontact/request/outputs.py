@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from roughcontact.errors import InputError, Mention
-from roughcontact.report import figures
 from roughcontact.request.options import (
     PICTURES,
     RESULTS,
@@ -21,12 +20,14 @@ from roughcontact.request.options import (
 Say = Callable[[str], None]
 Task = tuple[Path, Callable[[Path], object]]
 
-FIGURES = {
-    SOLVE: figures.names(figures.CONTACT),
-    VOLUME: figures.names(figures.VOLUME),
-    STRESS: figures.names(figures.STRESS),
-}
-"""Names of the figures of each kind of run that has several."""
+
+def figure_names(kind: str) -> tuple[str, ...]:
+    """Return the names of the figures of a kind of run that has several."""
+    # Imported late: the report brings much that a refused command never needs.
+    from roughcontact.report import figures
+
+    several = {SOLVE: figures.CONTACT, VOLUME: figures.VOLUME, STRESS: figures.STRESS}
+    return figures.names(several.get(kind, ()))
 
 
 class UnfinishedError(Exception):
@@ -74,10 +75,8 @@ def saver(draw: Callable[[], Any]) -> Callable[[Path], object]:
     return save
 
 
-def figure_files(start: str | None, names: Iterable[str]) -> dict[str, Path]:
+def figure_files(start: str, names: Iterable[str]) -> dict[str, Path]:
     """Return the files of figures: in a folder, or with the start of their names."""
-    if start is None:
-        return {}
     if Path(start).is_dir():
         return {name: Path(start) / f"{name}.png" for name in names}
     if start.endswith(("/", os.sep)):

@@ -135,9 +135,10 @@ class Request:
 
     def figures(self) -> Iterator[tuple[str, str, Path]]:
         """Yield option, figure (empty: the only one) and file of what is to be drawn."""
-        names = outputs.FIGURES.get(self.kind, ())
-        for name, path in outputs.figure_files(self["figures"], names).items():
-            yield "figures", name, path
+        if self["figures"] is not None:
+            names = outputs.figure_names(self.kind)
+            for name, path in outputs.figure_files(self["figures"], names).items():
+                yield "figures", name, path
         if self["figure"] is not None:
             yield "figure", "", self["figure"]
 

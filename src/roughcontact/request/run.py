@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 from roughcontact.errors import InputError, RoughcontactError, Sentence, parts_of
 from roughcontact.formats import tables
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.report import figures, sections
 from roughcontact.request import outputs
 from roughcontact.request.maps import resolution_notes, surfaces
 from roughcontact.request.options import HISTORY, SOLVE, STRESS, SWEEP, VOLUME
@@ -335,6 +334,8 @@ def _naming(**options: str) -> Iterator[None]:
 
 def _files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
     """Yield the files that were asked for, with what writes them."""
+    from roughcontact.report import figures
+
     request, found = outcome.request, outcome.found
     for path in request.outputs:
         yield path, found.save
@@ -349,6 +350,8 @@ def _files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
 
 def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
     """Write the report on an outcome."""
+    from roughcontact.report import sections
+
     request = outcome.request
     chapters = sections.sections(outcome.study, outcome.notes)
     if outcome.curve is not None:
@@ -366,7 +369,7 @@ def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
 def _curve_report(curve: LoadCurve, request: Request, maps: Sequence[Surface], path: Path) -> None:
     """Write the report on a load curve, with the contact at its last load."""
     from roughcontact.contact.solve import solve
-    from roughcontact.report import contact
+    from roughcontact.report import contact, sections
 
     problem = _problem(request, maps, "tolerance", "max-iterations", "precision")
     result = solve(maps[0], **problem, load=curve.steps[-1].load)
