@@ -243,7 +243,7 @@ def _carry_out(task: str, file: Path | str | None, given: Given) -> None:
     if outcome.failure is not None:
         raise outcome.failure
     if not outcome.converged:
-        wanted = any(request[name] for name in ("output", "report", "figures"))
+        wanted = any(option.suffixes and request[name] for name, option in offered(task).items())
         folder = request["folder"]
         terminal.complain(
             f"error: {terminal.spelled(outcome.shortfall, task)}"
