@@ -1,0 +1,94 @@
+"""Carrying out a request: what is told, kept and written when it does not go well."""
+
+from __future__ import annotations
+
+import errno
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from roughcontact.cli import app, terminal
+from roughcontact.request.outputs import UnfinishedError
+from roughcontact.request.request import from_text
+from roughcontact.request.run import run
+from roughcontact.solvers.progress import Progress
+
+Capture = pytest.CaptureFixture[str]
+
+BALL = ("--body", "sphere 1 mm", "--points", "24x32", "--size", "60 um x 80 um", "--young",
+        "210 GPa", "--poisson", "0.3", "--yield-strength", "1 GPa")  # fmt: skip
+FORM = {name[2:]: text for name, text in zip(BALL[::2], BALL[1::2], strict=True)}
+SWEEP = ("sweep", *BALL, "--from", "0.1 N", "--to", "1 N", "--steps", "3")
+HISTORY = ("history", *BALL, "--path", "1 N, 0 N")
+STRESS = ("stress", *BALL, "--load", "0.5 N")
+
+
+@pytest.mark.parametrize("command", [SWEEP, HISTORY, STRESS])
+def test_no_task_passes_for_solved_that_did_not_converge(
+    command: tuple[str, ...], tmp_path: Path, capsys: Capture
+) -> None:
+    report = tmp_path / "out.html"
+    hard = ("--max-iterations", "1", "--tolerance", "1e-12", "--report", str(report))
+    assert app.main([*command, *hard]) == app.NOT_CONVERGED
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert "not converged" in err
+    assert "--max-iterations" in err
+    assert not report.exists()
+
+
+@pytest.mark.parametrize("command", [SWEEP, HISTORY, STRESS])
+def test_numbers_are_shown_where_a_file_cannot_be_written(
+    command: tuple[str, ...], tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    suffix = "nc" if command is STRESS else "csv"
+    output = tmp_path / f"out.{suffix}"
+    for module in ("curve.LoadCurve", "history.LoadHistory", "stress.StressResult"):
+        monkeypatch.setattr(f"roughcontact.contact.{module}.save", full)
+    assert app.main([*command, "--output", str(output)]) == app.BAD_INPUT
+    out, err = capsys.readouterr()
+    assert "load" in out
+    assert f"out.{suffix} cannot be written (No space left on device)" in err
+    assert err.count("\n") == 1
+
+
+def test_an_interrupted_sweep_tells_its_steps_and_goes_on(tmp_path: Path) -> None:
+    folder = tmp_path / "steps"
+    given = {**FORM, "from": "0.1 N", "to": "1 N", "steps": "3", "folder": str(folder)}
+    request = from_text("sweep", None, given)
+
+    def stop(at: Progress) -> None:
+        if at.number == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(UnfinishedError) as caught:
+        run(request, lambda text: None, stop)
+    kept = sorted(folder.glob("step-*.npz"))
+    assert len(kept) == 2
+    assert caught.value.written == kept
+    seen: list[Progress] = []
+    outcome = run(request, lambda text: None, seen.append)
+    assert {at.number for at in seen} == {3}
+    assert len(outcome.record()["load"]) == 3
+
+
+@pytest.mark.parametrize(
+    ("task", "given", "words"),
+    [
+        ("solve", {"load": "1 N"}, "solving 24 × 32: "),
+        ("sweep", {"from": "0.1 N", "to": "1 N", "steps": "2"}, "2 of 2: solving 24 × 32: "),
+        ("history", {"path": "1 N, 0 N"}, "1 of 2: solving 24 × 32: "),
+        ("solve", {"load": "2 N", "model": "volume", "increments": "2"}, "iteration 1, residual"),
+    ],
+)
+def test_progress_is_told_in_words(task: str, given: dict[str, str], words: str) -> None:
+    seen: list[Progress] = []
+    outcome = run(from_text(task, None, {**FORM, **given}), lambda text: None, seen.append)
+    assert outcome.converged
+    assert any(words in terminal.described(at) for at in seen)
+    assert {"load", "certificate"} <= outcome.last.keys()
+    assert np.isfinite(outcome.last["load"])
