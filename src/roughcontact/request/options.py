@@ -296,7 +296,7 @@ OPTIONS = (
         parsing.hardening, fits=(SOLVE,),
     ),
     Option(
-        "boundary", BODIES, "|".join(Boundary),
+        "boundary", BODIES, "KIND",
         "free: the map is all there is; periodic: it repeats; periodic-x, periodic-y: it repeats "
         "along x, or along y, and ends along the other; default: free.",
         parsing.choice(*Boundary), default=Boundary.FREE,
