@@ -150,3 +150,13 @@ def test_percentages_never_round_to_all_or_nothing(share: float, text: str) -> N
 def test_nearly_everything_is_not_everything() -> None:
     assert units.percent(1 - 1e-9) != "100 %"
     assert units.percent(1 - 1e-9) == "> 99.9999 %"
+
+
+def test_errors_carry_the_argument_and_what_was_given() -> None:
+    for text in ("1", "0 N", "1 m", ""):
+        with pytest.raises(InputError) as caught:
+            units.parse(text, "force", "load")
+        assert (caught.value.argument, caught.value.value) == ("load", text)
+        assert str(caught.value).startswith("load ")
+    with pytest.raises(InputError, match="^load needs a weight, got '1 m'"):
+        units.parse("1 m", "force", "load", needs="a weight")
