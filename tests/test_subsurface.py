@@ -135,7 +135,7 @@ def test_saved_dataset_holds_everything(found, tmp_path):
         np.testing.assert_array_equal(data["peak_von_mises"], profile.peak)
         np.testing.assert_array_equal(data["section_x"], found.section_x)
         np.testing.assert_array_equal(data["section_y"], found.section_y)
-        np.testing.assert_array_equal(data["pressure"], found.result.pressure)
+        np.testing.assert_array_equal(data["pressure"], found.solution.pressure)
         assert list(data["component"].values) == list(tensors.COMPONENTS)
         assert data.attrs["material_yield_strength"] == 1e9
         assert data.attrs["load"] == 0.15
@@ -202,10 +202,10 @@ def test_onset_of_a_sphere(poisson, start):
     pixel = (a / 30, a / 30)
     onset = rc.yield_onset(ball(96, pixel=pixel), material=material, start=start)
     # The pressure is asked for to 1 %, of which the fit of Jackson and Green takes a part.
-    assert onset.result.max_pressure == pytest.approx(material.first_yield_pressure, rel=0.01)
-    assert onset.result.load == pytest.approx(expected, rel=0.03)
+    assert onset.solution.max_pressure == pytest.approx(material.first_yield_pressure, rel=0.01)
+    assert onset.solution.load == pytest.approx(expected, rel=0.03)
     assert onset.yield_factor == pytest.approx(1, abs=1e-3)
-    assert onset.result.ceiling is None
+    assert onset.solution.ceiling is None
 
 
 def test_onset_in_the_counter_body_and_with_friction():
@@ -219,9 +219,9 @@ def test_onset_in_the_counter_body_and_with_friction():
     plain = rc.yield_onset(ball(radius=3.5e-3), **options)
     sliding = rc.yield_onset(ball(radius=3.5e-3), friction=0.4, **options)
     assert plain.material is soft
-    assert plain.result.max_pressure == pytest.approx(soft.first_yield_pressure, rel=0.015)
+    assert plain.solution.max_pressure == pytest.approx(soft.first_yield_pressure, rel=0.015)
     # With friction the load of first yield falls.
-    assert sliding.result.load < 0.9 * plain.result.load
+    assert sliding.solution.load < 0.9 * plain.solution.load
 
 
 def test_onset_needs_a_yield_strength(monkeypatch):
@@ -247,7 +247,7 @@ def test_the_search_is_short(monkeypatch):
 
     monkeypatch.setattr(first_yield, "press", counted)
     onset = rc.yield_onset(ball(radius=2e-3), material=STEEL)
-    assert loads[-1] == onset.result.load
+    assert loads[-1] == onset.solution.load
     # From a hundred-thousandth of the load, along the power 1/3.
     assert len(loads) <= 6
 

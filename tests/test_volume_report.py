@@ -48,7 +48,7 @@ def with_material(result: Any, **changes: Any) -> Any:
     pair = dataclasses.replace(result.contact.pair, material=material)
     contact = dataclasses.replace(result.contact, pair=pair)
     bodies = (dataclasses.replace(body, material=material),)
-    return dataclasses.replace(result, contact=contact, bodies=bodies)
+    return dataclasses.replace(result, solution=contact, bodies=bodies)
 
 
 @pytest.mark.usefixtures("quick")
@@ -181,7 +181,7 @@ def test_small_deformations_are_checked(pressed) -> None:
     pair = dataclasses.replace(pressed.contact.pair, surface=steep)
     contact = dataclasses.replace(pressed.contact, pair=pair)
     assert "the slope under the contact is 0.1" in cautions(
-        dataclasses.replace(pressed, contact=contact)
+        dataclasses.replace(pressed, solution=contact)
     )
     body = pressed.bodies[0]
     strained = dataclasses.replace(body, accumulated=body.accumulated * 10)

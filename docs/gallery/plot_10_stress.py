@@ -68,8 +68,8 @@ figure.colorbar(image, ax=panels, label="von Mises stress / $p_H$")
 
 onset = yield_onset(ball, material=steel, start=0.2 * load)
 formula = hertz.first_yield_load(radius, modulus, steel.first_yield_pressure)
-onset_error = abs((onset.result.load / formula) ** (1 / 3) - 1)
-print(f"first yield at {onset.result.load * 1e3:.2f} mN, by the formula {formula * 1e3:.2f} mN:")
+onset_error = abs((onset.solution.load / formula) ** (1 / 3) - 1)
+print(f"first yield at {onset.solution.load * 1e3:.2f} mN, by the formula {formula * 1e3:.2f} mN:")
 print(f"the peak pressures differ by {100 * onset_error:.2f} %")
 
 # %%

@@ -70,7 +70,7 @@ def show_volume(volume: ElastoplasticResult, notes: Sequence[str], written: Sequ
     from roughcontact.contact.cautions import Kind
     from roughcontact.report import assumptions_volume
 
-    _print_table(_problem(volume, volume.contact), *_answers(volume))
+    _print_table(_problem(volume, volume.solution), *_answers(volume))
     told = [c.text for c in volume.cautions if c.kind != Kind.NOT_CONVERGED]
     _print_warnings([*told, *assumptions_volume.cautions(volume)])
     _print_warnings(notes, "note")
@@ -86,7 +86,7 @@ def show_stress(stress: StressResult, onset: StressResult | None, written: Seque
     if onset is not None:
         rows += rows_of(tables.FIRST_YIELD, onset, brief=True)
     _print_table(_cells(rows))
-    known = stress.result.cautions
+    known = stress.solution.cautions
     _print_warnings(caution.text for caution in stress.cautions if caution not in known)
     _print_written(written)
 

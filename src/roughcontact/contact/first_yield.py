@@ -50,7 +50,7 @@ def yield_onset(
     Returns
     -------
     StressResult
-        Its ``result.load`` is the load of first yield.
+        Its ``solution.load`` is the load of first yield.
 
     Raises
     ------

@@ -41,7 +41,7 @@ class StressResult:
 
     Parameters
     ----------
-    result : ContactResult
+    solution : ContactResult
         The contact.
     body : {"body", "counter_body"}
         The body that was looked into.
@@ -62,7 +62,7 @@ class StressResult:
         Version of the program.
     """
 
-    result: ContactResult
+    solution: ContactResult
     body: str
     friction: float
     direction: float
@@ -81,13 +81,13 @@ class StressResult:
 
     @property
     def contact(self) -> ContactResult:
-        """The ``result``, by its old name."""
-        return self.result
+        """The ``solution``, by its old name."""
+        return self.solution
 
     @property
     def material(self) -> Material:
         """Material of the body."""
-        return self.result.pair.material_of(self.body)
+        return self.solution.pair.material_of(self.body)
 
     @property
     def max_von_mises(self) -> float:
@@ -97,7 +97,7 @@ class StressResult:
     @property
     def place(self) -> tuple[float, float, float]:
         """Where it is: depth, y and x [m], counted from the corner of the map."""
-        (row, column), (dy, dx) = self.profile.pixel_of_max, self.result.surface.pixel
+        (row, column), (dy, dx) = self.profile.pixel_of_max, self.solution.surface.pixel
         return self.profile.depth_of_max, (row + 0.5) * dy, (column + 0.5) * dx
 
     @property
@@ -117,13 +117,13 @@ class StressResult:
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, those of the contact first."""
-        found = list(self.result.cautions)
+        found = list(self.solution.cautions)
         if self.yielded_volume:
             found.append(Caution(Kind.BEYOND_YIELD, (_NO_LONGER_ELASTIC,)))
         if self.max_von_mises > 0 and self.profile.depth_of_max == self.profile.depths[-1]:
             text = "the largest stress lies at the greatest depth: look deeper"
             found.append(Caution(Kind.DEEPEST, (text,)))
-        if 0 < self.profile.depth_of_max < 2 * max(self.result.pair.pixel):
+        if 0 < self.profile.depth_of_max < 2 * max(self.solution.pair.pixel):
             found.append(Caution(Kind.SHALLOW, (_OF_THE_RESOLUTION,)))
         return tuple(found)
 
@@ -199,7 +199,7 @@ def to_dataset(result: StressResult) -> xarray.Dataset:
         and ``yielded_area``; the map ``peak_von_mises``; tensors on the planes ``section_x`` and
         ``section_y``, whose place is in the attributes.
     """
-    dataset = archive.to_dataset(result.result)
+    dataset = archive.to_dataset(result.solution)
     _add_profile(dataset, result.profile)
     for axis, section in (("x", result.section_x), ("y", result.section_y)):
         dataset[f"section_{axis}"] = _variable(

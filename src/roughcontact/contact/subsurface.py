@@ -72,7 +72,7 @@ def subsurface_stress(
     >>> ball = Surface(-(x**2 + y**2) / (2 * 0.01), pixel=(1e-6, 1e-6))
     >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1e9)
     >>> found = subsurface_stress(solve(ball, material=steel, load=0.1))
-    >>> round(found.max_von_mises / found.result.max_pressure, 2)
+    >>> round(found.max_von_mises / found.solution.max_pressure, 2)
     0.62
     """
     if not isinstance(result, ContactResult):
@@ -92,7 +92,7 @@ def subsurface_stress(
         pressure, pixel, profile.depths, material.poisson, profile.pixel_of_max, **options
     )
     return StressResult(
-        result=result,
+        solution=result,
         body=body,
         friction=friction,
         direction=direction,

@@ -35,7 +35,7 @@ _VOLUME_ONLY = {"residual_displacement"}
 def surface_of(source: Surface | Result) -> Surface:
     """Return the map itself, or that of the rough body of a result."""
     if isinstance(source, ElastoplasticResult):
-        return source.contact.surface
+        return source.solution.surface
     return source if isinstance(source, Surface) else source.surface
 
 
@@ -44,7 +44,7 @@ def names(source: Surface | Result) -> list[str]:
     if isinstance(source, Surface):
         return ["height"]
     if isinstance(source, ElastoplasticResult):
-        pressed, absent = source.contact, set(_CEILING_ONLY)
+        pressed, absent = source.solution, set(_CEILING_ONLY)
     else:
         pressed, absent = source, set(_VOLUME_ONLY)
     if pressed.counter_surface is None:
@@ -61,7 +61,7 @@ def values(source: Surface | Result, name: str) -> NDArray[Any]:
     if isinstance(source, ElastoplasticResult):
         if name in _VOLUME_ONLY:
             return source.residual_displacement
-        return values(source.contact, name)
+        return values(source.solution, name)
     if name == "height":
         return source.surface.heights
     if name == "counter_height" and source.counter_surface is not None:

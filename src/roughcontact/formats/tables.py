@@ -207,7 +207,7 @@ def record(result: Result) -> dict[str, Any]:
         told = result.summary()
         # The contact alone knows no plastic strain.
         own = {name: told[name] for name in ("status", "regime", "warnings")}
-        return {**record(result.contact), **own, "converged": result.converged, "volume": told}
+        return {**record(result.solution), **own, "converged": result.converged, "volume": told}
     bodies = {"material": result.material, "counter_material": result.counter_material}
     other = result.counter_surface
     return {

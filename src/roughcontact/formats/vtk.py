@@ -117,7 +117,7 @@ def save_vtr(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
     Kitware, VTK File Formats, "XML File Formats", https://docs.vtk.org/en/latest/vtk_file_formats/
     """
     require_suffix(path, ".vtr")
-    (ny, nx), (dy, dx) = result.contact.surface.shape, result.contact.surface.pixel
+    (ny, nx), (dy, dx) = result.solution.surface.shape, result.solution.surface.pixel
     margin = result.bodies[0].margin
     x = np.arange(-margin, nx + margin + 1) * dx
     y = np.arange(-margin, ny + margin + 1) * dy
@@ -156,7 +156,7 @@ class _Layer(NamedTuple):
 
 def _stacked(result: ElastoplasticResult) -> tuple[NDArray[np.float64], list[_Layer]]:
     """Return the faces [m] and the layers of all bodies that yield, from the lowest up."""
-    pair = result.contact.material, result.contact.counter_material
+    pair = result.solution.material, result.solution.counter_material
     sides = [
         side for side, body in zip((-1, 1), pair, strict=True) if body.yield_strength is not None
     ]

@@ -134,7 +134,7 @@ def stress_section(result: StressResult, along: str = "x", depth: float | None =
     from matplotlib.figure import Figure
 
     values = result.von_mises_section(along)
-    profile, surface = result.profile, result.result.surface
+    profile, surface = result.profile, result.solution.surface
     axis = 1 if along == "x" else 0
     side, edge = surface.size[axis], surface.pixel[axis]
     depth = _shown_depth(result, values, depth, side)
@@ -214,7 +214,7 @@ def stress_map(result: StressResult) -> Figure:
         Maximum over the depth, with a cross where it is largest. What exceeds the yield strength
         is black.
     """
-    peak, size = result.profile.peak, result.result.surface.size
+    peak, size = result.profile.peak, result.solution.surface.size
     strength = result.profile.yield_strength
     over = strength is not None and result.max_von_mises > strength
     figure, axes = single_axes(size, legend=over)
@@ -244,8 +244,8 @@ def _stress_title(result: StressResult) -> str:
     where = f"at depth {engineering(depth, 'm', 3)}" if depth > 0 else "at the surface"
     which = "" if result.body == "body" else " in the counter-body"
     return (
-        f"Von Mises stress{which} at {load_text(result.result)}, largest\n"
-        f"{stress} {where}{doubt(result.result)}"
+        f"Von Mises stress{which} at {load_text(result.solution)}, largest\n"
+        f"{stress} {where}{doubt(result.solution)}"
     )
 
 

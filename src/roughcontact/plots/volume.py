@@ -81,7 +81,7 @@ def residual_displacement(result: ElastoplasticResult) -> Figure:
     from matplotlib import colormaps
     from matplotlib.colors import TwoSlopeNorm
 
-    contact, values = result.contact, result.residual_displacement
+    contact, values = result.solution, result.residual_displacement
     size, shape = contact.surface.size, values.shape
     figure, axes = single_axes(size, legend=False)
     blocks = cell_size(shape, size, CELLS_ALONE)
@@ -269,7 +269,7 @@ def profile(
     grid[0].set_xlim(left=0)
     grid[0].set_xlabel("accumulated plastic strain [%]", fontsize=LABEL)
     grid[0].set_ylabel(f"depth [{length_unit}]", fontsize=LABEL)
-    _draw_strength(grid[1], found, depths, loaded=bool(result.contact.load))
+    _draw_strength(grid[1], found, depths, loaded=bool(result.solution.load))
     _draw_residual(grid[2], found, depths)
     for axes in grid:
         plain_axes(axes)
@@ -348,7 +348,7 @@ def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
         axes.set_xlabel(name, fontsize=LABEL)
     factor, unit = prefixed(float(found.max_von_mises.max()), "Pa")
     _steps(grid[2], found.max_residual_von_mises * factor, depths, SERIES[1], "--", "residual")
-    if result.contact.load:
+    if result.solution.load:
         _steps(grid[2], found.max_von_mises * factor, depths, SERIES[0], "-", "under load")
     grid[2].set_xlabel(f"largest von Mises stress [{unit}]", fontsize=LABEL)
     for axes in grid:
@@ -495,7 +495,7 @@ def _shown_depth(faces: Array, accumulated: Array) -> float:
 
 def _lines(result: ElastoplasticResult, plane: DepthSection) -> list[_LineOf]:
     """Return values, names and lowest values of what is drawn along the surface."""
-    if not result.contact.load:
+    if not result.solution.load:
         return []
     lines = []
     for values, name, unit in (
@@ -527,11 +527,11 @@ def _fields(result: ElastoplasticResult, cut: _Cut) -> list[_FieldOf]:
             0.0, float(residual.max()) * factor or 1.0,
         ),
     ]  # fmt: skip
-    if result.contact.load:
+    if result.solution.load:
         # The residual of the iteration lets it pass one by about 1e-4.
         ratio = np.minimum(plane.von_mises[part] / plane.strength[part], 1.0)
         fields.insert(1, (ratio, "von Mises stress under load / yield strength", colours, 0.0, 1.0))
-    for axis in [plane.along] if result.contact.load else [plane.along, "z"]:
+    for axis in [plane.along] if result.solution.load else [plane.along, "z"]:
         number = "xyz".index(axis)
         normal = plane.residual_stress[part][..., number, number]
         top = float(np.abs(normal).max())
@@ -562,7 +562,7 @@ def _which(result: ElastoplasticResult, body: int) -> str:
 
 
 def _state(result: ElastoplasticResult, body: int) -> str:
-    load = result.contact.load
+    load = result.solution.load
     state = f"at {engineering(load, 'N', 3)}" if load else "unloaded"
     strain = percent(result.bodies[body].max_plastic_strain)
     return f"{state}, largest strain {strain}{doubt(result)}"

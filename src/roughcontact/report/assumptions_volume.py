@@ -49,7 +49,7 @@ def statements(result: ElastoplasticResult, spots: Spots) -> tuple[Statement, ..
         Geometry, slopes, strains, hardening, friction and adhesion, resolution, loading; missing
         points and single precision where there are any.
     """
-    contact = result.contact
+    contact = result.solution
     found = [
         half_spaces(contact, _yielding_half_spaces(result)),
         bodies(contact),
@@ -96,7 +96,7 @@ def _yielding_half_spaces(result: ElastoplasticResult) -> str:
             return "rigid"
         return "an elastic half-space" + (" that yields" if body.yield_strength else "")
 
-    first, second = kind(result.contact.material), kind(result.contact.counter_material)
+    first, second = kind(result.solution.material), kind(result.solution.counter_material)
     if first == second:
         return "Both bodies are elastic half-spaces that yield"
     return f"The body with this map is {first}, the counter-body is {second}"
@@ -135,15 +135,15 @@ def _small_deformations(result: ElastoplasticResult) -> Statement:
 
 def _slope_under(result: ElastoplasticResult) -> float:
     """Return the root-mean-square slope of the first gap under contact or plastic strain."""
-    gap = result.contact.initial_gap
-    under = result.contact.contact
+    gap = result.solution.initial_gap
+    under = result.solution.contact
     if not under.any():
         ny, nx = gap.shape
         for body in result.bodies:
             inside = np.s_[:, body.margin : body.margin + ny, body.margin : body.margin + nx]
             under = under | body.accumulated[inside].any(axis=0)
     square = np.zeros(gap.shape)
-    for slope in np.gradient(gap, *result.contact.surface.pixel):
+    for slope in np.gradient(gap, *result.solution.surface.pixel):
         square += slope * slope
     known = square[under & np.isfinite(square)]
     return math.sqrt(float(known.mean())) if known.size else math.nan
@@ -182,7 +182,7 @@ def _hardening(result: ElastoplasticResult) -> Statement:
             f"the plastic strain exceeds {beyond[0]:.3g}, where the table of the yield strength "
             "ends: beyond it the strength is taken as constant"
         )
-    elif perfect and result.plastic_volume and result.contact.load:
+    elif perfect and result.plastic_volume and result.solution.load:
         caution = (
             "without hardening the pressure of single pixels scatters by 5 to 10 %: use means "
             "over 3 × 3 pixels or more, not the largest value"
@@ -220,7 +220,7 @@ def _path(result: ElastoplasticResult) -> Statement:
         "residual stress of machining is not in it."
     )
     caution = ""
-    if result.contact.load and any(_flows_back(body) for body in result.bodies):
+    if result.solution.load and any(_flows_back(body) for body in result.bodies):
         caution = (
             "the residual stress exceeds the yield strength, so that the bodies would flow again "
             "on unloading: end the path at zero load (--unload on the command line) to see "

@@ -138,12 +138,12 @@ class VolumeScene:
     @property
     def contact(self) -> ContactScene:
         """The contact alone."""
-        return ContactScene(self.result.contact)
+        return ContactScene(self.result.solution)
 
     @property
     def loaded(self) -> bool:
         """Whether there is a load in the end."""
-        return bool(self.result.contact.load)
+        return bool(self.result.solution.load)
 
     @property
     def where(self) -> str:
@@ -158,7 +158,7 @@ class VolumeScene:
         if not plastic.size:
             return self
         deep = float(zone.faces[plastic[-1] + 1])
-        surface = self.result.contact.surface
+        surface = self.result.solution.surface
         size = min(surface.size)
         width = max(_AROUND_ZONE * deep, _CLOSE_ZONE_PIXELS * max(surface.pixel))
         small = deep < _SMALL_ZONE * size and width < size

@@ -100,7 +100,7 @@ def volume_regime(result: ElastoplasticResult) -> str:
         if result.regime is PlasticRegime.AT_SURFACE
         else "; the surface above it has stayed elastic."
     )
-    if result.contact.load:
+    if result.solution.load:
         return text + surface
     deepest = engineering(float(result.residual_displacement.max()), "m", 3)
     return f"{text}{surface} The load is gone, and has left a dent of up to {deepest}."

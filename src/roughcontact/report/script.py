@@ -111,7 +111,7 @@ def repeating_volume(result: ElastoplasticResult) -> str:
         Lines of Python, see `repeating`; empty where no load was reached.
         Loads are those of all increments, layers those that the volume had in the end.
     """
-    contact = result.contact
+    contact = result.solution
     if not result.increments:
         return ""
     script = _Script()

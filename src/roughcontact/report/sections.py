@@ -30,7 +30,7 @@ def stress_section(stress: StressResult, onset: StressResult | None = None) -> S
     rows = (("quantity", "value"), *((row.title, row.text) for row in told))
     text = (
         "Elastic stress under the pressure found. Tension is positive.",
-        *(sentence(c.text) for c in stress.cautions if c not in stress.result.cautions),
+        *(sentence(c.text) for c in stress.cautions if c not in stress.solution.cautions),
     )
     return Section("Stress below the surface", text, rows, figures.drawn(figures.STRESS, stress))
 

@@ -207,7 +207,7 @@ HEADLINES = ("max_pressure", "contact_fraction", "saturated_fraction", "mean_gap
 
 
 def _loaded(result: ElastoplasticResult) -> bool:
-    return bool(result.contact.load)
+    return bool(result.solution.load)
 
 
 def largest_load(result: ElastoplasticResult) -> float:
@@ -216,7 +216,7 @@ def largest_load(result: ElastoplasticResult) -> float:
 
 
 def _path_of_loads(result: ElastoplasticResult) -> str:
-    load, largest = result.contact.load, largest_load(result)
+    load, largest = result.solution.load, largest_load(result)
     after = f" after {engineering(largest, 'N')}," if largest > load else ""
     return f"{engineering(load, 'N')}{after} in {counted(len(result.increments), 'increment')}"
 
@@ -227,7 +227,7 @@ def _raised(result: ElastoplasticResult) -> float:
 
 def _of_contact(key: str, **changes: Any) -> Quantity:
     """Return a quantity of the contact as one of the volume model."""
-    return within("contact", quantity_of(CONTACT, key), **changes)
+    return within("solution", quantity_of(CONTACT, key), **changes)
 
 
 def _turns(result: ElastoplasticResult) -> list[float]:
@@ -241,7 +241,7 @@ def _turns(result: ElastoplasticResult) -> list[float]:
 
 
 def _laws(result: ElastoplasticResult) -> str:
-    contact = result.contact
+    contact = result.solution
     law = wording.hardening(contact.material)
     if contact.material.yield_strength is None:
         law = f"of the counter-body: {wording.hardening(contact.counter_material)}"
@@ -363,7 +363,7 @@ def _place(stress: StressResult) -> str:
 
 
 def _over_pressure(stress: StressResult) -> str:
-    ratio = stress.max_von_mises / stress.result.max_pressure
+    ratio = stress.max_von_mises / stress.solution.max_pressure
     return f"{engineering(stress.max_von_mises, 'Pa')} ({ratio:.4g} of the largest pressure)"
 
 
@@ -378,8 +378,8 @@ STRESS: Table = (
         when=lambda stress: bool(stress.friction),
     ),
     Quantity("direction"),
-    Quantity("load", unit="N", of="result.load"),
-    Quantity("max_pressure", unit="Pa", of="result.max_pressure"),
+    Quantity("load", unit="N", of="solution.load"),
+    Quantity("max_pressure", unit="Pa", of="solution.max_pressure"),
     Quantity("max_von_mises", "largest von Mises stress", unit="Pa", text=_over_pressure),
     Quantity(
         "max_von_mises_place", "its place", unit="m", of=lambda stress: list(stress.place),
@@ -413,9 +413,9 @@ STRESS: Table = (
 """Of a `StressResult`."""
 
 FIRST_YIELD: Table = (
-    Quantity("load", "load of first yield", unit="N", of="result.load"),
+    Quantity("load", "load of first yield", unit="N", of="solution.load"),
     Quantity(
-        "max_pressure", "largest pressure at first yield", unit="Pa", of="result.max_pressure",
+        "max_pressure", "largest pressure at first yield", unit="Pa", of="solution.max_pressure",
     ),
 )  # fmt: skip
 """Of the `StressResult` at which the first point yields."""

@@ -53,7 +53,7 @@ def render(
     str
         HTML with its figures inside: no other file, no network and no script is needed.
     """
-    contact = result.contact
+    contact = result.solution
     spots = contact.spots()
     stated = assumptions_volume.statements(result, spots)
     found = [
@@ -115,9 +115,11 @@ def save(
 
 
 def _title(result: ElastoplasticResult) -> str:
-    name = result.contact.surface.provenance.source or "an unnamed surface"
-    if result.contact.load:
-        return f"Contact of {name} under {engineering(result.contact.load, 'N')}, with plastic flow"
+    name = result.solution.surface.provenance.source or "an unnamed surface"
+    if result.solution.load:
+        return (
+            f"Contact of {name} under {engineering(result.solution.load, 'N')}, with plastic flow"
+        )
     if not result.increments:
         return f"Contact of {name}, whose first load was not reached"
     return f"What a load of {_largest_load(result)} left on {name}"
@@ -128,7 +130,7 @@ def _largest_load(result: ElastoplasticResult) -> str:
 
 
 def _key_numbers(result: ElastoplasticResult) -> list[Cells]:
-    if result.contact.load:
+    if result.solution.load:
         return chapters.headlines(result, tables.VOLUME_HEADLINES)
     gone = ("Largest load", _largest_load(result), "on the way; it is gone")
     return [*chapters.headlines(result, tables.RELEASED_HEADLINES), gone]
@@ -138,15 +140,15 @@ def _certificate_in_short(result: ElastoplasticResult) -> str:
     if not result.converged:
         return (
             "The numbers are those of the last load that was reached, "
-            f"{engineering(result.contact.load, 'N')}."
+            f"{engineering(result.solution.load, 'N')}."
         )
     text = (
         "In the last iteration of each increment the plastic strain changed by "
         f"{result.residual:.1e} of itself or less, asked for {result.tolerance:.0e}"
     )
-    if result.contact.load:
+    if result.solution.load:
         text += (
-            f"; certificate of the contact {result.contact.certificate:.1e}. Both say how exactly "
+            f"; certificate of the contact {result.solution.certificate:.1e}. Both say how exactly "
             "the problem as stated is solved"
         )
     return f"{text}. {chapters.RIGHT_PROBLEM}"

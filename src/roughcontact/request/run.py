@@ -237,7 +237,7 @@ def _volume(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> 
             folder=request["folder"],
             progress=look,
         )
-    return Outcome(request, found.contact, volume=found)
+    return Outcome(request, found.solution, volume=found)
 
 
 def _stress(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
@@ -358,7 +358,7 @@ def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
         _curve_report(outcome.curve, request, maps, path)
     elif outcome.stress is not None:
         chapters.append(sections.stress_section(outcome.stress, outcome.first_yield))
-        outcome.stress.contact.report(path, request.command, chapters)
+        outcome.stress.solution.report(path, request.command, chapters)
     elif outcome.history is not None:
         chapters.append(sections.history_section(outcome.history))
         outcome.history.last.report(path, request.command, chapters)

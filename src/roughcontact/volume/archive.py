@@ -82,11 +82,11 @@ def save_elastoplastic(
 
 def _to_dataset(result: ElastoplasticResult) -> tuple[xarray.Dataset, dict[str, Any]]:
     """Return a result as an xarray dataset, and how its variables are packed."""
-    dataset = archive.to_dataset(result.contact)
+    dataset = archive.to_dataset(result.solution)
     unit = {"units": "m", "long_name": "displacement of the surface by plastic strain"}
     dataset["residual_displacement"] = (("y", "x"), result.residual_displacement, unit)
     packed = {"pressure": _PACKED}
-    for name, body in zip(_yielding(result.contact), result.bodies, strict=True):
+    for name, body in zip(_yielding(result.solution), result.bodies, strict=True):
         packed |= _add_body(dataset, name, body)
     dataset["component"] = ("component", list(_COMPONENTS))
     _add_increments(dataset, result.increments)
@@ -229,7 +229,7 @@ def _from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
     ]
     rows = zip(*columns.values(), strict=True)
     return ElastoplasticResult(
-        contact=pressed,
+        solution=pressed,
         residual_displacement=np.array(dataset["residual_displacement"].values),
         bodies=tuple(bodies),
         increments=tuple(Increment(**dict(zip(columns, row, strict=True))) for row in rows),

@@ -72,7 +72,7 @@ class ModelComparison:
     @property
     def loads(self) -> Array:
         """Loads W [N], shape (n,)."""
-        return np.array([state.contact.load for state in self.volume])
+        return np.array([state.solution.load for state in self.volume])
 
     def column(self, model: str, name: str) -> Array:
         """Return one quantity of one model at all loads.
@@ -105,7 +105,7 @@ class ModelComparison:
                 f"must be one of {', '.join(QUANTITIES)}, got {name!r}", argument="name", value=name
             )
         if model == "volume":
-            return np.array([_value(state.contact, state, name) for state in self.volume])
+            return np.array([_value(state.solution, state, name) for state in self.volume])
         return np.array([[_value(found, found, name) for found in row] for row in self.ceiling])
 
     def excess(self, name: str) -> Array:
@@ -137,7 +137,7 @@ class ModelComparison:
         return np.array(
             [
                 [
-                    np.abs(found.pressure - state.contact.pressure).sum() / found.pressure.sum()
+                    np.abs(found.pressure - state.solution.pressure).sum() / found.pressure.sum()
                     for found, state in zip(row, self.volume, strict=True)
                 ]
                 for row in self.ceiling

@@ -71,12 +71,12 @@ def profile(
     """
     held = _body(result, body)
     row, column = most_strained(result, body)[1:] if point is None else point
-    shape = result.contact.pressure.shape
+    shape = result.solution.pressure.shape
     if not (0 <= row < shape[0] and 0 <= column < shape[1]):
         raise InputError(
             f"must lie on the map of {shape} points, got {point!r}", argument="point", value=point
         )
-    dy, dx = result.contact.surface.pixel
+    dy, dx = result.solution.surface.pixel
     where = np.s_[..., row + held.margin, column + held.margin]
     return DepthProfile(
         (int(row), int(column)), ((row + 0.5) * dy, (column + 0.5) * dx), *_fields(held, where)
@@ -114,7 +114,7 @@ def cut(
     if along not in ("x", "y"):
         raise InputError(f"must be 'x' or 'y', got {along!r}", argument="along", value=along)
     axis = 1 if along == "x" else 0
-    pressure, pixel = result.contact.pressure, result.contact.surface.pixel
+    pressure, pixel = result.solution.pressure, result.solution.surface.pixel
     shape = pressure.shape
     chosen = most_strained(result, body)[2 - axis] if index is None else index
     if not 0 <= chosen < shape[1 - axis]:
@@ -181,7 +181,7 @@ def _body(result: ElastoplasticResult, body: int) -> PlasticBody:
 
 
 def _on_map(result: ElastoplasticResult, body: PlasticBody, values: Array) -> Array:
-    ny, nx = result.contact.pressure.shape
+    ny, nx = result.solution.pressure.shape
     first = body.margin
     part: Array = values[:, first : first + ny, first : first + nx]
     return part

@@ -135,7 +135,7 @@ class Loop:
         """Go on from a result, and from what `carried` returned with it if that is known."""
         for yielding, old in zip(self.bodies, before.bodies, strict=True):
             yielding.resume(old)
-        self.solver.resume(before.contact.pressure)
+        self.solver.resume(before.solution.pressure)
         if not held:
             return
         # Arrays without numbers may be missing.

@@ -29,7 +29,7 @@ class Problem:
 
     def check_same(self, what: str, before: ElastoplasticResult) -> None:
         """Raise `InputError` if a result is one of other bodies or another boundary."""
-        old, new = before.contact.pair, self.pair
+        old, new = before.solution.pair, self.pair
         same = {
             "surface": old.shape == new.shape
             and np.array_equal(old.initial_gap, new.initial_gap, equal_nan=True),

@@ -177,7 +177,7 @@ class ElastoplasticResult:
 
     Parameters
     ----------
-    contact : ContactResult
+    solution : ContactResult
         Pressure, gap, approach and certificate at the last load; the gap includes the residual
         displacement.
     residual_displacement : ndarray, shape (ny, nx)
@@ -199,7 +199,7 @@ class ElastoplasticResult:
         Wall time.
     """
 
-    contact: ContactResult
+    solution: ContactResult
     residual_displacement: NDArray[np.float64]
     bodies: tuple[PlasticBody, ...]
     increments: tuple[Increment, ...]
@@ -213,6 +213,11 @@ class ElastoplasticResult:
     def __post_init__(self) -> None:
         """Make the map read-only."""
         self.residual_displacement.flags.writeable = False
+
+    @property
+    def contact(self) -> ContactResult:
+        """The ``solution``, by its old name."""
+        return self.solution
 
     @property
     def converged(self) -> bool:
@@ -248,7 +253,7 @@ class ElastoplasticResult:
     def flowed(self) -> NDArray[np.bool_]:
         """Pixels under which the uppermost layer of a body has flowed, shape (ny, nx)."""
         first = self.bodies[0].margin
-        ny, nx = self.contact.pressure.shape
+        ny, nx = self.solution.pressure.shape
         inside = slice(first, first + ny), slice(first, first + nx)
         mask: NDArray[np.bool_] = np.any(
             [b.accumulated[0][inside] > 0 for b in self.bodies], axis=0
@@ -262,7 +267,7 @@ class ElastoplasticResult:
         See `ContactResult.corrected_contact_area`; the rim of pixels that have flowed, where the
         pressure falls from the plateau to zero at once, is left alone.
         """
-        pressed = self.contact
+        pressed = self.solution
         elastic = pressed.contact & ~self.flowed
         excess = rim_excess(pressed.contact, elastic, pressed.boundary) * pressed.pixel_area
         return max(pressed.contact_area - excess, 0.0)
@@ -277,13 +282,13 @@ class ElastoplasticResult:
     @property
     def plastic_at_surface(self) -> bool:
         """Whether plastic strain has come up to the contact, or to the free surface without one."""
-        touching, flowed = self.contact.contact, self.flowed
+        touching, flowed = self.solution.contact, self.flowed
         return bool((flowed & touching if touching.any() else flowed).any())
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know."""
-        pressed = self.contact
+        pressed = self.solution
         found = []
         if not self.converged:
             found.append(Caution(Kind.NOT_CONVERGED, parts_of(self.status)))

@@ -152,7 +152,7 @@ def solve_elastoplastic(
         tolerance, max_iterations, precision,
     )  # fmt: skip
     checks.check_arguments(problem, increments, depth, layers, start, on_failure)
-    first = 0.0 if start is None else start.contact.load
+    first = 0.0 if start is None else start.solution.load
     path = checks.path_of(load, loads, int(increments), first)
     # Before anything of the size of the map is made; again once the volume is known.
     memory.require(problem, surface.shape, LEAST_LAYERS if layers is None else np.size(layers))
@@ -171,7 +171,7 @@ def solve_elastoplastic(
         began -= before.seconds
         extent = Extent.of(before)
         watch = _watch(progress, path, done - 1, tolerance)
-        watch(before.contact.load, 0, before.increments[-1].residual)
+        watch(before.solution.load, 0, before.increments[-1].residual)
     if before is None or done < len(path):
         loop = Loop(problem, solver, workspace, extent, deepen=layers is None)
         state = before or start
@@ -228,7 +228,7 @@ def _judged(
         raise ConvergenceError(
             Sentence(
                 *parts_of(result.status),
-                f"; the state at {result.contact.load:.6g} N is kept{kept}",
+                f"; the state at {result.solution.load:.6g} N is kept{kept}",
             ),
             result,
         )
@@ -252,7 +252,7 @@ def _result(loop: Loop, done: list[Increment], status: str, began: float) -> Ela
             "the contact did not converge at the last load: ", *parts_of(pressed.status)
         )
     return ElastoplasticResult(
-        contact=pressed,
+        solution=pressed,
         residual_displacement=displacement[solver.inside].copy(),
         bodies=tuple(body for body, _ in finished),
         increments=tuple(done),

@@ -114,5 +114,5 @@ def _described(
     if start is not None:
         layers = [strain for body in start.bodies for strain in body.plastic_strain]
         flowed = [layer for body in start.bodies for layer in body.accumulated]
-        described["start"] = resume.digest(start.contact.pressure, *layers, *flowed)
+        described["start"] = resume.digest(start.solution.pressure, *layers, *flowed)
     return described
