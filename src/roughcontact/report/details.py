@@ -87,12 +87,12 @@ class Yielding:
     @property
     def loaded(self) -> bool:
         """Whether there is a load in the end."""
-        return bool(self.result.contact.load)
+        return bool(self.result.solution.load)
 
 
 def _place(found: Yielding) -> str:
     layer, row, column = depth.most_strained(found.result, found.number)
-    dy, dx = found.result.contact.surface.pixel
+    dy, dx = found.result.solution.surface.pixel
     deep = engineering(float(found.body.depth[layer]), "m")
     y, x = (engineering(place, "m") for place in ((row + 0.5) * dy, (column + 0.5) * dx))
     return f"{deep} deep, at y, x = {y}, {x}"
