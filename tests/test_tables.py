@@ -205,6 +205,15 @@ def test_what_one_of_two_results_lacks_is_marked(solved: rc.ContactResult) -> No
     assert told["load"] == ("20 N (given)", "20 N (given)")
 
 
+def test_friction_is_told_with_its_direction_or_not_at_all(
+    solved: rc.ContactResult, below: rc.StressResult
+) -> None:
+    rubbed = rc.subsurface_stress(solved, [1e-5], friction=0.2, direction=90.0)
+    told = {row.key: row.text for row in results.rows(rubbed)}
+    assert (told["friction"], told["direction"]) == ("0.2", "90°")
+    assert {"friction", "direction"}.isdisjoint(row.key for row in results.rows(below))
+
+
 def test_a_quantity_of_what_a_result_holds() -> None:
     inner = Quantity("real", "real part", of="real", text=lambda v: f"<{v.real}>")
     outer = within("number", inner, name="first part")

@@ -35,7 +35,7 @@ SURFACE: Table = (
     Quantity("source", "source", of=lambda s: s.provenance.source, form=lambda v: v or "not named"),
     Quantity(
         "instrument", "instrument", of=lambda s: s.provenance.instrument, brief=False,
-        form=lambda v: v or "not named in the file",
+        form=lambda v: v or "not named",
     ),
     Quantity(
         "channel", "channel", of=lambda s: s.provenance.channel,

@@ -372,12 +372,15 @@ def _shear(axis: int) -> Callable[[StressResult], float]:
 
 
 STRESS: Table = (
-    Quantity("body", "body", text=lambda stress: BODIES[stress.body]),
+    Quantity("body", "looked into", text=lambda stress: f"the {BODIES[stress.body]}"),
     Quantity(
         "friction", "friction", symbol="μ", meaning="traction over pressure",
         when=lambda stress: bool(stress.friction),
     ),
-    Quantity("direction"),
+    Quantity(
+        "direction", "direction of friction", unit="°", form=lambda v: f"{v:g}°",
+        meaning="from x, counter-clockwise", when=lambda stress: bool(stress.friction),
+    ),
     Quantity("load", unit="N", of="solution.load"),
     Quantity("max_pressure", unit="Pa", of="solution.max_pressure"),
     Quantity("max_von_mises", "largest von Mises stress", unit="Pa", text=_over_pressure),
