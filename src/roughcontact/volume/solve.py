@@ -9,6 +9,8 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -147,76 +149,115 @@ def solve_elastoplastic(
     ('converged', 'plastic up to the surface')
     """
     began = time.perf_counter()
-    problem = Problem(
-        Pair(surface, material, counter_surface, counter_material, Boundary(boundary)),
-        tolerance, max_iterations, precision,
-    )  # fmt: skip
+    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    problem = Problem(pair, tolerance, max_iterations, precision)
     checks.check_arguments(problem, increments, depth, layers, start, on_failure)
     first = 0.0 if start is None else start.solution.load
     path = checks.path_of(load, loads, int(increments), first)
     # Before anything of the size of the map is made; again once the volume is known.
-    memory.require(problem, surface.shape, LEAST_LAYERS if layers is None else np.size(layers))
+    memory.require(problem, pair.shape, LEAST_LAYERS if layers is None else np.size(layers))
     workspace = Workspace()
-    solver = untouched(problem, workspace)
-    checks.check_capacity(problem, solver, max(path))
-    if start is None:
-        extent = first_extent(problem, solver, max(path), depth, layers)
-    else:
-        extent = Extent.of(start)
-    memory.require(problem, extent.grid(surface.shape), extent.thickness.size)
+    solver, extent = _prepared(problem, max(path), depth, layers, start, workspace)
     volume = [extent.margin, layers is None, *extent.thickness]
     steps = Steps(folder, problem, path, start, volume)
-    done, before, carried = steps.latest()
-    if before is not None:
-        began -= before.seconds
-        extent = Extent.of(before)
-        watch = _watch(progress, path, done - 1, tolerance)
-        watch(before.solution.load, 0, before.increments[-1].residual)
-    if before is None or done < len(path):
-        loop = Loop(problem, solver, workspace, extent, deepen=layers is None)
-        state = before or start
-        if state is not None:
-            loop.resume(state, carried)
-        before = _follow(loop, path, done, steps, state, progress, began)
-    return _judged(before, on_failure, folder)
+    run = _Run(problem, path, steps, progress, began)
+    loop_in = partial(Loop, problem, solver, workspace, deepen=layers is None)
+    result = run.finished(start, extent, loop_in)
+    return _judged(result, on_failure, folder)
 
 
-def _follow(
-    loop: Loop,
-    path: list[float],
-    first: int,
-    steps: Steps,
-    before: ElastoplasticResult | None,
-    progress: Callable[[Progress], None] | None,
-    began: float,
-) -> ElastoplasticResult:
-    """Visit the loads from the number ``first`` on, and return the state after the last reached."""
-    done = [] if before is None else list(before.increments)
-    result, status = None, CONVERGED
-    for number in range(first, len(path)):
-        result = None
-        loop.thaw()
-        watch = _watch(progress, path, number, loop.problem.tolerance)
-        status = loop.reach(path[number], done, watch)
-        if status != CONVERGED:
-            break
-        if steps:
-            result = _result(loop, done, status, began)
-            steps.save(number, result, loop.carried())
-    return result or _result(loop, done, status, began)
+def _prepared(
+    problem: Problem,
+    load: float,
+    depth: float | None,
+    layers: ArrayLike | None,
+    start: ElastoplasticResult | None,
+    workspace: Workspace,
+) -> tuple[ContactSolver, Extent]:
+    """Return the solver of the contact and the volume to start with, for loads up to this one."""
+    solver = untouched(problem, workspace)
+    checks.check_capacity(problem, solver, load)
+    if start is None:
+        extent = first_extent(problem, solver, load, depth, layers)
+    else:
+        extent = Extent.of(start)
+    memory.require(problem, extent.grid(problem.pair.shape), extent.thickness.size)
+    return solver, extent
 
 
-def _watch(
-    progress: Callable[[Progress], None] | None, path: list[float], number: int, tolerance: float
-) -> Callable[[float, int, float], None]:
-    """Return what tells of iterations at one load of a path."""
+@dataclass
+class _Run:
+    """A path of loads that is followed.
 
-    def watch(load: float, iteration: int, residual: float) -> None:
-        if progress is not None:
-            look = Look(load, path[-1], iteration, residual, tolerance)
-            progress(Progress(number + 1, len(path), look))
+    Parameters
+    ----------
+    problem : Problem
+        What all loads have in common.
+    path : list of float
+        The loads [N].
+    steps : Steps
+        What is kept of them.
+    progress : callable, optional
+        Called after every iteration.
+    began : float
+        When, by `time.perf_counter`; what the loads took that were kept comes before.
+    """
 
-    return watch
+    problem: Problem
+    path: list[float]
+    steps: Steps
+    progress: Callable[[Progress], None] | None
+    began: float
+
+    def finished(
+        self, start: ElastoplasticResult | None, extent: Extent, loop_in: Callable[[Extent], Loop]
+    ) -> ElastoplasticResult:
+        """Return the state after the last load that is reached, kept or not.
+
+        Parameters
+        ----------
+        start : ElastoplasticResult, optional
+            The state before the first.
+        extent : Extent
+            The volume before the first.
+        loop_in : callable
+            Makes the loop in a volume.
+        """
+        number, kept, carried = self.steps.latest()
+        if kept is not None:
+            self.began -= kept.seconds
+            extent = Extent.of(kept)
+            self._watch(number - 1)(kept.solution.load, 0, kept.increments[-1].residual)
+            if number == len(self.path):
+                return kept
+        loop, before = loop_in(extent), kept or start
+        if before is not None:
+            loop.resume(before, carried)
+        return self._follow(loop, number, [] if before is None else list(before.increments))
+
+    def _follow(self, loop: Loop, first: int, done: list[Increment]) -> ElastoplasticResult:
+        """Visit the loads from a number on."""
+        result, status = None, CONVERGED
+        for number in range(first, len(self.path)):
+            result = None
+            loop.thaw()
+            status = loop.reach(self.path[number], done, self._watch(number))
+            if status != CONVERGED:
+                break
+            if self.steps:
+                result = _result(loop, done, status, self.began)
+                self.steps.save(number, result, loop.carried())
+        return result or _result(loop, done, status, self.began)
+
+    def _watch(self, number: int) -> Callable[[float, int, float], None]:
+        """Return what tells of iterations at one load of the path."""
+
+        def watch(load: float, iteration: int, residual: float) -> None:
+            if self.progress is not None:
+                look = Look(load, self.path[-1], iteration, residual, self.problem.tolerance)
+                self.progress(Progress(number + 1, len(self.path), look))
+
+        return watch
 
 
 def _judged(
