@@ -149,6 +149,17 @@ def test_bad_input_is_refused_before_anything_runs(change: dict, message: str) -
         rc.compare_models(ball()[0], **{"material": STEEL, "loads": [1.0], **change})
 
 
+def test_progress_numbers_the_loads() -> None:
+    surface, first = ball(16)
+    told: list[rc.Progress] = []
+    loads = [0.5 * first, 2 * first]
+    rc.compare_models(surface, material=STEEL, loads=loads, progress=told.append)
+    assert sorted({(at.number, at.count, at.step.load) for at in told}) == [
+        (1, 2, loads[0]),
+        (2, 2, loads[1]),
+    ]
+
+
 def test_unknown_names(compared: rc.ModelComparison) -> None:
     with pytest.raises(rc.InputError, match="model must be"):
         compared.column("elastic", "approach")
