@@ -297,8 +297,8 @@ OPTIONS = (
     ),
     Option(
         "boundary", BODIES, "KIND",
-        "free: the map is all there is; periodic: it repeats; periodic-x, periodic-y: it repeats "
-        "along x, or along y, and ends along the other; default: free.",
+        "What lies beyond the edges of the map: nothing (free), its repetition (periodic), or its "
+        "repetition along one axis (periodic-x, periodic-y); default: free.",
         parsing.choice(*Boundary), default=Boundary.FREE,
     ),
     Option(
