@@ -126,13 +126,13 @@ class Pair:
     @property
     def highest(self) -> float:
         """The largest of `heights` [m]: there the bodies touch first."""
-        # An empty maximum, unlike np.nanmax's warning, leaves NaN.
-        return float(np.fmax.reduce(self.heights, axis=None))
+        return _highest(self.heights)
 
     @property
     def initial_gap(self) -> NDArray[np.float64]:
         """Gap at first touch [m], a new array of shape (ny, nx); NaN where a height is missing."""
-        gap: NDArray[np.float64] = self.highest - self.heights
+        heights = self.heights
+        gap: NDArray[np.float64] = _highest(heights) - heights
         return gap
 
     def material_of(self, body: str) -> Material:
@@ -165,6 +165,11 @@ class Pair:
             "material": _words(self.material),
             "counter_material": _words(self.counter_material),
         }
+
+
+def _highest(heights: NDArray[np.float64]) -> float:
+    # An empty maximum, unlike np.nanmax's warning, leaves NaN.
+    return float(np.fmax.reduce(heights, axis=None))
 
 
 def _words(material: Material) -> dict[str, str]:
