@@ -9,6 +9,7 @@ import roughcontact as rc
 from roughcontact.cli import app
 from roughcontact.contact import area, resolution_study, spots
 from roughcontact.errors import InputError
+from roughcontact.halfspace import boundary as boundary_room
 from roughcontact.halfspace import plastic, stress
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.solvers import bounded, patches
@@ -57,6 +58,18 @@ def test_the_operator_wraps_along_the_periodic_axes(boundary):
             assert near_seam == pytest.approx(near, rel=1e-13)
         else:
             assert near_seam < 0.7 * near
+
+
+def test_a_boundary_is_one_entry_and_nothing_is_said_below_a_new_one(monkeypatch):
+    made = Boundary.PERIODIC.operator((4, 6), PIXEL, MODULUS)
+    new = boundary_room._BEYOND[Boundary.PERIODIC]._replace(
+        periodic_axes=(), operator=lambda *_, **__: made, known_below=False
+    )
+    monkeypatch.setitem(boundary_room._BEYOND, Boundary.FREE, new)
+    assert Boundary.FREE.operator((4, 6), PIXEL, MODULUS) is made
+    for require in (Boundary.FREE.require_stress, Boundary.FREE.require_volume):
+        with pytest.raises(InputError, match=r"'free' is not available .* solve with 'periodic'$"):
+            require()
 
 
 @pytest.mark.parametrize("shape", [(12, 31), (31, 12), (2, 33), (8, 8)])
@@ -318,7 +331,9 @@ def test_command_line_and_project_file_know_strips(boundary, rough, tmp_path, mo
     assert "periodic-x" in capsys.readouterr().err
     monkeypatch.setenv("COLUMNS", "200")
     assert app.main(["solve", "--help"]) == app.SOLVED
-    assert "free|periodic|periodic-x|periodic-y" in capsys.readouterr().out
+    # Lines of the help end at the frame.
+    shown = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert all(f"{kind}: {kind.meaning}" in shown for kind in Boundary)
 
 
 def test_the_command_stress_refuses_a_strip_before_it_solves(rough, tmp_path, monkeypatch, capsys):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import StrEnum
+from functools import partial
 from typing import NamedTuple
 
 from roughcontact.errors import InputError, require_choice
@@ -64,18 +65,18 @@ class Boundary(StrEnum):
 
     def require_stress(self) -> None:
         """Raise `InputError` unless the stress below such a map is known."""
-        self._require_alike("the stress below the surface")
+        self._require_known_below("the stress below the surface")
 
     def require_volume(self) -> None:
         """Raise `InputError` unless plasticity of the volume below such a map is known."""
-        self._require_alike("the volume model")
+        self._require_known_below("the volume model")
 
-    def _require_alike(self, what: str) -> None:
-        """Raise `InputError` for ``what`` needs a map that ends, or repeats, along both axes."""
-        if len(self.periodic_axes) == 1:
-            alike = " or ".join(repr(str(b)) for b in Boundary if len(b.periodic_axes) != 1)
+    def _require_known_below(self, what: str) -> None:
+        """Raise `InputError` if the half-space below such a map is not known, as ``what`` needs."""
+        if not _BEYOND[self].known_below:
+            known = " or ".join(repr(str(b)) for b in Boundary if _BEYOND[b].known_below)
             raise InputError(
-                f"= {str(self)!r} is not available for {what}; solve with {alike}",
+                f"= {str(self)!r} is not available for {what}; solve with {known}",
                 argument="boundary",
                 value=self,
             )
@@ -112,18 +113,9 @@ class Boundary(StrEnum):
         Convolution
             The operator.
         """
-        if not self.periodic_axes:
-            return convolution.free(
-                shape, pixel, contact_modulus, precision=precision, workspace=workspace
-            )
-        if not self.free_axes:
-            return convolution.periodic(
-                shape, pixel, contact_modulus, precision=precision, workspace=workspace
-            )
-        return convolution.strip(
-            shape, pixel, contact_modulus, self.periodic_axes[0],
-            datum=datum, precision=precision, workspace=workspace,
-        )  # fmt: skip
+        return _BEYOND[self].operator(
+            shape, pixel, contact_modulus, datum=datum, precision=precision, workspace=workspace
+        )
 
     def operators(
         self,
@@ -193,6 +185,13 @@ class _Beyond(NamedTuple):
     meaning: str
     heading: str
     assumption: str
+    operator: Callable[..., Convolution]
+    known_below: bool = False
+
+
+def _without_datum(make: Callable[..., Convolution]) -> Callable[..., Convolution]:
+    """Return a maker of operators that has no use for a datum."""
+    return lambda *problem, datum, **options: make(*problem, **options)
 
 
 def _strip(axis: int) -> _Beyond:
@@ -208,6 +207,7 @@ def _strip(axis: int) -> _Beyond:
         "without bound, so the approach needs a datum: a uniform line load along "
         f"{along} is taken to displace nothing at a distance of the longer side of the map. "
         "Pressures and gaps under a given load do not depend on it.",
+        partial(convolution.strip, axis=axis),
     )
 
 
@@ -217,6 +217,8 @@ _BEYOND = {
         "the map is all that touches",
         "Half-spaces, free boundary",
         "The map is all that touches: there is no contact outside of it.",
+        _without_datum(convolution.free),
+        known_below=True,
     ),
     Boundary.PERIODIC: _Beyond(
         (0, 1),
@@ -226,6 +228,8 @@ _BEYOND = {
         "is that on one period, and every spot feels the copies of all others. A measured "
         "map does not fit its own opposite edge; the seam is then a step that the surface "
         "does not have.",
+        _without_datum(convolution.periodic),
+        known_below=True,
     ),
     Boundary.PERIODIC_X: _strip(1),
     Boundary.PERIODIC_Y: _strip(0),
