@@ -6,6 +6,7 @@ import html
 import json
 import re
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from roughcontact.cli import app
 from roughcontact.errors import InputError, Mention
 from roughcontact.fleet.plan import spell_key
 from roughcontact.plots.saving import save
-from roughcontact.request import parsing
+from roughcontact.request import outputs, parsing
 from roughcontact.request.options import (
     COMMANDS,
     OPTIONS,
@@ -90,6 +91,19 @@ def test_help_is_one_sentence_or_more() -> None:
         assert option.help.rstrip(")").endswith("."), option.name
         assert "by default" not in option.help
         assert "without." not in option.help
+
+
+def test_a_format_of_one_model_alone_is_offered_and_says_which(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(outputs, "RESULTS", {"ceiling": (".nc", ".obj"), "volume": (".nc", ".vtr")})
+    monkeypatch.setattr(outputs, "ALL_RESULTS", (".nc", ".obj", ".vtr"))
+    option = replace(offered("solve")["output"], suffixes=outputs.ALL_RESULTS)
+    for model, suffix, other in (("ceiling", ".vtr", "volume"), ("volume", ".obj", "ceiling")):
+        with pytest.raises(InputError) as caught:
+            outputs.check_suffix(Path(f"out{suffix}"), option, model)
+        assert str(caught.value).endswith(f'; {suffix} needs model="{other}"')
+        outputs.check_suffix(Path(f"out{suffix}"), option, other)
 
 
 def test_arguments_are_spelled_at_each_edge() -> None:

@@ -38,6 +38,7 @@ PICTURES = (".png", ".svg", ".pdf")
 SURFACES = export.suffixes(Kind.SURFACE)
 RESULTS = {CEILING: export.suffixes(Kind.CONTACT), VOLUME: export.suffixes(Kind.VOLUME)}
 """How files of results may end, by model."""
+ALL_RESULTS = export.suffixes(Kind.CONTACT, Kind.VOLUME)
 FORCE, LENGTH, PRESSURE = (parsing.quantity(name) for name in ("force", "length", "pressure"))
 _UNITS = {FORCE: "N", LENGTH: "m", PRESSURE: "Pa", parsing.ceiling: "Pa"}
 
@@ -297,8 +298,8 @@ OPTIONS = (
     ),
     Option(
         "boundary", BODIES, "KIND",
-        "What lies beyond the edges of the map: nothing (free), its repetition (periodic), or its "
-        "repetition along one axis (periodic-x, periodic-y); default: free.",
+        "What lies beyond the edges of the map. "
+        f"{'; '.join(f'{kind}: {kind.meaning}' for kind in Boundary)}; default: free.",
         parsing.choice(*Boundary), default=Boundary.FREE,
     ),
     Option(
@@ -364,7 +365,7 @@ OPTIONS = (
         "output", OUTPUT, "FILE",
         f"Write the result: {export.told(Kind.CONTACT, Kind.VOLUME)}; may be repeated.",
         parsing.path,
-        fits=(SOLVE,), default=(), many=True, suffixes=RESULTS[VOLUME],
+        fits=(SOLVE,), default=(), many=True, suffixes=ALL_RESULTS,
     ),
     Option(
         "output", OUTPUT, "FILE.csv|json", "Write the table of loads.", parsing.path,
@@ -402,14 +403,14 @@ OPTIONS = (
     ),
     Option(
         "figures", OUTPUT, "FOLDER|PREFIX",
-        "Draw surface, pressure, contact, gap and histogram (of the volume model sections and "
-        "profiles instead of the contact) as PNG into an existing folder, or with this start of "
-        "their names; ending in .svg or .pdf, in that format.", parsing.words, fits=(SOLVE,),
+        "Draw figures, such as surface, pressure and gap (of the volume model sections and "
+        "profiles, too), as PNG into an existing folder, or with this start of their names; ending "
+        "in .svg or .pdf, in that format.", parsing.words, fits=(SOLVE,),
         suffixes=PICTURES,
     ),
     Option(
         "figures", OUTPUT, "FOLDER|PREFIX",
-        "Draw depth profile, section and map of the stress as PNG into an existing folder, or with "
+        "Draw figures, such as the section of the stress, as PNG into an existing folder, or with "
         "this start of their names; ending in .svg or .pdf, in that format.", parsing.words,
         fits=(STRESS,), suffixes=PICTURES,
     ),

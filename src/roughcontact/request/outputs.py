@@ -9,6 +9,7 @@ from typing import Any
 
 from roughcontact.errors import InputError, Mention
 from roughcontact.request.options import (
+    ALL_RESULTS,
     PICTURES,
     RESULTS,
     SOLVE,
@@ -108,14 +109,16 @@ def check_place(path: Path, argument: str, inputs: Iterable[Path] = ()) -> None:
 def check_suffix(path: Path, option: Option, model: str) -> None:
     """Raise `InputError` unless a name ends in one of the suffixes that an option takes."""
     suffix, known = path.suffix.lower(), option.suffixes
-    if known == RESULTS[VOLUME]:
+    others: list[str] = []
+    if known == ALL_RESULTS:
         known = RESULTS[model]
+        others = [other for other in RESULTS if suffix in RESULTS[other]]
     if suffix not in known:
         listed = " or ".join([", ".join(known[:-1]), known[-1]] if known[1:] else known)
-        more = ("; ", suffix, " needs ", Mention("model", VOLUME))
+        more = ("; ", suffix, " needs ", Mention("model", others[0])) if others else ()
         raise InputError(
             f"needs a name that ends in {listed}, got '{path}'",
-            *(more if suffix in option.suffixes else ()),
+            *more,
             argument=option.argument,
             value=str(path),
         )
