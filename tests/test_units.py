@@ -158,5 +158,5 @@ def test_errors_carry_the_argument_and_what_was_given() -> None:
             units.parse(text, "force", "load")
         assert (caught.value.argument, caught.value.value) == ("load", text)
         assert str(caught.value).startswith("load ")
-    with pytest.raises(InputError, match="^load needs a weight, got '1 m'"):
+    with pytest.raises(InputError, match=r"^load needs a weight, got '1 m'"):
         units.parse("1 m", "force", "load", needs="a weight")
