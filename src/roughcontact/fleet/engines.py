@@ -113,7 +113,10 @@ def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
         raise outcome.failure
     if not outcome.converged:
         return FAILED, {}, worded(outcome.shortfall.parts, _words(entry))
-    text = to_json({**outcome.record(), "last": outcome.last, "run": digest})
+    # What is told of a single contact is at its own end.
+    several = outcome.curve is not None or outcome.history is not None
+    last = {"last": outcome.last} if several else {}
+    text = to_json({**outcome.record(), **last, "run": digest})
     with replacing(entry.summary) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
     return SOLVED, json.loads(text), ""

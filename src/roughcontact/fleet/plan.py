@@ -60,7 +60,7 @@ class Report:
     @property
     def last(self) -> Mapping[str, Any]:
         """The contact in a few numbers: of a sweep or a history that at its end."""
-        return dict(self.told.get("last", {}))
+        return dict(self.told.get("last", self.told))
 
 
 def spell_key(mention: Mention, task: str) -> str:
