@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import roughcontact as rc
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
+from roughcontact.halfspace import boundary
 from roughcontact.material import hardening
 from roughcontact.report import script
 from roughcontact.surface import nominal, registration
@@ -389,3 +390,11 @@ def test_the_script_follows_the_path_of_the_volume_again(folder: Path) -> None:
     assert again.max_plastic_strain == result.max_plastic_strain
     assert again.residual_displacement.tobytes() == result.residual_displacement.tobytes()
     assert (again.tolerance, again.contact.boundary) == (2e-4, "periodic")
+
+
+def test_a_boundary_that_does_not_repeat_is_stated_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    wavy = rc.Surface(1e-8 * np.cos(np.arange(16) * np.ones((16, 1)) * np.pi / 8), (1e-6, 1e-6))
+    result = rc.solve(wavy, material=STEEL, load=1e-3, boundary="periodic")
+    plain = boundary._BEYOND[boundary.Boundary.PERIODIC]._replace(periodic_axes=())
+    monkeypatch.setitem(boundary._BEYOND, boundary.Boundary.PERIODIC, plain)
+    assert 'boundary="periodic"' in script.repeating(result)

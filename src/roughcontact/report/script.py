@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roughcontact.contact.result import ContactResult
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
 from roughcontact.surface.provenance import NOTE, Operation, Provenance
 from roughcontact.surface.surface import Surface
@@ -132,7 +133,7 @@ def repeating_volume(result: ElastoplasticResult) -> str:
     lines += [f"    {name}={_material(body)}," for name, body in materials.items()]
     if contact.counter_surface is not None:
         lines.append("    counter_surface=counter_surface,")
-    if contact.boundary.periodic_axes:
+    if contact.boundary is not Boundary.FREE:
         lines.append(f'    boundary="{contact.boundary}",')
     lines += ["    layers=layers,", f"    tolerance={_number(result.tolerance)},"]
     if result.precision != "single":
@@ -271,7 +272,7 @@ def _given(result: ContactResult, ceiling: str) -> list[str]:
     if result.counter_surface is not None:
         given.append("counter_surface=counter_surface")
     given.append(f"ceiling={ceiling}")
-    if result.boundary.periodic_axes:
+    if result.boundary is not Boundary.FREE:
         given.append(f'boundary="{result.boundary}"')
     single = result.precision == "single"
     if single:
