@@ -285,8 +285,8 @@ def _spread(scene: ContactScene) -> str:
 def _close_up(scene: ContactScene) -> str:
     about = engineering(scene.most_loaded[1], "m", 3)
     return (
-        f"A part of the last two figures, {about} wide, around the spot that carries most. It "
-        "shows whether the pixels of the map resolve the contact."
+        f"A part of the maps of pressure and contact, {about} wide, around the spot that carries "
+        "most. It shows whether the pixels of the map resolve the contact."
     )
 
 
