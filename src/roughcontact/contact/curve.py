@@ -42,7 +42,7 @@ class LoadStep:
     mean_gap : float
         Mean open gap [m].
     stiffness : float
-        dW/dω [N/m]; see `roughcontact.contact.solve.stiffness`.
+        dW/dω [N/m]; see `contact.stiffness.stiffness`.
     spots : int
         Number of contact spots.
     mean_spot_area, largest_spot_area : float

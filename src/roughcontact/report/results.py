@@ -84,7 +84,7 @@ def save(result: LoadCurve | LoadHistory, path: str | os.PathLike[str]) -> None:
 
 
 def rows(result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
-    """Return what is told of a result; see `quantities.rows`."""
+    """Return what is told of a result; see `quantities.rows_of`."""
     return rows_of(table_of(result), result, part, brief)
 
 

@@ -29,7 +29,7 @@ MAP, BODIES, SOLVER, OUTPUT = "Map", "Bodies and load", "Solver", "Output"
 """Headings of the help."""
 
 CEILING, VOLUME = "ceiling", "volume"
-"""The models of `SOLVE`."""
+"""The models of ``SOLVE``."""
 
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
 HOLES = ("error", "fill", "mask", "crop")
@@ -70,7 +70,7 @@ class Option:
     suffixes : tuple of str
         Of a file to write: how its name may end.
     model : str
-        The only model of `SOLVE` that it serves; empty for both.
+        The only model of ``SOLVE`` that it serves; empty for both.
     """
 
     name: str

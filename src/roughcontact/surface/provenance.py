@@ -49,7 +49,7 @@ class Operation:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """The operation in words; none for what `Provenance.source` says already."""
+        """The operation in words; none for what ``Provenance.source`` says already."""
         return _WORDS[self.method](self.arguments, self.found)
 
 
