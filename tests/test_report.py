@@ -17,7 +17,7 @@ from roughcontact.contact import solve
 from roughcontact.contact.result import ContactResult
 from roughcontact.report import contact as report
 from roughcontact.report import page as layout
-from roughcontact.report.page import Section
+from roughcontact.report.page import Addition
 from roughcontact.surface.provenance import Operation
 from roughcontact.units import engineering, percent
 
@@ -93,14 +93,14 @@ def whole() -> tuple[ContactResult, str]:
     curve = rc.load_curve(surface, material=STEEL, loads=[0.01, 0.1, 1.0], ceiling=None)
     figure = Figure(figsize=(3, 2))
     figure.subplots().plot([1, 2])
-    section = Section(
+    addition = Addition(
         "Grid <study>",
         ("One & two.", "Three."),
         (("points", "area"), ("64", "<1>"), ("128", "2")),
         (("A line < that rises.", figure),),
     )
     text = report.render(
-        result, elastic=result.elastic(), curve=curve, sections=[section],
+        result, elastic=result.elastic(), curve=curve, additions=[addition],
         command="roughcontact solve '<b>.opd' --load \"1 N\"", date=DAY,
     )  # fmt: skip
     return result, text

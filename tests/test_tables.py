@@ -16,7 +16,7 @@ import pytest
 import roughcontact as rc
 from roughcontact.cli import console
 from roughcontact.formats import tables as files
-from roughcontact.report import contact, figures, inputs, page, results, sections, tables, volume
+from roughcontact.report import additions, contact, figures, inputs, page, results, tables, volume
 from roughcontact.report.quantities import (
     ABSENT,
     ANSWER,
@@ -82,8 +82,8 @@ def text_of(markup: str) -> str:
     return " ".join(html.unescape(re.sub(r"<[^>]*>", " ", markup)).split())
 
 
-def section_text(solved: rc.ContactResult, section: page.Section) -> str:
-    return text_of(contact.render(solved, sections=[section]))
+def text_with(solved: rc.ContactResult, addition: page.Addition) -> str:
+    return text_of(contact.render(solved, additions=[addition]))
 
 
 def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple[str, str, Any]:
@@ -100,10 +100,10 @@ def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple
         report = lambda: text_of(volume.render(result))  # noqa: E731
     elif kind == "below":
         console.show_stress(result, None, ())
-        report = lambda: section_text(solved, sections.stress_section(result))  # noqa: E731
+        report = lambda: text_with(solved, additions.of_stress(result))  # noqa: E731
     elif kind == "history":
         console.show_history(result, ())
-        report = lambda: section_text(solved, sections.history_section(result))  # noqa: E731
+        report = lambda: text_with(solved, additions.of_history(result))  # noqa: E731
     else:
         console.show_curve(result, ())
         report = lambda: text_of(contact.render(solved, curve=result))  # noqa: E731

@@ -18,7 +18,7 @@ from roughcontact.plots import volume as volume_plots
 from roughcontact.report import assumptions_volume, regimes, wording
 from roughcontact.report import page as layout
 from roughcontact.report import volume as volume_report
-from roughcontact.report.page import Section
+from roughcontact.report.page import Addition
 from roughcontact.units import engineering, percent
 
 DAY = datetime.date(2024, 2, 29)
@@ -115,7 +115,7 @@ def test_the_file_stands_alone(pressed, tmp_path: Path) -> None:
     figure = Figure()
     figure.subplots()
     pressed.report(
-        path, "roughcontact solve <b>", [Section("More", ("& more.",), (), (("A", figure),))]
+        path, "roughcontact solve <b>", [Addition("More", ("& more.",), (), (("A", figure),))]
     )
     text = path.read_text(encoding="utf-8")
     assert "roughcontact solve &lt;b&gt;" in text

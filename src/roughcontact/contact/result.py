@@ -331,7 +331,7 @@ class ContactResult:
 
         export.save(self, path)
 
-    def report(self, path: str | Path, command: str = "", sections: Sequence[Any] = ()) -> None:
+    def report(self, path: str | Path, command: str = "", additions: Sequence[Any] = ()) -> None:
         """Write a report that needs no other file; see `roughcontact.report.contact.save`.
 
         Parameters
@@ -340,7 +340,7 @@ class ContactResult:
             HTML file to write; it appears only once it is complete.
         command : str
             What was typed to get this result.
-        sections : sequence of `roughcontact.report.page.Section`
+        additions : sequence of `roughcontact.report.page.Addition`
             Further chapters.
 
         Notes
@@ -349,4 +349,4 @@ class ContactResult:
         """
         from roughcontact.report import contact
 
-        contact.save_compared(self, path, command, sections)
+        contact.save_compared(self, path, command, additions)

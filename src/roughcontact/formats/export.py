@@ -1,7 +1,7 @@
 """Every format that maps and results are written in: one table.
 
 A missing point is a missing point in each of them, and row 0 is the row of smallest y. What is
-written appears under its name only once it is complete. Figures are drawn by ``roughcontact.plots``.
+written appears under its name only once it is complete. ``roughcontact.plots`` draws figures.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from roughcontact.contact.spots import Spots
 from roughcontact.errors import InputError
 from roughcontact.material.material import Material
 from roughcontact.report import assumptions, details, figures, inputs, page, results
-from roughcontact.report.page import Cells, Chapter, Section, Table
+from roughcontact.report.page import Addition, Cells, Chapter, Table
 from roughcontact.report.quantities import TRUST, Row, beside, rows_of
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering
@@ -186,17 +186,17 @@ def contact_spots(result: ContactResult, spots: Spots) -> Chapter:
     return chapter
 
 
-def added(section: Section) -> Chapter:
+def added(addition: Addition) -> Chapter:
     """Return a chapter that another result adds."""
-    chapter = Chapter(section.title)
-    for paragraph in section.text:
+    chapter = Chapter(addition.title)
+    for paragraph in addition.text:
         chapter.add("text", paragraph)
-    if section.facts:
-        chapter.add("table", Table(section.facts))
-    if section.table:
-        head, *rows = section.table
+    if addition.facts:
+        chapter.add("table", Table(addition.facts))
+    if addition.table:
+        head, *rows = addition.table
         chapter.add("table", Table(rows, head))
-    for caption, figure in section.figures:
+    for caption, figure in addition.figures:
         chapter.add("figure", page.picture(figure, caption, caption))
     return chapter
 

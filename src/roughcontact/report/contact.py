@@ -26,7 +26,7 @@ from roughcontact.report import (
     script,
     tables,
 )
-from roughcontact.report.page import Cells, Chapter, Section, Table
+from roughcontact.report.page import Addition, Cells, Chapter, Table
 from roughcontact.report.quantities import ABSENT, ANSWER, PROBLEM, TRUST, beside, capital
 from roughcontact.units import engineering, percent
 
@@ -36,7 +36,7 @@ def render(
     *,
     elastic: ContactResult | None = None,
     curve: LoadCurve | None = None,
-    sections: Sequence[Section] = (),
+    additions: Sequence[Addition] = (),
     command: str = "",
     date: datetime.date | None = None,
 ) -> str:
@@ -51,7 +51,7 @@ def render(
         is left out where the ceiling is reached nowhere.
     curve : LoadCurve, optional
         The same contact under other loads, for a chapter of its own.
-    sections : sequence of Section
+    additions : sequence of Addition
         Further found.
     command : str
         What was typed to get the result. Without it a Python script is given, see
@@ -85,7 +85,7 @@ def render(
         found.append(_comparison(result, elastic))
     if curve is not None:
         found.append(_load_curve(curve))
-    found += [chapters.added(section) for section in sections]
+    found += [chapters.added(addition) for addition in additions]
     lines = script.repeating(result)
     found += [_certificate(result), chapters.repetition(result.version, command, lines)]
     return page.render(
@@ -118,7 +118,7 @@ def save(
     *,
     elastic: ContactResult | None = None,
     curve: LoadCurve | None = None,
-    sections: Sequence[Section] = (),
+    additions: Sequence[Addition] = (),
     command: str = "",
     date: datetime.date | None = None,
 ) -> None:
@@ -126,7 +126,7 @@ def save(
 
     Parameters
     ----------
-    result, elastic, curve, sections, command, date
+    result, elastic, curve, additions, command, date
         As for `render`.
     path : str or path
         File to write, ``.html`` or ``.htm``; it appears only once it is complete, and a file
@@ -142,19 +142,19 @@ def save(
     """
     page.check_path(path)
     text = render(
-        result, elastic=elastic, curve=curve, sections=sections, command=command, date=date
+        result, elastic=elastic, curve=curve, additions=additions, command=command, date=date
     )
     page.write(text, path)
 
 
 def save_compared(
-    result: ContactResult, path: str | os.PathLike[str], command: str, sections: Sequence[Section]
+    result: ContactResult, path: str | os.PathLike[str], command: str, additions: Sequence[Addition]
 ) -> None:
     """Write a report of a result; one with saturated pixels is solved without a ceiling beside it.
 
     Parameters
     ----------
-    result, path, command, sections
+    result, path, command, additions
         As for `save`.
     """
     page.check_path(path)
@@ -168,7 +168,7 @@ def save_compared(
         except InsufficientMemoryError:
             # The chapter says that there is none; the report stays worth having.
             pass
-    save(result, path, elastic=elastic, command=command, sections=sections)
+    save(result, path, elastic=elastic, command=command, additions=additions)
 
 
 def _title(result: ContactResult) -> str:

@@ -35,7 +35,7 @@ Cells = tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class Addition:
     """A chapter that other results add to a report.
 
     Parameters

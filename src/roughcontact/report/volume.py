@@ -21,7 +21,7 @@ from roughcontact.report import (
     script,
     tables,
 )
-from roughcontact.report.page import Cells, Chapter, Section, Table
+from roughcontact.report.page import Addition, Cells, Chapter, Table
 from roughcontact.report.quantities import PROBLEM, TRUST, rows_of
 from roughcontact.units import engineering
 from roughcontact.volume.result import ElastoplasticResult
@@ -30,7 +30,7 @@ from roughcontact.volume.result import ElastoplasticResult
 def render(
     result: ElastoplasticResult,
     *,
-    sections: Sequence[Section] = (),
+    additions: Sequence[Addition] = (),
     command: str = "",
     date: datetime.date | None = None,
 ) -> str:
@@ -40,7 +40,7 @@ def render(
     ----------
     result : ElastoplasticResult
         What the report is on.
-    sections : sequence of Section
+    additions : sequence of Addition
         Further chapters.
     command : str
         What was typed to get the result. Without it a Python script is given, see
@@ -67,7 +67,7 @@ def render(
         found.append(_path(result))
     if spots.count:
         found.append(chapters.contact_spots(contact, spots))
-    found += [chapters.added(section) for section in sections]
+    found += [chapters.added(addition) for addition in additions]
     lines = script.repeating_volume(result)
     found += [_certificate(result), chapters.repetition(result.version, command, lines)]
     return page.render(
@@ -89,7 +89,7 @@ def save(
     result: ElastoplasticResult,
     path: str | os.PathLike[str],
     *,
-    sections: Sequence[Section] = (),
+    additions: Sequence[Addition] = (),
     command: str = "",
     date: datetime.date | None = None,
 ) -> None:
@@ -97,7 +97,7 @@ def save(
 
     Parameters
     ----------
-    result, sections, command, date
+    result, additions, command, date
         As for `render`.
     path : str or path
         File to write, ``.html`` or ``.htm``; it appears only once it is complete, and a file
@@ -111,7 +111,7 @@ def save(
         If the file cannot be written.
     """
     page.check_path(path)
-    page.write(render(result, sections=sections, command=command, date=date), path)
+    page.write(render(result, additions=additions, command=command, date=date), path)
 
 
 def _title(result: ElastoplasticResult) -> str:

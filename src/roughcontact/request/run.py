@@ -350,17 +350,17 @@ def _files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
 
 def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
     """Write the report on an outcome."""
-    from roughcontact.report import sections
+    from roughcontact.report import additions
 
     request = outcome.request
-    chapters = sections.sections(outcome.study, outcome.notes)
+    chapters = additions.of_run(outcome.study, outcome.notes)
     if outcome.curve is not None:
         _curve_report(outcome.curve, request, maps, path)
     elif outcome.stress is not None:
-        chapters.append(sections.stress_section(outcome.stress, outcome.first_yield))
+        chapters.append(additions.of_stress(outcome.stress, outcome.first_yield))
         outcome.stress.solution.report(path, request.command, chapters)
     elif outcome.history is not None:
-        chapters.append(sections.history_section(outcome.history))
+        chapters.append(additions.of_history(outcome.history))
         outcome.history.last.report(path, request.command, chapters)
     else:
         outcome.found.report(path, request.command, chapters)
@@ -369,10 +369,10 @@ def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
 def _curve_report(curve: LoadCurve, request: Request, maps: Sequence[Surface], path: Path) -> None:
     """Write the report on a load curve, with the contact at its last load."""
     from roughcontact.contact.solve import solve
-    from roughcontact.report import contact, sections
+    from roughcontact.report import additions, contact
 
     problem = _problem(request, maps, "tolerance", "max-iterations", "precision")
     result = solve(maps[0], **problem, load=curve.steps[-1].load)
     twin = result.elastic() if result.saturated_fraction else None
-    notes = sections.sections(None, resolution_notes(request, maps))
-    contact.save(result, path, elastic=twin, curve=curve, sections=notes, command=request.command)
+    notes = additions.of_run(None, resolution_notes(request, maps))
+    contact.save(result, path, elastic=twin, curve=curve, additions=notes, command=request.command)

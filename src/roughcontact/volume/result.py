@@ -367,7 +367,7 @@ class ElastoplasticResult:
 
         return depth.layers(self, body)
 
-    def report(self, path: str | Path, command: str = "", sections: Sequence[Any] = ()) -> None:
+    def report(self, path: str | Path, command: str = "", additions: Sequence[Any] = ()) -> None:
         """Write a report that needs no other file; see `roughcontact.report.volume.save`.
 
         Parameters
@@ -376,12 +376,12 @@ class ElastoplasticResult:
             HTML file to write; it appears only once it is complete.
         command : str
             What was typed to get this result.
-        sections : sequence of `roughcontact.report.page.Section`
+        additions : sequence of `roughcontact.report.page.Addition`
             Further chapters.
         """
         from roughcontact.report import volume as volume_report
 
-        volume_report.save(self, path, command=command, sections=sections)
+        volume_report.save(self, path, command=command, additions=additions)
 
 
 def _rim(values: Array, width: int) -> bool:

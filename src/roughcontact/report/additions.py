@@ -6,23 +6,23 @@ from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.stress import StressResult
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.report import chapters, figures, results, tables
-from roughcontact.report.page import Section, sentence
+from roughcontact.report.page import Addition, sentence
 from roughcontact.report.quantities import rows_of
 
 
-def sections(study: ResolutionStudy | None, notes: tuple[str, ...]) -> list[Section]:
+def of_run(study: ResolutionStudy | None, notes: tuple[str, ...]) -> list[Addition]:
     """Return the chapters on what the measurement resolves and on what depends on the grid."""
     found = []
     if notes:
         text = tuple(sentence(note) for note in notes)
-        found.append(Section("What the measurement resolves", text))
+        found.append(Addition("What the measurement resolves", text))
     if study is not None:
         head, rows = results.listing(study)
-        found.append(Section("Can it be trusted", study.sentences, (head, *rows)))
+        found.append(Addition("Can it be trusted", study.sentences, (head, *rows)))
     return found
 
 
-def stress_section(stress: StressResult, onset: StressResult | None = None) -> Section:
+def of_stress(stress: StressResult, onset: StressResult | None = None) -> Addition:
     """Return the chapter on the stress below the surface, and on the load of first yield."""
     told = results.rows(stress)
     if onset is not None:
@@ -32,10 +32,10 @@ def stress_section(stress: StressResult, onset: StressResult | None = None) -> S
         "Elastic stress under the pressure found. Tension is positive.",
         *(sentence(c.text) for c in stress.cautions if c not in stress.solution.cautions),
     )
-    return Section("Stress below the surface", text, rows, figures.drawn(figures.STRESS, stress))
+    return Addition("Stress below the surface", text, rows, figures.drawn(figures.STRESS, stress))
 
 
-def history_section(history: LoadHistory) -> Section:
+def of_history(history: LoadHistory) -> Addition:
     """Return the chapter on a load history."""
     head, rows = results.listing(history)
     body = "first body" if history.indented_body == "surface" else "counter-body"
@@ -45,6 +45,6 @@ def history_section(history: LoadHistory) -> Section:
         sentence(results.row(history, "volume_account").text),
     )
     facts = chapters.facts(history)
-    return Section(
+    return Addition(
         "Load history", text, (head, *rows), figures.drawn(figures.HISTORY, history), facts
     )
