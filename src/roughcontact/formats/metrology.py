@@ -213,7 +213,7 @@ def _sur_header(
         pixel[1], pixel[0], step,
         *(name.ljust(16) for name in (b"X", b"Y", b"Z", *6 * (b"mm",))),
         1.0, 1.0, 1.0,
-        # Neither imprint nor inverted nor levelled; date and duration unknown; no comment, no
+        # Neither imprint nor inverted nor leveled; date and duration unknown; no comment, no
         # offsets.
         0, 0, 0,
         0, 0, 0, 0, 0, 0, 0, 0.0,
