@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import broken
 import roughcontact as rc
 from roughcontact.halfspace import convolution
 from roughcontact.theory import hertz
@@ -193,8 +194,7 @@ def test_far_field_on_anisotropic_pixels(ratio):
 
 def test_the_far_field_shows_pixels_that_are_swapped(monkeypatch):
     true = convolution.free
-    monkeypatch.setattr(
-            convolution, "free",
-        lambda shape, pixel, modulus, **o: true(shape, pixel[::-1], modulus, **o),
-    )  # fmt: skip
+    broken.replace_free(
+        monkeypatch, lambda shape, pixel, modulus, **o: true(shape, pixel[::-1], modulus, **o)
+    )
     assert np.abs(far_field(1 / 4) - 1).max() > 0.5

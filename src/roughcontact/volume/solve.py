@@ -145,7 +145,7 @@ def solve_elastoplastic(
     >>> ball = Surface(-(x**2 + y**2) / (2 * 105e-6), pixel=(1.5e-6, 1.5e-6))
     >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1.6e9)
     >>> result = solve_elastoplastic(ball, material=steel, loads=[0.3, 0.0])
-    >>> result.status, result.regime
+    >>> result.status, str(result.regime)
     ('converged', 'plastic up to the surface')
     """
     began = time.perf_counter()

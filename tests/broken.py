@@ -1,0 +1,17 @@
+"""Operators that are wrong on purpose: what judges results has to see it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from roughcontact.halfspace import boundary
+
+
+def replace_free(patch: pytest.MonkeyPatch, make: Callable[..., Any]) -> None:
+    """Let another maker of operators serve maps that end at their edges."""
+    entry = boundary._BEYOND[boundary.Boundary.FREE]
+    wrong = entry._replace(operator=lambda *problem, datum, **options: make(*problem, **options))
+    patch.setitem(boundary._BEYOND, boundary.Boundary.FREE, wrong)
