@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import broken
 import robustness
 import roughcontact as rc
+from broken import replace_free
 from roughcontact.halfspace import convolution
 
 BLOCK = 20
@@ -63,7 +63,7 @@ def test_a_wrong_answer_is_seen(monkeypatch):
     true = convolution.free
     with monkeypatch.context() as patch:
         # A modulus that is 1 % off, which the program itself cannot see.
-        broken.replace_free(
+        replace_free(
             patch,
             lambda shape, pixel, modulus, **options: true(shape, pixel, modulus / 1.01, **options),
         )
