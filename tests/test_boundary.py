@@ -9,8 +9,7 @@ import roughcontact as rc
 from roughcontact.cli import app
 from roughcontact.contact import area, resolution_study, spots
 from roughcontact.errors import InputError
-from roughcontact.halfspace import boundary as boundary_room
-from roughcontact.halfspace import plastic, stress
+from roughcontact.halfspace import boundary as boundary_room, plastic, stress
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.solvers import bounded, patches
 

@@ -16,16 +16,13 @@ import pytest
 import roughcontact
 from roughcontact import load_result
 from roughcontact.cli import app
-from roughcontact.contact import archive, checks
-from roughcontact.contact import solve as contact
+from roughcontact.contact import archive, checks, solve as contact
 from roughcontact.material import catalogue, hardening
 from roughcontact.plots import maps
 from roughcontact.request import outputs
 from roughcontact.solvers.progress import Step
 from roughcontact.theory import hertz
-from roughcontact.volume import archive as volume_archive
-from roughcontact.volume import loop
-from roughcontact.volume import solve as elastoplastic
+from roughcontact.volume import archive as volume_archive, loop, solve as elastoplastic
 
 MEASUREMENTS = Path(__file__).parents[1] / ".." / "shared" / "measurements"
 PACKAGE = Path(roughcontact.__file__).parents[1]

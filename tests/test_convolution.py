@@ -2,8 +2,7 @@ import threading
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace

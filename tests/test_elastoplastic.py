@@ -18,7 +18,7 @@ from roughcontact.errors import (
     InsufficientMemoryError,
     Mention,
 )
-from roughcontact.halfspace import tensors
+from roughcontact.halfspace import convolution, tensors
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.hardening import Linear, Perfect, Swift, Tabulated
 from roughcontact.solvers import anderson
@@ -82,9 +82,7 @@ def test_gap_certificate_and_load(loaded) -> None:
     area = PIXEL**2
     assert contact.pressure.sum() * area == pytest.approx(0.65, rel=1e-10)
     # The gap again, from pressure and residual displacement alone.
-    elastic = rc.halfspace.convolution.free(
-        contact.pressure.shape, (PIXEL, PIXEL), contact.contact_modulus
-    )
+    elastic = convolution.free(contact.pressure.shape, (PIXEL, PIXEL), contact.contact_modulus)
     gap = contact.initial_gap + elastic(contact.pressure) + loaded.residual_displacement
     gap -= contact.approach
     np.testing.assert_allclose(contact.gap, gap, atol=1e-15)
@@ -394,7 +392,7 @@ def test_acceleration_of_a_linear_map() -> None:
     matrix = rotation @ np.diag(np.linspace(0, 0.98, 20)) @ rotation.T
     offset = rng.normal(size=20)
     exact = np.linalg.solve(np.eye(20) - matrix, offset)
-    mixer = anderson.Mixer([1.0, 2.0], rc.halfspace.fft.Workspace(2))
+    mixer = anderson.Mixer([1.0, 2.0], Workspace(2))
     sizes = (1, 3)
     y = [np.zeros((5, size)) for size in sizes]
     for iteration in range(80):
@@ -413,7 +411,7 @@ def test_acceleration_of_a_linear_map() -> None:
 
 
 def test_unknowns_that_join_keep_the_memory() -> None:
-    small, large = (anderson.Mixer([1.0], rc.halfspace.fft.Workspace(1)) for _ in range(2))
+    small, large = (anderson.Mixer([1.0], Workspace(1)) for _ in range(2))
     rng = np.random.default_rng(5)
     place = np.array([0, 2, 3])
     for step in range(6):

@@ -2,8 +2,7 @@ import math
 from dataclasses import FrozenInstanceError, replace
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from roughcontact.errors import InputError
 from roughcontact.material.material import (

@@ -2,8 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from roughcontact.halfspace.sums import LocalSums
 from roughcontact.solvers.projection import project, shift_to_sum

@@ -15,8 +15,7 @@ from matplotlib.image import imread
 import roughcontact as rc
 from roughcontact.contact import solve
 from roughcontact.contact.result import ContactResult
-from roughcontact.report import contact as report
-from roughcontact.report import page as layout
+from roughcontact.report import contact as report, page as layout
 from roughcontact.report.page import Addition
 from roughcontact.surface.provenance import Operation
 from roughcontact.units import engineering, percent

@@ -15,9 +15,13 @@ import roughcontact as rc
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import Linear, Tabulated
 from roughcontact.plots import volume as volume_plots
-from roughcontact.report import assumptions_volume, regimes, wording
-from roughcontact.report import page as layout
-from roughcontact.report import volume as volume_report
+from roughcontact.report import (
+    assumptions_volume,
+    page as layout,
+    regimes,
+    volume as volume_report,
+    wording,
+)
 from roughcontact.report.page import Addition
 from roughcontact.units import engineering, percent
 

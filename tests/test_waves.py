@@ -3,8 +3,7 @@ import math
 import numpy as np
 import pytest
 import scipy.fft
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from roughcontact.errors import InputError
 from roughcontact.theory import waves

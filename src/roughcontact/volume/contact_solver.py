@@ -13,8 +13,7 @@ from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import CEILING_FACTOR
 from roughcontact.solvers import bounded
 from roughcontact.solvers.operator import Family
-from roughcontact.solvers.problem import Loaded
-from roughcontact.solvers.problem import Problem as ContactProblem
+from roughcontact.solvers.problem import Loaded, Problem as ContactProblem
 from roughcontact.volume.problem import Problem
 
 CONTACT_TOLERANCE = 1e-6

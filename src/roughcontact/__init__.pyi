@@ -1,0 +1,60 @@
+"""What `roughcontact` offers: the one list, which is read at run time as well."""
+
+from .contact.archive import save_result as save_result
+from .contact.curve import LoadCurve as LoadCurve
+from .contact.first_yield import yield_onset as yield_onset
+from .contact.history import (
+    LoadHistory as LoadHistory,
+    Stage as Stage,
+)
+from .contact.load_curve import load_curve as load_curve
+from .contact.load_history import load_history as load_history
+from .contact.resolution_study import resolution_study as resolution_study
+from .contact.result import ContactResult as ContactResult
+from .contact.solve import solve as solve
+from .contact.stress import StressResult as StressResult
+from .contact.study import ResolutionStudy as ResolutionStudy
+from .contact.subsurface import subsurface_stress as subsurface_stress
+from .errors import (
+    CapacityError as CapacityError,
+    ConvergenceError as ConvergenceError,
+    FormatError as FormatError,
+    InputError as InputError,
+    InsufficientMemoryError as InsufficientMemoryError,
+    RoughcontactError as RoughcontactError,
+)
+from .formats.read import read_surface as read_surface
+from .material.hardening import (
+    Linear as Linear,
+    Perfect as Perfect,
+    Swift as Swift,
+    Tabulated as Tabulated,
+)
+from .material.material import (
+    RIGID as RIGID,
+    Material as Material,
+    contact_modulus as contact_modulus,
+)
+from .solvers.progress import (
+    Progress as Progress,
+    Step as Step,
+)
+from .surface.provenance import Provenance as Provenance
+from .surface.surface import Surface as Surface
+from .surface.synthetic import (
+    reference_map as reference_map,
+    self_affine as self_affine,
+)
+from .volume.archive import (
+    load_elastoplastic as load_elastoplastic,
+    load_result as load_result,
+)
+from .volume.comparison import (
+    ModelComparison as ModelComparison,
+    compare_models as compare_models,
+)
+from .volume.result import ElastoplasticResult as ElastoplasticResult
+from .volume.solve import solve_elastoplastic as solve_elastoplastic
+
+__version__: str
+__all__: list[str]
