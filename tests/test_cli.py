@@ -805,6 +805,7 @@ def test_holes_can_be_cut_away(holed: Path, capsys: Capture) -> None:
     [
         (("--form", "cone"), ("--form must be sphere", "'cone'")),
         (("--form", "polynomial"), ("--form must be",)),
+        (("--form", "polynomial ²"), ("--form must be", "got 'polynomial ²'")),
         (("--outliers", "many"), ("--outliers must be a number",)),
         (("--rotate", "45"), ("--rotate must be a multiple of 90",)),
         (("--s-filter", "3"), ("--s-filter needs a length", "no unit")),

@@ -88,6 +88,20 @@ def test_a_long_function_needs_short_code_and_a_contract() -> None:
     assert too_long(ast.parse("def solve():\n" + "    pass\n" * 69)) == []
 
 
+def test_only_units_knows_pint() -> None:
+    users = {
+        room
+        for room, path in rooms().items()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for name in (
+            [alias.name for alias in node.names] if isinstance(node, ast.Import)
+            else [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+        )
+        if name.split(".")[0] == "pint"
+    }  # fmt: skip
+    assert users == {"units"}
+
+
 def test_only_one_room_asks_for_free_memory() -> None:
     asking = [name for name, path in rooms().items() if "psutil" in path.read_text("utf-8")]
     assert asking == ["memory"]

@@ -28,7 +28,9 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
         Where to write. If the block fails nothing new stays behind, and an old file survives.
     """
     target = Path(path)
-    temporary = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
+    # A name of its own for every call: threads may write the same file, and the last one stays.
+    own = f"{os.getpid()}-{os.urandom(4).hex()}"
+    temporary = target.with_name(f".{target.stem}.{own}{target.suffix}")
     try:
         yield temporary
         os.replace(temporary, target)

@@ -195,7 +195,7 @@ def form(text: str, argument: str) -> tuple[str, int | None]:
     words = text.split()
     if words in (["sphere"], ["cylinder"]):
         return words[0], None
-    if len(words) == 2 and words[0] == "polynomial" and words[1].isdigit():
+    if len(words) == 2 and words[0] == "polynomial" and re.fullmatch("[0-9]+", words[1]):
         return "polynomial", int(words[1])
     raise InputError(
         f"must be sphere, cylinder or 'polynomial N', got {text!r}", argument=argument, value=text
