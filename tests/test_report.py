@@ -303,7 +303,7 @@ def test_every_case_is_told_as_it_is(problem: dict[str, Any], words: str) -> Non
     assert result.regime in page.words
     for statement in report.assumptions.statements(result, result.spots()):
         assert statement.text in page.words
-    assert ("first body" in page.words) is (result.counter_surface is not None)
+    assert ("Preparation of the counter-body" in page.words) is (result.counter_surface is not None)
 
 
 @pytest.mark.usefixtures("quick")

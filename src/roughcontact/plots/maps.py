@@ -261,7 +261,7 @@ def overview(result: ContactResult) -> Figure:
     grid = figure.subplots(2, 2)
     top = _limit([result], None)
     drawn = _draw_surface(grid[0, 0], result.surface, CELLS_IN_PANEL)
-    name = "Surface" if result.counter_surface is None else "Surface of the first body"
+    name = "Surface" if result.counter_surface is None else "Surface of the body"
     grid[0, 0].set_title(f"{name}, Sq {engineering(result.surface.Sq, 'm', 3)}", fontsize=TITLE)
     pressures = _draw_pressure(grid[0, 1], result, top, CELLS_IN_PANEL)
     _pressure_bar(grid[0, 1], pressures.image, top, over=result.max_pressure > top)

@@ -558,7 +558,7 @@ def _few_levels(axes: Axes, height: float) -> None:
 def _which(result: ElastoplasticResult, body: int) -> str:
     if len(result.bodies) == 1:
         return ""
-    return " in the counter-body" if body else " in the first body"
+    return " in the counter-body" if body else " in the body"
 
 
 def _state(result: ElastoplasticResult, body: int) -> str:

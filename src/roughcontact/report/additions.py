@@ -38,7 +38,7 @@ def of_stress(stress: StressResult, onset: StressResult | None = None) -> Additi
 def of_history(history: LoadHistory) -> Addition:
     """Return the chapter on a load history."""
     head, rows = results.listing(history)
-    body = "first body" if history.indented_body == "surface" else "counter-body"
+    body = "body" if history.indented_body == "surface" else "counter-body"
     text = (
         f"The pressure ceiling acts as perfect plasticity of the surface. The {body} keeps the "
         "indentation; unloading is elastic. The rest of this report is on the last step.",

@@ -10,6 +10,7 @@ from importlib import metadata
 from typing import Any
 
 from roughcontact._version import __version__
+from roughcontact.contact.pair import BODIES
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
 from roughcontact.errors import InputError
@@ -63,7 +64,7 @@ def prepared(result: ContactResult) -> list[Chapter]:
     names = ["map"]
     if result.counter_surface is not None:
         surfaces.append(result.counter_surface)
-        names = ["first body", "counter-body"]
+        names = list(BODIES.values())
     chapter = Chapter("Input and preparation")
     facts = [(row.title, *texts) for row, texts in beside(inputs.SURFACE, surfaces)]
     chapter.add("table", Table(facts, ("", *names) if len(names) > 1 else ()))

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roughcontact.contact.history import LoadHistory
+from roughcontact.contact.pair import BODIES
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
 from roughcontact.contact.stress import StressResult
@@ -83,7 +84,7 @@ class ContactScene:
 
     @property
     def map(self) -> MapScene:
-        """The map of the first body."""
+        """The map of the body."""
         return MapScene(self.result.surface)
 
     @property
@@ -148,7 +149,7 @@ class VolumeScene:
     @property
     def where(self) -> str:
         """Which body, if there are two."""
-        names = "first body", "counter-body"
+        names = tuple(BODIES.values())
         return f" of the {names[self.body]}" if len(self.result.bodies) > 1 else ""
 
     def close(self) -> VolumeScene:
