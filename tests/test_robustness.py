@@ -1,11 +1,11 @@
-"""A small part of `benchmarks/robustness.py`, and that it sees what is wrong."""
+"""A small part of `benchmarks/random_problems.py`, and that it sees what is wrong."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-import robustness
+import random_problems
 import roughcontact as rc
 from broken import replace_free
 from roughcontact.halfspace import convolution
@@ -16,15 +16,16 @@ BLOCK = 20
 @pytest.mark.parametrize("first", range(0, 400, BLOCK))
 def test_random_problems_are_certified_or_refused(first):
     outcomes = [
-        robustness.attempt(robustness.draw(seed, 48)) for seed in range(first, first + BLOCK)
+        random_problems.attempt(random_problems.draw(seed, 48))
+        for seed in range(first, first + BLOCK)
     ]
-    good = (robustness.CERTIFIED, robustness.REFUSED, robustness.ROUNDED)
+    good = (random_problems.CERTIFIED, random_problems.REFUSED, random_problems.ROUNDED)
     assert [str(outcome) for outcome in outcomes if outcome.verdict not in good] == []
 
 
 def test_the_problems_are_of_all_kinds():
-    cases = [robustness.draw(seed, 48) for seed in range(160)]
-    assert {case.kind for case in cases} == set(robustness.KINDS)
+    cases = [random_problems.draw(seed, 48) for seed in range(160)]
+    assert {case.kind for case in cases} == set(random_problems.KINDS)
     words = [case.words for case in cases]
     assert {word["boundary"] for word in words} == {"free", "periodic"}
     assert {word["control"] for word in words} == {"load", "approach"}
@@ -38,13 +39,15 @@ def test_the_problems_are_of_all_kinds():
     assert min(aspects) == pytest.approx(1 / 20)
     assert max(aspects) == pytest.approx(20)
     # The same seed is the same problem.
-    np.testing.assert_array_equal(cases[5].surface.heights, robustness.draw(5, 48).surface.heights)
+    np.testing.assert_array_equal(
+        cases[5].surface.heights, random_problems.draw(5, 48).surface.heights
+    )
 
 
 def solved_case():
     """A problem that is solved under a given load."""
     for seed in range(200):
-        case = robustness.draw(seed, 48)
+        case = random_problems.draw(seed, 48)
         plain = case.words["boundary"] == "free" and case.options["ceiling"] is None
         large = case.kind == "self-affine" and case.surface.heights.size > 500
         if case.expected is None and plain and large and "load" in case.options:
@@ -59,7 +62,7 @@ def test_a_wrong_answer_is_seen(monkeypatch):
         return replace(solve(surface, load=1.01 * load, **options), load=load)
 
     case = solved_case()
-    assert robustness.attempt(case).verdict == robustness.CERTIFIED
+    assert random_problems.attempt(case).verdict == random_problems.CERTIFIED
     true = convolution.free
     with monkeypatch.context() as patch:
         # A modulus that is 1 % off, which the program itself cannot see.
@@ -67,44 +70,44 @@ def test_a_wrong_answer_is_seen(monkeypatch):
             patch,
             lambda shape, pixel, modulus, **options: true(shape, pixel, modulus / 1.01, **options),
         )
-        outcome = robustness.attempt(case)
-    assert outcome.verdict == robustness.WRONG
+        outcome = random_problems.attempt(case)
+    assert outcome.verdict == random_problems.WRONG
     assert "certificate" in outcome.words
     # Another load than was asked for; an error that was not due; one that did not come.
     with monkeypatch.context() as patch:
         patch.setattr(rc, "solve", more)
-        outcome = robustness.attempt(case)
-    assert outcome.verdict == robustness.WRONG
+        outcome = random_problems.attempt(case)
+    assert outcome.verdict == random_problems.WRONG
     assert "load error" in outcome.words
     small = replace(case, options={**case.options, "ceiling": 1e-9})
-    assert robustness.attempt(small).words.startswith("CapacityError")
-    assert robustness.attempt(small).verdict == robustness.WRONG
+    assert random_problems.attempt(small).words.startswith("CapacityError")
+    assert random_problems.attempt(small).verdict == random_problems.WRONG
     due = replace(case, expected=rc.CapacityError)
-    assert "was due" in robustness.attempt(due).words
+    assert "was due" in random_problems.attempt(due).words
     # A crash is no answer.
     broken = replace(case, options={**case.options, "boundary": None, "material": None})
-    assert robustness.attempt(broken).verdict == robustness.WRONG
+    assert random_problems.attempt(broken).verdict == random_problems.WRONG
 
 
 def test_giving_up_is_told_apart_from_rounding():
     case = solved_case()
     few = replace(case, options={**case.options, "max_iterations": 2})
-    assert robustness.attempt(few).verdict == robustness.GAVE_UP
+    assert random_problems.attempt(few).verdict == random_problems.GAVE_UP
     fine = replace(case, options={**case.options, "tolerance": 1e-17})
-    assert robustness.attempt(fine).verdict == robustness.ROUNDED
+    assert random_problems.attempt(fine).verdict == random_problems.ROUNDED
 
 
 def test_the_table_counts_every_problem():
-    outcomes = [robustness.attempt(robustness.draw(seed, 16)) for seed in range(12)]
-    total = robustness.table(outcomes).splitlines()[-1].split("|")
+    outcomes = [random_problems.attempt(random_problems.draw(seed, 16)) for seed in range(12)]
+    total = random_problems.table(outcomes).splitlines()[-1].split("|")
     counts = [int(cell) for cell in total[3:-3]]
     assert int(total[2]) == sum(counts) == 12
-    assert counts[robustness.VERDICTS.index(robustness.WRONG)] == 0
+    assert counts[random_problems.VERDICTS.index(random_problems.WRONG)] == 0
 
 
 def test_the_documentation_holds_the_last_whole_run():
-    text = robustness.PAGE.read_text(encoding="utf-8")
+    text = random_problems.PAGE.read_text(encoding="utf-8")
     (total,) = [line for line in text.splitlines() if line.startswith("| all |")]
     cells = [cell.strip() for cell in total.split("|")]
     assert cells[2] == "500"
-    assert cells[3 + robustness.VERDICTS.index(robustness.WRONG)] == "0"
+    assert cells[3 + random_problems.VERDICTS.index(random_problems.WRONG)] == "0"

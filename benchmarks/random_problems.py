@@ -1,8 +1,8 @@
 """Randomised contact problems, each certified or refused by a judge that shares no code with them.
 
-    python benchmarks/robustness.py                # 500 problems, some minutes
-    python benchmarks/robustness.py --write        # and docs/robustness.md from what was found
-    python benchmarks/robustness.py --only 17 230  # single ones again
+    python benchmarks/random_problems.py                # 500 problems, some minutes
+    python benchmarks/random_problems.py --write        # and docs/robustness.md from what was found
+    python benchmarks/random_problems.py --only 17 230  # single ones again
 
 A seed names a problem. What has to come of it, a solution or which error, is reasoned from its
 numbers before it is solved; what came is judged by ``tests/judge.py``: plain NumPy and SciPy.
@@ -37,7 +37,7 @@ from roughcontact.halfspace.boundary import Boundary  # noqa: E402
 Array = NDArray[np.float64]
 
 PAGE = ROOT / "docs" / "robustness.md"
-START, END = "<!-- result -->", "<!-- end -->"
+START, END = "<!-- problems -->", "<!-- end of problems -->"
 
 # What may come. A ConvergenceError is right where the digits of the arithmetic do not hold the
 # tolerance, and honest where the convolutions allowed did not suffice.
