@@ -1,17 +1,48 @@
-"""Open NetCDF files that may be damaged: with an error, and in silence."""
+"""NetCDF files: written whole or not at all, opened with an error and in silence if damaged."""
 
 from __future__ import annotations
 
 import mmap
+import os
 import struct
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from roughcontact.files import replacing, require_suffix
 
 if TYPE_CHECKING:
     import xarray
+
+
+def write(
+    dataset: xarray.Dataset,
+    path: str | os.PathLike[str],
+    packed: Mapping[str, Mapping[str, Any]] | None = None,
+) -> None:
+    """Write a dataset to a NetCDF file: the one door for all that this program writes.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        What the file shall hold.
+    path : str or path
+        File to write; an old one is replaced when the new one is complete.
+    packed : mapping, optional
+        How variables are compressed, by name, as xarray's ``encoding``.
+
+    Raises
+    ------
+    InputError
+        If the suffix is not ``.nc``.
+    OSError
+        If the file cannot be written; an old file survives.
+    """
+    require_suffix(path, ".nc")
+    with replacing(path) as temporary:
+        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed or {})
 
 
 @contextmanager

@@ -17,7 +17,6 @@ from roughcontact import netcdf
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import FormatError
-from roughcontact.files import replacing, require_suffix
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material import hardening
 from roughcontact.material.material import Material
@@ -217,12 +216,9 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
     OSError
         If the file cannot be written; an old file survives.
     """
-    require_suffix(path, ".nc")
-    dataset = to_dataset(result)
     # Most pixels carry nothing: these two shrink to little; heights would not.
     packed = {name: {"zlib": True, "complevel": 1} for name in ("pressure", "saturated")}
-    with replacing(path) as temporary:
-        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
+    netcdf.write(to_dataset(result), path, packed)
 
 
 def load_contact(path: str | os.PathLike[str]) -> ContactResult:

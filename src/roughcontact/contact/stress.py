@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact import netcdf
 from roughcontact.contact import archive
 from roughcontact.contact.cautions import Caution, Kind
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
-from roughcontact.files import replacing, require_suffix
 from roughcontact.halfspace import stress_summary
 from roughcontact.halfspace.tensors import COMPONENTS, von_mises
 from roughcontact.material.material import Material
@@ -176,11 +176,8 @@ class StressResult:
         OSError
             If the file cannot be written; an old file survives.
         """
-        require_suffix(path, ".nc")
-        dataset = to_dataset(self)
         packed = {name: {"zlib": True, "complevel": 1} for name in ("pressure", "saturated")}
-        with replacing(path) as temporary:
-            dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
+        netcdf.write(to_dataset(self), path, packed)
 
 
 def to_dataset(result: StressResult) -> xarray.Dataset:

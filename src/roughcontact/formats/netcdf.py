@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from roughcontact import netcdf
 from roughcontact.contact.archive import surface_to_dataset
 from roughcontact.errors import FormatError
-from roughcontact.files import replacing, require_suffix
 from roughcontact.formats.scale import refuse_given
 from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.surface.provenance import Provenance
@@ -37,9 +36,7 @@ def save(surface: Surface, path: str | os.PathLike[str]) -> None:
     OSError
         If the file cannot be written; an old file survives.
     """
-    require_suffix(path, ".nc")
-    with replacing(path) as temporary:
-        surface_to_dataset(surface).to_netcdf(temporary, engine="h5netcdf")
+    netcdf.write(surface_to_dataset(surface), path)
 
 
 def read(path: Path, name: str, asked: Asked) -> Surface:

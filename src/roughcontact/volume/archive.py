@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact import netcdf
 from roughcontact.contact import archive
 from roughcontact.contact.result import ContactResult
-from roughcontact.files import replacing, require_suffix
 from roughcontact.volume.result import ElastoplasticResult, Increment, PlasticBody
 
 if TYPE_CHECKING:
@@ -68,7 +68,6 @@ def save_elastoplastic(
     OSError
         If the file cannot be written; an old file survives.
     """
-    require_suffix(path, ".nc")
     dataset, packed = _to_dataset(result)
     for key, array in (carried or {}).items():
         name = f"{_CARRIED}{key}"
@@ -76,8 +75,7 @@ def save_elastoplastic(
         if array.size:
             dataset[name] = ([f"{name}_{axis}" for axis in range(array.ndim)], array)
             packed[name] = _PACKED
-    with replacing(path) as temporary:
-        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
+    netcdf.write(dataset, path, packed)
 
 
 def _to_dataset(result: ElastoplasticResult) -> tuple[xarray.Dataset, dict[str, Any]]:
