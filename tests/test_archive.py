@@ -297,12 +297,11 @@ def test_the_solution_is_verified_from_the_file_alone(
 # --- writing ---------------------------------------------------------------------------------
 
 
-def half_written(error: BaseException):
-    def to_netcdf(_: xarray.Dataset, path: os.PathLike, **__: object) -> None:
-        Path(path).write_bytes(b"\x89HDF half of it")
+def raising(error: BaseException):
+    def fsync(_: int) -> None:
         raise error
 
-    return to_netcdf
+    return fsync
 
 
 @pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
@@ -312,7 +311,7 @@ def test_a_failing_write_leaves_the_old_file(
     path = tmp_path / "out.nc"
     result.save(path)
     before = path.read_bytes()
-    monkeypatch.setattr("xarray.Dataset.to_netcdf", half_written(error))
+    monkeypatch.setattr("roughcontact.files.os.fsync", raising(error))
     with pytest.raises(type(error)):
         result.save(path)
     assert path.read_bytes() == before

@@ -606,7 +606,7 @@ def test_a_full_disk_is_one_sentence_after_the_numbers(
 
     output = tmp_path / "out.nc"
     output.write_text("an older result")
-    monkeypatch.setattr("xarray.Dataset.to_netcdf", full)
+    monkeypatch.setattr("roughcontact.files.os.fsync", full)
     assert solve(rough, *STEEL, "--output", str(output)) == app.BAD_INPUT
     out, err = capsys.readouterr()
     assert "largest pressure" in out

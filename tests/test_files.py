@@ -1,12 +1,27 @@
 """Files that are whole or not there."""
 
+import errno
+import os
+import signal
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from threading import Barrier
 
 import pytest
 
-from roughcontact.files import replacing
+import roughcontact as rc
+from roughcontact import files
+from roughcontact.files import clear, replacing, write
+
+SOURCE = str(Path(rc.__file__).parents[1])
+
+locks = pytest.mark.skipif(files.fcntl is None, reason="no locks on this system")
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(entry.name for entry in folder.iterdir())
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
@@ -14,27 +29,133 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> 
     path.write_text("old")
 
     def fail() -> None:
-        with replacing(path) as temporary:
-            temporary.write_text("half")
+        with replacing(path) as stream:
+            stream.write(b"half")
             raise OSError("full")
 
     with pytest.raises(OSError, match="full"):
         fail()
     assert path.read_text() == "old"
-    assert [entry.name for entry in tmp_path.iterdir()] == ["out.txt"]
+    assert names(tmp_path) == ["out.txt"]
 
 
 def test_two_threads_may_write_one_file(tmp_path: Path) -> None:
     path, both = tmp_path / "out.txt", Barrier(2)
 
-    def write(letter: str) -> None:
-        with replacing(path) as temporary:
-            temporary.write_text(letter * 1000)
+    def save(letter: bytes) -> None:
+        with replacing(path) as stream:
+            stream.write(letter * 1000)
             both.wait(timeout=30)
-            assert temporary.read_text() == letter * 1000
 
     with ThreadPoolExecutor(2) as pool:
-        for written in [pool.submit(write, letter) for letter in "ab"]:
+        for written in [pool.submit(save, letter) for letter in (b"a", b"b")]:
             written.result()
     assert path.read_text() in ("a" * 1000, "b" * 1000)
-    assert [entry.name for entry in tmp_path.iterdir()] == ["out.txt"]
+    assert names(tmp_path) == ["out.txt"]
+
+
+def test_a_failure_names_the_file_wanted(tmp_path: Path) -> None:
+    def fail() -> None:
+        with replacing(tmp_path / "out.txt"):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with pytest.raises(OSError, match="No space left") as caught:
+        fail()
+    assert caught.value.filename == str(tmp_path / "out.txt")
+    with pytest.raises(FileNotFoundError) as missing:
+        write(tmp_path / "absent" / "out.txt", "text")
+    assert missing.value.filename == str(tmp_path / "absent" / "out.txt")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(OSError) as taken:  # noqa: PT011 - the kind differs between systems
+        write(tmp_path / "folder", "text")
+    assert (taken.value.filename, taken.value.filename2) == (str(tmp_path / "folder"), None)
+    assert names(tmp_path) == ["folder"]
+
+
+def test_text_and_bytes_are_written_as_they_are(tmp_path: Path) -> None:
+    write(tmp_path / "text", "µm\n")
+    write(tmp_path / "bytes", memoryview(b"\r\n"))
+    assert (tmp_path / "text").read_bytes() == "µm\n".encode()
+    assert (tmp_path / "bytes").read_bytes() == b"\r\n"
+
+
+def test_names_as_long_as_the_system_takes(tmp_path: Path) -> None:
+    path = tmp_path / ("n" * 251 + ".txt")
+    write(path, "text")
+    assert path.read_text() == "text"
+
+
+# What a killed process leaves
+
+WRITER = """
+import sys, time
+from roughcontact.files import replacing
+with replacing(sys.argv[1]) as stream:
+    stream.write(b"half")
+    stream.flush()
+    print("begun", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.fixture
+def writer(tmp_path: Path):
+    """A process that has begun to write a file."""
+    environment = {**os.environ, "PYTHONPATH": SOURCE}
+    command = [sys.executable, "-c", WRITER, str(tmp_path / "out.txt")]
+    process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "begun\n"
+    yield process
+    process.kill()
+    process.communicate()
+
+
+@locks
+def test_what_a_killed_process_left_is_removed_by_the_next_writer(writer, tmp_path: Path) -> None:
+    (left,) = names(tmp_path)
+    write(tmp_path / "other.txt", "text")
+    # Its writer lives.
+    assert names(tmp_path) == sorted([left, "other.txt"])
+    writer.send_signal(signal.SIGKILL)
+    writer.wait()
+    write(tmp_path / "other.txt", "text")
+    assert names(tmp_path) == ["other.txt"]
+
+
+@locks
+def test_only_unfinished_files_are_removed(tmp_path: Path) -> None:
+    own = ".roughcontact-0123456789abcdef.part"
+    kept = [
+        ".roughcontact-0123456789abcdef.part.nc", ".roughcontact-mine.part", "out.part", ".hidden",
+        own.removeprefix("."),
+    ]  # fmt: skip
+    for name in [*kept, own]:
+        (tmp_path / name).write_text("text")
+    folder = tmp_path / ".roughcontact-ffffffffffffffff.part"
+    folder.mkdir()
+    link = tmp_path / ".roughcontact-eeeeeeeeeeeeeeee.part"
+    link.symlink_to(tmp_path / ".hidden")
+    clear(tmp_path)
+    assert names(tmp_path) == sorted([*kept, folder.name, link.name])
+    clear(tmp_path / "absent")
+
+
+@locks
+def test_a_file_taken_for_a_left_one_gets_another_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    locked, removed = files._locked, []
+
+    def late(stream) -> bool:
+        # Another process looks between the making of the file and its lock.
+        if not removed:
+            removed.extend(names(tmp_path))
+            clear(tmp_path)
+        return locked(stream)
+
+    monkeypatch.setattr(files, "_locked", late)
+    write(tmp_path / "out.txt", "text")
+    assert len(removed) == 1
+    assert names(tmp_path) == ["out.txt"]
+    assert (tmp_path / "out.txt").read_text() == "text"

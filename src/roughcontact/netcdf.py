@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import mmap
 import os
 import struct
@@ -11,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughcontact.files import replacing, require_suffix
+from roughcontact import files
 
 if TYPE_CHECKING:
     import xarray
@@ -39,10 +40,21 @@ def write(
         If the suffix is not ``.nc``.
     OSError
         If the file cannot be written; an old file survives.
+
+    Notes
+    -----
+    HDF5 does not get over a full disk: it fails again when something is closed, and ends the
+    process with a segmentation fault. So it writes to memory, as many bytes as the file will
+    have; those of a contact are fewer than `solve` needed on the way.
     """
-    require_suffix(path, ".nc")
-    with replacing(path) as temporary:
-        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed or {})
+    files.require_suffix(path, ".nc")
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
+    content = io.BytesIO()
+    with h5netcdf.File(content, "w") as file:
+        dataset.dump_to_store(H5NetCDFStore(file), encoding=packed or {})
+    files.write(path, content.getbuffer())
 
 
 @contextmanager

@@ -293,9 +293,14 @@ def _step(result: ContactResult) -> LoadStep:
 
 def _write_step(path: Path, step: LoadStep, pressure: Array) -> None:
     index = np.flatnonzero(pressure)
-    with replacing(path) as temporary:
-        arrays: dict[str, Any] = {"index": index, "pressure": pressure.ravel()[index]}
-        np.savez(temporary, **arrays, **asdict(step))
+    arrays: dict[str, Any] = {"index": index, "pressure": pressure.ravel()[index]}
+    try:
+        with replacing(path) as stream:
+            np.savez(stream, **arrays, **asdict(step))
+    except OSError as error:
+        raise InputError(
+            f"{path} cannot be written ({error.strerror}); the steps before it are kept"
+        ) from None
 
 
 def _read_step(path: Path, shape: tuple[int, int]) -> tuple[LoadStep, Array]:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from roughcontact.errors import FormatError, InputError
-from roughcontact.files import replacing, to_json
+from roughcontact.files import to_json, write
 
 
 def claim(
@@ -71,8 +71,7 @@ def claim(
         )
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as temporary:
-            temporary.write_text(to_json(described), encoding="utf-8")
+        write(path, to_json(described))
     except OSError as error:
         raise _closed(folder, f" ({error.strerror})") from None
     return folder

@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from roughcontact.errors import Mention, RoughcontactError, worded
-from roughcontact.files import replacing, to_json
+from roughcontact.files import to_json, write
 from roughcontact.fleet import plan
 from roughcontact.fleet.plan import FAILED, KEPT, SOLVED, Entry, Report
 from roughcontact.halfspace.fft import default_workers
@@ -117,6 +117,5 @@ def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
     several = outcome.curve is not None or outcome.history is not None
     last = {"last": outcome.last} if several else {}
     text = to_json({**outcome.record(), **last, "run": digest})
-    with replacing(entry.summary) as temporary:
-        temporary.write_text(text + "\n", encoding="utf-8")
+    write(entry.summary, text + "\n")
     return SOLVED, json.loads(text), ""

@@ -55,8 +55,8 @@ def save_x3p(surface: Surface, path: str | os.PathLike[str]) -> None:
         "md5checksum.hex": f"{_md5(document)} *main.xml\n".encode("ascii"),
     }
     with (
-        replacing(path) as temporary,
-        zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        replacing(path) as stream,
+        zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
     ):
         for name, content in members.items():
             with archive.open(name, "w", force_zip64=len(content) > _LARGE) as member:
@@ -117,7 +117,7 @@ def save_sur(surface: Surface, path: str | os.PathLike[str]) -> None:
         )
     lowest, highest = (round(1e3 * extreme / step) for extreme in (low, high))
     missing = lowest - 2
-    with replacing(path) as temporary, temporary.open("wb") as stream:
+    with replacing(path) as stream:
         stream.write(_sur_header(surface, (lowest, highest), (edges[0], edges[1]), step))
         rows = max(1, binary.BLOCK // (8 * nx))
         for first in range(0, ny, rows):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 import os
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
-from roughcontact.files import replacing, require_suffix, to_json
+from roughcontact.files import replacing, require_suffix, to_json, write
 from roughcontact.formats import fields
 from roughcontact.formats.fields import Result
 from roughcontact.formats.matrices import TEXT_MARK
@@ -67,7 +68,7 @@ def save_npz(surface: Surface, path: str | os.PathLike[str]) -> None:
         If the file cannot be written; an old file survives.
     """
     require_suffix(path, ".npz")
-    with replacing(path) as temporary, temporary.open("wb") as stream:
+    with replacing(path) as stream:
         np.savez(stream, heights=surface.heights, pixel=np.array(surface.pixel), unit=np.array("m"))
 
 
@@ -112,22 +113,19 @@ def save_csv(
     (dy, dx), values = fields.surface_of(source).pixel, fields.values(source, field)
     if values.dtype == np.bool_:
         values = values.astype(np.uint8)
-    with (
-        replacing(path) as temporary,
-        temporary.open("w", encoding="utf-8", newline="\n") as stream,
-    ):
-        stream.write(
-            f"{TEXT_MARK}\n"
-            f"# quantity: {field}\n"
-            f"# unit: {fields.UNITS[field]}\n"
-            f"# pixel_y: {dy!r} m\n"
-            f"# pixel_x: {dx!r} m\n"
-            f"# {values.shape[0]} rows along y from the smallest y on, {values.shape[1]} columns "
-            "along x; nan where missing\n"
-        )
+    head = (
+        f"{TEXT_MARK}\n"
+        f"# quantity: {field}\n"
+        f"# unit: {fields.UNITS[field]}\n"
+        f"# pixel_y: {dy!r} m\n"
+        f"# pixel_x: {dx!r} m\n"
+        f"# {values.shape[0]} rows along y from the smallest y on, {values.shape[1]} columns "
+        "along x; nan where missing\n"
+    )
+    with replacing(path) as stream:
+        stream.write(head.encode("utf-8"))
         for row in values:
-            stream.write(",".join(map(repr, row.tolist())))
-            stream.write("\n")
+            stream.write((",".join(map(repr, row.tolist())) + "\n").encode("ascii"))
 
 
 def save_table(result: ContactResult, path: str | os.PathLike[str]) -> None:
@@ -154,16 +152,14 @@ def save_table(result: ContactResult, path: str | os.PathLike[str]) -> None:
         for name, value in record(result).items()
         for part, entry in (value.items() if isinstance(value, dict) else [("", value)])
     ]
-    with (
-        replacing(path) as temporary,
-        temporary.open("w", encoding="utf-8", errors="backslashreplace", newline="") as stream,
-    ):
-        table = csv.writer(stream, lineterminator="\n")
-        table.writerow(("name", "value", "unit"))
-        for name, value in rows:
-            quantity = name.removeprefix("counter_").removeprefix("material_")
-            unit = _SUMMARY_UNITS.get(quantity, "")
-            table.writerow((name, _cell(value), "" if isinstance(value, str) else unit))
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(("name", "value", "unit"))
+    for name, value in rows:
+        quantity = name.removeprefix("counter_").removeprefix("material_")
+        unit = _SUMMARY_UNITS.get(quantity, "")
+        table.writerow((name, _cell(value), "" if isinstance(value, str) else unit))
+    write(path, text.getvalue().encode("utf-8", "backslashreplace"))
 
 
 def save_json(result: Result, path: str | os.PathLike[str]) -> None:
@@ -184,8 +180,7 @@ def save_json(result: Result, path: str | os.PathLike[str]) -> None:
         If the file cannot be written; an old file survives.
     """
     require_suffix(path, ".json")
-    with replacing(path) as temporary:
-        temporary.write_text(to_json(record(result)) + "\n", encoding="utf-8")
+    write(path, to_json(record(result)) + "\n")
 
 
 def record(result: Result) -> dict[str, Any]:

@@ -260,7 +260,7 @@ def _write_vtk(
         )
         return text.encode("ascii")
 
-    with replacing(path) as temporary, temporary.open("wb") as stream:
+    with replacing(path) as stream:
         start = stream.write(head([0] * len(arrays)))
         offsets = []
         for array in arrays:

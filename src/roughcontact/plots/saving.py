@@ -47,7 +47,7 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
             f"the folder of the figure {str(target)!r} does not exist; create it first"
         )
     try:
-        with replacing(target) as unfinished, unfinished.open("xb") as stream:
+        with replacing(target) as stream:
             figure.savefig(stream, format=kind, dpi=DPI)
     except OSError as error:
         reason = error.strerror or str(error)

@@ -15,6 +15,7 @@ import numpy as np
 from roughcontact.contact.curve import LOW_LOAD, LoadCurve
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError
+from roughcontact.files import write
 from roughcontact.plots import maps, profiles
 from roughcontact.report import (
     assumptions,
@@ -144,7 +145,7 @@ def save(
     text = render(
         result, elastic=elastic, curve=curve, additions=additions, command=command, date=date
     )
-    page.write(text, path)
+    write(path, text)
 
 
 def save_compared(

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact._version import __version__
 from roughcontact.errors import InputError
-from roughcontact.files import replacing
 from roughcontact.plots.style import DPI
 
 if TYPE_CHECKING:
@@ -222,12 +221,6 @@ def render(
         cautions=[sentence(caution) for caution in cautions],
         chapters=chapters,
     )
-
-
-def write(text: str, path: str | os.PathLike[str]) -> None:
-    """Write a page to a file, which appears only once it is complete."""
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
 
 
 def _printable(value: Any) -> Any:

@@ -12,7 +12,7 @@ from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.stress import StressResult
 from roughcontact.contact.study import ResolutionStudy
-from roughcontact.files import replacing, require_suffix, to_json
+from roughcontact.files import require_suffix, to_json, write
 from roughcontact.report import tables
 from roughcontact.report.quantities import (
     ANSWER,
@@ -79,8 +79,7 @@ def save(result: LoadCurve | LoadHistory, path: str | os.PathLike[str]) -> None:
     require_suffix(path, ".csv", ".json")
     table = Path(path).suffix.lower() == ".csv"
     text = csv(result) if table else to_json(summary(result)) + "\n"
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write(path, text)
 
 
 def rows(result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:

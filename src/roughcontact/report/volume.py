@@ -10,6 +10,7 @@ import os
 from collections.abc import Sequence
 
 from roughcontact.contact.cautions import Kind
+from roughcontact.files import write
 from roughcontact.report import (
     assumptions_volume,
     chapters,
@@ -111,7 +112,7 @@ def save(
         If the file cannot be written.
     """
     page.check_path(path)
-    page.write(render(result, additions=additions, command=command, date=date), path)
+    write(path, render(result, additions=additions, command=command, date=date))
 
 
 def _title(result: ElastoplasticResult) -> str:

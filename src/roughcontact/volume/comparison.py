@@ -23,7 +23,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.terms import Terms
 from roughcontact.errors import InputError
-from roughcontact.files import replacing, require_suffix, to_json
+from roughcontact.files import require_suffix, to_json, write
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.solvers.progress import Progress
@@ -213,8 +213,7 @@ class ModelComparison:
             If it ends otherwise.
         """
         require_suffix(path, ".json")
-        with replacing(path) as temporary:
-            temporary.write_text(to_json(self.summary()) + "\n", encoding="utf-8")
+        write(path, to_json(self.summary()) + "\n")
 
 
 def _value(found: ContactResult, area_of: ContactResult | ElastoplasticResult, name: str) -> float:
