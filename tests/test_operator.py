@@ -349,6 +349,9 @@ ALLOWED = {
         "add": "unknowns of the volume, which lie on one process",
         "_least_squares": "a handful of steps",
     },
+    "iterate": {
+        "chosen": "whether to copy, where the values are the same either way",
+    },
     "problem": {
         "coarsened": "which of two ways that agree pixel by pixel",
         "prolonged": "places of this process's pixels",

@@ -99,9 +99,12 @@ class Convolution:
         """Return where the pixels with these ascending flat indices lie in the row blocks."""
         nx = self.shape[1]
         tops = [rows.start * nx for rows in self._blocks] + [self.shape[0] * nx]
-        position = index // nx
-        position *= self.padded[1] - nx
-        position += index
+        # Rows that are not padded are as long as those of the map.
+        position = index
+        if self.padded[1] > nx:
+            position = index // nx
+            position *= self.padded[1] - nx
+            position += index
         return Support(index, position, np.searchsorted(index, tops))
 
     def each_block(self, task: Callable[[int, slice], None]) -> None:

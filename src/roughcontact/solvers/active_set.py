@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from roughcontact.solvers.iterate import Iterate, Viewer
 from roughcontact.solvers.operator import Sums, norm
 from roughcontact.solvers.patches import Patches
+from roughcontact.solvers.problem import Limit
 from roughcontact.solvers.projection import project
 
 # A linear solve stops at this reduction unless the set of free pixels is already right.
@@ -27,21 +28,24 @@ def active_set_step(
 ) -> NDArray[np.float64]:
     """Solve on the free pixels by conjugate gradients; return the pressure, kept admissible."""
     pressure, gap, unit, sums = now.pressure, now.gap, viewer.unit, viewer.sums
-    bound = np.broadcast_to(viewer.limit(now.index), pressure.shape)
+    bound = viewer.limit(now.index)
     # Pixels with pressure stay free even where the gap opens: the solve will empty them.
     free = np.where(pressure > 0, (pressure < bound) | (gap > 0), gap < 0)
-    place = np.flatnonzero(free)
-    if not sums.size(place):
+    if not sums.count(free):
         return pressure
-    limit = bound[place]
+    # From here on in place where that can be: in full contact every array is as large as the map.
+    limit = bound[free] if isinstance(bound, np.ndarray) else bound
     centred = _centred if viewer.problem.total is not None else _as_it_is
-    x = pressure[place]
-    residual = centred(-gap[place], sums)
+    x = pressure[free]
+    residual = gap[free]
+    np.negative(residual, out=residual)
+    centred(residual, sums)
     first = norm(residual, sums) / unit
     size = norm(pressure, sums) or first
     enough = max(0.9 * tolerance, 0.1 * now.floor) * size
-    patch = patches.around(now.index[place])
-    free_index = patch.index(now.index[place])
+    free_index = now.index[free]
+    patch = patches.around(free_index)
+    free_index = patch.index(free_index)
     support = patch.operator.support(free_index)
     precondition = patch.inverse.on(free_index)
     direction: NDArray[np.float64] | None = None
@@ -51,7 +55,12 @@ def active_set_step(
         product = sums.dot(residual, z)
         if not product > 0:
             break
-        direction = z if direction is None else z + (product / previous) * direction
+        if direction is None:
+            direction = z
+        else:
+            direction *= product / previous
+            direction += z
+        del z
         previous = product
         response = patch.operator.gather(support, direction)
         viewer.convolutions += 1
@@ -62,29 +71,41 @@ def active_set_step(
             break
         length = product / curvature
         x += length * direction
-        residual -= length * centred(response, sums)
+        response = centred(response, sums)
+        response *= length
+        residual -= response
+        del response
         error = norm(residual, sums) / unit
-        violation = norm(x - np.clip(x, 0, limit), sums)
+        violation = _excess(x, limit, sums)
         if error <= enough or violation > error:
             break
         if error < _REDUCTION * first and violation > 0.1 * error:
             break
-    return _restored(pressure, place, x, limit, bound, viewer)
+    del precondition, support, free_index, residual, direction
+    return _restored(pressure, free, x, limit, bound, viewer)
 
 
 def _centred(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
-    """Return values less their mean: what changes the load is the approach's to take up."""
-    return values - sums.total(values) / sums.size(values)
+    """Return values, changed to be less their mean: what changes the load is the approach's."""
+    values -= sums.total(values) / sums.size(values)
+    return values
 
 
 def _as_it_is(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
     return values
 
 
+def _excess(x: NDArray[np.float64], limit: Limit, sums: Sums) -> float:
+    """Return how far values lie outside their bounds."""
+    outside = np.clip(x, 0, limit)
+    np.subtract(x, outside, out=outside)
+    return norm(outside, sums)
+
+
 def _way(
     x: NDArray[np.float64],
     direction: NDArray[np.float64],
-    limit: NDArray[np.float64],
+    limit: Limit,
     sums: Sums,
 ) -> float:
     """Return how far values within their bounds can move before the first of them meets one."""
@@ -96,23 +117,23 @@ def _way(
 
 def _restored(
     pressure: NDArray[np.float64],
-    place: NDArray[np.int64],
+    free: NDArray[np.bool_],
     x: NDArray[np.float64],
-    limit: NDArray[np.float64],
-    bound: NDArray[np.float64],
+    limit: Limit,
+    bound: Limit,
     viewer: Viewer,
 ) -> NDArray[np.float64]:
     """Return the pressure with the free values ``x`` back within the bounds and the load."""
     total, sums = viewer.problem.total, viewer.sums
     moved = pressure.copy()
     if total is None:
-        moved[place] = np.clip(x, 0, limit)
+        moved[free] = np.clip(x, 0, limit)
         return moved
-    moved[place] = 0
+    moved[free] = 0
     left = total - sums.total(moved)
     # Moving only the free pixels keeps the others exactly on their bounds.
-    if 0 <= left <= sums.total(limit):
-        moved[place] = project(x, limit, left, sums)
+    if 0 <= left <= sums.total(np.broadcast_to(limit, x.shape)):
+        moved[free] = project(x, limit, left, sums)
         return moved
-    moved[place] = x
+    moved[free] = x
     return project(moved, bound, total, sums)

@@ -23,6 +23,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,7 @@ from roughcontact.solvers.iterate import (
     Iterate,
     Viewer,
     admissible,
+    chosen,
     projected,
     settled,
     slopes,
@@ -143,13 +145,9 @@ def solve(
         if progress is not None:
             progress(step)
 
-    levels = [problem]
-    if start is None:
-        while min(levels[-1].shape) >= 2 * _COARSEST:
-            levels.append(coarsened(levels[-1]))
-        pixels = levels[-1].initial_gap.size
-        mean = (levels[-1].total or 0.0) / math.prod(levels[-1].shape)
-        start = np.arange(pixels), np.full(pixels, mean)
+    levels = [problem] if start is not None else _levels(problem)
+    # Made where it is needed, and let go there: in full contact it is as large as the map twice.
+    first: Callable[[], Loaded] = partial(_first, levels[-1], start)
     # The largest operator first: the coarse ones then work in its memory.
     finest_operator = family(problem.shape, (1, 1))
     for depth in range(len(levels) - 1, -1, -1):
@@ -161,29 +159,47 @@ def solve(
             level,
             level_operator,
             Patches(level_operator, family, pixel),
-            start,
+            first,
             max(tolerance, _COARSE_TOLERANCE) if not finest else tolerance,
             max_iterations,
             note,
         )
         if not finest:
             loaded = solution.index, solution.pressure
-            start = prolonged(loaded, solution.gap.shape[1], levels[depth - 1].initial_gap.shape)
-            del levels[depth], solution
+            finer = levels[depth - 1].initial_gap.shape
+            first = partial(prolonged, loaded, solution.gap.shape[1], finer)
+            del levels[depth], solution, loaded
     return Solution(**{**vars(solution), "history": tuple(history)})
+
+
+def _levels(problem: Problem) -> list[Problem]:
+    """Return the problem and what it is on coarser and coarser grids."""
+    levels = [problem]
+    while min(levels[-1].shape) >= 2 * _COARSEST:
+        levels.append(coarsened(levels[-1]))
+    return levels
+
+
+def _first(problem: Problem, start: Loaded | None) -> Loaded:
+    """Return a pressure to start from: that given, or else a uniform one."""
+    if start is not None:
+        return start
+    pixels = problem.initial_gap.size
+    mean = (problem.total or 0.0) / math.prod(problem.shape)
+    return np.arange(pixels), np.full(pixels, mean)
 
 
 def _solve_level(
     problem: Problem,
     operator: Operator,
     patches: Patches,
-    first: Loaded,
+    first: Callable[[], Loaded],
     tolerance: float,
     max_iterations: int,
     note: Callable[[Step], None],
 ) -> Solution:
     viewer = Viewer(problem, operator)
-    now = best = viewer.look(*admissible(problem, first, operator.sums))
+    now = best = viewer.look(*admissible(problem, first(), operator.sums))
     iteration, fruitless, bursts = 0, 0, 0
     while True:
         note(Step(problem.shape, iteration, viewer.convolutions, now.certificate, tolerance))
@@ -199,15 +215,7 @@ def _solve_level(
             break
         iteration += 1
         if fruitless < _PATIENCE:
-            moved = active_set_step(now, viewer, patches, tolerance, max_iterations)
-            after = viewer.look(now.index, moved)
-            if after.certificate > now.certificate and viewer.convolutions < max_iterations:
-                start, end = slopes(now, moved, viewer)
-                # Where the set of free pixels is far off, the step overshoots: the energy rises.
-                if start < 0 < start + end:
-                    cut = start / (start - end)
-                    now = viewer.look(now.index, now.pressure + cut * (moved - now.pressure))
-                    after = projected_gradient(now, viewer, _BURST, max_iterations)
+            after = _advanced(now, viewer, patches, tolerance, max_iterations)
         else:
             after = projected_gradient(now, viewer, _BURST << min(bursts, 5), max_iterations)
             bursts, fruitless = bursts + 1, -1
@@ -219,11 +227,11 @@ def _solve_level(
         now = best
     if viewer.seen is not now:
         now = viewer.look(now.index, now.pressure)
-    loaded = now.pressure > 0
+    index, pressure = chosen(now.pressure > 0, now.index, now.pressure)
     viewer.open -= viewer.open.dtype.type(now.approach)
     return Solution(
-        index=now.index[loaded],
-        pressure=now.pressure[loaded],
+        index=index,
+        pressure=pressure,
         gap=viewer.open,
         approach=now.approach,
         certificate=now.certificate,
@@ -232,6 +240,23 @@ def _solve_level(
         convolutions=viewer.convolutions,
         history=(),
     )
+
+
+def _advanced(
+    now: Iterate, viewer: Viewer, patches: Patches, tolerance: float, max_iterations: int
+) -> Iterate:
+    """Return what an active-set step leads to, or what follows where it overshoots."""
+    moved = active_set_step(now, viewer, patches, tolerance, max_iterations)
+    after = viewer.look(now.index, moved)
+    if after.certificate > now.certificate and viewer.convolutions < max_iterations:
+        start, end = slopes(now, moved, viewer)
+        # Where the set of free pixels is far off, the step overshoots: the energy rises.
+        if start < 0 < start + end:
+            cut = start / (start - end)
+            now = viewer.look(now.index, now.pressure + cut * (moved - now.pressure))
+            del moved
+            after = projected_gradient(now, viewer, _BURST, max_iterations)
+    return after
 
 
 def projected_gradient(now: Iterate, viewer: Viewer, steps: int, max_iterations: int) -> Iterate:

@@ -52,8 +52,7 @@ class Viewer:
         """Return what a pressure does, computed afresh over the whole map."""
         initial_gap, total = self.problem.initial_gap, self.problem.total
         pressure = without_dust(pressure, self.limit(index), self.sums)
-        loaded = pressure > 0
-        index, pressure = index[loaded], pressure[loaded]
+        index, pressure = chosen(pressure > 0, index, pressure)
 
         def visit(number: int, rows: slice, displacement: NDArray[Any]) -> None:
             np.add(displacement, initial_gap[rows], out=self.open[rows])
@@ -65,22 +64,13 @@ class Viewer:
         if total is not None:
             # More pixels can only lower the approach that carries the load: this one is a bound.
             approach = self._multiplier(index, pressure, total)
-        loaded_pixels = self.sums.size(index)
-        index, pressure = self._joined(index, pressure, support.starts, approach)
+        loaded_pixels, starts = self.sums.size(index), support.starts
+        del support
+        index, pressure = self._joined(index, pressure, starts, approach)
         if total is not None and self.sums.size(index) > loaded_pixels:
             approach = self._multiplier(index, pressure, total)
-        opened = self.opened(index)
-        gap = opened - approach
-        bound = self.limit(index)
-        reach = pressure - gap / self.unit
-        step = pressure - np.clip(reach, 0, bound)
-        # How far the last digit of displacement and initial gap may change that step, which does
-        # not matter on pixels far beyond a bound.
-        doubt = np.abs(opened) + np.abs(initial_gap.ravel()[index])
-        doubt *= 0.5 * float(np.finfo(self.operator.real).eps) / self.unit
-        doubt = np.clip(reach + doubt, 0, bound) - np.clip(reach - doubt, 0, bound)
-        size, moved = norm(pressure, self.sums), norm(step, self.sums)
-        floor = 0.5 * norm(doubt, self.sums)
+        gap, moved, floor = self._judged(index, pressure, approach)
+        size = norm(pressure, self.sums)
         if self.operator.real is not np.float64:
             # Double precision would see it.
             moved = math.hypot(moved, floor)
@@ -94,6 +84,32 @@ class Viewer:
         )
         return self.seen
 
+    def _judged(
+        self, index: NDArray[np.int64], pressure: NDArray[np.float64], approach: float
+    ) -> tuple[NDArray[np.float64], float, float]:
+        """Return the gap on some pixels, how far their pressure would move, and rounding's part.
+
+        Norms of ``p - clip(p - g/K₀₀, 0, limit)``, and of how far the last digit of displacement
+        and initial gap may change that step, which does not matter on pixels far beyond a bound.
+        """
+        bound, doubt = self.limit(index), self.opened(index)
+        gap = doubt - approach
+        reach = gap / self.unit
+        np.subtract(pressure, reach, out=reach)
+        step = np.clip(reach, 0, bound)
+        np.subtract(pressure, step, out=step)
+        moved = norm(step, self.sums)
+        # In place: where all of the map touches, every array is as large as the map.
+        np.abs(doubt, out=doubt)
+        doubt += np.abs(self.problem.initial_gap.ravel()[index])
+        doubt *= 0.5 * float(np.finfo(self.operator.real).eps) / self.unit
+        np.add(reach, doubt, out=step)
+        np.clip(step, 0, bound, out=step)
+        reach -= doubt
+        np.clip(reach, 0, bound, out=reach)
+        step -= reach
+        return gap, moved, 0.5 * norm(step, self.sums)
+
     def opened(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return displacement plus initial gap of the last look on some pixels."""
         return self.open.ravel()[index].astype(np.float64)
@@ -101,10 +117,12 @@ class Viewer:
     def _multiplier(
         self, index: NDArray[np.int64], pressure: NDArray[np.float64], total: float
     ) -> float:
-        opened = self.opened(index)
+        values = self.opened(index)
         # Offset first, so that the root find works on numbers of the size of the pressure.
-        offset = self.sums.total(opened) / self.sums.size(opened)
-        values = pressure - (opened - offset) / self.unit
+        offset = self.sums.total(values) / self.sums.size(values)
+        values -= offset
+        values /= self.unit
+        np.subtract(pressure, values, out=values)
         return offset + self.unit * shift_to_sum(values, self.limit(index), total, self.sums)
 
     def _joined(
@@ -141,8 +159,7 @@ def admissible(problem: Problem, start: Loaded, sums: Sums) -> Loaded:
     touchable = np.isfinite(problem.initial_gap)
     if isinstance(problem.limit, np.ndarray):
         touchable &= problem.limit > 0
-    keep = (pressure > 0) & touchable.ravel()[index]
-    index, pressure = index[keep], pressure[keep]
+    index, pressure = chosen((pressure > 0) & touchable.ravel()[index], index, pressure)
     bound = problem.limit.ravel()[index] if isinstance(problem.limit, np.ndarray) else problem.limit
     if problem.total is None:
         return index, np.clip(pressure, 0, bound)
@@ -154,6 +171,15 @@ def admissible(problem: Problem, start: Loaded, sums: Sums) -> Loaded:
         if isinstance(problem.limit, np.ndarray):
             bound = problem.limit.ravel()[index]
     return index, project(pressure, bound, problem.total, sums)
+
+
+def chosen(
+    wanted: NDArray[np.bool_], index: NDArray[np.int64], pressure: NDArray[np.float64]
+) -> Loaded:
+    """Return the entries that are wanted: the arrays themselves where all are."""
+    if wanted.all():
+        return index, pressure
+    return index[wanted], pressure[wanted]
 
 
 def slopes(now: Iterate, moved: NDArray[np.float64], viewer: Viewer) -> tuple[float, float]:

@@ -37,7 +37,7 @@ class Patch:
         """Return flat indices on the patch for flat indices on the map."""
         width = self.operator.shape[1]
         if width == self.map_width:
-            return index - self.first[0] * width
+            return index - self.first[0] * width if self.first[0] else index
         row, column = np.divmod(index, self.map_width)
         local: NDArray[np.int64] = (row - self.first[0]) * width + (column - self.first[1])
         return local

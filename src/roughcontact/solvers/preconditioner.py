@@ -60,10 +60,7 @@ class FreePixelInverse:
         support, sums = self._wrapped.support(index), self._wrapped.sums
         if self._response is None or sums.size(index) < 2:
             return lambda displacement: self._wrapped.gather(support, displacement)
-        (ny, nx), (by, bx) = self._wrapped.shape, self._response.shape
-        row, column = np.divmod(index, nx)
-        row += self._wrapped.rows.start
-        block = row // -(-ny // by) * bx + column // -(-nx // bx)
+        block, (by, bx) = self._blocks(index), self._response.shape
         weight = self._weights[index].astype(np.float64)
         unknown = np.isnan(weight)
         if sums.count(unknown) > _STALE * sums.size(index):
@@ -80,10 +77,25 @@ class FreePixelInverse:
         def apply(displacement: Array) -> Array:
             pressure = self._wrapped.gather(support, displacement)
             force = np.bincount(block, weight * displacement, minlength=by * bx)
-            pressure -= weight * _product(coarse, sums.added(force))[block]
+            shared = _product(coarse, sums.added(force))[block]
+            shared *= weight
+            pressure -= shared
             return pressure
 
         return apply
+
+    def _blocks(self, index: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the flat index of the block that each pixel lies in."""
+        assert self._response is not None
+        (ny, nx), (by, bx) = self._wrapped.shape, self._response.shape
+        # In place: where all of the map touches, these are the largest arrays of all.
+        row, block = np.divmod(index, nx)
+        row += self._wrapped.rows.start
+        row //= -(-ny // by)
+        row *= bx
+        block //= -(-nx // bx)
+        block += row
+        return block
 
     def _collective(self, stiffness: NDArray[Any]) -> Array:
         """Return (C⁻¹ + D)⁻¹ for the diagonal of D."""

@@ -90,6 +90,8 @@ def prolonged(start: Loaded, width: int, shape: tuple[int, ...]) -> Loaded:
             index[at] = fine_row * shape[1] + fine_column
             pressure[at] = coarse_pressure
             inside[at] = (fine_row < shape[0]) & (fine_column < shape[1])
+    if inside.all():
+        return index, pressure
     return index[inside], pressure[inside]
 
 
