@@ -1,14 +1,21 @@
+import hashlib
+import json
 import os
 from dataclasses import fields, replace
+from functools import lru_cache
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import xarray
 
+import damage
 import roughcontact as rc
+from roughcontact import netcdf
 from roughcontact.contact import archive
 from roughcontact.contact.archive import save_result
+from roughcontact.contact.cautions import Kind
 from roughcontact.errors import FormatError
 from roughcontact.surface.provenance import NOTE
 from roughcontact.volume.archive import load_result
@@ -61,6 +68,7 @@ CASES = {
 }  # fmt: skip
 
 
+@lru_cache
 def solved(case: str = "scalar ceiling") -> rc.ContactResult:
     return rc.solve(**{"surface": SURFACE, "load": 0.05, **CASES[case]})
 
@@ -141,7 +149,10 @@ def test_a_file_from_before_steps_were_data(tmp_path: Path) -> None:
         assert after.source == before.source
         assert after.origin is None
         assert all(step.method == NOTE for step in after.operations)
-    assert again.summary() == result.summary()
+    # It has no checksums either, and says so.
+    told, note = again.summary(), again.cautions[-1]
+    assert note.kind == Kind.UNSEALED
+    assert told == result.summary() | {"warnings": [*result.warnings, note.text]}
 
 
 def test_a_damaged_provenance_is_refused(tmp_path: Path) -> None:
@@ -446,3 +457,159 @@ def test_a_changed_result_is_saved_as_changed(tmp_path: Path, result: rc.Contact
     again = load_result(tmp_path / "out.nc")
     assert again.status == "stalled"
     assert not again.converged
+
+
+# --- files that are not as they were written -------------------------------------------------
+
+
+def test_the_checksums_are_those_that_the_documentation_tells(
+    tmp_path: Path, result: rc.ContactResult
+) -> None:
+    result.save(tmp_path / "out.nc")
+    dataset = bare(tmp_path / "out.nc")
+    described: dict = {"attributes": dict(dataset.attrs), "variables": {}}
+    whole = described["attributes"].pop("checksum_sha256")
+    for name, variable in dataset.variables.items():
+        values = variable.values
+        head = f"{values.dtype.str} {values.shape} ".encode()
+        found = hashlib.sha256(head + values.tobytes()).hexdigest()
+        assert variable.attrs["checksum_sha256"] == found, name
+        described["variables"][name] = [list(variable.dims), dict(variable.attrs)]
+    text = json.dumps(described, sort_keys=True, default=lambda number: number.item())
+    assert hashlib.sha256(text.encode()).hexdigest() == whole
+
+
+@pytest.mark.parametrize("name", ["height", "initial_gap", "pressure", "gap", "saturated", "y"])
+def test_a_variable_that_was_changed_is_named(
+    name: str, tmp_path: Path, result: rc.ContactResult
+) -> None:
+    path = tmp_path / "out.nc"
+    result.save(path)
+    with h5py.File(path, "a") as file:
+        values = file[name][...]
+        values.ravel()[-1:].view(np.uint8)[0] ^= 1
+        file[name][...] = values
+    refused(path, f"written: {name} does not match the checksum", "take a copy")
+
+
+@pytest.mark.parametrize(
+    ("where", "name", "value"),
+    [
+        ("/", "load", 0.16),
+        ("/", "warnings", "none at all"),
+        ("/", "remark", "not there before"),
+        ("pressure", "units", "MPa"),
+        ("/", "checksum_sha256", "0" * 64),
+    ],
+)
+def test_attributes_that_were_changed_are_told(
+    where: str, name: str, value: object, tmp_path: Path, result: rc.ContactResult
+) -> None:
+    path = tmp_path / "out.nc"
+    result.save(path)
+    with h5py.File(path, "a") as file:
+        file[where].attrs[name] = value
+    refused(path, "written: attributes do not match the checksum")
+
+
+def test_a_checksum_that_is_gone_is_missed(tmp_path: Path, result: rc.ContactResult) -> None:
+    path = tmp_path / "out.nc"
+    for where, words in (("/", "attributes do"), ("gap", "gap and attributes do")):
+        result.save(path)
+        with h5py.File(path, "a") as file:
+            del file[where].attrs["checksum_sha256"]
+        refused(path, f"written: {words} not match the checksum")
+
+
+def test_a_map_that_was_changed_is_not_read(tmp_path: Path, result: rc.ContactResult) -> None:
+    path = tmp_path / "out.nc"
+    for save in (result.save, result.surface.save):
+        save(path)
+        with h5py.File(path, "a") as file:
+            file["height"][3, 4] += 1e-9
+        with pytest.raises(FormatError, match=r"out\.nc .* height does not match the checksum"):
+            rc.read_surface(path)
+        # What is not read need not be sound.
+        if save == result.save:
+            save(path)
+            with h5py.File(path, "a") as file:
+                file["gap"][3, 4] += 1e-9
+            assert_same_bits(rc.read_surface(path).heights, result.surface.heights)
+
+
+def test_the_note_on_a_file_without_checksums_stays(tmp_path: Path) -> None:
+    result = solved("two soft bodies")
+    assert result.cautions == ()
+    archive.to_dataset(result).to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
+    old = load_result(tmp_path / "old.nc")
+    assert [caution.kind for caution in old.cautions] == [Kind.UNSEALED]
+    # Saved again it has checksums, which prove nothing of what was before.
+    old.save(tmp_path / "new.nc")
+    assert load_result(tmp_path / "new.nc").cautions == old.cautions
+
+
+def implausible(dataset: xarray.Dataset) -> None:
+    """A dataset cannot be a result, whatever its checksums say."""
+    with pytest.raises(rc.InputError):
+        archive.from_dataset(dataset)
+
+
+@pytest.mark.parametrize(("name", "value"), damage.EDITS)
+def test_no_checksum_is_needed_to_refuse_what_cannot_be(name: str, value: object) -> None:
+    dataset = archive.to_dataset(solved("scalar ceiling"))
+    dataset.attrs[name] = value
+    implausible(dataset)
+    # Nor does one that was computed again hide it, but for words that another version may have.
+    if name != "status":
+        implausible(netcdf.sealed(dataset))
+
+
+def test_no_checksum_is_needed_to_refuse_maps_that_cannot_be() -> None:
+    result = solved("ceiling by pixel")
+    touching = tuple(np.argwhere(result.contact & ~result.saturated)[0])
+    untouched = tuple(np.argwhere(~result.contact)[-1])
+    for name, place, value in (
+        ("pressure", touching, -1.0),
+        ("pressure", touching, np.nan),
+        ("pressure", touching, 1e12),
+        ("pressure", touching, 0.0),
+        ("gap", (0, 0), np.nan),
+        ("gap", (0, 0), np.inf),
+        ("ceiling", (0, 0), np.nan),
+        ("ceiling", (0, 0), -1.0),
+        ("height", (0, 0), 1e-3),
+        ("height", (0, 0), np.nan),
+        ("pressure", untouched, 1e9 / 3),
+        ("initial_gap", (0, 0), 1e-3),
+        ("saturated", touching, 1),
+        ("x", (0,), 1e-3),
+    ):
+        dataset = archive.to_dataset(result)
+        values = dataset[name].values.copy()
+        values[place] = value
+        dataset[name] = (dataset[name].dims, values)
+        implausible(dataset)
+
+
+def test_a_report_cannot_be_made_to_ask_for_gigabytes(tmp_path: Path) -> None:
+    # The ceiling was the width of a bin, and the pressures the range: 3e9 bins.
+    dataset = archive.to_dataset(solved("scalar ceiling"))
+    dataset.attrs["ceiling"] = 1.0
+    dataset.to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
+    refused(tmp_path / "old.nc", "pressure must lie between zero and the ceiling")
+
+
+def test_damaged_files_are_refused_or_nothing_is_lost(tmp_path: Path) -> None:
+    # benchmarks/robustness.py does it with thousands.
+    path = tmp_path / "out.nc"
+    solved("two rough bodies").save(path)
+    sound, found = damage.held(load_result(path)), set()
+    for how in damage.copies(path.read_bytes(), path, 40):
+        try:
+            again = load_result(path)
+        except FormatError:
+            found.add("refused")
+            continue
+        assert damage.held(again) == sound, how
+        found.add("sound")
+    assert found == {"refused", "sound"}

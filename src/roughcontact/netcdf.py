@@ -1,4 +1,4 @@
-"""NetCDF files: written whole or not at all, opened with an error and in silence if damaged."""
+"""NetCDF files: sealed by checksums and whole; what is damaged opens with an error, in silence."""
 
 from __future__ import annotations
 
@@ -7,15 +7,22 @@ import mmap
 import os
 import struct
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughcontact import files
+from roughcontact import checksums, files
+from roughcontact.errors import FormatError
 
 if TYPE_CHECKING:
     import xarray
+
+CHECKSUM = "checksum_sha256"
+"""Attribute of every variable, and of the file, that holds a checksum."""
+
+ATTRIBUTES = "attributes"
+"""What `mismatches` calls everything but the numbers: attributes, names and dimensions."""
 
 
 def write(
@@ -23,7 +30,7 @@ def write(
     path: str | os.PathLike[str],
     packed: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> None:
-    """Write a dataset to a NetCDF file: the one door for all that this program writes.
+    """Write a dataset to a NetCDF file with checksums: the one door for all that is written.
 
     Parameters
     ----------
@@ -53,8 +60,91 @@ def write(
 
     content = io.BytesIO()
     with h5netcdf.File(content, "w") as file:
-        dataset.dump_to_store(H5NetCDFStore(file), encoding=packed or {})
+        sealed(dataset).dump_to_store(H5NetCDFStore(file), encoding=packed or {})
     files.write(path, content.getbuffer())
+
+
+def sealed(dataset: xarray.Dataset) -> xarray.Dataset:
+    """Return a dataset with a checksum on every variable, and one on all that describes them.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        As it will be read again.
+
+    Returns
+    -------
+    xarray.Dataset
+        The same with attributes `CHECKSUM`: of each variable that of its values
+        (`checksums.of_array`), of the dataset that of all attributes, names and dimensions
+        (`checksums.of_words`), the checksums of the variables among them.
+    """
+    marked = dataset.copy()
+    for variable in marked.variables.values():
+        variable.attrs[CHECKSUM] = checksums.of_array(variable.values)
+    marked.attrs[CHECKSUM] = checksums.of_words(_described(marked))
+    return marked
+
+
+def mismatches(
+    dataset: xarray.Dataset, names: Iterable[str] | None = None
+) -> tuple[str, ...] | None:
+    """Return what of a dataset is not as it was written.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        As it was read.
+    names : iterable of str, optional
+        Variables to look into; all of them without it. The attributes are looked at in any case.
+
+    Returns
+    -------
+    tuple of str or None
+        Variables whose values differ from their checksum, and `ATTRIBUTES` if those do; nothing
+        where all is as it was written, ``None`` where there are no checksums.
+    """
+    variables = {str(name): variable for name, variable in dataset.variables.items()}
+    parts = (dataset.attrs, *(variable.attrs for variable in variables.values()))
+    if not any(CHECKSUM in attributes for attributes in parts):
+        return None
+    found = [
+        name
+        for name in (variables if names is None else names)
+        if checksums.of_array(variables[name].values) != variables[name].attrs.get(CHECKSUM)
+    ]
+    if checksums.of_words(_described(dataset)) != dataset.attrs.get(CHECKSUM):
+        found.append(ATTRIBUTES)
+    return tuple(found)
+
+
+def altered(name: str, changed: Sequence[str]) -> FormatError:
+    """Return the error about a file that is not as it was written.
+
+    Parameters
+    ----------
+    name : str
+        Of the file.
+    changed : sequence of str
+        From `mismatches`.
+    """
+    listed = " and ".join([", ".join(changed[:-1]), changed[-1]] if changed[1:] else changed)
+    verb = "do" if changed[1:] or changed[0] == ATTRIBUTES else "does"
+    return FormatError(
+        f"{name} was damaged or changed after it was written: {listed} {verb} not match the "
+        f"checksum; take a copy of the file, or make it again"
+    )
+
+
+def _described(dataset: xarray.Dataset) -> dict[str, Any]:
+    """Return all of a dataset but the values of its variables and its own checksum."""
+    return {
+        "attributes": {name: value for name, value in dataset.attrs.items() if name != CHECKSUM},
+        "variables": {
+            str(name): [list(variable.dims), dict(variable.attrs)]
+            for name, variable in dataset.variables.items()
+        },
+    }
 
 
 @contextmanager

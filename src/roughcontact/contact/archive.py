@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import netcdf
+from roughcontact.contact import ranges
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import FormatError
@@ -50,6 +51,7 @@ _WORDS = ("boundary", "precision", "control", "status", "version")
 _OF_THE_PAIR = ("contact_modulus", "boundary")
 _COUNTS = ("iterations", "convolutions")
 _PAIRS = {"tilt": "1", "moments": "N m"}
+_UNSEALED = "unsealed"
 MATERIALS = ("material", "counter_material")
 
 
@@ -108,6 +110,9 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
         maps["ceiling"] = result.ceiling
     elif result.ceiling is not None:
         attributes |= _with_unit("ceiling", result.ceiling, "Pa")
+    if result.unsealed:
+        # New checksums prove nothing of what happened to the old file.
+        attributes[_UNSEALED] = "from a file without checksums"
     for name in MATERIALS:
         attributes |= _material_attributes(name, getattr(result, name))
     return _dataset(surface, maps, attributes)
@@ -245,11 +250,15 @@ def load_contact(path: str | os.PathLike[str]) -> ContactResult:
 
 
 def opened(path: str | os.PathLike[str]) -> xarray.Dataset:
-    """Return the content of a file."""
+    """Return the content of a file that is as it was written, as far as its checksums tell."""
     if not Path(path).is_file():
         raise FormatError(f"{path} does not exist or is no file; check its name")
     with refused(path, "ContactResult"), netcdf.opened(Path(path)) as dataset:
-        return dataset.load()
+        dataset.load()
+        changed = netcdf.mismatches(dataset)
+    if changed:
+        raise netcdf.altered(Path(path).name, changed)
+    return dataset
 
 
 @contextmanager
@@ -273,13 +282,17 @@ def from_dataset(dataset: xarray.Dataset) -> ContactResult:
     ceiling: Any = maps.get("ceiling")
     if ceiling is None and "ceiling" in attributes:
         ceiling = float(attributes["ceiling"])
-    return ContactResult(
+    result = ContactResult(
         pair=_pair(maps, attributes),
         ceiling=ceiling,
         pressure=maps["pressure"],
         gap=maps["gap"],
+        unsealed=netcdf.CHECKSUM not in attributes or _UNSEALED in attributes,
         **_scalars(attributes),
     )
+    stated = {name: dataset[name].values for name in ("initial_gap", "saturated", "y", "x")}
+    ranges.check(result, {**stated, "contact_modulus": float(attributes["contact_modulus"])})
+    return result
 
 
 def _maps(dataset: xarray.Dataset) -> dict[str, NDArray[np.float64]]:

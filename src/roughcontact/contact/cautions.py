@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from roughcontact.errors import Part, Sentence
+from roughcontact.errors import Mention, Part, Sentence
 
 
 class Kind(StrEnum):
@@ -20,6 +20,7 @@ class Kind(StrEnum):
     SHALLOW = "largest stress within two pixels of the surface"
     PLASTIC_EDGE = "plastic strain at the edge of the volume"
     PLASTIC_BOTTOM = "plastic strain in the lowest layer"
+    UNSEALED = "file without checksums"
 
 
 @dataclass(frozen=True)
@@ -51,5 +52,17 @@ def at_edge(*more: Part) -> Caution:
             "contact reaches the edge of the map: either the map is too small for this load, or "
             "the body is meant to end there",
             *more,
+        ),
+    )
+
+
+def unsealed() -> Caution:
+    """Return what is said of a result that was read from a file without checksums."""
+    return Caution(
+        Kind.UNSEALED,
+        (
+            "read from a file without checksums, in which damage goes unseen; ",
+            Mention("verify", True),
+            " computes load and certificate again",
         ),
     )

@@ -88,6 +88,8 @@ class ContactResult:
     moments : (float, float) or None
         Moments (W y, W x) of the load about the centre of the map that were given [N·m]; ``None``
         where the bodies do not tilt.
+    unsealed : bool
+        Whether it was read from a file without checksums, in which damage goes unseen.
     """
 
     pair: Pair
@@ -108,6 +110,7 @@ class ContactResult:
     version: str = field(default="")
     tilt: tuple[float, float] = (0.0, 0.0)
     moments: tuple[float, float] | None = None
+    unsealed: bool = False
 
     def __post_init__(self) -> None:
         """Make the maps read-only."""
@@ -275,6 +278,8 @@ class ContactResult:
         if missing:
             text = f"{missing} missing points were treated as never touching"
             found.append(Caution(Kind.MISSING, (text,)))
+        if self.unsealed:
+            found.append(cautions.unsealed())
         return tuple(found)
 
     def _not_converged(self) -> Caution:

@@ -63,9 +63,13 @@ def _map(path: Path) -> Surface:
                 for name in ("y", "x")
                 if name in dataset.coords
             ]
+            seen = [name for name in ("height", "y", "x") if name in dataset.variables]
+            changed = netcdf.mismatches(dataset, seen)
     # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more.
     except Exception as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)}); {expected}") from None
+    if changed:
+        raise netcdf.altered(path.name, changed)
     if dimensions != ("y", "x") or unit != "m" or values.dtype.kind not in "fiu":
         raise FormatError(
             f"{path.name} has 'height' over {dimensions} with units {unit!r}; {expected}"

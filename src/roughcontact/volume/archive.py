@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from roughcontact import netcdf
 from roughcontact.contact import archive
 from roughcontact.contact.result import ContactResult
+from roughcontact.volume import ranges
 from roughcontact.volume.result import ElastoplasticResult, Increment, PlasticBody
 
 if TYPE_CHECKING:
@@ -226,7 +227,7 @@ def _from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
         tuple(islice(residuals, count)) for count in dataset["increment_iterations"].values.tolist()
     ]
     rows = zip(*columns.values(), strict=True)
-    return ElastoplasticResult(
+    result = ElastoplasticResult(
         solution=pressed,
         residual_displacement=np.array(dataset["residual_displacement"].values),
         bodies=tuple(bodies),
@@ -238,6 +239,8 @@ def _from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
         seconds=float(attributes["elastoplastic_seconds"]),
         version=str(attributes["elastoplastic_version"]),
     )
+    ranges.check(result)
+    return result
 
 
 def _carried(dataset: xarray.Dataset) -> dict[str, NDArray[Any]]:

@@ -303,6 +303,8 @@ class ElastoplasticResult:
         if any(body.accumulated[-1].any() for body in self.bodies):
             text = "plastic strain reaches the lowest layer: enlarge the map, or give a larger "
             found.append(Caution(Kind.PLASTIC_BOTTOM, (text, Mention("depth"))))
+        if pressed.unsealed:
+            found.append(cautions.unsealed())
         return tuple(found)
 
     def _excess(self) -> Caution:
