@@ -15,19 +15,33 @@ def _corner(x, y):
     return np.where((x == 0) | (y == 0), 0.0, value)
 
 
+# Distance in long edges of a pixel from which four points along each edge integrate 1/r to 1e-14.
+_FAR = 16
+
+
 def love_coefficients(y, x, pixel, modulus):
-    """Love's K [m/Pa] at offsets y, x [m], by the textbook's corner sum."""
-    # It loses about N² roundings of K at N (small) edges from the origin: 64-bit mantissas, where
-    # the machine has them, keep 1e-12 on the largest and longest grids here.
-    y, x = np.asarray(y, np.longdouble), np.asarray(x, np.longdouble)
+    """Love's K [m/Pa] at offsets y, x [m]: the textbook's corner sum, far away by quadrature."""
+    # The sum loses about r²/dydx roundings of K at a distance r: 64-bit mantissas, where the
+    # machine has them, keep 1e-12 as far as it is used, with pixels of up to 1:1000.
+    y, x = np.broadcast_arrays(np.asarray(y, np.longdouble), np.asarray(x, np.longdouble))
     b, a = pixel[0] / 2, pixel[1] / 2
-    corners = (
-        _corner(x + a, y + b)
-        + _corner(x - a, y - b)
-        - _corner(x + a, y - b)
-        - _corner(x - a, y + b)
+    integral = np.empty(y.shape)
+    near = np.hypot(y, x) < _FAR * max(pixel)
+    v, u = y[near], x[near]
+    integral[near] = (
+        _corner(u + a, v + b)
+        + _corner(u - a, v - b)
+        - _corner(u + a, v - b)
+        - _corner(u - a, v + b)
     )
-    return (corners / (math.pi * modulus)).astype(np.float64)
+    v, u = y[~near].astype(np.float64), x[~near].astype(np.float64)
+    node, weight = np.polynomial.legendre.leggauss(4)
+    far = np.zeros(v.shape)
+    for y_node, y_weight in zip(node * b, weight * b, strict=True):
+        for x_node, x_weight in zip(node * a, weight * a, strict=True):
+            far += y_weight * x_weight / np.hypot(v + y_node, u + x_node)
+    integral[~near] = far
+    return integral / (math.pi * modulus)
 
 
 def free_displacement(pressure, pixel, modulus):
@@ -56,11 +70,15 @@ def periodic_displacement(pressure, pixel, modulus):
     return displacement, float(symbol.mean())
 
 
+# K₀ beyond it is below the smallest of its roundings near the row, and below 1e-28 of itself.
+_DEAD, _REACH = 700, 64
+
+
 def strip_coefficients(offsets, edge, q, modulus, datum):
     """Displacement by cos(qx) on a row of pixels, at offsets across: quadrature of K₀, or ln."""
     node, weight = np.polynomial.legendre.leggauss(64)
     node, weight = (node + 1) / 2, weight / 2
-    table = np.empty((offsets, q.size))
+    table = np.zeros((offsets, q.size))
     for column, wave in enumerate(q):
         if wave == 0:
             # ∫ ln(y/datum): 64-bit mantissas, as the differences cancel.
@@ -68,19 +86,23 @@ def strip_coefficients(offsets, edge, q, modulus, datum):
             area = end * (np.log(end / datum) - 1)
             table[:, column] = -np.append(2 * area[0], np.diff(area[1:]))[:offsets]
             continue
-        # Near the row itself v⁵ takes the singularity of the logarithm away.
-        s = 0.5 * edge * node**5
-        slope = 2.5 * edge * node**4
-        table[0, column] = 2 * (scipy.special.k0(wave * s) * slope * weight).sum()
-        panels = math.ceil(wave * edge)
-        s = (np.arange(panels)[:, None] + node).ravel() * (edge / panels)
-        far = (np.arange(1, offsets) - 0.5)[:, None] * edge + s
-        table[1:, column] = scipy.special.k0(wave * far) @ np.tile(weight, panels) * edge / panels
+        # Near the row itself v⁵ takes the singularity of the logarithm away; over many wavelengths
+        # only the first of them count.
+        half = min(0.5 * edge, _REACH / wave)
+        s = half * node**5
+        table[0, column] = 2 * (scipy.special.k0(wave * s) * 5 * half * node**4 * weight).sum()
+        width = min(edge, _REACH / wave)
+        panels = math.ceil(wave * width)
+        s = (np.arange(panels)[:, None] + node).ravel() * (width / panels)
+        rows = np.arange(1, min(offsets, math.ceil(_DEAD / (wave * edge)) + 1))
+        far = (rows - 0.5)[:, None] * edge + s
+        table[rows, column] = scipy.special.k0(wave * far) @ np.tile(weight, panels)
+        table[rows, column] *= width / panels
     return table * 2 / (math.pi * modulus)
 
 
 def strip_displacement(pressure, pixel, modulus, axis, datum=None):
-    """Displacement and K₀₀ of a half-space periodic along one axis: a sum over pairs of rows."""
+    """Displacement and K₀₀ of a half-space periodic along one axis: padded across, plain FFT."""
     if datum is None:
         datum = max(points * edge for points, edge in zip(pressure.shape, pixel, strict=True))
     if axis == 0:
@@ -88,11 +110,12 @@ def strip_displacement(pressure, pixel, modulus, axis, datum=None):
         return found.T, unit
     ny, nx = pressure.shape
     q = 2 * math.pi * scipy.fft.rfftfreq(nx, pixel[1])
-    table = strip_coefficients(ny, pixel[0], q, modulus, datum)
-    waves = scipy.fft.rfft(pressure, axis=1)
-    rows = np.arange(ny)
-    moved = [table[np.abs(rows - row)] * waves[row] for row in rows]
-    return scipy.fft.irfft(sum(moved), nx, axis=1), float(scipy.fft.irfft(table[0], nx)[0])
+    table = strip_coefficients(ny + 1, pixel[0], q, modulus, datum)
+    rows = np.arange(2 * ny)
+    symbol = scipy.fft.fft(table[np.minimum(rows, rows[::-1] + 1)], axis=0)
+    waves = scipy.fft.fft(scipy.fft.rfft(pressure, axis=1), 2 * ny, axis=0)
+    moved = scipy.fft.ifft(symbol * waves, axis=0)[:ny]
+    return scipy.fft.irfft(moved, nx, axis=1), float(scipy.fft.irfft(table[0], nx)[0])
 
 
 def _displacement(boundary, pressure, pixel, modulus):
