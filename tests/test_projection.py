@@ -158,3 +158,17 @@ def test_many_values_far_apart():
     found = project(values, 1.0, 30_000.25, SUMS)
     # 1e-6: the shift is about 1e9 and rounds to 1e-7.
     assert found.sum() == pytest.approx(30_000.25, abs=1e-6)
+
+
+@pytest.mark.parametrize("limit", [math.inf, 1e3])
+@pytest.mark.parametrize("total", [1e-200, 1e-3, 1.0, 500.0])
+def test_values_that_dwarf_the_total(limit, total):
+    # One rounding of the largest is more than the total: a single shift would leave nothing.
+    values = np.array([1e22, 2e22, -1e22, 2e22 - 1e7, -3.0])
+    np.testing.assert_array_equal(project(values, limit, total, SUMS), [0, total, 0, 0, 0])
+    np.testing.assert_array_equal(project(-values, limit, total, SUMS), [0, 0, total, 0, 0])
+
+
+def test_what_a_dwarfed_limit_leaves_goes_to_the_next():
+    found = project(np.array([-1.0, -0.5, 1e10]), np.array([1.0, 1.0, 1e-30]), 1e-20, SUMS)
+    np.testing.assert_array_equal(found, [0, 1e-20 - 1e-30, 1e-30])

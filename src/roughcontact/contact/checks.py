@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import memory
+from roughcontact.contact import scale
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.scale import Scale
 from roughcontact.contact.terms import Terms
 from roughcontact.errors import (
     CapacityError,
@@ -29,6 +31,9 @@ from roughcontact.solvers.problem import Problem
 
 Array = NDArray[np.float64]
 
+# The smallest ceiling in units of the pressures: what is too small for a number is no zero.
+_LEAST = 1e-300
+
 
 @dataclass
 class Stated:
@@ -37,7 +42,9 @@ class Stated:
     Parameters
     ----------
     problem : Problem
-        For the solver.
+        For the solver, in the units of ``scale``.
+    scale : Scale
+        Its units.
     ceiling : float, ndarray of shape (ny, nx), or None
         Largest pressure [Pa].
     holes : bool
@@ -47,6 +54,7 @@ class Stated:
     """
 
     problem: Problem
+    scale: Scale
     ceiling: float | Array | None
     holes: bool
     target: Array | None
@@ -90,10 +98,17 @@ def stated(pair: Pair, terms: Terms, start: ContactResult | ArrayLike | None = N
         require_positive(approach=terms.approach)
         if not (pair.boundary.free_axes or holes) and ceiling is None:
             check_below_full_contact(terms.approach, gap)
+    units = scale.of(pair, terms, gap)
+    gap /= units.length
     if terms.precision == "single":
         gap = gap.astype(np.float32)
-    limit = np.inf if ceiling is None else ceiling
-    return Stated(Problem(gap, limit, total, terms.approach), ceiling, holes, target)
+    problem = Problem(
+        gap,
+        limit=np.inf if ceiling is None else np.maximum(ceiling / units.pressure, _LEAST),
+        total=None if total is None else total / units.pressure,
+        approach=None if terms.approach is None else terms.approach / units.length,
+    )
+    return Stated(problem, units, ceiling, holes, target)
 
 
 def check(pair: Pair, terms: Terms) -> None:

@@ -37,7 +37,7 @@ it costs a third more.
 
 
 # A load that every surface carries, to check the other arguments with.
-_LEAST = float(np.finfo(float).tiny)
+_LEAST = 1e-90
 # A shift this near to whole pixels is one, in pixels.
 _WHOLE = 1e-6
 

@@ -140,7 +140,7 @@ class Pair:
         require_choice(tuple(BODIES), body=body)
         return self.material if body == "body" else self.counter_material
 
-    def operators(self, precision: str, workspace: Workspace) -> Family:
+    def operators(self, precision: str, workspace: Workspace, softness: float = 1.0) -> Family:
         """Return what makes the displacement operator on the grid of the map and on coarser ones.
 
         Parameters
@@ -149,9 +149,15 @@ class Pair:
             Arithmetic on the grid of the map.
         workspace : Workspace
             Threads and memory that they share.
+        softness : float
+            Factor of all displacements.
         """
         return self.boundary.operators(
-            self.shape, self.pixel, self.contact_modulus, precision=precision, workspace=workspace
+            self.shape,
+            self.pixel,
+            self.contact_modulus / softness,
+            precision=precision,
+            workspace=workspace,
         )
 
     def record(self) -> dict[str, Any]:

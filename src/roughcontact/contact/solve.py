@@ -14,6 +14,7 @@ from roughcontact.contact import checks
 from roughcontact.contact.area import centre_of_pressure
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.scale import Scale
 from roughcontact.contact.terms import Terms
 from roughcontact.errors import ConvergenceError, Sentence, parts_of, require_choice
 from roughcontact.halfspace.boundary import Boundary
@@ -176,24 +177,26 @@ def _solved(
     options: dict[str, Any] = {
         "tolerance": terms.certificate,
         "max_iterations": int(terms.max_iterations),
-        "start": None if start is None else _loaded(start),
+        "start": None if start is None else _loaded(start, stated.scale),
         "progress": progress,
     }
-    make = pair.operators(terms.precision, Workspace())
+    units = stated.scale
+    make = pair.operators(terms.precision, Workspace(), units.pressure / units.length)
     if stated.target is None:
         return bounded.solve(stated.problem, make, **options), (0.0, 0.0)
     slope = start.tilt if isinstance(start, ContactResult) else (0.0, 0.0)
+    pixel = pair.pixel[0] / units.length, pair.pixel[1] / units.length
     return tilt.solve(
-        stated.problem, make, stated.target, pair.pixel, slope,
+        stated.problem, make, stated.target, pixel, slope,
         moment_tolerance=MOMENT_TOLERANCE, **options,
     )  # fmt: skip
 
 
-def _loaded(start: ContactResult | ArrayLike) -> Loaded:
-    """Return the pixels with pressure, and their pressure."""
+def _loaded(start: ContactResult | ArrayLike, units: Scale) -> Loaded:
+    """Return the pixels with pressure, and their pressure in the units of the solver."""
     pressure = start.pressure if isinstance(start, ContactResult) else np.asarray(start)
     index = np.flatnonzero(pressure)
-    return index, pressure.ravel()[index]
+    return index, pressure.ravel()[index] / units.pressure
 
 
 def _result(
@@ -204,12 +207,17 @@ def _result(
     slope: tuple[float, float],
     began: float,
 ) -> ContactResult:
+    units = stated.scale
     pressure = np.zeros(pair.shape)
-    pressure.ravel()[solution.index] = solution.pressure
+    pressure.ravel()[solution.index] = solution.pressure * units.pressure
+    if stated.ceiling is not None:
+        # One that is too small for the units of the solver is met to the last digit, too.
+        np.minimum(pressure, stated.ceiling, out=pressure)
     carried = float(pressure.sum()) * pair.pixel_area
     load = carried if terms.load is None else terms.load
     load_error = 0.0 if terms.load is None else abs(carried - load) / load
     gap = solution.gap.astype(np.float64, copy=False)
+    gap *= units.length
     if stated.holes:
         gap[np.isinf(gap)] = np.nan
     moments = terms.moments
@@ -220,7 +228,7 @@ def _result(
         tolerance=terms.certificate,
         control=terms.control,
         load=load,
-        approach=solution.approach,
+        approach=solution.approach * units.length,
         pressure=pressure,
         gap=gap,
         certificate=solution.certificate,

@@ -281,14 +281,13 @@ def projected_gradient(now: Iterate, viewer: Viewer, steps: int, max_iterations:
             # Nothing resists this step.
             rate *= 10
             energies.append(energies[-1] + 0.5 * (start + end))
-            now = after
-            continue
-        rate = norm(target - now.pressure, viewer.sums) ** 2 / (end - start)
-        cut = 1.0
-        if 0.5 * (start + end) + energies[-1] > max(energies[-_NONMONOTONE:]):
-            cut = -start / (end - start)
-            after = viewer.look(now.index, now.pressure + cut * (target - now.pressure))
-        energies.append(energies[-1] + cut * start + 0.5 * cut**2 * (end - start))
+        else:
+            rate = norm(target - now.pressure, viewer.sums) ** 2 / (end - start)
+            cut = 1.0
+            if 0.5 * (start + end) + energies[-1] > max(energies[-_NONMONOTONE:]):
+                cut = -start / (end - start)
+                after = viewer.look(now.index, now.pressure + cut * (target - now.pressure))
+            energies.append(energies[-1] + cut * start + 0.5 * cut**2 * (end - start))
         now = after
         if now.certificate < best.certificate:
             best = now

@@ -7,8 +7,12 @@ from numpy.typing import NDArray
 
 from roughcontact.solvers.operator import Sums
 
-_MAX_STEPS = 200
+# Enough to halve the largest number, every other step, down to the smallest.
+_MAX_STEPS = 4300
 _ROUNDING = 1e-15
+# Part of the sum that may be left after a shift, and how often one is added to another.
+_LEFT = 1e-12
+_MOST_PASSES = 4
 # Relative to the limit, or to the largest value: values this near to a bound are put on it.
 _DUST = 1e-12
 
@@ -97,14 +101,21 @@ def project(
     ndarray, shape (n,)
         The projection; entries at a bound are exactly the bound.
     """
-    projected = np.clip(values + shift_to_sum(values, limit, total, sums), 0, limit)
-    # What the resolution of the shift leaves, if the values dwarf the limit.
-    missing = total - sums.total(projected)
-    free = (projected > 0) & (projected < limit)
-    count = sums.count(free)
-    if missing and count:
-        share = missing / count
-        np.clip(projected + share, 0, limit, out=projected, where=free)
+    for _ in range(_MOST_PASSES):
+        values = values + shift_to_sum(values, limit, total, sums)
+        projected = np.clip(values, 0, limit)
+        # What the resolution of the shift leaves, if the values dwarf the limit.
+        missing = total - sums.total(projected)
+        free = (projected > 0) & (projected < limit)
+        count = sums.count(free)
+        if missing and count:
+            share = missing / count
+            np.clip(projected + share, 0, limit, out=projected, where=free)
+        # Where they dwarf the total, it may leave everything. The values that matter are now near
+        # their bounds: among them a second shift is resolved.
+        off = abs(missing) > _LEFT * total and abs(total - sums.total(projected)) > _LEFT * total
+        if not off:
+            break
     return projected
 
 
