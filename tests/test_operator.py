@@ -365,7 +365,6 @@ ALLOWED = {
         "_outermost": "what a whole map can balance, asked before the solver runs",
         "_nearest": "a handful of moments",
         "excess": "two components",
-        "_mean": "parts that `added` sums over the processes",
         "_guess": "parts that `added` sums over the processes, and two angles",
         "balance": "two angles",
         "_updated": "two angles",

@@ -81,7 +81,7 @@ def centre_of_pressure(
     if total == 0:
         return math.nan, math.nan
     y, x = (
-        float((np.arange(line.size) - (line.size - 1) / 2) @ line) * edge / total
+        float(np.einsum("i,i->", np.arange(line.size) - (line.size - 1) / 2, line)) * edge / total
         for line, edge in zip((pressure.sum(axis=1), pressure.sum(axis=0)), pixel, strict=True)
     )
     return y, x

@@ -22,6 +22,10 @@ from roughcontact.halfspace.sums import LocalSums
 
 Visit = Callable[[int, slice, NDArray[Any]], None]
 
+# Rows of the kernel that one thread makes at a time. Where a band begins decides which of its
+# pixels count as near, hence their last digits: so it must not depend on the number of threads.
+_BAND = 64
+
 
 @dataclass(frozen=True, eq=False)
 class Support:
@@ -287,14 +291,13 @@ def free(
     workspace = workspace or Workspace(workers)
     half = (fft.fast_length(shape[0]), fft.fast_length(shape[1]))
     quadrant = np.empty((half[0] + 1, half[1] + 1))
-    band = max(1, min(64, -(-quadrant.shape[0] // workspace.workers)))
 
     def fill(top: int) -> None:
-        rows = quadrant[top : top + band]
+        rows = quadrant[top : top + _BAND]
         rows[...] = kernels.love(rows.shape, pixel, contact_modulus, first_row=top)
 
-    workspace.each(fill, range(0, quadrant.shape[0], band))
-    spectrum = fft.even_spectrum(quadrant, workspace.workers)
+    workspace.each(fill, range(0, quadrant.shape[0], _BAND))
+    spectrum = fft.even_spectrum(quadrant, workspace)
     padded = (2 * half[0], 2 * half[1])
     return Convolution(spectrum, shape, padded, workspace=workspace, precision=precision)
 
@@ -373,7 +376,7 @@ def strip(
     # As much work each: from one to the next, waves die out at half the distance.
     ends = [0, *(1 << n for n in range((period // 2).bit_length() + 1))]
     workspace.each(fill, [slice(*pair) for pair in pairwise(ends)])
-    table = fft.even_spectrum(table, workspace.workers, axes=(0,))
+    table = fft.even_spectrum(table, workspace, axes=(0,))
     padded = (2 * half, period) if axis == 1 else (period, 2 * half)
     spectrum = table if axis == 1 else np.ascontiguousarray(table.T)
     return Convolution(spectrum, shape, padded, workspace=workspace, precision=precision)

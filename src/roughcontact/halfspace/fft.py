@@ -28,6 +28,8 @@ except ImportError:
 # twice and transformed twice, half of one for the rows.
 COLUMN_BYTES = 1 << 20
 ROW_BYTES = 1 << 19
+# Lines that a library may take at a time; blocks of lines are a multiple of it.
+_LINES = 8
 
 
 def default_workers() -> int:
@@ -79,20 +81,6 @@ def fft_columns(columns: NDArray[Any], forward: bool) -> NDArray[Any]:
     else:
         transformed = scipy.fft.ifft(columns, axis=0, norm="forward", overwrite_x=True, workers=1)
     return transformed
-
-
-def even_spectrum(
-    quadrant: NDArray[np.float64], workers: int, axes: tuple[int, ...] = (0, 1)
-) -> NDArray[np.float64]:
-    """Return the transform of what is even along these axes, from and as one quadrant."""
-    spectrum: NDArray[np.float64]
-    if _ducc0 is not None:
-        spectrum = _ducc0.fft.dct(quadrant, axes=axes, type=1, out=quadrant, nthreads=workers)
-        return spectrum
-    import scipy.fft
-
-    spectrum = scipy.fft.dctn(quadrant, type=1, axes=axes, overwrite_x=True, workers=workers)
-    return spectrum
 
 
 def half_line_transform(columns: NDArray[Any], odd: bool) -> None:
@@ -244,6 +232,38 @@ class Workspace:
             setattr(self._local, name, memory)
         array: NDArray[Any] = memory[:size].view(dtype).reshape(shape)
         return array
+
+
+def even_spectrum(
+    quadrant: NDArray[np.float64], workspace: Workspace, axes: tuple[int, ...] = (0, 1)
+) -> NDArray[np.float64]:
+    """Return the transform of what is even along these axes, from and as one quadrant.
+
+    In place, on all threads of the workspace, in blocks that do not depend on their number: a
+    library that shares out the lines itself gives those left over at the end of each share other
+    last digits than the rest, which it takes several at a time.
+    """
+    for axis in axes:
+        lines, bytes_of_line = quadrant.shape[1 - axis], 8 * quadrant.shape[axis]
+        step = max(_LINES, COLUMN_BYTES // bytes_of_line // _LINES * _LINES)
+
+        def transform(start: int, axis: int = axis, step: int = step) -> None:
+            part = (
+                quadrant[:, start : start + step] if axis == 0 else quadrant[start : start + step]
+            )
+            _even_lines(part, axis)
+
+        workspace.each(transform, range(0, lines, step))
+    return quadrant
+
+
+def _even_lines(part: NDArray[np.float64], axis: int) -> None:
+    if _ducc0 is not None:
+        _ducc0.fft.dct(part, axes=(axis,), type=1, out=part, nthreads=1)
+        return
+    import scipy.fft
+
+    part[...] = scipy.fft.dct(part, type=1, axis=axis, workers=1)
 
 
 # SciPy's own transforms, whichever library is installed; see the head of this module.

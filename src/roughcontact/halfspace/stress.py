@@ -77,7 +77,8 @@ def graded_depths(
     for axis, edge in enumerate(pixel):
         weights = pressure.sum(axis=1 - axis) / total
         position = np.arange(weights.size) * edge
-        spread = float(weights @ (position - weights @ position) ** 2)
+        position -= np.einsum("i,i->", weights, position)
+        spread = float(np.einsum("i,i->", weights, position**2))
         reach = max(reach, _DEEPEST * math.sqrt(5 * spread))
     if not Boundary(boundary).free_axes:
         reach = min(reach, max(n * edge for n, edge in zip(pressure.shape, pixel, strict=True)))

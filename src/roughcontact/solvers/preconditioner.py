@@ -20,6 +20,9 @@ Array = NDArray[np.float64]
 
 # Share of pixels that may be new before m is computed again.
 _STALE = 0.01
+# Blocks of the map whose collective mode is stiffened at once: so few that every row of the
+# products stays in cache.
+_AT_A_TIME = 24
 
 
 class FreePixelInverse:
@@ -103,13 +106,39 @@ class FreePixelInverse:
         by, bx = self._response.shape
         i, j = np.divmod(np.arange(by * bx), bx)
         coupling = self._response[np.abs(i[:, None] - i), np.abs(j[:, None] - j)]
-        system = stiffness[:, None] * coupling
-        system[np.diag_indices_from(system)] += 1
-        inverse: Array = np.linalg.solve(system.T, coupling)
-        return inverse
+        return _stiffened(coupling, stiffness)
 
 
-def _product(matrix: Array, vector: Array) -> Array:
-    # Not by BLAS: its threads spin for a while after each call.
-    product: Array = np.einsum("ij,j->i", matrix, vector)
+def _stiffened(compliance: Array, stiffness: Array) -> Array:
+    """Return (C⁻¹ + D)⁻¹ for a symmetric C, of which the upper part is read, and the diagonal of D.
+
+    A few entries of D after the others, by Woodbury's identity, so that C is never inverted; the
+    last digits must not depend on how many threads share the work, as those of LAPACK do.
+    """
+    matrix = compliance.copy()
+    for first in range(0, stiffness.size, _AT_A_TIME):
+        part = slice(first, first + _AT_A_TIME)
+        strip = np.concatenate([matrix[:first, part].T, matrix[part, first:]], axis=1)
+        corner = _stiffened_one_by_one(strip[:, part], stiffness[part])
+        forces = stiffness[part, None] * strip
+        strip -= _product(corner, forces)
+        for top in range(0, stiffness.size, _AT_A_TIME):
+            rows = slice(top, top + _AT_A_TIME)
+            matrix[rows, top:] -= _product(forces[:, rows].T, strip[:, top:])
+    matrix = np.triu(matrix)
+    matrix += np.triu(matrix, 1).T
+    return matrix
+
+
+def _stiffened_one_by_one(compliance: Array, stiffness: Array) -> Array:
+    matrix = compliance.copy()
+    for i, added in enumerate(stiffness):
+        row = matrix[i] * (added / (1 + added * matrix[i, i]))
+        matrix -= matrix[:, i, None] * row
+    return matrix
+
+
+def _product(matrix: Array, values: Array) -> Array:
+    # Not by BLAS: its threads spin for a while after each call, and change the last digits.
+    product: Array = np.einsum("ij,j...->i...", matrix, values)
     return product

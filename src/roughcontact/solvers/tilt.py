@@ -119,7 +119,8 @@ def _outermost(direction: Array, y: Array, x: Array, share: float | Array) -> Ar
     carried = np.cumsum(np.broadcast_to(share, along.shape)[order])
     # Furthest out first, each as much as it can; the last takes what is left.
     part = np.diff(np.minimum(carried, 1.0), prepend=0.0)
-    return np.array([part @ y[order], part @ x[order]])
+    furthest: Array = np.einsum("pn,n->p", np.stack([y[order], x[order]]), part)
+    return furthest
 
 
 def _nearest(points: Array) -> Array:
@@ -264,7 +265,7 @@ def _arms(solution: Solution, y: Array, x: Array, operator: Operator) -> tuple[A
 def _mean(solution: Solution, y: Array, x: Array, operator: Operator) -> Array:
     """Return the mean lever of the pressure."""
     arm_y, arm_x, share = _arms(solution, y, x, operator)
-    return operator.sums.added(np.array([share @ arm_y, share @ arm_x]))
+    return np.array([operator.sums.dot(share, arm) for arm in (arm_y, arm_x)])
 
 
 def _guess(
@@ -278,13 +279,13 @@ def _guess(
     added = operator.sums.added
     *levers_of_pixels, share = _arms(solution, y, x, operator)
     arms = np.stack(levers_of_pixels)
-    opened = problem.initial_gap.ravel()[solution.index] + tilt @ arms
+    opened = problem.initial_gap.ravel()[solution.index] + tilt[0] * arms[0] + tilt[1] * arms[1]
     displacement = solution.gap.ravel()[solution.index] + solution.approach - opened
-    sunk = float(added(share @ displacement))
-    arms = arms - added(arms @ share)[:, None]
+    sunk = operator.sums.dot(share, displacement)
+    arms = arms - added(np.einsum("pn,n->p", arms, share))[:, None]
     # A pixel has some width even where it is alone.
     width = np.diag([np.ptp(y) / y.size, np.ptp(x) / x.size])
-    spread = added((share * arms) @ arms.T) + width**2 / 12
+    spread = added(np.einsum("pn,qn->pq", share * arms, arms)) + width**2 / 12
     return 2 * spread / sunk, sunk / math.sqrt(np.trace(spread))
 
 

@@ -158,11 +158,11 @@ class _Fit:
                 fitted, partials = model(values, self.y[block][row], self.x[column])
                 difference = heights[there] - fitted
                 jacobian = np.stack(partials)
-                cost += float(difference @ difference)
+                cost += float(np.einsum("n,n->", difference, difference))
                 if not math.isfinite(cost):
                     return math.inf, matrix, right
-                matrix += jacobian @ jacobian.T
-                right += jacobian @ difference
+                matrix += np.einsum("pn,qn->pq", jacobian, jacobian)
+                right += np.einsum("pn,n->p", jacobian, difference)
         return cost, matrix, right
 
     def inverse(self, matrix: Array) -> Array:

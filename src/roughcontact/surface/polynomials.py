@@ -32,24 +32,26 @@ def without_terms(heights: Array, terms: Terms, form: str, weights: Array | None
     degree = max(max(powers) for powers in terms)
     rows, columns = _box(heights, terms, form)
     basis_y = _legendre(heights.shape[0], rows, degree)
-    basis_x = _legendre(heights.shape[1], columns, degree)
+    basis_x = np.ascontiguousarray(_legendre(heights.shape[1], columns, degree).T)
     gram = _gram(heights, basis_y, basis_x, terms, weights)
     diagonal = np.diag(gram)
     # All points on one row or column leave nothing of a slope across it.
     if diagonal.min() <= 0:
         raise too_few(heights, form)
     scale = 1 / np.sqrt(diagonal)
-    values, vectors = np.linalg.eigh(gram * scale[:, None] * scale)
-    if values[0] < SINGULAR:
+    gram *= scale[:, None] * scale
+    if np.linalg.eigvalsh(gram)[0] < SINGULAR:
         raise too_few(heights, form)
-    solve = (vectors / values) @ vectors.T * scale[:, None] * scale
+    solve = _inverse(gram) * scale[:, None] * scale
     residual = heights.copy()
     table = np.zeros((degree + 1, degree + 1))
     index = tuple(np.array(terms).T)
     for _ in range(2):
-        table[index] = solve @ _moments(residual, basis_y, basis_x, terms, weights)
+        moments = _moments(residual, basis_y, basis_x, terms, weights)
+        table[index] = np.einsum("ij,j->i", solve, moments)
         for block in blocks.of_rows(heights.shape):
-            residual[block] -= basis_y[block] @ table @ basis_x.T
+            along_x = np.einsum("yb,bi->yi", basis_y[block], table)
+            residual[block] -= np.einsum("yi,ix->yx", along_x, basis_x)
     return residual
 
 
@@ -81,14 +83,12 @@ def _gram(
     heights: Array, basis_y: Array, basis_x: Array, terms: Terms, weights: Array | None
 ) -> Array:
     # sums[b, c, i, j] = Σ_y Y_b Y_c Σ_x X_i X_j w over the valid points.
-    count = basis_x.shape[1]
-    pairs_y, pairs_x = (
-        (basis[:, :, None] * basis[:, None, :]).reshape(-1, count**2)
-        for basis in (basis_y, basis_x)
-    )
+    count = len(basis_x)
+    pairs_y = (basis_y[:, :, None] * basis_y[:, None, :]).reshape(-1, count**2)
+    pairs_x = (basis_x[:, None] * basis_x).reshape(count**2, -1)
     sums = np.zeros((count**2, count**2))
     for block in blocks.of_rows(heights.shape):
-        sums += pairs_y[block].T @ (_weighted(heights, block, weights) @ pairs_x)
+        sums += _projected(_weighted(heights, block, weights), pairs_y[block], pairs_x)
     b, i = np.array(terms).T
     gram: Array = sums.reshape((count,) * 4)[b[:, None], b, i[:, None], i]
     return gram
@@ -97,11 +97,33 @@ def _gram(
 def _moments(
     heights: Array, basis_y: Array, basis_x: Array, terms: Terms, weights: Array | None
 ) -> Array:
-    sums = np.zeros((basis_y.shape[1], basis_x.shape[1]))
+    sums = np.zeros((basis_y.shape[1], len(basis_x)))
     for block in blocks.of_rows(heights.shape):
         there = np.where(np.isfinite(heights[block]), heights[block], 0.0)
         if weights is not None:
             there *= _weighted(heights, block, weights)
-        sums += basis_y[block].T @ (there @ basis_x)
+        sums += _projected(there, basis_y[block], basis_x)
     moments: Array = sums[tuple(np.array(terms).T)]
     return moments
+
+
+def _inverse(matrix: Array) -> Array:
+    """Return the inverse of a symmetric, positive definite matrix; see `_projected`."""
+    swept = matrix.copy()
+    for i in range(len(matrix)):
+        column, pivot = swept[:, i].copy(), swept[i, i]
+        row = column / pivot
+        swept -= column[:, None] * row
+        swept[i] = swept[:, i] = row
+        swept[i, i] = -1 / pivot
+    return -swept
+
+
+def _projected(values: Array, along_y: Array, along_x: Array) -> Array:
+    """Return the sums over a map of its products with functions of y (columns) and of x (rows).
+
+    Not by BLAS: the last digits would depend on how many threads it has.
+    """
+    rows = np.einsum("by,yx->bx", np.ascontiguousarray(along_y.T), values)
+    sums: Array = np.einsum("bx,ix->bi", rows, along_x)
+    return sums

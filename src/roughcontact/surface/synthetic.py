@@ -195,7 +195,8 @@ def _heights(spectrum: NDArray[np.complex128], columns: int, rms_height: float) 
     # Columns above the cut-off are zero: transforming y first leaves them out.
     rows = fft.ifft(spectrum, axis=0, norm="forward")
     heights: Array = fft.irfft(rows, columns, axis=1, norm="forward")
-    heights *= rms_height / (float(np.linalg.norm(heights)) / math.sqrt(heights.size))
+    mean_square = float(np.einsum("yx,yx->", heights, heights)) / heights.size
+    heights *= rms_height / math.sqrt(mean_square)
     return heights
 
 

@@ -1,0 +1,132 @@
+"""Results do not depend on how many threads share the work, bit by bit."""
+
+import ast
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import house
+from roughcontact.halfspace import convolution
+from roughcontact.solvers.preconditioner import _stiffened
+
+# What sums by BLAS or LAPACK, whose last digits depend on their threads where there is much of it.
+BLAS = {
+    "cholesky", "cov", "det", "dot", "eigh", "eigvalsh", "inner", "inv", "lstsq", "matmul", "norm",
+    "pinv", "polyfit", "qr", "solve", "svd", "tensordot", "vdot", "vecdot",
+}  # fmt: skip
+
+# Functions that may, and why it is never much: room -> function -> reason.
+FEW = {
+    "contact.curve": {"low_load_slope": "the loads of a curve"},
+    "halfspace.images": {
+        "_restricted": "a sparse matrix, no BLAS",
+        "_prolonged": "a sparse matrix, no BLAS",
+    },
+    "halfspace.layers": {"_mean_displacement": "layers"},
+    "solvers.anderson": {"add": "five components", "_least_squares": "a handful of steps"},
+    "solvers.tilt": {
+        "excess": "two components",
+        "balance": "two angles",
+        "_updated": "two angles",
+    },
+    "surface.alignment": {"place": "two axes"},
+    "surface.filling": {
+        "_solve_iteratively": "a sparse matrix, no BLAS",
+        "_multigrid": "sparse matrices, no BLAS",
+        "cycle": "sparse matrices, no BLAS",
+    },
+    "surface.filters": {"excess": "forty weights"},
+    "surface.form": {
+        "inverse": "six parameters",
+        "quadric": "six parameters",
+        "solve": "six parameters",
+        "_remove_cylinder": "six parameters",
+    },
+    "surface.polynomials": {"without_terms": "eigenvalues that are compared with a bound only"},
+    "surface.resolution": {"_exponent": "bins of a spectrum"},
+    "volume.body": {"plastic_volume": "layers"},
+    "volume.result": {"plastic_volume": "layers"},
+}
+
+
+def products(path):
+    """Yield the functions that multiply matrices or call linear algebra."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+
+    def visit(node, function):
+        if isinstance(node, ast.FunctionDef):
+            function = node.name
+        if isinstance(node, ast.MatMult):
+            yield function
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            library = ast.unparse(node.func.value).split(".")[0]
+            if node.func.attr in BLAS and library in ("np", "scipy", "linalg"):
+                yield function
+        for child in ast.iter_child_nodes(node):
+            yield from visit(child, function)
+
+    yield from visit(tree, "")
+
+
+@pytest.mark.parametrize("room", sorted(house.rooms()))
+def test_no_product_of_much_is_taken_by_blas(room):
+    assert set(products(house.rooms()[room])) == set(FEW.get(room, {}))
+
+
+def fingerprints(cores, threads, blas):
+    """Start the work of `fingerprints` on so many cores and threads."""
+    names = ("OMP", "OPENBLAS", "MKL", "BLIS", "VECLIB_MAXIMUM", "DUCC0")
+    return subprocess.Popen(
+        [sys.executable, Path(__file__).with_name("fingerprints.py"), str(cores), str(threads)],
+        stdout=subprocess.PIPE,
+        env=os.environ
+        | {"PYTHONPATH": str(house.PACKAGE.parent)}
+        | {f"{name}_NUM_THREADS": str(blas) for name in names},
+    )
+
+
+def compared(*ways):
+    runs = [fingerprints(*way) for way in ways]
+    first, *others = (json.loads(run.communicate()[0]) for run in runs)
+    assert len(first) > 40
+    for way, other in zip(ways[1:], others, strict=True):
+        assert [what for what in first if first[what] != other[what]] == [], way
+
+
+def test_one_thread_and_three_give_the_same_bits():
+    compared((1, 1, 1), (2, 3, 2))
+
+
+@pytest.mark.slow
+def test_any_number_of_threads_gives_the_same_bits():
+    compared((1, 1, 1), (1, 2, 4), (2, 2, 1), (2, 2, 2), (4, 4, 4))
+
+
+@pytest.mark.parametrize("shape", [(3, 2), (100, 100), (301, 97)], ids=str)
+def test_operators_do_not_depend_on_threads(shape, backend):
+    makers = [convolution.free] + [
+        lambda *given, axis=axis, **more: convolution.strip(*given, axis, **more) for axis in (0, 1)
+    ]
+    for make in makers:
+        one, *others = (
+            make(shape, (1e-6, 1e-6), 1e11, workers=workers).spectrum for workers in (1, 2, 3, 4)
+        )
+        for other in others:
+            np.testing.assert_array_equal(other, one)
+
+
+@pytest.mark.parametrize("size", [1, 23, 24, 25, 100])
+def test_stiffened_modes(size):
+    rng = np.random.default_rng(size)
+    root = rng.standard_normal((size, size))
+    compliance = root @ root.T + np.eye(size)
+    stiffness = rng.random(size) * (rng.random(size) < 0.8)
+    expected = np.linalg.solve(np.eye(size) + compliance * stiffness, compliance)
+    found = _stiffened(compliance, stiffness)
+    np.testing.assert_allclose(found, expected, atol=1e-11 * np.abs(expected).max())
+    np.testing.assert_array_equal(found, found.T)
