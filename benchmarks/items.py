@@ -29,7 +29,8 @@ Items = dict[str, str]
 """Text of every item by name; an array's text is its type, shape and digest."""
 
 # What differs between two runs of the same code. Numbers of a result stay as they are.
-VOLATILE = re.compile(r"_.*|(.*_)?(seconds|version)(\.npy| \[s\])?")  # fields, keys, columns
+# Checksums cover the times.
+VOLATILE = re.compile(r"_.*|checksum.*|(.*_)?(seconds|version)(\.npy| \[s\])?")  # fields, keys
 _NORMAL = [
     (re.compile(r"\x1b\[[0-9;]*m"), ""),
     (

@@ -1,6 +1,7 @@
 """Plain readings of maps, one per format: after its definition, without the package's libraries."""
 
 import ast
+import hashlib
 import io
 import math
 import re
@@ -68,7 +69,7 @@ def plain_opd(content: bytes) -> Plain:
     return Plain(values * scale, (edge * number(b"Aspect"), edge))
 
 
-_LENGTHS = {b"m": 1.0, b"mm": 1e-3, b"nm": 1e-9, b"\xb5m": 1e-6, b"um": 1e-6, b"\xe6m": 1e-6,
+LENGTHS = {b"m": 1.0, b"mm": 1e-3, b"nm": 1e-9, b"\xb5m": 1e-6, b"um": 1e-6, b"\xe6m": 1e-6,
             b"pm": 1e-12, b"fm": 1e-15, b"cm": 1e-2, b"dm": 0.1, b"km": 1e3, b"~m": 1e-6,
             b"\xc5": 1e-10, b"A": 1e-10, b"Mm": 1e6, b"Gm": 1e9, b"am": 1e-18}  # fmt: skip
 
@@ -80,7 +81,7 @@ def plain_sur(content: bytes) -> Plain:
     (special,) = struct.unpack_from("<H", content, 86)
     bits, low, high, nx, ny, points = struct.unpack_from("<HiiiiI", content, 98)
     dx, dy, dz = struct.unpack_from("<fff", content, 120)
-    x, y, z = (_LENGTHS[content[at : at + 16].split(b"\0")[0].strip()] for at in (180, 196, 212))
+    x, y, z = (LENGTHS[content[at : at + 16].split(b"\0")[0].strip()] for at in (180, 196, 212))
     (inversion,) = struct.unpack_from("<H", content, 290)
     comment, private = struct.unpack_from("<HH", content, 334)
     start = 512 + comment + private
@@ -144,7 +145,7 @@ def plain_di(content: bytes) -> Plain:
         scale = scales.get(b"@" + quantity.lower(), b"V 1")
         factor, unit = re.fullmatch(rb"V (\S+)\s*(\S*)", scale).groups()
         unit, _, per = unit.partition(b"/")
-        if unit not in _LENGTHS:
+        if unit not in LENGTHS:
             continue
         if per != volt:
             raise InconsistentError("units of the heights")
@@ -155,9 +156,9 @@ def plain_di(content: bytes) -> Plain:
         ):
             raise InconsistentError("lengths")
         counts = np.frombuffer(content, f"<i{itemsize}", nx * ny, start).reshape(ny, nx)
-        scale = float(volts) / 256**itemsize * float(factor) * _LENGTHS[unit]
+        scale = float(volts) / 256**itemsize * float(factor) * LENGTHS[unit]
         along_x, along_y, length = part[b"scan size"].split()
-        metre = _LENGTHS[length]
+        metre = LENGTHS[length]
         pixel = float(along_y) * metre / ny, float(along_x) * metre / nx
         return Plain(counts[::-1] * scale, pixel)
     raise InconsistentError("no height")
@@ -166,8 +167,18 @@ def plain_di(content: bytes) -> Plain:
 def plain_x3p(content: bytes) -> Plain:
     """ISO 25178-72: XML and doubles in an archive with checksums."""
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        text = archive.read("main.xml").decode()
-        raw = archive.read("bindata/data.bin")
+        document, raw = archive.read("main.xml"), archive.read("bindata/data.bin")
+        names = archive.namelist()
+        sums = archive.read("md5checksum.hex") if "md5checksum.hex" in names else b""
+    text = document.decode()
+    for content, stated in (
+        (document, re.search(rb"^(\w{32}) \*?main.xml", sums, re.MULTILINE)),
+        (raw, re.search(r"<MD5ChecksumPointData>(\w+)<", text)),
+    ):
+        if stated:
+            word = stated[1] if isinstance(stated[1], str) else stated[1].decode()
+            if hashlib.md5(content).hexdigest() != word.lower():
+                raise InconsistentError("a checksum is wrong")
 
     def number(path: str) -> float:
         pattern = "".join(f"<{name}>.*?" for name in path.split("/")[:-1])
@@ -195,25 +206,39 @@ def plain_mnt(pristine: bytes, counts: np.ndarray) -> Callable[[bytes], Plain]:
         for place in places.values():
             (step,) = struct.unpack_from("<d", content, place)
             unit = content[place + 19 : place + 23].decode("utf-16-le").encode("latin-1")
-            steps.append(step * _LENGTHS[unit.strip(b"\0")])
+            steps.append(step * LENGTHS[unit.strip(b"\0")])
         dx, dy, dz = steps
         return Plain(counts * dz, (dy, dx))
 
     return stated
 
 
+def array_of(content: bytes) -> np.ndarray:
+    """NumPy's format, version 1: a header of a dictionary, then nothing but the numbers."""
+    if content[:8] != b"\x93NUMPY\x01\x00":
+        raise InconsistentError("magic")
+    (length,) = struct.unpack_from("<H", content, 8)
+    header = ast.literal_eval(content[10 : 10 + length].decode("latin-1"))
+    dtype, shape = np.dtype(header["descr"]), header["shape"]
+    if 10 + length + math.prod(shape) * dtype.itemsize != len(content):
+        raise InconsistentError("length")
+    values = np.frombuffer(content, dtype, math.prod(shape), 10 + length)
+    return values.reshape(shape, order="F" if header["fortran_order"] else "C")
+
+
 def plain_npy(size: tuple[float, float]) -> Callable[[bytes], Plain]:
     def stated(content: bytes) -> Plain:
-        if content[:8] != b"\x93NUMPY\x01\x00":
-            raise InconsistentError("magic")
-        (length,) = struct.unpack_from("<H", content, 8)
-        header = ast.literal_eval(content[10 : 10 + length].decode("latin-1"))
-        dtype, shape = np.dtype(header["descr"]), header["shape"]
-        if 10 + length + math.prod(shape) * dtype.itemsize != len(content):
-            raise InconsistentError("length")
-        values = np.frombuffer(content, dtype, math.prod(shape), 10 + length)
-        values = values.reshape(shape, order="F" if header["fortran_order"] else "C") * 1e-6
-        return Plain(values, (size[0] / shape[0], size[1] / shape[1]))
+        values = array_of(content) * 1e-6
+        return Plain(values, (size[0] / values.shape[0], size[1] / values.shape[1]))
+
+    return stated
+
+
+def plain_archive(size: tuple[float, float]) -> Callable[[bytes], Plain]:
+    def stated(content: bytes) -> Plain:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            # Of two members of one name the last is meant.
+            return plain_npy(size)(archive.read(archive.namelist()[0]))
 
     return stated
 
@@ -257,6 +282,51 @@ def plain_netcdf(pristine: bytes, made: Plain) -> Callable[[bytes], Plain]:
         return Plain(heights.reshape(ny, nx), pixel)
 
     return stated
+
+
+def plain_hdf5(content: bytes) -> Plain:
+    """The program's own file where HDF5 itself was told to change it."""
+    import h5py
+
+    with h5py.File(io.BytesIO(content), "r") as file:
+        for name in ("height", "y", "x"):
+            own = isinstance(file.get(name, getlink=True), h5py.HardLink)
+            if not own or file[name].external or file[name].is_virtual:
+                raise InconsistentError(f"{name} does not stand in the file")
+        heights, y, x = (np.asarray(file[name][()], float) for name in ("height", "y", "x"))
+        edges = [file.attrs.get(f"pixel_{axis}") for axis in "yx"]
+        if file["height"].attrs["units"] != "m":
+            raise InconsistentError("no metres")
+    if None in edges:
+        edges = [abs(float(np.mean(np.diff(axis)))) for axis in (y, x)]
+    dy, dx = (float(np.asarray(edge).item()) for edge in edges)
+    return Plain(heights, (dy, dx))
+
+
+def plain_npz(content: bytes) -> Plain:
+    """The program's own archive: heights and the pixel in a unit."""
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        heights, pixel, unit = (
+            array_of(archive.read(f"{name}.npy")) for name in ("heights", "pixel", "unit")
+        )
+    metre = LENGTHS[str(unit).encode("latin-1")]
+    dy, dx = (float(edge) * metre for edge in pixel)
+    return Plain(np.asarray(heights, float) * metre, (dy, dx))
+
+
+def plain_headed(content: bytes) -> Plain:
+    """The program's own text: the scale in a head."""
+    lines = content.decode().splitlines()
+    head = (line[1:].partition(":") for line in lines if line.startswith("#"))
+    found = {name.strip(): value.strip() for name, mark, value in head if mark}
+    metre = LENGTHS[found["unit"].encode("latin-1")]
+    edges = []
+    for axis in "yx":
+        value, unit = re.fullmatch(r"(\S+?)\s*([^\d.+-]+)", found[f"pixel_{axis}"]).groups()
+        edges.append(float(value) * LENGTHS[unit.encode("latin-1")])
+    rows = [line.split("#")[0].strip() for line in lines]
+    cells = [[float(cell or "nan") for cell in row.split(",")] for row in rows if row]
+    return Plain(np.array(cells) * metre, (edges[0], edges[1]))
 
 
 # What two maps differ in

@@ -1,5 +1,6 @@
 """Samples of the files that maps are read from, each with a plain reading: to be damaged."""
 
+import hashlib
 import importlib.util
 import io
 import re
@@ -11,12 +12,17 @@ from pathlib import Path
 
 import numpy as np
 
+import vendors
 from plain import (
     Plain,
+    plain_archive,
     plain_di,
+    plain_hdf5,
+    plain_headed,
     plain_metropro,
     plain_netcdf,
     plain_npy,
+    plain_npz,
     plain_opd,
     plain_sdf,
     plain_sur,
@@ -32,7 +38,8 @@ class Sample:
     """A file to damage.
 
     ``fields`` are the bytes that state grid and scale, ``stated`` the plain reading, and
-    ``checked`` says that checksums in the file protect every height.
+    ``checked`` says that checksums in the file protect every height; ``structured`` is the plain
+    reading for a file whose parts were moved by the library of its container.
     """
 
     name: str
@@ -41,6 +48,7 @@ class Sample:
     fields: tuple[tuple[int, int], ...] = ()
     arguments: dict[str, str] = field(default_factory=dict)
     checked: bool = False
+    structured: Callable[[bytes], Plain] | None = None
 
 
 SIZE = (30e-6, 44e-6)
@@ -66,7 +74,8 @@ def made(folder: Path) -> Iterator[Sample]:
     stream = io.BytesIO()
     np.savez(stream, heights)
     # An archive has checksums: its heights may not change at all.
-    yield Sample("made.npz", stream.getvalue(), lambda _: plain, ((0, 200),), given, True)
+    stated = plain_archive(SIZE)
+    yield Sample("made.npz", stream.getvalue(), stated, ((0, 200),), given, checked=True)
     for name, mark in (("made.csv", ","), ("made.txt", " "), ("made.asc", ";")):
         lines = [mark.join(f"{z:.4f}" for z in row) for row in heights]
         content = ("# made\n" + "\n".join(lines) + "\n").encode()
@@ -116,8 +125,10 @@ def made(folder: Path) -> Iterator[Sample]:
     for name, packing in (("made.x3p", zipfile.ZIP_DEFLATED), ("stored.x3p", zipfile.ZIP_STORED)):
         stream = io.BytesIO()
         with zipfile.ZipFile(stream, "w", packing) as archive:
-            archive.writestr("main.xml", text)
-            archive.writestr("bindata/data.bin", full.astype("<f8").tobytes())
+            for member, inside in (("main.xml", text), ("bindata/data.bin", full.tobytes())):
+                info = zipfile.ZipInfo(member, (2024, 1, 1, 0, 0, 0))
+                info.compress_type = packing
+                archive.writestr(info, inside)
         content = stream.getvalue()
         ends = ((0, 200), (len(content) - 200, len(content)))
         yield Sample(name, content, plain_x3p, ends, checked=True)
@@ -137,6 +148,44 @@ def made(folder: Path) -> Iterator[Sample]:
     struct.pack_into("<HH", head, 334, 13, 0)
     content = bytes(head) + b"made for test" + counts.tobytes()
     yield Sample("made.sur", content, plain_sur, ((86, 136), (180, 292), (334, 338)))
+    for name, make in {**vendors.MADE, "made.datx": lambda: vendors.datx(folder)}.items():
+        content, stated, fields = make()
+        yield Sample(name, content, stated, fields, checked=name.endswith("plux"))
+
+
+def saved(folder: Path) -> Iterator[Sample]:
+    """What the program writes of a map."""
+    import roughcontact as rc
+
+    surface = rc.Surface(made_map() * 1e-6, (1e-6, 2e-6), rc.Provenance("made"))
+    for suffix, stated, fields in (
+        (".nc", plain_hdf5, ((0, 3000),)),
+        (".npz", plain_npz, ((0, 200),)),
+        (".csv", plain_headed, ((0, 140),)),
+        (".x3p", plain_x3p, ((0, 200),)),
+        (".sur", plain_sur, ((86, 136), (180, 292), (334, 338))),
+    ):
+        if suffix in (".x3p", ".sur") and importlib.util.find_spec("SurfaceTopography") is None:
+            continue
+        path = folder / f"saved{suffix}"
+        surface.save(path)
+        content = undated(path.read_bytes()) if suffix == ".x3p" else path.read_bytes()
+        yield Sample(path.name, content, stated, fields, checked=suffix in (".nc", ".npz", ".x3p"))
+
+
+def undated(content: bytes) -> bytes:
+    """Return an X3P file of a fixed day: the same bytes in every run."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(content)) as old, zipfile.ZipFile(stream, "w") as new:
+        members = {info.filename: old.read(info) for info in old.infolist()}
+        day = re.sub(rb"Date>\d[^<]*<", b"Date>2024-01-01T00:00:00<", members["main.xml"])
+        word = hashlib.md5(day).hexdigest().encode()
+        members |= {"main.xml": day, "md5checksum.hex": word + b" *main.xml\n"}
+        for name, inside in members.items():
+            info = zipfile.ZipInfo(name, (2024, 1, 1, 0, 0, 0))
+            info.compress_type = zipfile.ZIP_DEFLATED
+            new.writestr(info, inside)
+    return stream.getvalue()
 
 
 def measured() -> Iterator[Sample]:

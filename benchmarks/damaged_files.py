@@ -1,0 +1,566 @@
+"""Damaged files of every kind that the program reads, each judged by what comes of reading it.
+
+    python benchmarks/damage.py                  # 20 000 files, ten minutes or so on two cores
+    python benchmarks/damage.py --count 500      # the first 500
+    python benchmarks/damage.py --only 17 230    # single ones again, each in a line
+
+A seed names a file and its damage. Worker processes read them under a limit of time and of memory
+with their output caught, so that a crash, a hang and a word too many are seen. The exit status is
+1 if anything was wrong. See docs/robustness.md for what counts as wrong.
+"""
+
+from __future__ import annotations
+
+import argparse
+import collections
+import functools
+import json
+import math
+import os
+import platform
+import select
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from threading import Lock
+
+ROOT = Path(__file__).parents[1]
+if str(ROOT / "tests") not in sys.path:
+    sys.path.append(str(ROOT / "tests"))
+
+import numpy as np  # noqa: E402
+
+import damages  # noqa: E402 - found beside this file
+import targets  # noqa: E402
+from targets import Target  # noqa: E402
+
+SECONDS = 10.0
+MEMORY = 3 * 2**30
+# What reading one of these files, all below 5 MB, may take besides.
+GROWTH = 2**30
+
+REFUSED = "refused"
+SAME = "read, nothing changed"
+STATED = "read as its bytes now say"
+AGAIN = "solved again, same bits"
+SAID = "read, and said to be unproven"
+WRONG = "wrong"
+ABSENT = "absent"
+VERDICTS = (REFUSED, SAME, STATED, AGAIN, SAID, WRONG)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a damaged file.
+
+    Parameters
+    ----------
+    seed : int
+        What it was drawn from.
+    target : str
+        The file.
+    what : str
+        What was done to it.
+    verdict : str
+        One of ``VERDICTS``, or ``ABSENT``.
+    words : str
+        What is wrong, or why it was refused.
+    seconds : float
+        Wall time of the reading.
+    memory : int
+        By how much the process grew in it [bytes].
+    """
+
+    seed: int
+    target: str
+    what: str
+    verdict: str
+    words: str = ""
+    seconds: float = 0.0
+    memory: int = 0
+
+    def __str__(self) -> str:
+        """Return everything in one line."""
+        words = f": {self.words}" if self.words else ""
+        return (
+            f"{self.seed}: {self.target}, {self.what}: {self.verdict}{words} "
+            f"({self.seconds:.2f} s, {self.memory / 2**20:.0f} MiB)"
+        )
+
+
+# One file -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Damaged:
+    """A target with one of its files damaged.
+
+    ``sealed`` says that whatever checksums its format has were made to fit.
+    """
+
+    target: Target
+    file: str
+    content: bytes
+    what: str
+    sealed: bool = False
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is to be read: whatever a seed says, or of it only what is not said here.
+
+    Parameters
+    ----------
+    seed : int
+        What file and damage are drawn from.
+    target : str
+        The file, by its name among the targets.
+    suffix : str
+        No damage, but another suffix.
+    path : str
+        Where the damaged file stands already.
+    """
+
+    seed: int
+    target: str = ""
+    suffix: str = ""
+    path: str = ""
+
+
+def draw(order: Order, known: dict[str, Target], scratch: Path, outside: Path) -> Damaged | str:
+    """Return the damaged file that is meant, or the name of one that is absent."""
+    rng = np.random.default_rng(order.seed)
+    drawn = str(rng.choice(list(targets.SHARES), p=targets.probabilities()))
+    name = order.target or drawn
+    if name not in known:
+        return name
+    target = known[name]
+    file = target.damaged[int(rng.integers(len(target.damaged)))]
+    content = target.files[file]
+    if order.path:
+        return Damaged(target, file, Path(order.path).read_bytes(), order.path)
+    other = order.suffix
+    if not other and target.sample is not None and rng.random() < 0.02:
+        other = str(rng.choice(targets.other_suffixes(Path(file).suffix)))
+    if other:
+        return Damaged(target, file, content, f"called {other}", name=Path(file).stem + other)
+    return _drawn(rng, target, file, scratch, outside)
+
+
+def _drawn(
+    rng: np.random.Generator, target: Target, file: str, scratch: Path, outside: Path
+) -> Damaged:
+    """Return a file with damage of a kind that its format can have."""
+    content, fields, suffix = target.files[file], target.fields.get(file, ()), Path(file).suffix
+    draw = rng.random()
+    if draw < 0.45:
+        damage = damages.RAW
+    elif suffix in (".nc", ".datx"):
+        what, content = damages.restored(rng, content, outside, scratch / "scratch.h5")
+        return Damaged(target, file, content, what, sealed=True)
+    elif suffix in (".npz", ".x3p", ".plux"):
+        if draw < 0.5:
+            damage = (damages.bombed,)
+        elif draw < 0.55 and suffix != ".npz":
+            damage = (functools.partial(damages.expanded, outside=outside.with_suffix(".txt")),)
+        else:
+            damage = damages.ARCHIVE
+    elif suffix == ".json" and draw < 0.8:
+        damage = (damages.rekeyed,)
+    elif suffix in targets.TEXTS:
+        damage = damages.TEXT if suffix in targets.PLAIN_TEXTS else damages.TEXT[:1]
+    else:
+        damage = damages.RAW
+    done = damage[int(rng.integers(len(damage)))]
+    what, content = done(rng, content, fields)
+    function = done.func if isinstance(done, functools.partial) else done
+    return Damaged(target, file, content, what, function in damages.SEALING)
+
+
+class Watch:
+    """Whether anything in a folder is touched, by Python or by a library in C; Linux only."""
+
+    def __init__(self, folder: Path) -> None:
+        import ctypes
+
+        self.stream = -1
+        try:
+            library = ctypes.CDLL(None, use_errno=True)
+            self.stream = library.inotify_init1(os.O_NONBLOCK | os.O_CLOEXEC)
+            # Opened, changed, created, removed.
+            library.inotify_add_watch(self.stream, os.fsencode(folder), 0x20 | 0x2 | 0x100 | 0x200)
+        except (OSError, AttributeError):
+            pass
+
+    def touched(self) -> bool:
+        """Return whether it was since the last look."""
+        try:
+            return self.stream >= 0 and bool(os.read(self.stream, 2**16))
+        except BlockingIOError:
+            return False
+
+
+# The process that reads ---------------------------------------------------------------------------
+
+
+def serve(prepared: Path, work: Path, memory: int) -> None:
+    """Read the files of the seeds on standard input; answer what is read, then what came of it."""
+    import resource
+
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    # Whatever a library prints, in Python or in C, goes to a file and is seen.
+    noise = os.open(work / "noise", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+    os.dup2(noise, 1)
+    os.dup2(noise, 2)
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    known = targets.load(prepared)
+    # Of its own: what the other processes touch is not to be seen here.
+    shutil.copytree(prepared / "outside", work / "outside", dirs_exist_ok=True)
+    outside = work / "outside" / "numbers.bin"
+    watch = Watch(outside.parent)
+    place = work / "place"
+    place.mkdir(exist_ok=True)
+    os.chdir(place)
+    for line in sys.stdin:
+        order = Order(**json.loads(line))
+        drawn = draw(order, known, work, outside)
+        if isinstance(drawn, str):
+            answer = Outcome(order.seed, drawn, "", ABSENT)
+        else:
+            # Itself seen to be read, once.
+            targets.original(drawn.target)
+            begun = Outcome(order.seed, drawn.target.name, f"{drawn.file}: {drawn.what}", WRONG)
+            answers.write(json.dumps(asdict(begun)) + "\n")
+            answers.flush()
+            answer = one(begun, drawn, place, noise, watch)
+        answers.write(json.dumps(asdict(answer)) + "\n")
+        answers.flush()
+
+
+def one(begun: Outcome, drawn: Damaged, place: Path, noise: int, watch: Watch) -> Outcome:
+    """Read a damaged file and judge what came."""
+    for old in place.iterdir():
+        shutil.rmtree(old) if old.is_dir() else old.unlink()
+    files = {**drawn.target.files, drawn.file: drawn.content}
+    if drawn.name:
+        files[drawn.name] = files.pop(drawn.file)
+    for name, content in files.items():
+        path = place / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    original = targets.original(drawn.target)
+    streams, length, held = (sys.stdout, sys.stderr), os.lseek(noise, 0, os.SEEK_END), _memory()
+    watch.touched()
+    start = time.perf_counter()
+    read = drawn.target.read(place, drawn.name or drawn.file)
+    seconds, grown = time.perf_counter() - start, _memory(peak=True) - held
+    sys.stdout.flush()
+    verdict, words = judged(drawn, original, read)
+    faults = [words] if verdict == WRONG else []
+    if os.lseek(noise, 0, os.SEEK_END) != length:
+        faults.append(f"printed {printed(place.parent / 'noise', length)!r}")
+    if (sys.stdout, sys.stderr) != streams:
+        faults.append("left another stream as standard output")
+    if watch.touched():
+        faults.append("opened another file than it was given")
+    if grown > GROWTH:
+        faults.append(f"took {grown / 2**30:.1f} GiB")
+    if seconds > SECONDS:
+        faults.append(f"took {seconds:.0f} s")
+    left = {str(p.relative_to(place)) for p in place.rglob("*") if p.is_file()} - files.keys()
+    if left - drawn.target.leaves:
+        faults.append(f"left {', '.join(sorted(left))}")
+    return Outcome(
+        begun.seed, begun.target, begun.what, WRONG if faults else verdict,
+        "; ".join(faults) if faults else words, seconds, max(grown, 0),
+    )  # fmt: skip
+
+
+def _memory(peak: bool = False) -> int:
+    """Return what the process holds, or held at most since it was asked last [bytes]."""
+    word = b"VmHWM:" if peak else b"VmRSS:"
+    try:
+        with open("/proc/self/status", "rb") as stream:
+            lines = stream.read().splitlines()
+        if not peak:
+            with open("/proc/self/clear_refs", "w") as stream:
+                stream.write("5")
+    except OSError:
+        return 0
+    return next(int(line.split()[1]) * 1024 for line in lines if line.startswith(word))
+
+
+def printed(noise: Path, start: int) -> bytes:
+    """Return what came out of a process beside its answers, from a byte on."""
+    return noise.read_bytes()[start : start + 300]
+
+
+# The judgment -------------------------------------------------------------------------------------
+
+
+def judged(drawn: Damaged, original: targets.Reading, read: targets.Reading) -> tuple[str, str]:
+    """Return the verdict on what was read, and in words what is wrong or was said."""
+    if read.raised:
+        return WRONG, read.raised
+    if read.refused:
+        return _refusal(drawn, read)
+    if drawn.target.sample is not None:
+        return _map(drawn, original, read)
+    names = sorted(original.facts.keys() | read.facts.keys())
+    changed = [n for n in names if original.facts.get(n) != read.facts.get(n)]
+    if read.again:
+        # Times are measured anew, and of a contact that is to be solved nothing is told yet.
+        changed = [n for n in changed if n in read.facts and not n.endswith("seconds")]
+    if not changed:
+        return (AGAIN if read.again else SAME), ""
+    told = f"{len(changed)} of {len(names)} values changed, {', '.join(changed[:3])} among them"
+    if drawn.target.unproven:
+        return STATED, told
+    if read.said:
+        return SAID, read.said
+    return WRONG, f"silent change: {told}"
+
+
+def _refusal(drawn: Damaged, read: targets.Reading) -> tuple[str, str]:
+    message = read.refused
+    if "\n" in message or not message.isprintable() or len(message) > 700:
+        return WRONG, f"no sentence: {message!r}"
+    names = {Path(drawn.name or drawn.file).stem, *Path(drawn.file).parts}
+    if not any(name in message for name in names):
+        return WRONG, f"does not name the file: {message!r}"
+    # Memory asked for is asked of a larger machine in vain too.
+    if "MemoryError" in message + read.cause:
+        return WRONG, f"out of memory: {message!r}"
+    return REFUSED, message
+
+
+def _map(drawn: Damaged, original: targets.Reading, read: targets.Reading) -> tuple[str, str]:
+    """Judge a map by what a plain reading of the damaged bytes says."""
+    from plain import differing, implausible
+
+    sample, one, two = drawn.target.sample, original.plain, read.plain
+    assert sample is not None
+    assert one is not None
+    assert two is not None
+    wrong = implausible(two.heights, two.pixel)
+    if wrong:
+        return WRONG, wrong
+    if one.heights.shape == two.heights.shape and one.pixel == two.pixel:
+        changed = ~((one.heights == two.heights) | (np.isnan(one.heights) & np.isnan(two.heights)))
+        count = int(np.count_nonzero(changed))
+        if not count:
+            return SAME, ""
+        limit = 0 if sample.checked or drawn.sealed else _bytes_changed(drawn, sample.content)
+        if count <= limit:
+            return STATED, f"{count} heights changed"
+    if drawn.name:
+        wrong = differing(two, one)
+        return (WRONG, f"read as another map: {wrong}") if wrong else (SAME, "")
+    if read.said:
+        return SAID, read.said
+    reading = sample.structured if drawn.sealed and sample.structured else sample.stated
+    try:
+        stated = reading(drawn.content)
+    except Exception as error:
+        return WRONG, f"read, while a plain reading fails with {error!r}"
+    wrong = differing(two, stated)
+    if wrong:
+        return WRONG, f"{wrong}: {two.heights.shape} of {two.pixel}, stated {stated.pixel}"
+    if sample.checked and not drawn.sealed:
+        return WRONG, "silent change behind a checksum"
+    return STATED, f"{two.heights.shape} of {two.pixel}"
+
+
+def _bytes_changed(drawn: Damaged, content: bytes) -> int:
+    common = min(len(content), len(drawn.content))
+    old, new = (np.frombuffer(part[:common], "u1") for part in (content, drawn.content))
+    return int(np.count_nonzero(old != new))
+
+
+# Workers ------------------------------------------------------------------------------------------
+
+
+class Worker:
+    """A process that reads damaged files, replaced by another where it hangs or dies."""
+
+    def __init__(self, prepared: Path, work: Path, memory: int = MEMORY) -> None:
+        self.prepared, self.work, self.memory = prepared, work, memory
+        self.process: subprocess.Popen[bytes] | None = None
+        self.rest = b""
+
+    def attempt(self, order: Order) -> Outcome:
+        """Read a damaged file."""
+        if self.process is None:
+            self._start()
+        assert self.process is not None
+        assert self.process.stdin is not None
+        self.process.stdin.write(json.dumps(asdict(order)).encode() + b"\n")
+        self.process.stdin.flush()
+        # Imports and undamaged files come first.
+        begun = self._answer(12 * SECONDS)
+        if begun is None or begun.verdict == ABSENT:
+            ended = f"no file was made, {self._end()}" if begun is None else ""
+            return begun or Outcome(order.seed, order.target, "", WRONG, ended)
+        outcome = self._answer(2 * SECONDS)
+        if outcome is not None:
+            return outcome
+        return Outcome(order.seed, begun.target, begun.what, WRONG, self._end())
+
+    def _answer(self, seconds: float) -> Outcome | None:
+        assert self.process is not None
+        assert self.process.stdout is not None
+        until = time.monotonic() + seconds
+        while b"\n" not in self.rest:
+            ready, _, _ = select.select([self.process.stdout], [], [], until - time.monotonic())
+            part = os.read(self.process.stdout.fileno(), 2**16) if ready else b""
+            if not part:
+                return None
+            self.rest += part
+        line, _, self.rest = self.rest.partition(b"\n")
+        return Outcome(**json.loads(line))
+
+    def _end(self) -> str:
+        """Return how the process ended, and end it if it did not."""
+        assert self.process is not None
+        try:
+            words = f"died with status {self.process.wait(1)}"
+        except subprocess.TimeoutExpired:
+            words = f"took more than {2 * SECONDS:.0f} s"
+        noise = printed(self.work / "noise", max((self.work / "noise").stat().st_size - 300, 0))
+        self.close()
+        return f"{words}{f', printed {noise!r}' if noise else ''}"
+
+    def _start(self) -> None:
+        self.work.mkdir(parents=True, exist_ok=True)
+        (self.work / "noise").write_bytes(b"")
+        self.rest = b""
+        environment = os.environ | {
+            "PYTHONPATH": os.pathsep.join([str(targets.SOURCE), os.environ.get("PYTHONPATH", "")]),
+            "PYTHONUNBUFFERED": "1",
+            "OPENBLAS_NUM_THREADS": "1",
+            "OMP_NUM_THREADS": "1",
+        }
+        self.process = subprocess.Popen(
+            [sys.executable, __file__, "--serve", str(self.prepared), str(self.work),
+             str(self.memory)],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment,
+        )  # fmt: skip
+
+    def close(self) -> None:
+        """End the process."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.communicate()
+            self.process = None
+
+
+def attempts(orders: Iterable[Order], workers: int = 0) -> Iterator[Outcome]:
+    """Yield what comes of some files, in no order."""
+    count = workers or len(os.sched_getaffinity(0))
+    waiting, lock = iter(orders), Lock()
+    with tempfile.TemporaryDirectory(prefix="damage-") as folder:
+        prepared = Path(folder, "prepared")
+        targets.prepare(prepared)
+        found: collections.deque[Outcome] = collections.deque()
+
+        def work(number: int) -> None:
+            worker = Worker(prepared, Path(folder, f"worker-{number}"))
+            try:
+                while True:
+                    with lock:
+                        order = next(waiting, None)
+                    if order is None:
+                        return
+                    found.append(worker.attempt(order))
+            finally:
+                worker.close()
+
+        with ThreadPoolExecutor(count) as pool:
+            running = [pool.submit(work, number) for number in range(count)]
+            while found or not all(future.done() for future in running):
+                if found:
+                    yield found.popleft()
+                else:
+                    time.sleep(0.01)
+            for future in running:
+                future.result()
+
+
+# The table ----------------------------------------------------------------------------------------
+
+
+def table(outcomes: Sequence[Outcome]) -> str:
+    """Return what came of the files, by their kind, as Markdown."""
+    lines = [
+        f"| file | damaged | {' | '.join(VERDICTS)} | slowest [s] | most memory [MiB] |",
+        "|---|" + "---|" * (len(VERDICTS) + 3),
+    ]
+    present = [o for o in outcomes if o.verdict != ABSENT]
+    for group in [*dict.fromkeys(targets.GROUPS.values()), "all"]:
+        chosen = [o for o in present if group in (targets.GROUPS.get(o.target), "all")]
+        if not chosen:
+            continue
+        counts = " | ".join(str(sum(o.verdict == v for o in chosen)) for v in VERDICTS)
+        slowest = max(o.seconds for o in chosen)
+        most = max(o.memory for o in chosen) / 2**20
+        lines.append(f"| {group} | {len(chosen)} | {counts} | {slowest:.1f} | {most:.0f} |")
+    return "\n".join(lines)
+
+
+def page(outcomes: Sequence[Outcome], seconds: float) -> str:
+    """Return the part of the documentation that a run renews."""
+    import roughcontact as rc
+
+    absent = sum(o.verdict == ABSENT for o in outcomes)
+    notes = [
+        f"{len(outcomes) - absent} damaged files in {seconds:.0f} s, roughcontact "
+        f"{rc.__version__}, Python {platform.python_version()}, NumPy {np.__version__}."
+    ]
+    if absent:
+        notes.append(f"{absent} more fell on measurements or readers that are not here.")
+    notes += [str(o) for o in sorted(outcomes, key=lambda o: o.seed) if o.verdict == WRONG]
+    return table(outcomes) + "\n\n" + "\n".join(f"- {note}" for note in notes)
+
+
+def run(seeds: Sequence[int], workers: int = 0, every: bool = False) -> list[Outcome]:
+    """Read the files of some seeds; print what is wrong, or all."""
+    outcomes = []
+    for outcome in attempts(map(Order, seeds), workers):
+        outcomes.append(outcome)
+        if every or outcome.verdict == WRONG:
+            print(outcome, flush=True)
+        elif len(outcomes) % max(math.ceil(len(seeds) / 10), 100) == 0:
+            print(f"{len(outcomes)} of {len(seeds)} damaged files", flush=True)
+    return outcomes
+
+
+def main() -> None:
+    """Run, print the table, and fail if anything was wrong."""
+    if sys.argv[1:2] == ["--serve"]:
+        serve(Path(sys.argv[2]), Path(sys.argv[3]), int(sys.argv[4]))
+        return
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--count", type=int, default=20_000, help="number of files")
+    parser.add_argument("--first", type=int, default=0, help="seed of the first")
+    parser.add_argument("--only", type=int, nargs="+", metavar="SEED", help="these seeds alone")
+    parser.add_argument("--workers", type=int, default=0, help="processes; one for each core")
+    options = parser.parse_args()
+    seeds = options.only or range(options.first, options.first + options.count)
+    began = time.perf_counter()
+    outcomes = run(seeds, options.workers, every=bool(options.only))
+    print(page(outcomes, time.perf_counter() - began))
+    if any(outcome.verdict == WRONG for outcome in outcomes):
+        raise SystemExit(1)
+
+
+if __name__ == "__main__":
+    main()

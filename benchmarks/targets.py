@@ -1,0 +1,458 @@
+"""What `damage` damages: every file that the program reads back, with how it is read.
+
+Maps of instruments and of other programs, results, the steps of sweeps and of runs of the volume
+model, and what a project keeps of its contacts.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import functools
+import hashlib
+import os
+import tempfile
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import roughcontact as rc
+import samples
+from plain import Plain, differing, plain_hdf5, plain_mnt
+from roughcontact.errors import RoughcontactError
+from roughcontact.fleet import plan, project
+from roughcontact.formats.read import SUFFIXES, channels
+from samples import Sample
+
+SOURCE = Path(rc.__file__).parents[1]
+STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel")
+LOADS = (0.01, 0.03, 0.09)
+FORCES = (0.02, 0.04)
+
+PLAIN_TEXTS = (".csv", ".txt", ".asc", ".json", ".toml")
+# Those and the formats with a head that is text.
+TEXTS = (*PLAIN_TEXTS, ".sdf", ".al3d", ".bcr", ".stp", ".mi", ".001")
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What came of reading: values by name, a map, or an error.
+
+    ``again`` says that something was solved anew, ``said`` what the program says of a file that
+    it cannot prove.
+    """
+
+    facts: dict[str, str] = field(default_factory=dict)
+    plain: Plain | None = None
+    refused: str = ""
+    cause: str = ""
+    raised: str = ""
+    again: bool = False
+    said: str = ""
+
+
+@dataclass(frozen=True)
+class Target:
+    """Files of which one is damaged, and how they are read.
+
+    Parameters
+    ----------
+    name : str
+        By what it is known.
+    files : dict of bytes
+        What stands in the folder, by name.
+    damaged : tuple of str
+        Those that may be damaged.
+    read : callable
+        ``read(folder, file)`` returns a `Reading`; ``file`` is the damaged one.
+    fields : dict
+        The bytes of a file that state grid and scale.
+    sample : Sample or None
+        The map that it is.
+    unproven : bool
+        Whether it is text that people write, of which any may be right.
+    leaves : frozenset of str
+        Files that the program may leave besides.
+    """
+
+    name: str
+    files: dict[str, bytes]
+    damaged: tuple[str, ...]
+    read: Callable[[Path, str], Reading]
+    fields: dict[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
+    sample: Sample | None = None
+    unproven: bool = False
+    leaves: frozenset[str] = frozenset()
+
+
+# What is there ------------------------------------------------------------------------------------
+
+MADE = ("made.npy", "made.npz", "made.csv", "made.txt", "made.asc", "bare.nc", "made.nc",
+        "made.sdf", "made.x3p", "stored.x3p", "made.sur", "made.tmd", "made.os3d", "made.nms",
+        "made.zmg", "made.plu", "made.vk4", "made.al3d", "made.bcr", "made.stp", "made.mi",
+        "made.gwy", "made.plux", "made.datx")  # fmt: skip
+SAVED = ("saved.nc", "saved.npz", "saved.csv", "saved.x3p", "saved.sur")
+MEASURED = ("wyko_nt1100_test_1.opd", "opd-1.opd", "sur-2.sur", "dvd_afm.sur", "metropro-1.dat",
+            "uncd_afm.001", "mnt-1.mnt", "x3p-2.x3p", "bullet_land_fixed.x3p")  # fmt: skip
+RESULTS = {
+    "contact.nc": 0.08, "bodies.nc": 0.06, "volume.nc": 0.05, "volume.nc, its contact": 0.01,
+    "contact.nc, its map": 0.02, "sweep": 0.07, "volume steps": 0.03, "project": 0.05,
+    "project.toml": 0.02,
+}  # fmt: skip
+SHARES = {
+    **dict.fromkeys(MADE, 0.42 / len(MADE)),
+    **dict.fromkeys(SAVED, 0.10 / len(SAVED)),
+    **dict.fromkeys(MEASURED, 0.07 / len(MEASURED)),
+    **RESULTS,
+}
+"""How much of the damage falls on each."""
+
+_WORDS = {
+    "contact.nc": "contact `.nc`", "bodies.nc": "contact `.nc`", "volume.nc": "volume `.nc`",
+    "volume.nc, its contact": "volume `.nc`", "contact.nc, its map": "contact `.nc`",
+    "sweep": "steps of a sweep", "volume steps": "steps of the volume model",
+    "project": "records and files of a project", "project.toml": "project file",
+}  # fmt: skip
+
+
+def _group(name: str) -> str:
+    suffix = f"`{Path(name).suffix}`"
+    if name in SAVED:
+        return f"map {suffix} of the program"
+    return f"{suffix}, measured" if name in MEASURED else suffix
+
+
+GROUPS = {name: _WORDS.get(name) or _group(name) for name in SHARES}
+"""In which row of the table each is counted."""
+
+
+def probabilities() -> list[float]:
+    """Return the shares, of one."""
+    total = sum(SHARES.values())
+    return [share / total for share in SHARES.values()]
+
+
+def other_suffixes(suffix: str) -> list[str]:
+    """Return the suffixes that a file could be misnamed by."""
+    return sorted({*SUFFIXES, ".000"} - {suffix})
+
+
+# Making them --------------------------------------------------------------------------------------
+
+_PROJECT = """\
+folder = "results"
+write = ["nc", "csv"]
+
+[materials.steel]
+young = "210 GPa"
+poisson = 0.3
+yield-strength = "1 GPa"
+
+[defaults]
+unit = "um"
+size = "14 um x 12 um"
+material = "steel"
+
+[[contact]]
+name = "one"
+file = "rough.npy"
+load = ["0.01 N", "0.03 N"]
+
+[[contact]]
+name = "two"
+file = "rough.npy"
+load = "0.02 N"
+ceiling = "none"
+"""
+
+
+def _rough() -> rc.Surface:
+    heights = 5e-8 * np.random.default_rng(8).standard_normal((14, 12))
+    return rc.Surface(heights, (1e-6, 1.2e-6), rc.Provenance("ground.opd", "Wyko NT1100", "Raw"))
+
+
+def _ball() -> rc.Surface:
+    y, x = (1e-6 * (np.arange(n) - (n - 1) / 2) for n in (14, 12))
+    return rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 50e-6), (1e-6, 1e-6))
+
+
+def _curve(folder: Path, progress: Any = None) -> rc.LoadCurve:
+    return rc.load_curve(_rough(), material=STEEL, loads=LOADS, folder=folder, progress=progress)
+
+
+def _pressed(folder: Path, progress: Any = None) -> rc.ElastoplasticResult:
+    return rc.solve_elastoplastic(
+        _ball(), material=STEEL, loads=FORCES, tolerance=1e-2, folder=folder, progress=progress
+    )
+
+
+def prepare(folder: Path) -> None:
+    """Solve and write what is not made as bytes; the times in it are set."""
+    for name in ("outside", "results", "sweep", "volume steps", "project"):
+        (folder / name).mkdir(parents=True)
+    results = folder / "results"
+    holed = np.array(_rough().heights)
+    holed[3, 4] = np.nan
+    contact = rc.solve(rc.Surface(holed, _rough().pixel).masked(), material=STEEL, load=0.05)
+    dataclasses.replace(contact, seconds=0.25).save(results / "contact.nc")
+    ceiling = np.full(holed.shape, 3e9)
+    ceiling[:, 6:] = np.inf
+    bodies = rc.solve(
+        _rough(), counter_surface=rc.Surface(_rough().heights[::-1] / 2, _rough().pixel),
+        material=STEEL, ceiling=ceiling, load=0.03,
+    )  # fmt: skip
+    dataclasses.replace(bodies, seconds=0.25).save(results / "bodies.nc")
+    _curve(folder / "sweep" / "kept")
+    volume = _pressed(folder / "volume steps" / "kept")
+    dataclasses.replace(volume, seconds=0.25).save(results / "volume.nc")
+    _run_project(folder / "project")
+    # Numbers that would pass for heights, in files that no one is asked to read.
+    heights = 1e-7 * np.random.default_rng(9).standard_normal((64, 64))
+    (folder / "outside" / "numbers.bin").write_bytes(heights.tobytes())
+    (folder / "outside" / "numbers.txt").write_text("3e-6")
+    import h5py
+
+    with h5py.File(folder / "outside" / "numbers.h5", "w") as file:
+        file["height"] = heights
+
+
+def _run_project(folder: Path) -> None:
+    import subprocess
+    import sys
+
+    (folder / "project.toml").write_text(_PROJECT, encoding="utf-8")
+    np.save(folder / "rough.npy", _rough().heights * 1e6)
+    environment = os.environ | {"PYTHONPATH": str(SOURCE)}
+    subprocess.run(
+        [sys.executable, "-m", "roughcontact", "run", "project.toml", "--quiet"],
+        cwd=folder, env=environment, check=True,
+    )  # fmt: skip
+
+
+def load(prepared: Path) -> dict[str, Target]:
+    """Return the targets that are here; `prepare` has made what they are of."""
+    with tempfile.TemporaryDirectory() as folder:
+        maps = [*samples.made(Path(folder)), *samples.saved(Path(folder))]
+    found = {sample.name: _of_sample(sample) for sample in (*maps, *samples.measured())}
+    for file in ("contact.nc", "bodies.nc", "volume.nc"):
+        found[file] = _of_result(file, file, prepared, rc.load_result)
+    from roughcontact.contact.archive import load_contact
+
+    found["volume.nc, its contact"] = _of_result(
+        "volume.nc, its contact", "volume.nc", prepared, load_contact
+    )
+    found["contact.nc, its map"] = _of_result(
+        "contact.nc, its map", "contact.nc", prepared, rc.read_surface
+    )
+    found["sweep"] = _of_folder("sweep", prepared / "sweep", _read_sweep, ("kept",))
+    steps = prepared / "volume steps"
+    found["volume steps"] = _of_folder("volume steps", steps, _read_steps, ("kept",))
+    files = _files(prepared / "project")
+    found["project"] = _of_folder(
+        "project", prepared / "project", functools.partial(_read_project, files), ("results",)
+    )
+    text = {"project.toml": _PROJECT.encode(), "rough.npy": files["rough.npy"]}
+    found["project.toml"] = Target(
+        "project.toml", text, ("project.toml",), _read_project_file, unproven=True
+    )
+    return found
+
+
+def _files(folder: Path) -> dict[str, bytes]:
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def _of_sample(sample: Sample) -> Target:
+    if sample.stated is None:
+        # Only its own reading tells the counts of this one.
+        def stated(content: bytes) -> Plain:
+            plain = original(target).plain
+            assert plain is not None
+            counts = (plain.heights - np.mean(plain.heights)) / 1e-13
+            return plain_mnt(sample.content, counts)(content)
+
+        sample = dataclasses.replace(sample, stated=stated)
+    if sample.name.endswith(".nc"):
+        sample = dataclasses.replace(sample, structured=plain_hdf5)
+    target = Target(
+        sample.name, {sample.name: sample.content}, (sample.name,),
+        functools.partial(_read_map, sample), {sample.name: sample.fields}, sample,
+    )  # fmt: skip
+    return target
+
+
+def _of_result(name: str, file: str, prepared: Path, read: Callable[[Path], Any]) -> Target:
+    content = (prepared / "results" / file).read_bytes()
+    return Target(name, {file: content}, (file,), functools.partial(_read_result, read))
+
+
+def _of_folder(
+    name: str, folder: Path, read: Callable[[Path, str], Reading], kept: tuple[str, ...]
+) -> Target:
+    files = _files(folder)
+    damaged = tuple(file for file in files if file.startswith(kept))
+    # What a second run leaves: locks, if it keeps any.
+    return Target(name, files, damaged, read)
+
+
+# Reading them -------------------------------------------------------------------------------------
+
+
+@contextlib.contextmanager
+def _caught(readings: list[Reading]) -> Iterator[None]:
+    """Add what is raised, of the kinds that the program promises or of others."""
+    try:
+        yield
+    except RoughcontactError as error:
+        readings.append(Reading(refused=str(error), cause=repr(error.__cause__)))
+    except BaseException as error:
+        readings.append(Reading(raised=f"raised {error!r}"))
+
+
+def _reading(work: Callable[[], Reading]) -> Reading:
+    readings: list[Reading] = []
+    with _caught(readings):
+        readings.append(work())
+    return readings[0]
+
+
+def _read_map(sample: Sample, folder: Path, file: str) -> Reading:
+    path = folder / file
+    matrix = path.suffix in (".npy", ".npz", ".csv", ".txt", ".asc")
+    arguments = sample.arguments
+    if file != sample.name:
+        # Under another name: what has no scale of its own is given one.
+        arguments = {"unit": "um", "size": "30 um x 44 um"} if matrix else {}
+
+    def work() -> Reading:
+        surface = rc.read_surface(path, **arguments)
+        return Reading(plain=Plain(surface.heights, surface.pixel), said=said(surface))
+
+    reading = _reading(work)
+    if zlib.crc32(path.read_bytes()) % 4 == 0 and not reading.raised:
+        # What a file holds is asked for as well, and may be refused.
+        listed = _reading(lambda: Reading(facts={"channels": repr(channels(path))}))
+        return listed if listed.raised else reading
+    return reading
+
+
+def _read_result(read: Callable[[Path], Any], folder: Path, file: str) -> Reading:
+    def work() -> Reading:
+        result = read(folder / file)
+        return Reading(facts=facts(result), said=said(result))
+
+    return _reading(work)
+
+
+def _read_sweep(folder: Path, file: str) -> Reading:
+    solved: list[object] = []
+
+    def work() -> Reading:
+        curve = _curve(folder / "kept", solved.append)
+        return Reading(facts=facts(curve), again=bool(solved), said=said(curve))
+
+    return _reading(work)
+
+
+def _read_steps(folder: Path, file: str) -> Reading:
+    solved: list[object] = []
+
+    def look(at: Any) -> None:
+        if at.step.iteration:
+            solved.append(at)
+
+    def work() -> Reading:
+        result = _pressed(folder / "kept", look)
+        return Reading(facts=facts(result), again=bool(solved), said=said(result))
+
+    return _reading(work)
+
+
+def _read_project(whole: dict[str, bytes], folder: Path, file: str) -> Reading:
+    """Look which contacts count as solved; a damaged file of one must not."""
+
+    def work() -> Reading:
+        found: dict[str, str] = {}
+        again = False
+        for entry in project.load("project.toml"):
+            told = plan.complete(entry, plan.digest_of(entry))
+            if told is None:
+                again = True
+                continue
+            found |= facts(told, entry.name)
+            for path in told["written"]:
+                same = Path(path).read_bytes() == whole[Path(path).as_posix()]
+                found[f"{entry.name}.{path}"] = "whole" if same else "damaged, but counts as solved"
+        return Reading(facts=found, again=again)
+
+    return _reading(work)
+
+
+def _read_project_file(folder: Path, file: str) -> Reading:
+    def work() -> Reading:
+        entries = project.load("project.toml")
+        return Reading(facts={e.name: repr(sorted(e.request.given.items())) for e in entries})
+
+    return _reading(work)
+
+
+def said(result: Any) -> str:
+    """Return what a result says of the file that it is from, if that could not be proved."""
+    return ""
+
+
+def facts(value: Any, name: str = "") -> dict[str, str]:
+    """Return every number, text and array of a value by name, each to its last bit."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        parts: Any = ((f.name, getattr(value, f.name)) for f in dataclasses.fields(value))
+    elif isinstance(value, dict):
+        parts = value.items()
+    elif isinstance(value, list | tuple):
+        parts = enumerate(value)
+    elif isinstance(value, np.ndarray):
+        content = hashlib.sha1(np.ascontiguousarray(value).tobytes()).hexdigest()
+        return {name: f"{value.dtype.str} {value.shape} {content}"}
+    else:
+        return {name: value.hex() if isinstance(value, float) else repr(value)}
+    return {
+        key: text for part, held in parts for key, text in facts(held, f"{name}.{part}").items()
+    }
+
+
+@functools.cache
+def _originals() -> dict[str, Reading]:
+    return {}
+
+
+def original(target: Target) -> Reading:
+    """Return the reading of the undamaged files, which must be right."""
+    known = _originals()
+    if target.name not in known:
+        place = Path.cwd()
+        with tempfile.TemporaryDirectory() as folder:
+            for name, content in target.files.items():
+                path = Path(folder, name)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(content)
+            os.chdir(folder)
+            try:
+                found = target.read(Path(folder), target.damaged[0])
+            finally:
+                os.chdir(place)
+        if found.refused or found.raised or found.again:
+            raise RuntimeError(f"{target.name} is not read where it is sound: {found}")
+        known[target.name] = found
+        if target.sample is not None:
+            assert found.plain is not None
+            wrong = differing(found.plain, target.sample.stated(target.sample.content))
+            if wrong:
+                raise RuntimeError(f"{target.name} is read wrongly: {wrong}")
+    return known[target.name]
