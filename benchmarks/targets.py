@@ -1,4 +1,4 @@
-"""What `damage` damages: every file that the program reads back, with how it is read.
+"""What `damaged_files` damages: every file that the program reads back, with how it is read.
 
 Maps of instruments and of other programs, results, the steps of sweeps and of runs of the volume
 model, and what a project keeps of its contacts.
@@ -406,7 +406,7 @@ def _read_project_file(folder: Path, file: str) -> Reading:
 
 def said(result: Any) -> str:
     """Return what a result says of the file that it is from, if that could not be proved."""
-    return ""
+    return "unsealed" if getattr(result, "unsealed", False) else ""
 
 
 def facts(value: Any, name: str = "") -> dict[str, str]:
