@@ -1,8 +1,8 @@
 """Runs that are killed at random moments: what they leave, and that they go on to the same bits.
 
-    python benchmarks/kills.py               # 50 kills, five minutes or so
-    python benchmarks/kills.py --count 6     # the first six
-    python benchmarks/kills.py --only 7 31   # single ones again
+    python benchmarks/killed_runs.py               # 50 kills, five minutes or so
+    python benchmarks/killed_runs.py --count 6     # the first six
+    python benchmarks/killed_runs.py --only 7 31   # single ones again
 
 A seed names a command, a signal and a moment, as a part of the time that the command takes here.
 The same command runs again to its end, and what it leaves is compared bit by bit with what a run
