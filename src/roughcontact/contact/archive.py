@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import netcdf
-from roughcontact.contact import ranges
+from roughcontact.contact import ranges, verification
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import FormatError
@@ -226,13 +226,15 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
     netcdf.write(to_dataset(result), path, packed)
 
 
-def load_contact(path: str | os.PathLike[str]) -> ContactResult:
+def load_contact(path: str | os.PathLike[str], *, verify: bool = False) -> ContactResult:
     """Read a result that `ContactResult.save` wrote.
 
     Parameters
     ----------
     path : str or path
         The file.
+    verify : bool
+        Whether to compute load, gap and certificate again; see `verification.verify`.
 
     Returns
     -------
@@ -242,11 +244,19 @@ def load_contact(path: str | os.PathLike[str]) -> ContactResult:
     Raises
     ------
     FormatError
-        If the file is missing, damaged or not a result of this program.
+        If the file is missing, damaged, changed or not a result of this program, or does not hold
+        the solution that it claims to be.
+    InsufficientMemoryError
+        If there is not enough memory to verify it.
     """
     dataset = opened(path)
     with refused(path, "ContactResult"):
-        return from_dataset(dataset)
+        result = from_dataset(dataset)
+        displaced = dataset.get("residual_displacement")
+    if verify:
+        found = verification.verify(result, None if displaced is None else displaced.values)
+        found.require(Path(path).name)
+    return result
 
 
 def opened(path: str | os.PathLike[str]) -> xarray.Dataset:

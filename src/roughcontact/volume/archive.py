@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from itertools import islice
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from roughcontact import netcdf
 from roughcontact.contact import archive
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.verification import Verification, verify as verify_contact
 from roughcontact.volume import ranges
 from roughcontact.volume.result import ElastoplasticResult, Increment, PlasticBody
 
@@ -130,13 +132,17 @@ def _add_increments(dataset: xarray.Dataset, increments: tuple[Increment, ...]) 
     dataset["iteration_residual"] = ("iteration", np.array(residuals), about)
 
 
-def load_elastoplastic(path: str | os.PathLike[str]) -> ElastoplasticResult:
+def load_elastoplastic(
+    path: str | os.PathLike[str], *, verify: bool = False
+) -> ElastoplasticResult:
     """Read a result that `ElastoplasticResult.save` wrote.
 
     Parameters
     ----------
     path : str or path
         The file.
+    verify : bool
+        As for `load_result`.
 
     Returns
     -------
@@ -145,10 +151,13 @@ def load_elastoplastic(path: str | os.PathLike[str]) -> ElastoplasticResult:
 
     Raises
     ------
-    FormatError
-        If the file is missing, damaged or not an elastic-plastic result of this program.
+    FormatError, InsufficientMemoryError
+        As for `load_result`, and if the file is not an elastic-plastic result of this program.
     """
-    return load_step(path)[0]
+    result = load_step(path)[0]
+    if verify:
+        verified(result).require(Path(path).name)
+    return result
 
 
 def load_step(
@@ -178,13 +187,19 @@ def load_step(
         return _from_dataset(dataset), _carried(dataset)
 
 
-def load_result(path: str | os.PathLike[str]) -> ContactResult | ElastoplasticResult:
+def load_result(
+    path: str | os.PathLike[str], *, verify: bool = False
+) -> ContactResult | ElastoplasticResult:
     """Read the result that a file holds.
 
     Parameters
     ----------
     path : str or path
         A file that `ContactResult.save` or `ElastoplasticResult.save` wrote.
+    verify : bool
+        Whether to compute load, gap and certificate of the contact again from its pressures and
+        heights, with one application of the operator; see
+        `roughcontact.contact.verification.verify`.
 
     Returns
     -------
@@ -195,14 +210,46 @@ def load_result(path: str | os.PathLike[str]) -> ContactResult | ElastoplasticRe
     Raises
     ------
     FormatError
-        If the file is missing, damaged or not a result of this program.
+        If the file is missing, damaged, changed or not a result of this program, or does not hold
+        the solution that it claims to be.
+    InsufficientMemoryError
+        If there is not enough memory to verify it.
+
+    Notes
+    -----
+    Every load compares the file with its checksums, and refuses numbers that cannot be those of
+    a result.
     """
     dataset = archive.opened(path)
-    if "elastoplastic_status" not in dataset.attrs:
+    result: ContactResult | ElastoplasticResult
+    if "elastoplastic_status" in dataset.attrs:
+        with archive.refused(path, "ElastoplasticResult"):
+            result = _from_dataset(dataset)
+    else:
         with archive.refused(path, "ContactResult"):
-            return archive.from_dataset(dataset)
-    with archive.refused(path, "ElastoplasticResult"):
-        return _from_dataset(dataset)
+            result = archive.from_dataset(dataset)
+    if verify:
+        verified(result).require(Path(path).name)
+    return result
+
+
+def verified(result: ContactResult | ElastoplasticResult) -> Verification:
+    """Return what a result states of its contact beside what is computed again.
+
+    Parameters
+    ----------
+    result : ContactResult or ElastoplasticResult
+        Of the latter the contact on the surface that plastic strain has displaced; the strain and
+        its displacement are taken as they are.
+
+    Raises
+    ------
+    InsufficientMemoryError
+        If the operator does not fit into the memory that is free.
+    """
+    if isinstance(result, ContactResult):
+        return verify_contact(result)
+    return verify_contact(result.solution, result.residual_displacement)
 
 
 def _from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
