@@ -27,6 +27,7 @@ from roughcontact.request.options import (
     SOLVE,
     STRESS,
     SWEEP,
+    VERIFY,
     Option,
     offered,
     parsed,
@@ -45,7 +46,9 @@ _NO_MEMORY = Sentence(
 )
 
 Given = dict[str, Any]
-Command = Callable[[Path | str | None, Given], None]
+# What a command takes besides options: a file, a name, several files or nothing.
+Subject = Any
+Command = Callable[[Subject, Given], None]
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -125,7 +128,7 @@ def _root(
 # Commands from the table
 
 
-def _reported(command: str, work: Command, subject: Path | str | None, given: Given) -> None:
+def _reported(command: str, work: Command, subject: Subject, given: Given) -> None:
     """Do the work of a command; end every expected failure with one sentence and a status."""
     try:
         work(subject, given)
@@ -172,7 +175,7 @@ def _command(
     """
 
     def registered(work: Command) -> Command:
-        def called(subject: Path | str | None = None, **words: Any) -> None:
+        def called(subject: Subject = None, **words: Any) -> None:
             given = {option: words[_identifier(option)] for option in offered(name)}
             given = {option: value for option, value in given.items() if value}
             _reported(name, work, subject, given)
@@ -359,6 +362,36 @@ def _run(file: Path | str | None, given: Given) -> None:
         terminal.complain(f"error: {report.name}: {report.reason}")
     if failed:
         raise typer.Exit(NOT_CONVERGED)
+
+
+@_command(
+    VERIFY,
+    _argument(
+        list[Path], "FILE...", "Results in NetCDF (.nc), as --output and --folder leave them."
+    ),
+    help="""Tell whether results are as they were written, and whether they are solutions.
+
+Checksums are compared; load, gap and certificate are computed again from pressures and heights.
+""",
+    epilog="Example:\n\nroughcontact verify result.nc",
+)
+def _verify(files: Subject, given: Given) -> None:
+    from roughcontact.volume import verification
+
+    with terminal.progress("quiet" in given) as say:
+        checked = []
+        for path in files:
+            say(f"verifying {path}")
+            checked.append(verification.check_file(path))
+    if "json" in given:
+        print(to_json({"files": [dataclasses.asdict(one) for one in checked]}))
+    elif "quiet" not in given:
+        console.show_verified(checked)
+    failed = [one for one in checked if one.reason]
+    for one in failed:
+        terminal.complain(f"error: {one.reason}")
+    if failed:
+        raise typer.Exit(BAD_INPUT)
 
 
 @_command(

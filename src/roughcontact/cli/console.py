@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from roughcontact.request.run import Outcome
     from roughcontact.surface.surface import Surface
     from roughcontact.volume.result import ElastoplasticResult
+    from roughcontact.volume.verification import Checked
 
 Cells = tuple[str, ...]
 
@@ -115,6 +116,29 @@ def show_reports(reports: Sequence[Report]) -> None:
     _print_table(rows, heads=heads)
     paths = (Path(path) for report in reports for path in report.told.get("written", ()))
     _print_written(dict.fromkeys(path.parent for path in paths), "written to:")
+
+
+def show_verified(checked: Sequence[Checked]) -> None:
+    """Print what files state of their results beside what was computed again, one row each."""
+    from roughcontact.report import tables
+    from roughcontact.report.quantities import quantity_of
+
+    keys = ("load", "certificate")
+    told = {key: quantity_of(tables.CONTACT, key).told for key in keys}
+    rows: list[Cells] = []
+    for one in checked:
+        numbers: tuple[str, ...] = ("",) * 5
+        if one.found is not None:
+            numbers = (
+                told["load"](one.found.load),
+                told["load"](one.found.found_load),
+                told["certificate"](one.found.certificate),
+                told["certificate"](one.found.found_certificate),
+                "agree" if one.sealed else "none",
+            )
+        rows.append((one.file, *numbers, "refused" if one.reason else "sound"))
+    heads = ("file", "load", "found", "certificate", "found", "checksums", "result")
+    _print_table(rows, heads=heads)
 
 
 def show_catalogue(entries: Sequence[Entry]) -> None:

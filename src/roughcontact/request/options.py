@@ -19,8 +19,8 @@ SOLVE, SWEEP, STRESS, HISTORY = "solve", "sweep", "stress", "history"
 TASKS = (SOLVE, SWEEP, STRESS, HISTORY)
 """What a run can be asked for; each is a command, and a ``task`` of a project file."""
 
-RUN, INFO, MATERIALS, DEMO = "run", "info", "materials", "demo"
-COMMANDS = (*TASKS, RUN, INFO, MATERIALS, DEMO)
+RUN, VERIFY, INFO, MATERIALS, DEMO = "run", "verify", "info", "materials", "demo"
+COMMANDS = (*TASKS, RUN, VERIFY, INFO, MATERIALS, DEMO)
 
 Given = Mapping[str, str | bool | list[str]]
 """Options as text by their names: True for a flag, a list for what may be repeated."""
@@ -424,11 +424,11 @@ OPTIONS = (
     ),
     Option(
         "json", OUTPUT, "", "Print JSON in SI units, and nothing else.",
-        fits=(*TASKS, RUN, INFO, MATERIALS), default=False,
+        fits=(*TASKS, RUN, VERIFY, INFO, MATERIALS), default=False,
     ),
     Option(
-        "quiet", OUTPUT, "", "Print nothing but errors, and JSON if wanted.", fits=(*TASKS, RUN),
-        default=False,
+        "quiet", OUTPUT, "", "Print nothing but errors, and JSON if wanted.",
+        fits=(*TASKS, RUN, VERIFY), default=False,
     ),
 )  # fmt: skip
 """Every option of every command, in the order of the help."""
