@@ -13,7 +13,7 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 
 # From the ground up; what stands beside the wings is a module of its own.
 WINGS = (
-    "_version", "errors", "units", "files", "memory", "checksums", "netcdf",
+    "_version", "errors", "units", "files", "memory", "checksums", "locks", "netcdf",
     "material", "theory", "halfspace", "solvers", "surface", "contact", "volume",
     "formats", "plots", "report", "request", "fleet", "cli",
     "__init__", "__main__",

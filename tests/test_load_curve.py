@@ -224,6 +224,54 @@ def test_a_folder_of_another_sweep_is_refused(tmp_path: Path) -> None:
         rc.load_curve(surface, material=STEEL, loads=[0.1], folder=folder / "step-0001.npz")
 
 
+def test_a_step_that_is_not_as_it_was_written_is_refused(tmp_path: Path) -> None:
+    surface, folder = rough(32), tmp_path / "s"
+    arguments = dict(material=STEEL, loads=[0.1, 0.2, 0.3], folder=folder)
+    whole = rc.load_curve(surface, **arguments)
+    first, second = folder / "step-0001.npz", folder / "step-0002.npz"
+    sound = second.read_bytes()
+
+    def refused(words: str) -> None:
+        with pytest.raises(rc.FormatError, match=rf"step-0002\.npz {words}.*solve it again"):
+            rc.load_curve(surface, **arguments)
+
+    for size in (0, 100, len(sound) // 2, len(sound) - 1):
+        second.write_bytes(sound[:size])
+        refused("cannot be read as a step")
+    second.write_bytes(sound)
+    with np.load(second) as stored:
+        arrays = dict(stored)
+    for name, value in (("load", 0.25), ("pressure", 1.001 * arrays["pressure"]), ("asked", 0.25)):
+        np.savez(second, **(arrays | {name: value}))
+        refused("was damaged or changed")
+    # Sound steps, but of another load, and of a sweep with other loads.
+    second.write_bytes(first.read_bytes())
+    refused("is a step of another sweep or of another load")
+    rc.load_curve(surface, **(arguments | dict(loads=[0.1, 0.2], folder=tmp_path / "other")))
+    second.write_bytes((tmp_path / "other" / second.name).read_bytes())
+    refused("is a step of another sweep or of another load")
+    second.unlink()
+    assert numbers(rc.load_curve(surface, **arguments)) == numbers(whole)
+
+
+def test_two_sweeps_do_not_share_a_folder(tmp_path: Path) -> None:
+    # Both saw an empty folder: the steps of one were taken for those of the other.
+    surface, seen = rough(32), []
+
+    def meanwhile(at: Progress) -> None:
+        for loads in ([0.2], [0.1, 0.2]):
+            with pytest.raises(rc.InputError, match="is in use: another sweep is writing to it"):
+                rc.load_curve(surface, material=STEEL, loads=loads, folder=tmp_path / "s")
+        seen.append(at.number)
+
+    rc.load_curve(
+        surface, material=STEEL, loads=[0.1, 0.2], folder=tmp_path / "s", progress=meanwhile
+    )
+    assert seen
+    names = {path.name for path in (tmp_path / "s").iterdir()}
+    assert names == {"sweep.json", "step-0001.npz", "step-0002.npz"}
+
+
 def test_the_largest_load_is_checked_first(tmp_path: Path) -> None:
     with pytest.raises(rc.CapacityError, match="load = 1000 N"):
         rc.load_curve(rough(32), material=STEEL, loads=[1.0, 1e3], folder=tmp_path / "s")

@@ -10,6 +10,7 @@ import time
 from dataclasses import fields
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -243,6 +244,36 @@ def test_damage_in_the_folder_is_named(tmp_path: Path) -> None:
     assert bits(solve_elastoplastic(ball(), folder=folder, **arguments)) == bits(whole)
 
 
+def test_a_state_that_is_not_as_it_was_written_is_refused(tmp_path: Path) -> None:
+    arguments = dict(material=SWIFT, loads=[0.02], depth=8e-6)
+    solve_elastoplastic(ball(), folder=tmp_path / "run", **arguments)
+    step = tmp_path / "run" / "step-0001.nc"
+    sound = step.read_bytes()
+    # A bit of what only the loop reads, not the result.
+    with h5py.File(step, "a") as file:
+        file["carried_pressure"][0] *= 1 + 1e-15
+    with pytest.raises(rc.FormatError, match=r"carried_pressure does not match .* solve it again"):
+        solve_elastoplastic(ball(), folder=tmp_path / "run", **arguments)
+    # Sound, of the same bodies and loads, but with another tolerance.
+    solve_elastoplastic(ball(), folder=tmp_path / "other", tolerance=1e-3, **arguments)
+    step.write_bytes((tmp_path / "other" / step.name).read_bytes())
+    with pytest.raises(rc.FormatError, match=r"is a step of another run; remove it"):
+        solve_elastoplastic(ball(), folder=tmp_path / "run", **arguments)
+    step.write_bytes(sound)
+    assert solve_elastoplastic(ball(), folder=tmp_path / "run", **arguments).converged
+
+
+def test_two_runs_do_not_share_a_folder(tmp_path: Path) -> None:
+    arguments = dict(material=SWIFT, loads=[0.02], depth=8e-6, folder=tmp_path)
+
+    def meanwhile(at: Progress) -> None:
+        with pytest.raises(rc.InputError, match="is in use: another run is writing to it"):
+            solve_elastoplastic(ball(), **arguments)
+
+    solve_elastoplastic(ball(), progress=meanwhile, **arguments)
+    assert {path.name for path in tmp_path.iterdir()} == {"step-0001.nc", "volume.json"}
+
+
 def test_a_run_that_fails_keeps_its_loads(tmp_path: Path) -> None:
     # At 0.02 N the ball is elastic: one iteration.
     arguments = dict(material=PERFECT, loads=[0.02, 0.65], max_iterations=2, boundary="periodic")
@@ -276,7 +307,10 @@ def test_a_full_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def claim(folder: Path, **problem: object) -> Path:
-    return resume.claim(folder, problem, kind="trial", record="trial.json", pattern="part-*.npy")
+    with resume.claimed(
+        folder, problem, kind="trial", record="trial.json", pattern="part-*.npy"
+    ) as place:
+        return place.folder
 
 
 def test_a_folder_is_made_and_known_again(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import pairwise
 from numbers import Real
@@ -14,12 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact import checksums
 from roughcontact.contact import resume
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.checks import check
 from roughcontact.contact.curve import LoadCurve, LoadStep
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.resume import Place
 from roughcontact.contact.solve import press
 from roughcontact.contact.stiffness import stiffness
 from roughcontact.contact.terms import Terms
@@ -112,12 +114,12 @@ max_iterations, precision
         _ascending("loads" if approaches is None else "approaches", loads, approaches),
     )
     check(sweep.pair, sweep.terms_at(sweep.values[-1]))
-    record = None
-    if folder is not None:
-        record = resume.claim(
-            folder, sweep.record(), kind="sweep", record="sweep.json", pattern="step-*.npz"
-        )
-    return sweep.curve(tuple(_steps(sweep, record, progress)))
+    if folder is None:
+        return sweep.curve(tuple(_steps(sweep, None, progress)))
+    with resume.claimed(
+        folder, sweep.record(), kind="sweep", record="sweep.json", pattern="step-*.npz"
+    ) as place:
+        return sweep.curve(tuple(_steps(sweep, place, progress)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,22 +169,24 @@ class _Sweep:
 
 
 def _steps(
-    sweep: _Sweep, record: Path | None, progress: Callable[[Progress], None] | None
+    sweep: _Sweep, place: Place | None, progress: Callable[[Progress], None] | None
 ) -> Iterator[LoadStep]:
     """Yield the steps, each read from the folder or solved and kept there."""
     pressure: Array | None = None
     # Steps are named by their number, and each is complete once it is there.
-    for number in range(1, len(sweep.values) + 1):
-        path = None if record is None else record / f"step-{number:04d}.npz"
+    for number, value in enumerate(sweep.values, start=1):
+        path = None if place is None else place.folder / f"step-{number:04d}.npz"
+        # What makes a step one of this sweep, at this load.
+        mark = {} if place is None else {"problem": place.problem, "asked": value}
         if path is not None and path.exists():
-            step, pressure = _read_step(path, sweep.pair.shape)
+            step, pressure = _read_step(path, sweep.pair.shape, mark)
         else:
             try:
                 step, pressure = _solved_step(sweep, number, pressure, progress)
             except ConvergenceError as error:
-                raise _unsolved(sweep, number, record, error) from None
+                raise _unsolved(sweep, number, place, error) from None
             if path is not None:
-                _write_step(path, step, pressure)
+                _write_step(path, step, pressure, mark)
         yield step
 
 
@@ -203,11 +207,11 @@ def _solved_step(
 
 
 def _unsolved(
-    sweep: _Sweep, number: int, record: Path | None, error: ConvergenceError
+    sweep: _Sweep, number: int, place: Place | None, error: ConvergenceError
 ) -> ConvergenceError:
     unit = "N" if sweep.control == "load" else "m"
     at = f"{sweep.control} = {sweep.values[number - 1]:.6g} {unit}"
-    kept = "" if record is None else f"; the steps before it are kept in {record}"
+    kept = "" if place is None else f"; the steps before it are kept in {place.folder}"
     return ConvergenceError(
         Sentence(f"step {number} of {len(sweep.values)}, {at}: ", *error.parts, kept),
         error.result,
@@ -291,31 +295,44 @@ def _step(result: ContactResult) -> LoadStep:
 # Steps on disk
 
 
-def _write_step(path: Path, step: LoadStep, pressure: Array) -> None:
+def _write_step(path: Path, step: LoadStep, pressure: Array, mark: Mapping[str, Any]) -> None:
     index = np.flatnonzero(pressure)
-    arrays: dict[str, Any] = {"index": index, "pressure": pressure.ravel()[index]}
+    arrays = {"index": index, "pressure": pressure.ravel()[index], **asdict(step), **mark}
     try:
         with replacing(path) as stream:
-            np.savez(stream, **arrays, **asdict(step))
+            np.savez(stream, **arrays, checksum=checksums.of_arrays(arrays))
     except OSError as error:
         raise InputError(
             f"{path} cannot be written ({error.strerror}); the steps before it are kept"
         ) from None
 
 
-def _read_step(path: Path, shape: tuple[int, int]) -> tuple[LoadStep, Array]:
+def _read_step(
+    path: Path, shape: tuple[int, int], mark: Mapping[str, Any]
+) -> tuple[LoadStep, Array]:
+    names = [field.name for field in fields(LoadStep)]
     try:
-        with np.load(path) as stored:
-            values: dict[str, Any] = {
-                field.name: (int if field.type == "int" else float)(stored[field.name])
-                for field in fields(LoadStep)
-            }
+        with path.open("rb") as stream, np.load(stream) as stored:
+            arrays = {name: stored[name] for name in ("index", "pressure", *names, *mark)}
+            sound = str(stored["checksum"]) == checksums.of_arrays(arrays)
             pressure = np.zeros(shape)
-            pressure.ravel()[stored["index"]] = stored["pressure"]
+            pressure.ravel()[arrays["index"]] = arrays["pressure"]
     # NumPy and zipfile fail on damaged files with errors of many kinds.
     except Exception as error:
         raise FormatError(
             f"{path} cannot be read as a step of a sweep ({type(error).__name__}); remove it to "
             "solve it again"
         ) from None
+    if not sound:
+        raise FormatError(
+            f"{path} was damaged or changed after it was written; remove it to solve it again"
+        )
+    if any(arrays[name].item() != value for name, value in mark.items()):
+        raise FormatError(
+            f"{path} is a step of another sweep or of another load; remove it to solve it again"
+        )
+    values: dict[str, Any] = {
+        field.name: (int if field.type == "int" else float)(arrays[field.name])
+        for field in fields(LoadStep)
+    }
     return LoadStep(**values), pressure

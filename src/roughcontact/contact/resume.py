@@ -1,7 +1,7 @@
 """Finished steps of a run in a folder, so that the same call goes on where it was stopped.
 
 A record says which problem the steps belong to; each step is a file of its own, complete once it
-is there.
+is there, and says so itself. One run at a time holds the folder.
 """
 
 from __future__ import annotations
@@ -9,25 +9,45 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from roughcontact import checksums, locks
 from roughcontact.errors import FormatError, InputError
 from roughcontact.files import to_json, write
 
 
-def claim(
+@dataclass(frozen=True)
+class Place:
+    """Where the steps of a run are kept, as long as the run holds it.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder, with the record in it.
+    problem : str
+        Checksum of what the steps depend on; each of them carries it.
+    """
+
+    folder: Path
+    problem: str
+
+
+@contextmanager
+def claimed(
     folder: str | os.PathLike[str],
     problem: Mapping[str, Any],
     *,
     kind: str,
     record: str,
     pattern: str,
-) -> Path:
-    """Return the folder of a run, after a look at what stands there.
+) -> Iterator[Place]:
+    """Hold the folder of a run alone, after a look at what stands there.
 
     Parameters
     ----------
@@ -42,39 +62,57 @@ def claim(
     pattern : str
         Names of the steps, such as ``"step-*.npz"``.
 
-    Returns
-    -------
-    Path
+    Yields
+    ------
+    Place
         The folder, with the record in it.
 
     Raises
     ------
     InputError
-        If the folder is a file, cannot be written to, or holds another run.
+        If the folder is a file, cannot be written to, is in use, or holds another run.
     FormatError
         If the record is damaged.
     """
     folder = Path(folder)
-    path = folder / record
     # As it reads back from the file.
     described: dict[str, Any] = json.loads(to_json(problem))
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file; give the name of a folder", argument="folder")
-    if path.exists():
-        _require_same(path, described, kind)
-        if not os.access(folder, os.W_OK | os.X_OK):
-            raise _closed(folder)
-        return folder
-    if any(folder.glob(pattern)):
-        raise InputError(
-            f"{folder} holds steps without {record}; give another folder", argument="folder"
-        )
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write(path, to_json(described))
-    except OSError as error:
-        raise _closed(folder, f" ({error.strerror})") from None
-    return folder
+    with _alone(folder, f"{Path(record).stem}.lock", kind):
+        path = folder / record
+        if path.exists():
+            _require_same(path, described, kind)
+        elif any(folder.glob(pattern)):
+            raise InputError(
+                f"{folder} holds steps without {record}; give another folder", argument="folder"
+            )
+        else:
+            try:
+                write(path, to_json(described))
+            except OSError as error:
+                raise _closed(folder, f" ({error.strerror})") from None
+        yield Place(folder, checksums.of_words(described))
+
+
+@contextmanager
+def _alone(folder: Path, name: str, kind: str) -> Iterator[None]:
+    """Hold the lock of a folder, which is made, or raise `InputError`."""
+    with ExitStack() as stack:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            if not os.access(folder, os.W_OK | os.X_OK):
+                raise _closed(folder)
+            stack.enter_context(locks.held(folder / name))
+        except BlockingIOError:
+            raise InputError(
+                f"{folder} is in use: another {kind} is writing to it; let it finish, or give "
+                "another folder",
+                argument="folder",
+            ) from None
+        except OSError as error:
+            raise _closed(folder, f" ({error.strerror})") from None
+        yield
 
 
 def _require_same(path: Path, described: dict[str, Any], kind: str) -> None:

@@ -33,7 +33,7 @@ from roughcontact.volume.extent import LEAST_LAYERS, Extent, first_extent
 from roughcontact.volume.loop import Look, Loop
 from roughcontact.volume.problem import Problem
 from roughcontact.volume.result import CONVERGED, ElastoplasticResult, Increment
-from roughcontact.volume.steps import Steps
+from roughcontact.volume.steps import Steps, kept
 
 Array = NDArray[Any]
 
@@ -159,10 +159,10 @@ def solve_elastoplastic(
     workspace = Workspace()
     solver, extent = _prepared(problem, max(path), depth, layers, start, workspace)
     volume = [extent.margin, layers is None, *extent.thickness]
-    steps = Steps(folder, problem, path, start, volume)
-    run = _Run(problem, path, steps, progress, began)
     loop_in = partial(Loop, problem, solver, workspace, deepen=layers is None)
-    result = run.finished(start, extent, loop_in)
+    with kept(folder, problem, path, start, volume) as steps:
+        run = _Run(problem, path, steps, progress, began)
+        result = run.finished(start, extent, loop_in)
     return _judged(result, on_failure, folder)
 
 

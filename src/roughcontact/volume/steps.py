@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact import resume
+from roughcontact.contact.resume import Place
 from roughcontact.errors import FormatError, InputError
 from roughcontact.volume import archive
 from roughcontact.volume.problem import Problem
@@ -18,13 +21,20 @@ from roughcontact.volume.result import ElastoplasticResult
 Array = NDArray[Any]
 
 
-class Steps:
-    """The states of a run after each of its loads: files in a folder, or none without one.
+@contextmanager
+def kept(
+    folder: str | os.PathLike[str] | None,
+    problem: Problem,
+    path: list[float],
+    start: ElastoplasticResult | None,
+    volume: list[float],
+) -> Iterator[Steps]:
+    """Hold the folder of a run alone, and give the states of the run in it.
 
     Parameters
     ----------
     folder : path, optional
-        Where they are kept.
+        Where they are kept; nothing is kept without one.
     problem : Problem
         What all loads have in common.
     path : list of float
@@ -34,28 +44,48 @@ class Steps:
     volume : list of float
         The margin, whether it may become deeper, and the thickness of its layers.
 
+    Yields
+    ------
+    Steps
+        What stands in the folder, and what writes to it.
+
     Raises
     ------
     InputError
-        If the folder holds another run.
+        If the folder holds another run, or is in use.
+    """
+    if folder is None:
+        yield Steps(None, problem, path)
+        return
+    told = _described(problem, start, volume)
+    with resume.claimed(
+        folder, told, kind="run", record="volume.json", pattern="step-*.nc"
+    ) as place:
+        yield Steps(place, problem, path)
+
+
+class Steps:
+    """The states of a run after each of its loads: files in a folder, or none without one.
+
+    Parameters
+    ----------
+    place : Place or None
+        Where they are kept.
+    problem : Problem
+        What all loads have in common.
+    path : list of float
+        The loads [N].
     """
 
-    def __init__(
-        self,
-        folder: str | os.PathLike[str] | None,
-        problem: Problem,
-        path: list[float],
-        start: ElastoplasticResult | None,
-        volume: list[float],
-    ) -> None:
+    def __init__(self, place: Place | None, problem: Problem, path: list[float]) -> None:
         self._problem, self._path = problem, path
         self._files: list[Path] = []
-        if folder is not None:
-            told = _described(problem, start, volume)
-            place = resume.claim(
-                folder, told, kind="run", record="volume.json", pattern="step-*.nc"
-            )
-            self._files = [place / f"step-{number + 1:04d}.nc" for number in range(len(path))]
+        self._mark: dict[str, Array] = {}
+        if place is not None:
+            names = (f"step-{number + 1:04d}.nc" for number in range(len(path)))
+            self._files = [place.folder / name for name in names]
+            # What makes a state one of this run; a file holds numbers only.
+            self._mark = {"problem": np.frombuffer(bytes.fromhex(place.problem), np.uint8)}
 
     def __bool__(self) -> bool:
         """Whether anything is kept."""
@@ -71,6 +101,7 @@ class Steps:
         try:
             result, carried = archive.load_step(file)
             asked = carried.pop("loads")
+            foreign = carried.pop("problem").tolist() != self._mark["problem"].tolist()
         except FormatError as error:
             raise FormatError(*error.parts, f"; remove {file} to solve it again") from None
         except KeyError:
@@ -82,6 +113,8 @@ class Steps:
                 argument="folder",
             )
         self._problem.check_same(str(file), result)
+        if foreign:
+            raise FormatError(f"{file} is a step of another run; remove it to solve it again")
         return done, result, carried
 
     def save(self, number: int, result: ElastoplasticResult, carried: dict[str, Array]) -> None:
@@ -89,7 +122,7 @@ class Steps:
         file = self._files[number]
         try:
             archive.save_elastoplastic(
-                result, file, carried | {"loads": np.array(self._path[: number + 1])}
+                result, file, carried | self._mark | {"loads": np.array(self._path[: number + 1])}
             )
         except OSError as error:
             reason = error.strerror or " ".join(str(error).split())
