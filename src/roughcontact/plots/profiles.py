@@ -375,7 +375,8 @@ def _edges(pressures: Sequence[Array], ceilings: Sequence[float], top: float, sc
         exponents = anchor + step * np.arange(-max(before, 1), after + 1)
         return np.asarray(10.0**exponents)
     step = top / count
-    if ceilings:
+    # Far below the others it would take a bin for every multiple of it.
+    if ceilings and 2 * ceilings[0] >= step:
         step = ceilings[0] / max(round(ceilings[0] / step), 1)
     edges: Array = step * np.arange(math.ceil(top / step - 1e-9) + 1)
     return edges

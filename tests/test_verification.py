@@ -1,0 +1,221 @@
+"""Results are computed again from what they hold, by the library and by `roughcontact verify`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact import netcdf
+from roughcontact.cli import app
+from roughcontact.contact import archive
+from roughcontact.contact.archive import load_contact
+from roughcontact.contact.verification import Verification, verify
+from roughcontact.volume import archive as volume_archive
+from roughcontact.volume.archive import verified
+
+STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel")
+HEIGHTS, PIXEL = rc.reference_map(32)
+SURFACE = rc.Surface(HEIGHTS, PIXEL)
+HOLED = HEIGHTS.copy()
+HOLED[3:5, 7:10] = np.nan
+CASES = {
+    "free": {},
+    "periodic": {"boundary": "periodic"},
+    "strip": {"boundary": "periodic-x"},
+    "elastic": {"ceiling": None},
+    "ceiling by pixel": {"ceiling": np.where(HEIGHTS > 0, 3e9, 1e9)},
+    "two bodies": {"counter_surface": rc.Surface(HEIGHTS[::-1] / 2, PIXEL), "load": 0.3},
+    "holes": {"surface": rc.Surface(HOLED, PIXEL).masked()},
+    "tilted": {"moments": (1e-6, -2e-6)},
+    "approach": {"load": None, "approach": 2e-7},
+    "single": {"precision": "single"},
+    "not converged": {"tolerance": 1e-14, "max_iterations": 2, "on_failure": "return"},
+}
+
+
+@lru_cache
+def solved(case: str = "free") -> rc.ContactResult:
+    return rc.solve(**{"surface": SURFACE, "material": STEEL, "load": 1.0, **CASES[case]})
+
+
+@lru_cache
+def yielded(*loads: float) -> rc.ElastoplasticResult:
+    y, x = (1e-6 * (np.arange(n) - (n - 1) / 2) for n in (12, 10))
+    ball = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 105e-6), pixel=(1e-6, 1e-6))
+    soft = rc.Material(young=210e9, poisson=0.3, yield_strength=1.6e9)
+    return rc.solve_elastoplastic(ball, material=soft, loads=loads, tolerance=1e-2)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_result_is_what_it_says(case: str, tmp_path: Path) -> None:
+    result = solved(case)
+    found = verify(result)
+    assert found.differences == ()
+    assert found.found_certificate == pytest.approx(result.certificate, rel=0.1)
+    assert found.found_load == pytest.approx(result.load, rel=1e-9) or case == "not converged"
+    result.save(tmp_path / "out.nc")
+    again = rc.load_result(tmp_path / "out.nc", verify=True)
+    assert again.pressure.tobytes() == result.pressure.tobytes()
+
+
+@pytest.mark.parametrize("loads", [(0.3,), (0.3, 0.0)])
+def test_the_contact_of_a_volume_is_what_it_says(loads: tuple[float, ...], tmp_path: Path) -> None:
+    result = yielded(*loads)
+    # The volume goes on beyond the map, which the contact does not see.
+    assert result.bodies[0].margin > 0
+    assert verified(result).differences == ()
+    # On the surface as it was before it yielded it is none.
+    assert verify(result.solution).differences
+    result.save(tmp_path / "out.nc")
+    for load in (rc.load_result, rc.load_elastoplastic, load_contact):
+        load(tmp_path / "out.nc", verify=True)
+
+
+def test_whatever_does_not_fit_is_told() -> None:
+    result = solved()
+    pressure, gap = result.pressure.copy(), result.gap.copy()
+    pressure[result.contact & ~result.saturated] *= 1.001
+    gap[5, 5] += 1e-9
+    for changed, told in (
+        (replace(result, pressure=pressure), {"load", "certificate", "gap"}),
+        (replace(result, gap=gap), {"gap"}),
+        (replace(result, approach=1.001 * result.approach), {"certificate", "gap"}),
+        (replace(result, certificate=1.01 * result.certificate), {"certificate"}),
+        (replace(result, load=1.001), {"load"}),
+        (replace(result, tilt=(1e-5, 0.0)), {"certificate", "gap"}),
+    ):
+        assert set(verify(changed).differences) == told
+    stiff = replace(result.pair, material=replace(STEEL, young=211e9))
+    assert set(verify(replace(result, pair=stiff)).differences) == {"certificate", "gap"}
+
+
+def test_a_file_that_is_no_solution_is_refused(tmp_path: Path) -> None:
+    # Everything agrees, checksums too, but the heights are another surface's.
+    result = solved()
+    path = tmp_path / "out.nc"
+    replace(result, pair=replace(result.pair, surface=SURFACE.rotated(180))).save(path)
+    assert rc.load_result(path).converged
+    for load in (rc.load_result, load_contact):
+        with pytest.raises(rc.FormatError) as caught:
+            load(path, verify=True)
+        sentence = str(caught.value)
+        assert sentence.startswith("out.nc is not the solution that it claims to be: computed")
+        assert "the certificate is" in sentence
+        assert sentence.endswith("take a copy of the file, or solve again")
+        assert "\n" not in sentence
+
+
+def test_memory_is_asked_for_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("roughcontact.memory.free", lambda: 1000)
+    with pytest.raises(rc.InsufficientMemoryError, match="points needs about"):
+        verify(solved())
+
+
+def test_bodies_apart_have_nothing_to_certify() -> None:
+    found = verified(yielded(0.3, 0.0))
+    assert (found.found_load, found.found_certificate) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("material_plastic_strain", np.nan),
+        ("material_stress", np.inf),
+        ("material_accumulated", -1e-3),
+        ("material_thickness", 0.0),
+        ("residual_displacement", np.nan),
+        ("increment_load", 0.2),
+        ("increment_max_pressure", -1.0),
+        ("increment_iterations", 0),
+        ("iteration_residual", -1.0),
+        ("iteration_residual", 0.5),
+        ("volume_margin", 10_000),
+        ("volume_margin", -1),
+        ("elastoplastic_precision", "triple"),
+        ("elastoplastic_tolerance", -1.0),
+        ("elastoplastic_seconds", np.nan),
+        ("yield_excess", np.inf),
+        ("load", 0.2),
+    ],
+)
+def test_no_checksum_is_needed_to_refuse_what_no_volume_can_be(name: str, value: object) -> None:
+    dataset, _ = volume_archive._to_dataset(yielded(0.3))
+    if name in dataset:
+        values = dataset[name].values.copy()
+        values.ravel()[-1] = value
+        dataset[name] = (dataset[name].dims, values)
+    else:
+        dataset.attrs[name] = value
+    with pytest.raises(rc.InputError):
+        volume_archive._from_dataset(dataset)
+
+
+# The command --------------------------------------------------------------------------------------
+
+
+def test_files_are_told_one_by_one(tmp_path: Path, capsys, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    solved().save("sound.nc")
+    yielded(0.3).save("volume.nc")
+    archive.to_dataset(solved()).to_netcdf("old.nc", engine="h5netcdf")
+    assert app.main(["verify", "sound.nc", "volume.nc", "old.nc"]) == app.SOLVED
+    told = capsys.readouterr()
+    rows = {line.split()[0]: line.split() for line in told.out.splitlines() if ".nc" in line}
+    certificate = f"{solved().certificate:.4g}"
+    assert rows["sound.nc"] == [
+        "sound.nc", "1", "N", "1", "N", certificate, certificate, "agree", "sound",
+    ]  # fmt: skip
+    assert rows["volume.nc"][-2:] == ["agree", "sound"]
+    assert rows["old.nc"][-2:] == ["none", "sound"]
+    assert told.err == ""
+
+
+def test_a_file_that_fails_is_told_in_a_sentence(tmp_path: Path, capsys, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = solved()
+    result.save("sound.nc")
+    result.save("changed.nc")
+    with h5py.File("changed.nc", "a") as file:
+        file.attrs["load"] = 2.0
+    netcdf.write(archive.to_dataset(replace(result, gap=1.1 * result.gap)), "other.nc")
+    SURFACE.save("map.nc")
+    files = ["sound.nc", "changed.nc", "other.nc", "map.nc", "absent.nc"]
+    assert app.main(["verify", *files]) == app.BAD_INPUT
+    told = capsys.readouterr()
+    states = [line.split()[-1] for line in told.out.splitlines() if ".nc" in line]
+    assert states == ["sound", *["refused"] * 4]
+    complaints = told.err.splitlines()
+    assert [line.split()[2] for line in complaints] == files[1:]
+    for line, words in zip(
+        complaints,
+        ("attributes do not match the checksum", "the gap differs by", "cannot be read as a result",
+         "does not exist"),
+        strict=True,
+    ):  # fmt: skip
+        assert words in line
+    assert app.main(["verify", "sound.nc", "other.nc", "--quiet"]) == app.BAD_INPUT
+    told = capsys.readouterr()
+    assert (told.out, told.err.count("\n")) == ("", 1)
+
+
+def test_json_holds_what_the_table_shows(tmp_path: Path, capsys, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    solved().save("sound.nc")
+    assert app.main(["verify", "sound.nc", "absent.nc", "--json"]) == app.BAD_INPUT
+    sound, absent = json.loads(capsys.readouterr().out)["files"]
+    assert Verification(**sound["found"]) == verify(solved())
+    assert (sound["sealed"], sound["reason"]) == (True, "")
+    assert absent["found"] is None
+    assert "does not exist" in absent["reason"]
+
+
+def test_a_file_has_to_be_named(capsys) -> None:
+    assert app.main(["verify"]) == app.BAD_INPUT
+    assert "missing argument 'FILE" in capsys.readouterr().err
