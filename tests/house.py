@@ -13,7 +13,8 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 
 # From the ground up; what stands beside the wings is a module of its own.
 WINGS = (
-    "_version", "errors", "units", "files", "memory", "checksums", "locks", "netcdf",
+    "_version", "errors", "units", "files", "pipes", "memory", "limits", "checksums", "locks",
+    "hdf5", "netcdf",
     "material", "theory", "halfspace", "solvers", "surface", "contact", "volume",
     "formats", "plots", "report", "request", "fleet", "cli",
     "__init__", "__main__",

@@ -1029,7 +1029,7 @@ def test_history_writes_steps_and_the_indented_surface(
         (("--path", "1 N, 2 MPa"), ("--path needs a load", "(a pressure)")),
         (("--path", "1 N, -1 N"), ("--path", "positive", "'-1 N'")),
         (("--path", "1 N, 99 N"), ("stage 2", "99 N", "60 N")),
-        (("--path", "1 N", "--passes", "0"), ("--passes must be at least 1",)),
+        (("--path", "1 N", "--passes", "0"), ("--passes must be a whole number from 1",)),
         (("--path", "1 N", "--passes", "2", "--shift", "1 um"), ("--shift needs two",)),
         (("--path", "1 N", "--passes", "2", "--shift", "0 um, 1 um"), ("whole number of pixels",)),
         (("--path", "1 N", "--passes", "2", "--shift", "1 mm, 0 um"), ("beyond the map",)),
@@ -1306,7 +1306,10 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
         (("--increments", "3"), ("--model volume",)),
         (("--unload",), ("--unload needs --model volume",)),
         (("--model", "both"), ("--model must be one of",)),
-        (("--model", "volume", "--increments", "0"), ("--increments must be at least 1",)),
+        (
+            ("--model", "volume", "--increments", "0"),
+            ("--increments must be a whole number from 1",),
+        ),
         (("--model", "volume", "--ceiling", "3 GPa"), ("--ceiling goes with --model ceiling",)),
         (("--model", "volume", "--output", "out.npz"), ("ends in .nc, .vtr, .vti, .csv or .json",)),
         (

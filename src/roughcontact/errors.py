@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from numbers import Real
+from numbers import Integral, Real
 
 
 @dataclass(frozen=True)
@@ -168,6 +168,17 @@ def require_positive(**values: float) -> None:
         if not isinstance(value, Real) or not 0 < value < math.inf:
             raise InputError(
                 f"must be positive and finite, got {value!r}", argument=name, value=value
+            )
+
+
+def require_count(least: int, most: int, **values: object) -> None:
+    """Raise `InputError`, naming argument and value, unless all values are whole and in range."""
+    for name, value in values.items():
+        if not isinstance(value, Integral) or not least <= int(value) <= most:
+            raise InputError(
+                f"must be a whole number from {least} to {most}, got {value!r}",
+                argument=name,
+                value=value,
             )
 
 

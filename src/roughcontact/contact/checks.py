@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from numbers import Integral
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import memory
+from roughcontact import limits, memory
 from roughcontact.contact import scale
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.pair import Pair
@@ -23,6 +22,7 @@ from roughcontact.errors import (
     Mention,
     Part,
     require_choice,
+    require_count,
     require_positive,
 )
 from roughcontact.halfspace.boundary import Boundary
@@ -133,12 +133,7 @@ def check_terms(terms: Terms) -> None:
     """Raise `InputError` for terms that no bodies could be pressed on."""
     require_choice(("double", "single"), precision=terms.precision)
     require_positive(tolerance=terms.certificate)
-    if not isinstance(terms.max_iterations, Integral) or terms.max_iterations < 1:
-        raise InputError(
-            f"must be a positive integer, got {terms.max_iterations!r}",
-            argument="max_iterations",
-            value=terms.max_iterations,
-        )
+    require_count(1, limits.ITERATIONS, max_iterations=terms.max_iterations)
     if (terms.load is None) == (terms.approach is None):
         raise InputError(
             "give either ", Mention("load"), " or ", Mention("approach"), ", and only one of them"

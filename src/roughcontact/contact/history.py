@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact import limits
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, require_count
 from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
@@ -256,7 +257,7 @@ def passes(
     loads : sequence of float
         Normal loads of one pass [N], in their order.
     count : int
-        Number of passes.
+        Number of passes; all of them together have at most 10,000 stages.
     shift : (float, float)
         Lateral shift ``(y, x)`` of the counter-body from pass to pass [m].
 
@@ -277,16 +278,18 @@ def passes(
     >>> passes([1.0], 3, shift=(0.0, 2e-6))[2].shift
     (0.0, 4e-06)
     """
-    if not isinstance(count, int) or count < 1:
-        raise InputError(
-            f"must be a positive integer, got {count!r}", argument="count", value=count
-        )
+    require_count(1, most_passes(len(loads)), count=count)
     step = Stage(load=0.0, shift=shift).shift
     return [
         Stage(load=load, shift=(number * step[0], number * step[1]))
         for number in range(count)
         for load in loads
     ]
+
+
+def most_passes(stages: int) -> int:
+    """Return how often a path of so many stages may be followed."""
+    return max(1, limits.STEPS // max(1, stages))
 
 
 def _is_finite(value: Any) -> bool:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import checksums
+from roughcontact import checksums, limits
 from roughcontact.contact import resume
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.checks import check
@@ -25,7 +25,14 @@ from roughcontact.contact.resume import Place
 from roughcontact.contact.solve import press
 from roughcontact.contact.stiffness import stiffness
 from roughcontact.contact.terms import Terms
-from roughcontact.errors import ConvergenceError, FormatError, InputError, Mention, Sentence
+from roughcontact.errors import (
+    ConvergenceError,
+    FormatError,
+    InputError,
+    Mention,
+    Sentence,
+    require_count,
+)
 from roughcontact.files import replacing
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
@@ -226,7 +233,7 @@ def spaced(first: float, last: float, number: int, spacing: str = "log") -> list
     first, last : float
         The ends, ``0 < first < last``.
     number : int
-        How many, both ends included; at least 2.
+        How many, both ends included; 2 to 10,000.
     spacing : {"log", "linear"}
         Equal ratios or equal differences.
 
@@ -251,8 +258,7 @@ def spaced(first: float, last: float, number: int, spacing: str = "log") -> list
         )
     if not (0 < first < last < math.inf):
         raise InputError(f"the first value must be positive and below the last: {first}, {last}")
-    if number < 2:
-        raise InputError(f"must be at least 2, got {number}", argument="number")
+    require_count(2, limits.STEPS, number=number)
     values = (np.geomspace if spacing == "log" else np.linspace)(first, last, number)
     return [float(value) for value in values]
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from roughcontact import units
+from roughcontact import limits, units
 from roughcontact.errors import Mention
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
@@ -124,8 +125,8 @@ OPTIONS = (
         parsing.points,
     ),
     Option(
-        "points", MAP, "NUMBER", "Points per side; default: 1024.", parsing.at_least(32),
-        fits=(DEMO,), default=1024,
+        "points", MAP, "NUMBER", "Points per side; default: 1024.",
+        parsing.counted(32, math.isqrt(limits.POINTS)), fits=(DEMO,), default=1024,
     ),
     Option(
         "crop", MAP, "ROWS,COLUMNS", "Part of the map to keep, such as 0:256,100:356.",
@@ -185,7 +186,7 @@ OPTIONS = (
     ),
     Option(
         "steps", BODIES, "NUMBER", "How many loads or approaches; default: 13.",
-        parsing.at_least(2), fits=(SWEEP,), default=13,
+        parsing.counted(2, limits.STEPS), fits=(SWEEP,), default=13,
     ),
     Option(
         "spacing", BODIES, "log|linear", "log: equal ratios; linear: equal differences; default: "
@@ -197,7 +198,7 @@ OPTIONS = (
     ),
     Option(
         "passes", BODIES, "NUMBER", "How often the path is followed; default: 1.",
-        parsing.at_least(1), fits=(HISTORY,), default=1,
+        parsing.counted(1, limits.STEPS), fits=(HISTORY,), default=1,
     ),
     Option(
         "shift", BODIES, "LENGTHS",
@@ -283,7 +284,7 @@ OPTIONS = (
     ),
     Option(
         "increments", BODIES, "NUMBER", "Steps to the load of the volume model; default: 10.",
-        parsing.at_least(1), fits=(SOLVE,), default=10, model=VOLUME,
+        parsing.counted(1, limits.STEPS), fits=(SOLVE,), default=10, model=VOLUME,
     ),
     Option(
         "unload", BODIES, "",
@@ -340,11 +341,11 @@ OPTIONS = (
     Option(
         "max-iterations", SOLVER, "NUMBER",
         "Most convolutions on any one grid; default: 500. In the volume model, most iterations at "
-        "one load; default: 150.", parsing.whole, fits=(SOLVE,),
+        "one load; default: 150.", parsing.counted(1, limits.ITERATIONS), fits=(SOLVE,),
     ),
     Option(
         "max-iterations", SOLVER, "NUMBER", "Most convolutions on any one grid; default: 500.",
-        parsing.whole, fits=(SWEEP, STRESS, HISTORY),
+        parsing.counted(1, limits.ITERATIONS), fits=(SWEEP, STRESS, HISTORY),
     ),
     Option(
         "precision", SOLVER, "double|single",

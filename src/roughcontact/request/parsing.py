@@ -10,8 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from roughcontact import units
-from roughcontact.errors import InputError, Mention
+from roughcontact import limits, units
+from roughcontact.errors import InputError, Mention, require_count
 
 if TYPE_CHECKING:
     from roughcontact.material.material import Material
@@ -69,18 +69,15 @@ def whole(text: str, argument: str) -> int:
         ) from None
 
 
-def at_least(least: int) -> Callable[[str, str], int]:
-    """Return a parser of whole numbers from one on."""
+def counted(least: int, most: int) -> Callable[[str, str], int]:
+    """Return a parser of whole numbers from one to another."""
 
-    def counted(text: str, argument: str) -> int:
+    def parsed(text: str, argument: str) -> int:
         count = whole(text, argument)
-        if count < least:
-            raise InputError(
-                f"must be at least {least}, got {count}", argument=argument, value=count
-            )
+        require_count(least, most, **{argument: count})
         return count
 
-    return counted
+    return parsed
 
 
 def choice(*known: str) -> Callable[[str, str], str]:
@@ -148,14 +145,16 @@ def body(text: str, argument: str) -> Body:
 
 def points(text: str, argument: str) -> tuple[int, int]:
     """Return the points ``(ny, nx)`` of a grid."""
-    match = re.fullmatch(r"\s*(\d+)(?:\s*[x×]\s*(\d+))?\s*", text)
+    match = re.fullmatch(r"\s*(\d{1,18})(?:\s*[x×]\s*(\d{1,18}))?\s*", text)
     if match is None or int(match[1]) < 2:
         raise InputError(
             f"must be a number of points such as 256 or 256x512, got {text!r}",
             argument=argument,
             value=text,
         )
-    return int(match[1]), int(match[2] or match[1])
+    grid = int(match[1]), int(match[2] or match[1])
+    limits.require_grid(argument, grid)
+    return grid
 
 
 def offset(text: str, argument: str) -> tuple[float, float]:
@@ -178,7 +177,9 @@ def lengths(text: str, argument: str) -> tuple[float, ...]:
 
 def window(text: str, argument: str) -> tuple[slice, slice]:
     """Return rows and columns to keep."""
-    match = re.fullmatch(r"\s*(\d*)\s*:\s*(\d*)\s*,\s*(\d*)\s*:\s*(\d*)\s*", text)
+    match = re.fullmatch(
+        r"\s*(\d{0,18})\s*:\s*(\d{0,18})\s*,\s*(\d{0,18})\s*:\s*(\d{0,18})\s*", text
+    )
     if match is None:
         raise InputError(
             "needs the first row and the row after the last, and the same of the columns, "
@@ -195,7 +196,7 @@ def form(text: str, argument: str) -> tuple[str, int | None]:
     words = text.split()
     if words in (["sphere"], ["cylinder"]):
         return words[0], None
-    if len(words) == 2 and words[0] == "polynomial" and re.fullmatch("[0-9]+", words[1]):
+    if len(words) == 2 and words[0] == "polynomial" and re.fullmatch("[0-9]{1,18}", words[1]):
         return "polynomial", int(words[1])
     raise InputError(
         f"must be sphere, cylinder or 'polynomial N', got {text!r}", argument=argument, value=text

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact import units
-from roughcontact.errors import InputError, Mention
+from roughcontact.errors import InputError, Mention, require_count
 from roughcontact.request import outputs
 from roughcontact.request.options import CEILING, HISTORY, SWEEP, VOLUME, Given, offered, parsed
 from roughcontact.request.parsing import about
@@ -51,10 +51,8 @@ class Request:
         self.bodies()
         if self.task == SWEEP:
             self._check_sweep()
-        elif self.task == HISTORY and self["path"] is None:
-            raise InputError(
-                "is needed: loads in their order, such as '1 N, 0 N, 1 N'", argument="path"
-            )
+        elif self.task == HISTORY:
+            self._check_history()
         elif "load" in offered(self.task) and (self["load"] is None) == (self["approach"] is None):
             raise InputError(
                 "give either ", Mention("load"), " or ", Mention("approach"),
@@ -188,6 +186,15 @@ class Request:
                 f" must both be loads or both approaches, got {first!r} and {last!r}",
             )  # fmt: skip
         _ = self.steps
+
+    def _check_history(self) -> None:
+        from roughcontact.contact.history import most_passes
+
+        if self["path"] is None:
+            raise InputError(
+                "is needed: loads in their order, such as '1 N, 0 N, 1 N'", argument="path"
+            )
+        require_count(1, most_passes(len(self["path"])), passes=self["passes"])
 
     def _check_model(self) -> None:
         model = self["model"] or CEILING

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact import limits
 from roughcontact.errors import InputError, Mention, require_pixel, require_positive
 from roughcontact.halfspace import fft
 
@@ -214,6 +215,7 @@ def _checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
             argument="shape",
             value=shape,
         )
+    limits.require_grid("shape", pair)
     return int(pair[0]), int(pair[1])
 
 

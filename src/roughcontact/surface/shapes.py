@@ -12,6 +12,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact import limits
 from roughcontact.errors import InputError, require_pixel, require_positive
 from roughcontact.surface.alignment import cosine_sine
 
@@ -520,4 +521,5 @@ def require_grid(shape: tuple[int, int], pixel: tuple[float, float]) -> None:
         raise InputError(
             f"must be (ny, nx), both at least 1, got {shape!r}", argument="shape", value=shape
         )
+    limits.require_grid("shape", shape)
     require_pixel(pixel)

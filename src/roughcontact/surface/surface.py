@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact import limits
 from roughcontact.errors import InputError, Mention, require_pixel
 from roughcontact.surface import (
     alignment,
@@ -320,6 +321,13 @@ class Surface:
                     "or ", Mention("pixel"), " of the new grid must be given", argument="shape"
                 )
             require_pixel(pixel)
+            if self.size[0] / pixel[0] * (self.size[1] / pixel[1]) > limits.POINTS:
+                raise InputError(
+                    f"must be larger: of {pixel[0]:g} × {pixel[1]:g} m there are more than the "
+                    f"{limits.POINTS} (2³⁰) points that a map may have",
+                    argument="pixel",
+                    value=pixel,
+                )
             shape = (round(self.size[0] / pixel[0]), round(self.size[1] / pixel[1]))
             if min(shape) < 2:
                 raise InputError(

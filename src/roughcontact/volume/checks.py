@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roughcontact import limits
 from roughcontact.contact.checks import check_holes
-from roughcontact.errors import CapacityError, InputError, Mention, require_choice, require_positive
+from roughcontact.errors import (
+    CapacityError,
+    InputError,
+    Mention,
+    require_choice,
+    require_count,
+    require_positive,
+)
 from roughcontact.volume.body import law_of
 from roughcontact.volume.contact_solver import ContactSolver
 from roughcontact.volume.problem import Problem
@@ -39,12 +46,8 @@ def check_arguments(
     pair.boundary.require_volume()
     require_choice(("double", "single"), precision=precision)
     require_choice(("raise", "return"), on_failure=on_failure)
-    counts = ("increments", increments), ("max_iterations", problem.max_iterations)
-    for name, count in counts:
-        if not isinstance(count, Integral) or count < 1:
-            raise InputError(
-                f"must be a positive integer, got {count!r}", argument=name, value=count
-            )
+    require_count(1, limits.STEPS, increments=increments)
+    require_count(1, limits.ITERATIONS, max_iterations=problem.max_iterations)
     require_positive(tolerance=tolerance)
     if tolerance < 1e-6 and precision == "single":
         raise InputError(
