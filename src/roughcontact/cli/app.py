@@ -406,8 +406,7 @@ def _info(file: Path | str | None, given: Given) -> None:
     from roughcontact.report.quantities import stored
 
     reading = (given.get(name) for name in ("format", "channel", "unit", "size"))
-    surface = read.read_surface(str(file), *reading)
-    channels = read.channels(str(file), given.get("format"))
+    surface, channels = read.read_with_channels(str(file), *reading)
     measured = inputs.measured(surface)
     if "json" in given:
         listed = [

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import replace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from roughcontact.errors import FormatError, InputError, Mention
@@ -31,6 +33,7 @@ FORMATS: tuple[InputFormat, ...] = (
 SUFFIXES = {suffix: known.name for known in FORMATS for suffix in known.suffixes}
 """Suffix of a file -> name of the format; a suffix of three digits is Bruker's ``di`` as well."""
 
+_PIPED = ".txt"
 _THREE_DIGITS = re.compile(r"\.\d{3}")
 
 
@@ -89,16 +92,39 @@ def read_surface(
     says something twice: sizes against grids (metropro, sur, sdf, di), the range of heights
     (sur, mnt); and those in which a scale is missing that the reader would take as 1 (opd).
     """
-    path = existing(path)
-    known = _format_of(path, format)
-    surface = known.read(path, known.name, Asked(channel, unit, size))
-    check_scale(path, surface)
-    given = {"path": path.name, "format": format, "channel": channel, "unit": unit, "size": size}
-    about = surface.provenance
-    read = {} if about.origin is None else about.origin.found
-    found = {"format": known.name, "size": surface.size, "notes": about.steps, **read}
-    origin = Operation("read_surface", given, found)
-    return replace(surface, provenance=replace(about, origin=origin, operations=()))
+    with _opened(path, format) as (file, known):
+        return _read(file, known, format, Asked(channel, unit, size))
+
+
+def read_with_channels(
+    path: str | os.PathLike[str],
+    format: str | None = None,  # noqa: A002 - the word a user looks for
+    channel: str | int | None = None,
+    unit: str | None = None,
+    size: tuple[float, float] | str | None = None,
+) -> tuple[Surface, tuple[Channel, ...]]:
+    """Return what `read_surface` and `channels` do, of a pipe as well, which can be read once.
+
+    Parameters
+    ----------
+    path, format, channel, unit, size
+        As in `read_surface`.
+
+    Returns
+    -------
+    Surface
+        The map.
+    tuple of Channel
+        The channels.
+
+    Raises
+    ------
+    FormatError, InputError
+        As in `read_surface`.
+    """
+    with _opened(path, format) as (file, known):
+        surface = _read(file, known, format, Asked(channel, unit, size))
+        return surface, known.channels(file, known.name)
 
 
 def channels(
@@ -124,12 +150,30 @@ def channels(
     FormatError
         If the file cannot be read.
     """
-    path = existing(path)
-    known = _format_of(path, format)
-    return known.channels(path, known.name)
+    with _opened(path, format) as (file, known):
+        return known.channels(file, known.name)
 
 
-def _format_of(path: Path, wanted: str | None) -> InputFormat:
+@contextmanager
+def _opened(path: str | os.PathLike[str], wanted: str | None) -> Iterator[tuple[Path, InputFormat]]:
+    """Give a file that may be opened again, and its format."""
+    with existing(path) as file:
+        yield file, _format_of(file, wanted, piped=file != Path(path))
+
+
+def _read(file: Path, known: InputFormat, wanted: str | None, asked: Asked) -> Surface:
+    """Return the map in a file, with how it was read in its provenance."""
+    surface = known.read(file, known.name, asked)
+    check_scale(file, surface)
+    given = {"path": file.name, "format": wanted, **asdict(asked)}
+    about = surface.provenance
+    read = {} if about.origin is None else about.origin.found
+    found = {"format": known.name, "size": surface.size, "notes": about.steps, **read}
+    origin = Operation("read_surface", given, found)
+    return replace(surface, provenance=replace(about, origin=origin, operations=()))
+
+
+def _format_of(path: Path, wanted: str | None, piped: bool) -> InputFormat:
     if wanted is not None:
         name = wanted.lower().removeprefix(".")
         for known in FORMATS:
@@ -137,7 +181,8 @@ def _format_of(path: Path, wanted: str | None) -> InputFormat:
                 return known
         names = ", ".join(sorted(known.name for known in FORMATS))
         raise InputError(f"must be one of {names}, got {wanted!r}", argument="format", value=wanted)
-    suffix = path.suffix.lower()
+    # What a shell makes of <(zcat map.csv.gz) has a number for its name.
+    suffix = path.suffix.lower() or (_PIPED if piped else "")
     numbered = _THREE_DIGITS.fullmatch(suffix) is not None
     for known in FORMATS:
         if suffix in known.suffixes or (numbered and known.numbered):

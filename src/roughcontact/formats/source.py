@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import netcdf
+from roughcontact import pipes
 from roughcontact.errors import FormatError, InputError
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
@@ -76,24 +76,27 @@ class InputFormat:
     numbered: bool = False
 
 
-def existing(path: str | os.PathLike[str]) -> Path:
-    """Return the path of a file that is there and not empty."""
+@contextmanager
+def existing(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a file that is there and not empty, as one that may be opened again and searched."""
     path = Path(path)
-    try:
-        if path.is_dir():
-            raise FormatError(f"{path} is a directory; give the file with the height map")
-        if not path.exists():
-            raise FormatError(f"{path} does not exist; check the name of the file")
-        with path.open("rb") as stream:
-            empty = not stream.read(1)
-    except FormatError:
-        raise
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FormatError(f"{path} cannot be opened ({reason}); check the file") from None
-    if empty:
-        raise FormatError(f"{path} is empty; export or copy the measurement again")
-    return path
+    with ExitStack() as stack:
+        try:
+            if path.is_dir():
+                raise FormatError(f"{path} is a directory; give the file with the height map")
+            if not path.exists():
+                raise FormatError(f"{path} does not exist; check the name of the file")
+            file = stack.enter_context(pipes.regular(path))
+            with file.open("rb"):
+                empty = not file.stat().st_size
+        except FormatError:
+            raise
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise FormatError(f"{path} cannot be opened ({reason}); check the file") from None
+        if empty:
+            raise FormatError(f"{path} is empty; export or copy the measurement again")
+        yield file
 
 
 def surface_of(
@@ -109,24 +112,6 @@ def surface_of(
         return Surface(heights, pixel, replace(provenance, origin=origin))
     except InputError as error:
         raise FormatError(f"{path.name} holds no height map that can be used: {error}") from None
-
-
-def check_container(path: Path) -> None:
-    """Refuse ZIP archives with a wrong checksum, and HDF5 files that would be read for ever.
-
-    Several instruments' formats are one or the other. Checksums of an archive are looked at where
-    a member is read to its end, and one damaged length is enough that it is not.
-    """
-    with path.open("rb") as stream:
-        start = stream.read(4)
-        if start == b"\x89HDF":
-            netcdf.check_heaps(path)
-        if start != b"PK\x03\x04":
-            return
-        with zipfile.ZipFile(stream) as archive:
-            damaged = archive.testzip()
-    if damaged is not None:
-        raise ValueError(f"the checksum of {damaged!r} in the archive is wrong")
 
 
 def one_line(error: BaseException) -> str:
