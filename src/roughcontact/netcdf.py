@@ -1,18 +1,15 @@
-"""NetCDF files: sealed by checksums and whole; what is damaged opens with an error, in silence."""
+"""NetCDF files: sealed by checksums and whole; what is damaged opens with an error."""
 
 from __future__ import annotations
 
 import io
-import mmap
 import os
-import struct
-import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughcontact import checksums, files
+from roughcontact import checksums, files, hdf5, limits
 from roughcontact.errors import FormatError
 
 if TYPE_CHECKING:
@@ -163,68 +160,21 @@ def opened(path: Path) -> Iterator[xarray.Dataset]:
 
     Raises
     ------
-    ValueError
-        If the file's collections of texts and references are damaged.
+    FormatError, InsufficientMemoryError, ValueError
+        As `hdf5.check`; also if an axis has more values than fit into the memory.
     Exception
         Of almost any kind for other damage: OSError, KeyError, RuntimeError and more.
     """
-    check_heaps(path)
+    for name, (shape, size) in hdf5.check(path).items():
+        # xarray reads the axes as it opens a file.
+        if len(shape) == 1:
+            limits.require_size(f"{name!r} in {path.name}", size)
     import h5py
     import xarray
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        # h5netcdf looks this up first. Where that fails it leaves an unfinished object, which
-        # writes a traceback to standard error when it is collected.
-        with h5py.File(path, "r") as file:
-            file.attrs.get("_nc3_strict")
-        with xarray.open_dataset(path, engine="h5netcdf") as dataset:
-            yield dataset
-
-
-def check_heaps(path: Path) -> None:
-    """Refuse an HDF5 file with a global heap that HDF5 would read for ever.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Raises
-    ------
-    ValueError
-        If a heap is damaged in that way.
-
-    Notes
-    -----
-    A heap is ``GCOL``, version, its size, and objects: index, references, size, content. Index 0
-    is the free space, which reaches to the end. HDF5 (2.0.0 among others) steps over it by its
-    size, and a size of 0 lets it stand still.
-
-    References
-    ----------
-    HDF5 File Format Specification Version 3.0, section III.E
-    """
-    with path.open("rb") as stream:
-        stream.seek(0, 2)
-        if stream.tell() == 0:
-            return
-        with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
-            start = content.find(b"GCOL")
-            while start >= 0:
-                _check_heap(content, start)
-                start = content.find(b"GCOL", start + 4)
-
-
-def _check_heap(content: mmap.mmap, start: int) -> None:
-    if start + 16 > len(content) or content[start + 4] != 1:
-        return
-    (size,) = struct.unpack_from("<Q", content, start + 8)
-    place, end = start + 16, min(start + size, len(content))
-    while place + 16 <= end:
-        index, _, _, size = struct.unpack_from("<HHIQ", content, place)
-        if index == 0:
-            if place + size != end:
-                raise ValueError(f"the free space of a heap at byte {start} has a wrong size")
-            return
-        place += 16 + (size + 7) // 8 * 8
+    # h5netcdf looks this up first. Where that fails it leaves an unfinished object, which writes a
+    # traceback to standard error when it is collected.
+    with h5py.File(path, "r") as file:
+        file.attrs.get("_nc3_strict")
+    with xarray.open_dataset(path, engine="h5netcdf") as dataset:
+        yield dataset

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import netcdf
+from roughcontact import memory, netcdf
 from roughcontact.contact import ranges, verification
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import FormatError
+from roughcontact.errors import FormatError, InsufficientMemoryError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material import hardening
 from roughcontact.material.material import Material
@@ -264,6 +264,11 @@ def opened(path: str | os.PathLike[str]) -> xarray.Dataset:
     if not Path(path).is_file():
         raise FormatError(f"{path} does not exist or is no file; check its name")
     with refused(path, "ContactResult"), netcdf.opened(Path(path)) as dataset:
+        memory.require(
+            dataset.nbytes,
+            f"reading {Path(path).name} needs",
+            advice=("check that the file is complete, or read it on a larger machine",),
+        )
         dataset.load()
         changed = netcdf.mismatches(dataset)
     if changed:
@@ -276,6 +281,8 @@ def refused(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
     """Turn whatever goes wrong with the content of a file into one error."""
     try:
         yield
+    except (FormatError, InsufficientMemoryError):
+        raise
     # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more; what does
     # not fit together our own checks refuse.
     except Exception as error:

@@ -8,15 +8,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import netcdf
+from roughcontact import limits, netcdf
 from roughcontact.contact.archive import surface_to_dataset
-from roughcontact.errors import FormatError
+from roughcontact.errors import FormatError, RoughcontactError
 from roughcontact.formats.scale import refuse_given
 from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
+
+# Bytes that reading takes a point.
+_EACH = 20
 
 
 def save(surface: Surface, path: str | os.PathLike[str]) -> None:
@@ -55,6 +58,7 @@ def _map(path: Path) -> Surface:
     try:
         with netcdf.opened(path) as dataset:
             height = dataset["height"]
+            limits.require_points(path.name, height.shape, _EACH)
             dimensions, unit = height.dims, height.attrs.get("units")
             values = np.asarray(height.values)
             attributes = dict(dataset.attrs)
@@ -65,6 +69,8 @@ def _map(path: Path) -> Surface:
             ]
             seen = [name for name in ("height", "y", "x") if name in dataset.variables]
             changed = netcdf.mismatches(dataset, seen)
+    except RoughcontactError:
+        raise
     # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more.
     except Exception as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)}); {expected}") from None

@@ -1,0 +1,138 @@
+"""HDF5 files that may be damaged, or reach beyond themselves: looked at before they are read."""
+
+from __future__ import annotations
+
+import math
+import mmap
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from roughcontact import memory
+from roughcontact.errors import FormatError
+
+
+class Stored(NamedTuple):
+    """What a file says of one array.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Its points along each axis.
+    size : int
+        Bytes of all of them.
+    """
+
+    shape: tuple[int, ...]
+    size: int
+
+
+def check(path: Path) -> dict[str, Stored]:
+    """Refuse an HDF5 file that would be read for ever, or in which another file is read.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    dict
+        Every array in it by name; nothing of them has been read.
+
+    Raises
+    ------
+    FormatError
+        If an array or a group lies in another file: raw data outside, a virtual dataset, an
+        external link.
+    InsufficientMemoryError
+        If one block of an array, which HDF5 reads as a whole, exceeds the memory that is free.
+    ValueError
+        If its collections of texts and references are damaged.
+    Exception
+        Of almost any kind for other damage: OSError, KeyError, RuntimeError and more.
+    """
+    _check_heaps(path)
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        # Errors do not come out of what HDF5 calls: the links are listed first. It follows the
+        # hard ones, each object once.
+        links: list[tuple[bytes, int]] = []
+        file.id.links.visit(lambda name, link: links.append((name, link.type)), info=True)
+        return dict(_arrays(path, file, links))
+
+
+def _arrays(path: Path, file: Any, links: list[tuple[bytes, int]]) -> Iterator[tuple[str, Stored]]:
+    """Yield what a file says of its arrays, by name, if all of them lie in it."""
+    from h5py import h5d, h5l, h5o
+
+    for name, kind in links:
+        text = name.decode("utf-8", "backslashreplace")
+        if kind == h5l.TYPE_HARD:
+            found = h5o.open(file.id, name)
+            if isinstance(found, h5d.DatasetID):
+                yield text, _stored(path, text, found)
+        # A soft link leads to where the hard ones do.
+        elif kind != h5l.TYPE_SOFT:
+            raise _outside(path, text, "an external link")
+
+
+def _stored(path: Path, name: str, array: Any) -> Stored:
+    """Return what is said of an array, if it lies in the file."""
+    from h5py import h5d
+
+    layout = array.get_create_plist()
+    if layout.get_layout() == h5d.VIRTUAL:
+        raise _outside(path, name, "a virtual dataset")
+    if layout.get_layout() == h5d.CONTIGUOUS and layout.get_external_count():
+        raise _outside(path, name, "raw data outside")
+    each = array.get_type().get_size()
+    if layout.get_layout() == h5d.CHUNKED:
+        memory.require(
+            math.prod(layout.get_chunk()) * each,
+            f"one block of {name!r} in {path.name} needs",
+            advice=("check that the file is complete",),
+        )
+    return Stored(array.shape, math.prod(array.shape) * each)
+
+
+def _outside(path: Path, name: str, how: str) -> FormatError:
+    return FormatError(
+        f"{path.name} keeps {name!r} in another file ({how}), which is not followed; save it as "
+        "one file"
+    )
+
+
+def _check_heaps(path: Path) -> None:
+    """Refuse a file with a global heap that HDF5 would read for ever.
+
+    A heap is ``GCOL``, version, its size, and objects: index, references, size, content. Index 0
+    is the free space, which reaches to the end. HDF5 (2.0.0 among others) steps over it by its
+    size, and a size of 0 lets it stand still. See the HDF5 File Format Specification Version 3.0,
+    section III.E.
+    """
+    with path.open("rb") as stream:
+        stream.seek(0, 2)
+        if stream.tell() == 0:
+            return
+        with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
+            start = content.find(b"GCOL")
+            while start >= 0:
+                _check_heap(content, start)
+                start = content.find(b"GCOL", start + 4)
+
+
+def _check_heap(content: mmap.mmap, start: int) -> None:
+    if start + 16 > len(content) or content[start + 4] != 1:
+        return
+    (size,) = struct.unpack_from("<Q", content, start + 8)
+    place, end = start + 16, min(start + size, len(content))
+    while place + 16 <= end:
+        index, _, _, size = struct.unpack_from("<HHIQ", content, place)
+        if index == 0:
+            if place + size != end:
+                raise ValueError(f"the free space of a heap at byte {start} has a wrong size")
+            return
+        place += 16 + (size + 7) // 8 * 8
