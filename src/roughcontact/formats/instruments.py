@@ -7,7 +7,7 @@ import io
 import math
 import os
 import re
-import warnings
+import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,9 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import FormatError, InputError, Mention
+from roughcontact import hdf5, limits
+from roughcontact.errors import FormatError, InputError, Mention, RoughcontactError
+from roughcontact.formats import archives
 from roughcontact.formats.scale import in_metres, is_length, pixel_of, refuse_given, unit_in_metres
-from roughcontact.formats.source import Asked, Channel, check_container, one_line, surface_of
+from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 
@@ -78,8 +80,17 @@ _NOT_HEIGHT = re.compile(
     re.IGNORECASE,
 )
 
+# Formats that pack what they hold: as ZIP archives, some with other bytes in front; in streams of
+# zlib; in HDF5.
+_ARCHIVES = ("plux", "poir", "qep", "vk", "x3p", "zon")
+_STREAMS = ("jpk", "lext", "mnt", "ps")
+_HDF5 = ("datx",)
+
 # Deflate packs 1032 to 1 at most; a header that claims more points than this is damaged.
 _POINTS_PER_BYTE = 1100
+
+# Bytes that reading takes a point.
+_EACH = 40
 
 
 def read(path: Path, name: str, asked: Asked) -> Surface:
@@ -205,6 +216,7 @@ def _check_grid(path: Path, described: Channel) -> None:
             f"{path.name} announces {ny} × {nx} points, more than its {path.stat().st_size} bytes "
             "can hold; check that the file is complete"
         )
+    limits.require_points(path.name, described.shape, _EACH)
 
 
 def _surface_topography(path: Path) -> ModuleType:
@@ -232,36 +244,50 @@ class _Bounded(io.BufferedReader):
         return super().read(size)
 
 
+def _check_packed(path: Path, kind: str) -> None:
+    """Refuse a file that is damaged where its reader does not look, or would fill the memory."""
+    limits.require_size(path.name, path.stat().st_size)
+    with path.open("rb") as stream:
+        start = stream.read(4)
+    if kind in _HDF5 or start == b"\x89HDF":
+        for name, (_, size) in hdf5.check(path).items():
+            limits.require_size(f"{name!r} in {path.name}", size)
+    elif start == b"PK\x03\x04" or (kind in _ARCHIVES and zipfile.is_zipfile(path)):
+        archives.check(path)
+    elif kind in _STREAMS:
+        archives.check_streams(path)
+    elif kind == "ibw" and start[:2] not in (b"\5\0", b"\0\5"):
+        # Its reader knows no other, and its library logs all bytes of what it takes for one.
+        raise ValueError("it is no binary wave of version 5")
+
+
 @contextlib.contextmanager
 def _opened(path: Path, kind: str) -> Iterator[Any]:
-    """Give SurfaceTopography's reader of a file, quiet, and with one kind of error."""
-    # Parsers print, and log what they cannot read, byte by byte.
-    noise = io.StringIO()
-    with (
-        warnings.catch_warnings(),
-        contextlib.redirect_stdout(noise),
-        contextlib.redirect_stderr(noise),
-    ):
-        warnings.simplefilter("ignore")
-        try:
-            library = _surface_topography(path)
-            check_container(path)
-            # Our own stream: a reader that fails half-way leaves files open that it opened.
-            with (
-                _Bounded(io.FileIO(path)) as stream,
-                library.open_topography(stream, format=kind) as reader,
-            ):
-                yield reader
-        except InputError:
-            raise
-        # Readers of damaged files fail with anything: AssertionError, struct.error, KeyError,
-        # MemoryError. All mean the same to the user.
-        except Exception as error:
-            raise FormatError(
-                f"{path.name} cannot be read as format {kind!r} ({one_line(error)}); check that "
-                "the file is complete, or give its ",
-                Mention("format"),
-            ) from error
+    """Give SurfaceTopography's reader of a file, with one kind of error.
+
+    Nothing is kept from the terminal here: whatever could do that acts on all threads. The readers
+    print nothing (before 1.23 one did), and NumPy's complaints are the thread's own.
+    """
+    try:
+        _check_packed(path, kind)
+        library = _surface_topography(path)
+        # Our own stream: a reader that fails half-way leaves files open that it opened.
+        with (
+            np.errstate(all="ignore"),
+            _Bounded(io.FileIO(path)) as stream,
+            library.open_topography(stream, format=kind) as reader,
+        ):
+            yield reader
+    except RoughcontactError:
+        raise
+    # Readers of damaged files fail with anything: AssertionError, struct.error, KeyError,
+    # MemoryError. All mean the same to the user.
+    except Exception as error:
+        raise FormatError(
+            f"{path.name} cannot be read as format {kind!r} ({one_line(error)}); check that "
+            "the file is complete, or give its ",
+            Mention("format"),
+        ) from error
 
 
 def _instrument_name(reader: Any, entry: Any) -> str:

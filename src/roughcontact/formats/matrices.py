@@ -6,17 +6,20 @@ import contextlib
 import itertools
 import math
 import re
+from array import array
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import units
+from roughcontact import limits, units
 from roughcontact.errors import FormatError, InputError, Mention
+from roughcontact.formats import numpy_files
+from roughcontact.formats.numpy_files import Arrays
 from roughcontact.formats.scale import in_metres, pixel_of, refuse_given, unit_in_metres
-from roughcontact.formats.source import Asked, Channel, check_container, one_line, surface_of
+from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 
@@ -26,6 +29,10 @@ Scale = tuple[float, tuple[float, float]]
 
 TEXT_MARK = "# roughcontact map"
 """First line of a text matrix whose head names its quantity, unit and pixel."""
+
+# Characters of a line, and bytes that reading takes a point.
+_LONGEST_LINE = 32 * 2**20
+_EACH = 20
 
 _MISSING = re.compile(r"|nan|n/?a|bad|\*+|-{2,}", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
@@ -52,29 +59,37 @@ def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
 
 def read_arrays(path: Path, name: str, asked: Asked) -> Surface:
     """Return the map in a NumPy file; ``name`` says whether it is one array or an archive."""
-    arrays = _read_arrays(path, name)
+    arrays = numpy_files.opened(path, name)
     scale = _scale_in_arrays(path, arrays) if asked.channel in (None, "heights") else None
-    channel, values = _chosen_array(path, arrays, asked.channel if scale is None else "heights")
-    return _scaled(path, values, Provenance(path.name, f"matrix ({name})", channel), scale, asked)
+    channel = _chosen_array(path, arrays, asked.channel if scale is None else "heights")
+    head = arrays.heads[channel]
+    _require_map(path, head.shape, head.dtype)
+    limits.require_points(path.name, head.shape, _EACH)
+    provenance = Provenance(path.name, f"matrix ({name})", channel)
+    return _scaled(path, arrays.read(channel), provenance, scale, asked)
 
 
 def array_channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the arrays in a NumPy file."""
+    heads = numpy_files.opened(path, name).heads
     return tuple(
-        Channel(channel, "", array.ndim == 2, array.shape)
-        for channel, array in _read_arrays(path, name).items()
+        Channel(name, "", len(head.shape) == 2, head.shape) for name, head in heads.items()
     )
+
+
+def _require_map(path: Path, shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:
+    if dtype.kind not in "fiu" or len(shape) != 2 or min(shape) < 2:
+        raise FormatError(
+            f"{path.name} must hold a matrix of at least 2 × 2 real numbers, got {dtype} of shape "
+            f"{shape}"
+        )
 
 
 def _scaled(
     path: Path, values: NDArray[Any], provenance: Provenance, scale: Scale | None, asked: Asked
 ) -> Surface:
     """Return the map of numbers whose scale the file states, or whoever reads it."""
-    if values.dtype.kind not in "fiu" or values.ndim != 2 or min(values.shape) < 2:
-        raise FormatError(
-            f"{path.name} must hold a matrix of at least 2 × 2 real numbers, got {values.dtype} "
-            f"of shape {values.shape}"
-        )
+    _require_map(path, values.shape, values.dtype)
     if scale is None:
         metre = unit_in_metres(path, asked.unit)
         ny, nx = values.shape
@@ -98,13 +113,27 @@ def _head_of_text(path: Path) -> dict[str, str]:
     """Return what the head of a text matrix states; nothing if it has no head of this program."""
     try:
         with path.open(encoding="utf-8-sig", errors="replace") as stream:
-            if stream.readline().strip() != TEXT_MARK:
+            lines = _lines(path, stream)
+            if next(lines, "").strip() != TEXT_MARK:
                 return {}
-            lines = itertools.takewhile(lambda line: line.startswith("#"), stream)
-            parts = (line[1:].partition(":") for line in lines)
+            head = itertools.takewhile(lambda line: line.startswith("#"), lines)
+            parts = (line[1:].partition(":") for line in head)
             return {name.strip(): value.strip() for name, mark, value in parts if mark}
     except OSError as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None
+
+
+def _lines(path: Path, stream: TextIO) -> Iterator[str]:
+    """Yield the lines of a text, none of which fills the memory."""
+    number = 0
+    while line := stream.readline(_LONGEST_LINE):
+        number += 1
+        if len(line) == _LONGEST_LINE:
+            raise FormatError(
+                f"{path.name} has more than {_LONGEST_LINE // 2**20} million characters in line "
+                f"{number}; a text matrix has one row of the map a line"
+            )
+        yield line
 
 
 def _scale_in_text(path: Path) -> Scale | None:
@@ -129,88 +158,72 @@ def _scale_in_text(path: Path) -> Scale | None:
     return metre, (dy, dx)
 
 
-def _scale_in_arrays(path: Path, arrays: dict[str, NDArray[Any]]) -> Scale | None:
+def _scale_in_arrays(path: Path, arrays: Arrays) -> Scale | None:
     """Return the unit [m] and the pixel [m] that a NumPy archive holds beside its heights."""
-    if not {"heights", "pixel", "unit"} <= arrays.keys():
+    heads = arrays.heads
+    if not {"heights", "pixel", "unit"} <= heads.keys():
         return None
-    pixel, unit = arrays["pixel"], arrays["unit"]
-    if pixel.shape != (2,) or pixel.dtype.kind not in "fiu" or unit.dtype.kind != "U" or unit.ndim:
+    edges, word = heads["pixel"], heads["unit"]
+    if edges.shape != (2,) or edges.dtype.kind not in "fiu" or word.dtype.kind != "U" or word.shape:
         raise FormatError(
             f"{path.name} must hold two numbers (dy, dx) as pixel and a word as unit, got "
-            f"{pixel.dtype} of shape {pixel.shape} and {unit.dtype} of shape {unit.shape}"
+            f"{edges.dtype} of shape {edges.shape} and {word.dtype} of shape {word.shape}"
         )
+    pixel, unit = arrays.read("pixel"), arrays.read("unit")
     with _naming(path):
         metre = unit_in_metres(path, str(unit))
     return metre, (float(pixel[0]) * metre, float(pixel[1]) * metre)
 
 
-def _read_arrays(path: Path, kind: str) -> dict[str, NDArray[Any]]:
-    try:
-        if kind == "npy":
-            # Mapped, not read: a header that announces more than the file holds fails at once.
-            array = np.load(path, mmap_mode="r", allow_pickle=False)
-            spare = path.stat().st_size - array.offset - array.nbytes
-            if array.size and spare:
-                raise ValueError(
-                    f"shape {array.shape} of {array.dtype} leaves {spare} bytes of the file over"
-                )
-            return {"": array}
-        # Our own stream: NumPy leaves a damaged archive open.
-        check_container(path)
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-            return {name: np.asarray(archive[name]) for name in archive.files}
-    # Damaged files raise ValueError, BadZipFile, EOFError, SyntaxError, MemoryError and more.
-    except Exception as error:
-        raise FormatError(
-            f"{path.name} cannot be read as NumPy file {kind!r} ({one_line(error)}); save a real "
-            "array with numpy.save or numpy.savez"
-        ) from None
-
-
-def _chosen_array(
-    path: Path, arrays: dict[str, NDArray[Any]], channel: str | int | None
-) -> tuple[str, NDArray[Any]]:
-    names = list(arrays)
+def _chosen_array(path: Path, arrays: Arrays, channel: str | int | None) -> str:
+    names = list(arrays.heads)
     if channel is None and len(names) == 1:
-        return names[0], arrays[names[0]]
+        return names[0]
     listing = "; ".join(f"{index}: {name!r}" for index, name in enumerate(names)) or "none"
     if channel is None:
         raise InputError(
             f"{path.name} holds the arrays {listing}; choose one with ", Mention("channel")
         )
-    if channel in arrays:
-        return str(channel), arrays[str(channel)]
+    if channel in names:
+        return str(channel)
     if not isinstance(channel, bool) and re.fullmatch(r"\d{1,6}", str(channel)):
         index = int(channel)
         if index < len(names):
-            return names[index], arrays[names[index]]
+            return names[index]
     raise InputError(f"{path.name} has no array {channel!r}; it holds {listing}")
 
 
 def _read_text(path: Path, points_possible: bool = True) -> tuple[Array, tuple[str, ...]]:
     """Return the matrix in a text file, and what was decided in reading it."""
-    rows: list[Array] = []
-    numbers: list[int] = []
-    delimiter: str | None = ""
-    trailing = ended = True
+    values, trailing, ended = array("d"), True, True
+    first, columns, room = 0, 0, 0
+    delimiter: str | None = None
     try:
         with path.open(encoding="utf-8-sig") as stream:
-            for number, line in enumerate(stream, start=1):
+            for number, line in enumerate(_lines(path, stream), start=1):
                 ended = line.endswith("\n")
-                line = line.split("#", 1)[0].strip(" \r\n")
-                if not line.strip():
+                text = line.split("#", 1)[0].strip(" \r\n")
+                if not text.strip():
                     continue
-                if delimiter == "":
-                    delimiter = _delimiter(path, line, number)
-                cells = line.split(delimiter)
+                if not first:
+                    delimiter = _delimiter(path, text, number)
+                cells = text.split(delimiter)
                 trailing = trailing and delimiter is not None and not cells[-1].strip()
-                rows.append(_row(path, cells, number, delimiter))
-                numbers.append(number)
-                if rows[-1].size != rows[0].size:
+                row = _row(path, cells, number, delimiter)
+                if not first:
+                    first, columns = number, len(row)
+                if len(row) != columns:
                     raise FormatError(
-                        f"{path.name} has {rows[-1].size} numbers in line {number} but "
-                        f"{rows[0].size} in line {numbers[0]}; all rows must be of one length"
+                        f"{path.name} has {len(row)} numbers in line {number} but {columns} in "
+                        f"line {first}; all rows must be of one length"
                     )
+                if len(values) >= room:
+                    # As many rows as there are such lines left, or a tenth more than expected.
+                    rows = len(values) // columns
+                    more = 1 + (rows // 10 if rows else path.stat().st_size // len(line))
+                    room = (rows + more) * columns
+                    limits.require_points(path.name, (rows + more, columns), _EACH)
+                values.extend(row)
     except UnicodeDecodeError:
         raise FormatError(
             f"{path.name} is no text in UTF-8; save it as a plain text matrix, or give its ",
@@ -218,9 +231,17 @@ def _read_text(path: Path, points_possible: bool = True) -> tuple[Array, tuple[s
         ) from None
     except OSError as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None
-    if not rows:
+    if not values:
         raise FormatError(f"{path.name} holds no numbers; a matrix of heights was expected")
-    matrix = np.stack(rows)
+    return _judged(
+        path, np.frombuffer(values).reshape(-1, columns), trailing, ended, points_possible
+    )
+
+
+def _judged(
+    path: Path, matrix: Array, trailing: bool, ended: bool, points_possible: bool
+) -> tuple[Array, tuple[str, ...]]:
+    """Return a matrix as it was meant, and what was decided about it."""
     steps: tuple[str, ...] = ()
     # Many programs end each row with the delimiter; that is no column.
     if trailing and matrix.shape[1] > 1:
@@ -246,7 +267,7 @@ def _delimiter(path: Path, line: str, number: int) -> str | None:
     return "," if "," in line else None
 
 
-def _row(path: Path, cells: list[str], number: int, delimiter: str | None) -> Array:
+def _row(path: Path, cells: list[str], number: int, delimiter: str | None) -> list[float]:
     values = []
     for position, cell in enumerate(cells, start=1):
         try:
@@ -269,7 +290,7 @@ def _row(path: Path, cells: list[str], number: int, delimiter: str | None) -> Ar
                     "write finite numbers, and nan for missing points"
                 )
         values.append(value)
-    return np.array(values)
+    return values
 
 
 def _comma_error(path: Path, word: str, number: int) -> FormatError:

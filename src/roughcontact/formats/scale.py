@@ -109,10 +109,12 @@ def pixel_of(
 
 
 def in_metres(values: NDArray[Any], metre: float) -> Array:
-    """Return values of some unit in metres."""
+    """Return values of some unit in metres, locked: a `Surface` takes them as they are."""
     # Damaged numbers overflow, or are NaN of the signalling kind: `Surface` judges the outcome.
     with np.errstate(all="ignore"):
-        heights: Array = values.astype(np.float64) * metre
+        heights: Array = np.array(values, dtype=np.float64, order="C")
+        heights *= metre
+    heights.flags.writeable = False
     return heights
 
 
