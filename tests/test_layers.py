@@ -107,6 +107,30 @@ def test_only_one_room_asks_for_free_memory() -> None:
     assert asking == ["memory"]
 
 
+# What acts on all threads of a process, also where it is undone at the end of a block.
+SHARED = {
+    "redirect_stdout", "redirect_stderr", "catch_warnings", "simplefilter", "filterwarnings",
+    "showwarning", "chdir", "seterr", "seterrcall", "set_printoptions", "setlocale", "umask",
+    "basicConfig", "setrlimit",
+}  # fmt: skip
+
+# The program owns its process, a library does not.
+OWNS = {"cli.app": {"basicConfig"}}
+
+
+@pytest.mark.parametrize("room", sorted(rooms()))
+def test_nothing_is_changed_that_other_threads_share(room: str) -> None:
+    tree = ast.parse(rooms()[room].read_text(encoding="utf-8"))
+    named = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    named |= {
+        alias.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert named & SHARED <= OWNS.get(room, set())
+
+
 @pytest.mark.parametrize(
     ("room", "other"),
     [(room, other) for room in DELEGATIONS for other in sorted(DELEGATIONS[room])],

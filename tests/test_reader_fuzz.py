@@ -34,7 +34,7 @@ def serve() -> None:
     """Read the files that are named on standard input, and answer in one line each."""
     import resource
 
-    from roughcontact.errors import InputError
+    from roughcontact.errors import RoughcontactError
     from roughcontact.formats.read import read_surface
 
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
@@ -50,7 +50,7 @@ def serve() -> None:
             surface = read_surface(order["path"], **order["arguments"])
             np.save(order["path"] + ".read.npy", surface.heights)
             answer = {"pixel": surface.pixel}
-        except InputError as error:
+        except RoughcontactError as error:
             answer = {"refused": str(error), "cause": repr(error.__cause__)}
         except BaseException as error:
             answer = {"raised": repr(error)}

@@ -6,6 +6,7 @@ import contextlib
 import dataclasses
 import functools
 import inspect
+import logging
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -69,6 +70,8 @@ def main(argv: list[str] | None = None) -> int:
         # File names need not be text in the encoding of the terminal.
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    # Libraries log what they do not like in a damaged file; one sentence says what it means.
+    logging.basicConfig(handlers=[logging.NullHandler()])
     written: Sequence[Path] = ()
     try:
         status = _app(arguments or ["--help"], prog_name="roughcontact", standalone_mode=False)

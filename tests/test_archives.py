@@ -1,0 +1,135 @@
+import struct
+import zipfile
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from reading import needs_reader, refused, write
+from roughcontact import limits
+from roughcontact.errors import FormatError
+from roughcontact.formats import archives
+from roughcontact.formats.read import read_surface
+
+SURFACE = rc.Surface(np.random.default_rng(1).normal(size=(20, 30)) * 1e-7, (1e-6, 1e-6))
+
+
+@pytest.fixture
+def x3p(tmp_path: Path) -> Path:
+    path = tmp_path / "map.x3p"
+    SURFACE.save(path)
+    return path
+
+
+def add(path: Path, name: str, content: bytes, packing: int = zipfile.ZIP_DEFLATED) -> None:
+    with zipfile.ZipFile(path, "a", packing) as archive:
+        archive.writestr(name, content)
+
+
+def state_sizes(path: Path, size: int) -> None:
+    """Let the directory of an archive state another size of its members that are large."""
+    content = bytearray(path.read_bytes())
+    entry = content.find(b"PK\1\2")
+    while entry >= 0:
+        if struct.unpack_from("<I", content, entry + 24)[0] > 10**6:
+            struct.pack_into("<I", content, entry + 24, size)
+        entry = content.find(b"PK\1\2", entry + 4)
+    path.write_bytes(content)
+
+
+def test_a_sound_archive(x3p: Path) -> None:
+    archives.check(x3p)
+    add(x3p, "flat.bin", bytes(2**24))
+    archives.check(x3p)
+
+
+def test_what_would_unpack_to_more_than_any_map(x3p: Path) -> None:
+    for number in range(3):
+        add(x3p, f"{number}.bin", bytes(2 * 10**6))
+    state_sizes(x3p, 2**32 - 2)
+    with pytest.raises(FormatError, match=r"^map.x3p holds 12.0 GiB, more than the 8 GiB"):
+        archives.check(x3p)
+    # Fewer bytes, of which as many are packed in as few as nothing that was measured is.
+    state_sizes(x3p, 10**9)
+    with pytest.raises(FormatError, match=r"holds 2.8 GiB or more, packed into 0.0 MiB"):
+        archives.check(x3p)
+    # Read no further than stated, and not to the end then.
+    state_sizes(x3p, 10**6 + 1)
+    with pytest.raises(ValueError, match=r"the checksum of '0.bin' in the archive is wrong"):
+        archives.check(x3p)
+
+
+def test_a_header_too_long_for_a_tree(x3p: Path) -> None:
+    add(x3p, "notes.xml", b"<a>" + b"<b/>" * 2**22)
+    with pytest.raises(FormatError, match=r"the text 'notes.xml' of 16 MiB, too long for a head"):
+        archives.check(x3p)
+
+
+@pytest.mark.parametrize("packing", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_packings_that_have_no_bounds(x3p: Path, packing: int) -> None:
+    add(x3p, "more.bin", bytes(100), packing)
+    with pytest.raises(FormatError, match=r"'more.bin' packed by another method than deflate"):
+        archives.check(x3p)
+
+
+@needs_reader
+def test_archives_behind_other_bytes_are_judged_too(x3p: Path) -> None:
+    for number in range(3):
+        add(x3p, f"{number}.bin", bytes(2 * 10**6))
+    state_sizes(x3p, 2**32 - 2)
+    for front in (b"", b"front"):
+        x3p.write_bytes(front + x3p.read_bytes())
+        refused(x3p, "map.x3p holds 12.0 GiB, more than the 8 GiB")
+
+
+# Streams of zlib
+
+
+def streams(path: Path, *parts: bytes) -> Path:
+    path.write_bytes(b"front" + b"\x78\x9c\x78\xda between ".join(map(zlib.compress, parts)))
+    return path
+
+
+def test_streams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = streams(tmp_path / "map.mnt", bytes(3 * 2**20), b"short", bytes(2**20))
+    archives.check_streams(path)
+    # All of them count, to the byte.
+    monkeypatch.setattr(limits, "_SMALL", 2**22 + 5)
+    archives.check_streams(path)
+    monkeypatch.setattr(limits, "_SMALL", 2**22 + 4)
+    with pytest.raises(FormatError, match=r"^map.mnt holds 0.0 GiB or more, packed into 0.0 MiB"):
+        archives.check_streams(path)
+
+
+def test_a_stream_without_an_end_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    packed = zlib.compress(bytes(2**24))
+    monkeypatch.setattr(limits, "_SMALL", 2**22)
+    with pytest.raises(FormatError, match=r"^map.mnt holds"):
+        archives.check_streams(write(tmp_path, "map.mnt", packed[:-100]))
+
+
+def test_heights_that_look_like_streams(tmp_path: Path) -> None:
+    noise = np.random.default_rng(0).bytes(2**20)
+    archives.check_streams(write(tmp_path, "map.mnt", noise + b"\x78\x9c" * 1000))
+
+
+@needs_reader
+@pytest.mark.parametrize("suffix", [".mnt", ".tif", ".lext", ".jpk"])
+def test_formats_that_pack_in_streams(
+    tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(limits, "_SMALL", 2**20)
+    path = streams(tmp_path / f"map{suffix}", bytes(2**24))
+    refused(path, f"map{suffix} holds 0.0 GiB or more, packed into")
+
+
+@needs_reader
+def test_a_flat_map_is_read_back(tmp_path: Path) -> None:
+    # A thousand times smaller, as it is packed.
+    heights = np.zeros((1500, 1500))
+    heights[0, 0] = 1e-6
+    rc.Surface(heights, (1e-6, 1e-6)).save(tmp_path / "flat.x3p")
+    assert (tmp_path / "flat.x3p").stat().st_size < 8 * 1500**2 / 100
+    np.testing.assert_array_equal(read_surface(tmp_path / "flat.x3p").heights, heights)

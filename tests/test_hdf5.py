@@ -1,0 +1,138 @@
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from reading import needs_reader, refused
+from roughcontact import hdf5, memory
+from roughcontact.errors import FormatError, InsufficientMemoryError
+from roughcontact.formats.read import read_surface
+
+HEIGHTS = np.arange(30.0 * 40).reshape(30, 40) * 1e-9
+
+
+def map_file(
+    path: Path, height: Callable[[h5py.File], h5py.Dataset], shape: tuple[int, int] = (30, 40)
+) -> Path:
+    """Write a map of which somebody else makes the heights."""
+    with h5py.File(path, "w") as file:
+        heights = height(file)
+        heights.attrs["units"] = "m"
+        for number, (name, points) in enumerate(zip("yx", shape, strict=True)):
+            axis = file.create_dataset(name, data=(np.arange(points) + 0.5) * 1e-6)
+            axis.make_scale(name)
+            heights.dims[number].attach_scale(axis)
+        file.attrs["pixel_y"] = file.attrs["pixel_x"] = 1e-6
+    return path
+
+
+@pytest.fixture
+def other(tmp_path: Path) -> Path:
+    """A map in another file, which nobody named."""
+    (tmp_path / "secret.bin").write_bytes(HEIGHTS.tobytes())
+    return map_file(tmp_path / "other.nc", lambda file: file.create_dataset("height", data=HEIGHTS))
+
+
+def test_arrays_are_told_and_not_read(other: Path) -> None:
+    assert hdf5.check(other) == {
+        "height": ((30, 40), 9600), "x": ((40,), 320), "y": ((30,), 240),
+    }  # fmt: skip
+    np.testing.assert_array_equal(read_surface(other).heights, HEIGHTS)
+
+
+def test_raw_data_outside(other: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    raw = [("secret.bin", 0, h5py.h5f.UNLIMITED)]
+    path = map_file(
+        tmp_path / "map.nc",
+        lambda file: file.create_dataset("height", (30, 40), "f8", external=raw),
+    )
+    monkeypatch.chdir(tmp_path)
+    refused(path, "map.nc keeps 'height' in another file (raw data outside)")
+    with pytest.raises(FormatError, match=r"^map.nc keeps 'height' in another file"):
+        rc.load_result(path)
+
+
+def test_virtual_datasets(other: Path, tmp_path: Path) -> None:
+    def virtual(file: h5py.File) -> h5py.Dataset:
+        layout = h5py.VirtualLayout((30, 40), "f8")
+        layout[:] = h5py.VirtualSource(other, "height", shape=(30, 40))
+        return file.create_virtual_dataset("height", layout)
+
+    refused(map_file(tmp_path / "map.nc", virtual), "map.nc keeps 'height' in", "a virtual dataset")
+
+
+def test_links_into_other_files(other: Path, tmp_path: Path) -> None:
+    path = tmp_path / "map.nc"
+    with h5py.File(path, "w") as file:
+        file["deep/er/height"] = h5py.ExternalLink(other, "/height")
+    refused(path, "map.nc keeps 'deep/er/height' in another file (an external link)")
+    # A soft link that leads through it.
+    with h5py.File(path, "w") as file:
+        file["away"] = h5py.ExternalLink(other, "/")
+        for name in ("height", "y", "x"):
+            file[name] = h5py.SoftLink(f"/away/{name}")
+    refused(path, "map.nc keeps 'away' in another file")
+
+
+def test_links_within_the_file(tmp_path: Path) -> None:
+    path = map_file(tmp_path / "map.nc", lambda file: file.create_dataset("height", data=HEIGHTS))
+    with h5py.File(path, "a") as file:
+        # Round in circles, nowhere, and to an array that has another name as well.
+        file.create_group("group")["up"] = file["/"]
+        file["group/nowhere"] = h5py.SoftLink("/nothing")
+        file["group/again"] = file["height"]
+        file["group/soft"] = h5py.SoftLink("/height")
+        file["type"] = np.dtype("f8")
+    assert {"height", "x", "y", "group/again"} >= set(hdf5.check(path)) >= {"x", "y"}
+    assert set(hdf5.check(path)) & {"height", "group/again"}
+
+
+def test_arrays_of_which_little_is_stored(tmp_path: Path) -> None:
+    path = map_file(
+        tmp_path / "map.nc",
+        lambda file: file.create_dataset("height", (60000, 60000), "f8", chunks=(100, 100)),
+        (60000, 60000),
+    )
+    assert path.stat().st_size < 2**21
+    refused(path, "map.nc announces 60000 × 60000 points, more than the 1073741824")
+
+
+def test_axes_that_fill_the_memory(tmp_path: Path) -> None:
+    path = map_file(tmp_path / "map.nc", lambda file: file.create_dataset("height", data=HEIGHTS))
+    with h5py.File(path, "a") as file:
+        file.create_dataset("long", (2**40,), "f8", chunks=(100,)).make_scale("long")
+    refused(path, "'long' in map.nc holds 8192.0 GiB, more than the 8 GiB")
+
+
+def test_what_exceeds_the_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = map_file(
+        tmp_path / "map.nc",
+        lambda file: file.create_dataset(
+            "height", data=HEIGHTS, chunks=(3000, 4000), maxshape=(None, None)
+        ),
+    )
+    monkeypatch.setattr(memory, "free", lambda: 8 * 3000 * 4000 - 1)
+    with pytest.raises(InsufficientMemoryError, match=r"one block of 'height' in map.nc needs"):
+        read_surface(path)
+    monkeypatch.setattr(memory, "free", lambda: 8 * 3000 * 4000)
+    assert read_surface(path).shape == (30, 40)
+    path = map_file(tmp_path / "map.nc", lambda file: file.create_dataset("height", data=HEIGHTS))
+    monkeypatch.setattr(memory, "free", lambda: 9600)
+    with pytest.raises(InsufficientMemoryError, match=r"the 30 × 40 points of map.nc needs"):
+        read_surface(path)
+    with pytest.raises(InsufficientMemoryError, match=r"reading map.nc needs"):
+        rc.load_result(path)
+
+
+@needs_reader
+def test_instruments_that_write_hdf5(other: Path, tmp_path: Path) -> None:
+    path = tmp_path / "map.datx"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["Measurement"] = h5py.ExternalLink(other, "/")
+    refused(path, "map.datx keeps 'Measurement' in another file")
+    with h5py.File(path, "w") as file:
+        file.create_dataset("Measurement/Surface", (2**20, 2**20), "f8", chunks=(64, 64))
+    refused(path, "'Measurement/Surface' in map.datx holds 8192.0 GiB")

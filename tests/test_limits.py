@@ -1,0 +1,130 @@
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact import limits, memory
+from roughcontact.contact.history import passes
+from roughcontact.contact.load_curve import spaced
+from roughcontact.errors import FormatError, InputError, InsufficientMemoryError, require_count
+from roughcontact.request.options import DEMO, HISTORY, SOLVE, STRESS, SWEEP, parsed
+from roughcontact.request.request import from_text
+from roughcontact.surface import shapes
+
+STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
+MAP_FILE = Path("map.csv")
+MAP = rc.Surface(np.eye(16) * 1e-9, (1e-6, 1e-6))
+
+
+def leave(monkeypatch: pytest.MonkeyPatch, size: int) -> None:
+    monkeypatch.setattr(memory, "free", lambda: size)
+
+
+# What files announce
+
+
+def test_points_of_a_map(monkeypatch: pytest.MonkeyPatch) -> None:
+    leave(monkeypatch, 2**60)
+    limits.require_points("map.sur", (2**15, 2**15), 40)
+    with pytest.raises(FormatError, match=r"^map.sur announces 32768 × 32769 points, more than"):
+        limits.require_points("map.sur", (2**15, 2**15 + 1), 40)
+    leave(monkeypatch, 40 * 2**20 - 1)
+    with pytest.raises(
+        InsufficientMemoryError,
+        match=r"^reading the 1024 × 1024 points of map.sur needs about 0.0 GiB, and 0.0 GiB are",
+    ):
+        limits.require_points("map.sur", (1024, 1024), 40)
+    leave(monkeypatch, 40 * 2**20)
+    limits.require_points("map.sur", (1024, 1024), 40)
+
+
+def test_bytes_of_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    leave(monkeypatch, 2**60)
+    limits.require_size("map.x3p", limits.BYTES)
+    with pytest.raises(FormatError, match=r"^map.x3p holds 8.0 GiB, more than the 8 GiB"):
+        limits.require_size("map.x3p", limits.BYTES + 1)
+    # A flat map packs a thousand times smaller, and is small.
+    limits.require_size("map.x3p", 2**30, packed=2**20)
+    limits.require_size("map.x3p", 2**32, packed=2**26)
+    with pytest.raises(FormatError, match=r"holds 4.0 GiB or more, packed into 32.0 MiB as no"):
+        limits.require_size("map.x3p", 2**32, packed=2**25)
+    leave(monkeypatch, 2**20 - 1)
+    with pytest.raises(InsufficientMemoryError, match=r"^reading map.x3p needs"):
+        limits.require_size("map.x3p", 2**20)
+
+
+# What is asked for in numbers
+
+
+@pytest.mark.parametrize("value", [0, -1, 11, 10**30, 2.0, "3", None, math.inf])
+def test_a_count_says_name_value_and_bounds(value: object) -> None:
+    require_count(1, 10, first=1, last=10, numpy=np.int64(4))
+    with pytest.raises(InputError) as caught:
+        require_count(1, 10, good=3, turns=value)
+    assert str(caught.value) == f"turns must be a whole number from 1 to 10, got {value!r}"
+    assert (caught.value.argument, caught.value.value) == ("turns", value)
+
+
+@pytest.mark.parametrize(
+    ("argument", "ask"),
+    [
+        ("number", lambda: spaced(1.0, 2.0, 10**9)),
+        ("count", lambda: passes([1.0, 0.0], 5001)),
+        ("max_iterations", lambda: rc.solve(MAP, material=STEEL, load=1e-3, max_iterations=10**9)),
+        (
+            "increments",
+            lambda: rc.solve_elastoplastic(MAP, material=STEEL, load=1e-3, increments=10**9),
+        ),
+        (
+            "max_iterations",
+            lambda: rc.solve_elastoplastic(MAP, material=STEEL, load=1e-3, max_iterations=10**9),
+        ),
+        ("shape", lambda: shapes.flat((10**5, 10**5), (1e-6, 1e-6))),
+        ("shape", lambda: shapes.sphere((10**9, 2), (1e-6, 1e-6), 1.0)),
+        ("shape", lambda: rc.reference_map(10**6)),
+        ("shape", lambda: MAP.resampled(shape=(10**5, 10**5))),
+        ("pixel", lambda: MAP.resampled(pixel=(1e-12, 1e-12))),
+        ("pixel", lambda: MAP.resampled(pixel=(1e-320, 1e-320))),
+    ],
+)
+def test_no_count_is_taken_that_nothing_could_hold(
+    argument: str, ask: Callable[[], object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    leave(monkeypatch, 2**60)
+    with pytest.raises(InputError) as caught:
+        ask()
+    assert caught.value.argument == argument
+    assert caught.value.value is not None
+
+
+@pytest.mark.parametrize(
+    ("command", "name", "text"),
+    [
+        (SWEEP, "steps", "1000000000"),
+        (HISTORY, "passes", "100000000"),
+        (SOLVE, "increments", "1000000000"),
+        (SOLVE, "points", "1000000000"),
+        (SOLVE, "points", "40000x40000"),
+        (SOLVE, "points", "1" * 5000),
+        (SOLVE, "crop", f"0:{'1' * 5000},0:1"),
+        (SOLVE, "form", f"polynomial {'1' * 5000}"),
+        (SOLVE, "max-iterations", "1000000000"),
+        (SOLVE, "max-iterations", "1" * 5000),
+        (STRESS, "max-iterations", "0"),
+        (DEMO, "points", "40000"),
+    ],
+)
+def test_options_have_the_same_bounds(command: str, name: str, text: str) -> None:
+    with pytest.raises(InputError) as caught:
+        parsed({name: text}, command)
+    assert caught.value.argument == name.replace("-", "_")
+
+
+def test_passes_count_every_stage() -> None:
+    given = {"path": "1 N, 0 N", "material": "100Cr6", "passes": "5000"}
+    assert from_text(HISTORY, MAP_FILE, given)["passes"] == 5000
+    with pytest.raises(InputError, match="passes must be a whole number from 1 to 5000, got 5001"):
+        from_text(HISTORY, MAP_FILE, {**given, "passes": "5001"})
