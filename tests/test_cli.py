@@ -381,7 +381,7 @@ def test_paths_stand_whole_on_lines_of_their_own(
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--points", "31"), ("--points", "at least 32", "31")),
+        (("--points", "31"), ("--points", "from 32 to 32768, got 31")),
         (("--points", "many"), ("--points", "whole number", "'many'")),
         (("--folder", "absent/demo"), ("--folder", "'absent' does not exist")),
     ],
@@ -880,7 +880,7 @@ def test_sweep_over_approaches_draws(rough: Path, tmp_path: Path, capsys: Captur
         (("--from", "1 um"), ("both be loads or both approaches",)),
         (("--to", "1"), ("--to needs a load", "no unit")),
         (("--to", "1 mN"), ("below the last",)),
-        (("--steps", "1"), ("at least 2",)),
+        (("--steps", "1"), ("from 2 to 10000",)),
         (("--steps", "few"), ("--steps must be a whole number",)),
         (("--spacing", "cubic"), ("spacing", "'cubic'")),
         (("--output", "curve.nc"), ("--output needs a name that ends in .csv or .json",)),
