@@ -84,7 +84,9 @@ max_iterations, precision
     Raises
     ------
     InputError
-        If an argument cannot be used, or the folder holds the steps of another sweep.
+        If an argument cannot be used, or the folder is in use or holds another sweep.
+    FormatError
+        If a step in the folder is damaged, or of another load.
     CapacityError, InsufficientMemoryError
         As for `solve`; the largest load is checked before the first step.
     ConvergenceError

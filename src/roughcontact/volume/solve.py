@@ -112,10 +112,10 @@ def solve_elastoplastic(
     Raises
     ------
     InputError
-        If an argument cannot be used; the message names it and its value. If the folder holds
-        another run.
+        If an argument cannot be used; the message names it and its value. If the folder is in use
+        or holds another run.
     FormatError
-        If a file in the folder is damaged.
+        If a file in the folder is damaged, or of another run.
     CapacityError
         If nothing can touch.
     InsufficientMemoryError
