@@ -252,11 +252,21 @@ def _advanced(
         start, end = slopes(now, moved, viewer)
         # Where the set of free pixels is far off, the step overshoots: the energy rises.
         if start < 0 < start + end:
-            cut = start / (start - end)
-            now = viewer.look(now.index, now.pressure + cut * (moved - now.pressure))
-            del moved
-            after = projected_gradient(now, viewer, _BURST, max_iterations)
+            # Nothing is kept that is no longer needed: each look holds three arrays of the contact.
+            del after
+            moved = _between(now.pressure, moved, start / (start - end))
+            return projected_gradient(viewer.look(now.index, moved), viewer, _BURST, max_iterations)
     return after
+
+
+def _between(
+    start: NDArray[np.float64], end: NDArray[np.float64], cut: float
+) -> NDArray[np.float64]:
+    """Return the point at a part of the way, in the memory of its end."""
+    end -= start
+    end *= cut
+    end += start
+    return end
 
 
 def projected_gradient(now: Iterate, viewer: Viewer, steps: int, max_iterations: int) -> Iterate:
@@ -286,7 +296,9 @@ def projected_gradient(now: Iterate, viewer: Viewer, steps: int, max_iterations:
             cut = 1.0
             if 0.5 * (start + end) + energies[-1] > max(energies[-_NONMONOTONE:]):
                 cut = -start / (end - start)
-                after = viewer.look(now.index, now.pressure + cut * (target - now.pressure))
+                del after
+                target = _between(now.pressure, target, cut)
+                after = viewer.look(now.index, target)
             energies.append(energies[-1] + cut * start + 0.5 * cut**2 * (end - start))
         now = after
         if now.certificate < best.certificate:

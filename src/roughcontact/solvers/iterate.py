@@ -51,6 +51,7 @@ class Viewer:
     def look(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Iterate:
         """Return what a pressure does, computed afresh over the whole map."""
         initial_gap, total = self.problem.initial_gap, self.problem.total
+        self.seen = None
         pressure = without_dust(pressure, self.limit(index), self.sums)
         index, pressure = chosen(pressure > 0, index, pressure)
 
@@ -101,7 +102,9 @@ class Viewer:
         moved = norm(step, self.sums)
         # In place: where all of the map touches, every array is as large as the map.
         np.abs(doubt, out=doubt)
-        doubt += np.abs(self.problem.initial_gap.ravel()[index])
+        initial = self.problem.initial_gap.ravel()[index]
+        doubt += np.abs(initial, out=initial)
+        del initial
         doubt *= 0.5 * float(np.finfo(self.operator.real).eps) / self.unit
         np.add(reach, doubt, out=step)
         np.clip(step, 0, bound, out=step)
