@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import roughcontact
-from roughcontact import load_result
+from roughcontact import load_result, memory
 from roughcontact.cli import app
-from roughcontact.contact import archive, checks, solve as contact
+from roughcontact.contact import archive, solve as contact
 from roughcontact.material import catalogue, hardening
 from roughcontact.plots import maps
 from roughcontact.request import outputs
@@ -666,8 +666,9 @@ def test_an_interrupted_write_names_what_is_complete(
 def test_too_little_memory_is_one_sentence(
     rough: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(checks, "memory_estimate", lambda *_, **__: 2**60)
-    refused(capsys, solve(rough, *STEEL), "GiB")
+    with monkeypatch.context() as scarce:
+        scarce.setattr(memory, "free", lambda: 10**6)
+        refused(capsys, solve(rough, *STEEL), "40 × 64 points", "GiB are free", "fits")
 
     def exhausted(*_: object, **__: object) -> None:
         raise MemoryError

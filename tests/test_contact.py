@@ -9,8 +9,10 @@ from hypothesis import given, settings, strategies as st
 
 import broken
 import roughcontact as rc
-from roughcontact.contact.checks import check_memory, memory_estimate
+from roughcontact import memory
+from roughcontact.contact.memory import Room
 from roughcontact.halfspace import convolution
+from roughcontact.halfspace.boundary import Boundary
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
 YIELDING = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
@@ -896,20 +898,19 @@ def test_capacity_names_the_load_and_what_can_be_carried():
 
 
 def test_memory_is_said_before_starting(monkeypatch):
-    psutil = pytest.importorskip("psutil")
+    def room(points):
+        return Room((points, points), Boundary.FREE)
 
-    class Little:
-        available = memory_estimate((1000, 1000)) - 1
-
-    monkeypatch.setattr(psutil, "virtual_memory", Little)
+    least = room(1000).estimate(0.0)
+    monkeypatch.setattr(memory, "free", lambda: least - 1)
     with pytest.raises(rc.InsufficientMemoryError, match=r"1000 × 1000.*GiB.*fits"):
-        check_memory((1000, 1000))
+        room(1000).require()
     # A hundredth of the points fits, and the grid that is advised does too.
-    check_memory((100, 100))
+    room(100).require()
     with pytest.raises(rc.InsufficientMemoryError) as caught:
-        check_memory((3000, 3000))
+        room(3000).require()
     advised = int(str(caught.value).split("about ")[2].split()[0])
-    check_memory((advised - 2, advised - 2))
+    room(advised - 2).require()
     assert advised > 950
     with pytest.raises(MemoryError):
         rc.solve(rc.Surface(np.zeros((1100, 1000)), (1e-6, 1e-6)), material=STEEL, load=1e-3)

@@ -1,29 +1,167 @@
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact import solve
-from roughcontact.contact.checks import check_memory, memory_estimate
+from roughcontact import memory
+from roughcontact.contact import memory as contact_memory, solve
+from roughcontact.contact.memory import Room, memory_estimate, overhead
 from roughcontact.contact.pair import Pair
+from roughcontact.contact.stiffness import stiffness
 from roughcontact.halfspace.boundary import Boundary
-
-psutil = pytest.importorskip("psutil")
+from roughcontact.surface import nominal
 
 GIB = 2**30
 STEEL = rc.Material(young=210e9, poisson=0.3)
 KINDS = [(b, p) for b in Boundary for p in ("double", "single")]
+NO_LIMIT = 9223372036854771712
 
 
 def leave(monkeypatch: pytest.MonkeyPatch, size: float) -> None:
-    class Memory:
-        available = int(size)
+    monkeypatch.setattr(memory, "free", lambda: int(size))
 
-    monkeypatch.setattr(psutil, "virtual_memory", Memory)
+
+def require(shape: tuple[int, int], contact_fraction: float = 0.0, **options: str) -> None:
+    Room(shape, Boundary(options.pop("boundary", "free")), **options).require(contact_fraction)
+
+
+# What is free ----------------------------------------------------------------------------------
+
+
+def tree(root: Path, processes: str, files: dict[str, object]) -> Path:
+    """Write what Linux shows of control groups below a folder."""
+    for name, content in {"proc/self/cgroup": processes, **files}.items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f"{content}\n", encoding="ascii")
+    return root
+
+
+def left(root: Path) -> list[int]:
+    found: Iterator[int] = memory.left_in_containers(root)
+    return list(found)
+
+
+def second(folder: str, most: object, used: int, high: object = "max", files: int = 0):
+    """Return the files of one group of version 2."""
+    at = f"sys/fs/cgroup/{folder}".rstrip("/")
+    return {
+        f"{at}/memory.max": most,
+        f"{at}/memory.high": high,
+        f"{at}/memory.current": used,
+        f"{at}/memory.stat": f"anon 1\nfile {2 * files}\ninactive_file {files}\nslab 3",
+    }
+
+
+def first(folder: str, most: object, used: int, files: int = 0):
+    """Return the files of one group of version 1."""
+    at = f"sys/fs/cgroup/memory/{folder}".rstrip("/")
+    return {
+        f"{at}/memory.limit_in_bytes": most,
+        f"{at}/memory.usage_in_bytes": used,
+        f"{at}/memory.stat": f"inactive_file 9\ntotal_inactive_file {files}",
+    }
+
+
+def test_no_control_groups_leave_everything(tmp_path: Path) -> None:
+    assert left(tmp_path) == []
+    assert left(tree(tmp_path, "0::/", {})) == []
+    # The outermost group of a machine has no limit.
+    assert left(tree(tmp_path, "0::/", {"sys/fs/cgroup/memory.stat": "inactive_file 5"})) == []
+    assert left(tree(tmp_path, "nonsense\n0:no path\n\n", {})) == []
+
+
+def test_a_container_of_version_2(tmp_path: Path) -> None:
+    tree(tmp_path, "0::/", second("", 8 * GIB, 3 * GIB, files=GIB))
+    assert left(tmp_path) == [6 * GIB]
+
+
+def test_what_is_throttled_is_not_free(tmp_path: Path) -> None:
+    tree(tmp_path, "0::/", second("", 8 * GIB, 3 * GIB, high=4 * GIB))
+    assert left(tmp_path) == [GIB]
+    tree(tmp_path, "0::/", second("", "max", 3 * GIB, high=5 * GIB))
+    assert left(tmp_path) == [2 * GIB]
+
+
+def test_groups_inside_groups_of_version_2(tmp_path: Path) -> None:
+    files = {
+        **second("user.slice/job/step", "max", GIB),
+        **second("user.slice/job", 2 * GIB, GIB, files=GIB // 2),
+        **second("user.slice", 64 * GIB, 63 * GIB),
+    }
+    tree(tmp_path, "0::/user.slice/job/step", files)
+    assert left(tmp_path) == [GIB + GIB // 2, GIB]
+    # Others do not matter.
+    tree(tmp_path, "0::/user.slice/job/step", second("other", GIB, GIB))
+    assert min(left(tmp_path)) == GIB
+
+
+def test_groups_of_version_1(tmp_path: Path) -> None:
+    processes = "5:cpu,cpuacct:/docker/b3b4\n4:memory:/docker/b3b4\n1:name=systemd:/\n0::/"
+    files = {
+        **first("docker/b3b4", 4 * GIB, 3 * GIB, files=GIB // 4),
+        **first("docker", NO_LIMIT, 30 * GIB),
+        **first("", NO_LIMIT, 40 * GIB),
+    }
+    tree(tmp_path, processes, files)
+    assert min(left(tmp_path)) == GIB + GIB // 4
+    assert len(left(tmp_path)) == 3
+
+
+@pytest.mark.parametrize("path", ["/docker/b3b4", "/../../other", "/"])
+def test_a_container_sees_its_own_group_as_the_outermost(path: str, tmp_path: Path) -> None:
+    # The kernel names the path as the machine has it, and no such folder is mounted.
+    tree(tmp_path, f"4:memory:{path}\n0::{path}", first("", 2 * GIB, GIB))
+    assert left(tmp_path) == [GIB]
+    other = tree(tmp_path / "2", f"0::{path}", second("", 2 * GIB, GIB, files=5))
+    assert left(other) == [GIB + 5]
+
+
+def test_unlimited_groups_leave_the_machine(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tree(tmp_path, "4:memory:/", first("", NO_LIMIT, GIB))
+    assert min(left(tmp_path)) > 2**60
+    assert 0 < memory.free() < 2**60
+    monkeypatch.setattr(memory, "left_in_containers", lambda root: iter([GIB, 5, 7]))
+    assert memory.free() == 5
+    # A group may use more than it was allowed later.
+    monkeypatch.setattr(memory, "left_in_containers", lambda root: iter([-3]))
+    assert memory.free() == 0
+
+
+def limited(kind: str, script: str, size: int = 8 * GIB) -> str:
+    """Run a script in a process that has a limit of its own; return what it prints."""
+    pytest.importorskip("resource")
+    begin = f"import resource; resource.setrlimit(resource.{kind}, ({size}, {size}))\n"
+    run = subprocess.run(
+        [sys.executable, "-c", begin + script], capture_output=True, text=True, check=False,
+        env={"PYTHONPATH": str(Path(rc.__file__).parents[1])},
+    )  # fmt: skip
+    assert run.returncode == 0, run.stderr
+    return run.stdout
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not keep these limits")
+@pytest.mark.parametrize("kind", ["RLIMIT_AS", "RLIMIT_DATA"])
+def test_limits_of_the_process_count(kind: str) -> None:
+    script = """
+from roughcontact import memory
+before = memory.free()
+block = bytearray(2**30)
+print(before, before - memory.free())
+"""
+    before, less = map(int, limited(kind, script).split())
+    assert 0 < before < 8 * GIB
+    assert less >= min(GIB, before)
+
+
+# What a contact needs --------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("boundary", "precision"), KINDS)
@@ -31,8 +169,9 @@ def test_estimate_grows_with_the_points(boundary: str, precision: str) -> None:
     options = {"boundary": boundary, "precision": precision}
     sizes = [memory_estimate((n, n), **options) for n in (64, 128, 257, 1024, 4096)]
     assert sizes == sorted(set(sizes))
-    # In proportion, to the rims.
-    assert sizes[-1] / sizes[-2] == pytest.approx(16, rel=0.01)
+    # In proportion, to the rims and to what does not depend on the grid.
+    larger, smaller = (size - overhead() for size in sizes[:-3:-1])
+    assert larger / smaller == pytest.approx(16, rel=0.01)
     assert memory_estimate((100, 300), **options) < memory_estimate((101, 300), **options)
     assert memory_estimate((100, 300), **options) < memory_estimate((100, 302), **options)
 
@@ -40,10 +179,15 @@ def test_estimate_grows_with_the_points(boundary: str, precision: str) -> None:
 @pytest.mark.parametrize("shape", [(64, 64), (1000, 333), (4096, 4096)])
 def test_single_and_periodic_need_less(shape: tuple[int, int]) -> None:
     for boundary in Boundary:
-        double = memory_estimate(shape, boundary=boundary)
-        single = memory_estimate(shape, boundary=boundary, precision="single")
-        # The two maps that are returned, or at least the pressure, stay double.
+        double, single = (
+            memory_estimate(shape, boundary=boundary, precision=kind, contact_fraction=0.0)
+            - overhead()
+            for kind in ("double", "single")
+        )
         assert 0.4 * double < single < 0.8 * double
+        # What each touching pixel takes is double in both.
+        full = memory_estimate(shape, boundary=boundary, precision="single")
+        assert full > double + overhead()
     assert memory_estimate(shape, boundary="periodic") < memory_estimate(shape)
 
 
@@ -55,31 +199,39 @@ def test_estimate_holds_at_least_what_is_returned() -> None:
 
 def test_the_message_says_need_free_and_what_fits(monkeypatch: pytest.MonkeyPatch) -> None:
     shape = (20000, 10000)
-    need = memory_estimate(shape)
+    need, full = memory_estimate(shape, contact_fraction=0.0), memory_estimate(shape)
     leave(monkeypatch, need / 10)
     with pytest.raises(rc.InsufficientMemoryError) as caught:
-        check_memory(shape)
+        require(shape)
     assert isinstance(caught.value, MemoryError)
     message = str(caught.value)
     assert "20000 × 10000 points" in message
-    assert f"about {need / GIB:.1f} GiB" in message
+    assert f"about {need / GIB:.1f} GiB ({full / GIB:.1f} GiB in full contact)" in message
     assert f"{need / 10 / GIB:.1f} GiB are free" in message
     # A tenth does not hold single precision either.
     assert "single" not in message
     high, wide = map(int, re.findall(r"up to about (\d+) × (\d+)", message)[0])
-    assert high == wide == pytest.approx(np.sqrt(2e8 / 10), rel=0.01)
+    assert high == wide == pytest.approx(np.sqrt(2e8 / 10), rel=0.02)
+    high, wide = map(int, re.findall(r"in full contact one of (\d+) × (\d+)", message)[0])
+    assert high == wide == pytest.approx(np.sqrt(2e8 / 10 * need / full), rel=0.02)
 
 
 @pytest.mark.parametrize(("boundary", "precision"), KINDS)
-@pytest.mark.parametrize("shape", [(3000, 3000), (200, 50000), (50000, 3)])
+@pytest.mark.parametrize("shape", [(3000, 3000), (200, 50000), (500000, 3)])
+@pytest.mark.parametrize("fraction", [0.0, 0.1, 1.0])
 def test_the_grid_that_is_advised_fits(
-    boundary: str, precision: str, shape: tuple[int, int], monkeypatch: pytest.MonkeyPatch
+    boundary: str,
+    precision: str,
+    shape: tuple[int, int],
+    fraction: float,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     options = {"boundary": boundary, "precision": precision}
+    options["contact_fraction"] = fraction
     free = memory_estimate(shape, **options) / 2
     leave(monkeypatch, free)
     with pytest.raises(rc.InsufficientMemoryError) as caught:
-        check_memory(shape, **options)
+        require(shape, **options)
     points = int(re.findall(r"about (\d+) × \d+ points fits", str(caught.value))[0])
     # "About": within one percent, and no less than is of use.
     assert memory_estimate((points, points), **options) <= 1.01 * free
@@ -88,15 +240,15 @@ def test_the_grid_that_is_advised_fits(
 
 def test_single_precision_is_advised_where_it_fits(monkeypatch: pytest.MonkeyPatch) -> None:
     shape = (5000, 5000)
-    single = memory_estimate(shape, precision="single")
+    single = memory_estimate(shape, precision="single", contact_fraction=0.0)
     leave(monkeypatch, single + 1)
     with pytest.raises(rc.InsufficientMemoryError, match='precision="single" fits the whole map'):
-        check_memory(shape)
-    check_memory(shape, precision="single")
+        require(shape)
+    require(shape, precision="single")
     leave(monkeypatch, single - 1)
     for precision in ("double", "single"):
         with pytest.raises(rc.InsufficientMemoryError) as caught:
-            check_memory(shape, precision=precision)
+            require(shape, precision=precision)
         assert "single" not in str(caught.value)
 
 
@@ -105,10 +257,10 @@ def test_just_enough_is_enough(
     boundary: str, precision: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     options = {"boundary": boundary, "precision": precision}
-    leave(monkeypatch, memory_estimate((512, 512), **options))
-    check_memory((512, 512), **options)
+    leave(monkeypatch, memory_estimate((512, 512), contact_fraction=0.0, **options))
+    require((512, 512), **options)
     with pytest.raises(rc.InsufficientMemoryError):
-        check_memory((512, 514), **options)
+        require((512, 514), **options)
 
 
 @pytest.mark.parametrize(("boundary", "precision"), KINDS)
@@ -122,13 +274,141 @@ def test_solve_refuses_before_it_computes(
     options = {"boundary": boundary, "precision": precision}
     monkeypatch.setattr(solve.bounded, "solve", touched)
     monkeypatch.setattr(Pair, "initial_gap", property(touched))
-    leave(monkeypatch, memory_estimate(surface.shape, **options) - 1)
+    needed = memory_estimate(surface.shape, contact_fraction=0.0, **options)
+    leave(monkeypatch, needed - 1)
     with pytest.raises(rc.InsufficientMemoryError, match="40 × 50"):
         rc.solve(surface, material=STEEL, load=1e-3, **options)
     # With one byte more the same call goes on.
-    leave(monkeypatch, memory_estimate(surface.shape, **options))
+    leave(monkeypatch, needed)
     with pytest.raises(AssertionError, match="computed"):
         rc.solve(surface, material=STEEL, load=1e-3, **options)
+
+
+def rough(points: int = 96) -> rc.Surface:
+    return rc.Surface(*rc.reference_map(points))
+
+
+@pytest.mark.parametrize("boundary", Boundary)
+@pytest.mark.parametrize("approach", [None, 2e-7])
+def test_scarce_memory_is_judged_by_the_contact(
+    boundary: str, approach: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    surface = rough()
+    given = {"material": STEEL, "boundary": boundary}
+    loads = {"load": 0.1} if approach is None else {"approach": approach}
+    result = rc.solve(surface, **given, **loads)
+    assert 0 < result.contact_fraction < 0.3
+    # Enough for twice that part, not for all of the map.
+    leave(
+        monkeypatch,
+        memory_estimate(
+            surface.shape, boundary=boundary, contact_fraction=2 * result.contact_fraction
+        ),
+    )
+    again = rc.solve(surface, **given, **loads)
+    np.testing.assert_array_equal(again.pressure, result.pressure)
+    with pytest.raises(rc.InsufficientMemoryError) as caught:
+        rc.solve(surface, **given, load=1e4)
+    assert "96 × 96 points in contact on 1e+02 % of it needs about" in str(caught.value)
+
+
+def test_a_start_is_part_of_the_contact(monkeypatch: pytest.MonkeyPatch) -> None:
+    surface = rough()
+    leave(monkeypatch, memory_estimate(surface.shape, contact_fraction=0.5))
+    rc.solve(surface, material=STEEL, load=0.1)
+    with pytest.raises(rc.InsufficientMemoryError, match="in contact on"):
+        rc.solve(surface, material=STEEL, load=0.1, start=np.ones(surface.shape))
+
+
+@pytest.mark.parametrize("ceiling", [None, 3e9])
+def test_a_coarse_grid_foresees_no_smaller_contact(
+    ceiling: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    surface = rough(128)
+    monkeypatch.setattr(contact_memory, "_SCOUTED", 32**2)
+    for load in (0.03, 1.0, 10.0):
+        pair, foreseen = Pair(surface, STEEL), []
+        scout = contact_memory.scouted
+
+        def kept(*problem, scout=scout, foreseen=foreseen):
+            foreseen.append(scout(*problem))
+            return foreseen[-1]
+
+        monkeypatch.setattr(contact_memory, "scouted", kept)
+        leave(monkeypatch, memory_estimate(pair.shape) - 1)
+        result = rc.solve(surface, material=STEEL, load=load, ceiling=ceiling)
+        assert 0.9 * result.contact_fraction <= foreseen[0] <= 4 * result.contact_fraction
+        monkeypatch.undo()
+        monkeypatch.setattr(contact_memory, "_SCOUTED", 32**2)
+
+
+def test_the_stiffness_asks_for_its_own_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    result = rc.solve(rough(), material=STEEL, load=0.1)
+    leave(monkeypatch, memory_estimate((96, 96), contact_fraction=0.0))
+    with pytest.raises(rc.InsufficientMemoryError, match="96 × 96 points in contact on"):
+        stiffness(result)
+
+
+def test_the_finer_grid_of_a_study_is_refused_before_it_is_made(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    surface = rough(64)
+    given = {"material": STEEL, "load": 0.1, "ceiling": None}
+    leave(monkeypatch, memory_estimate((64, 64), contact_fraction=0.3))
+    monkeypatch.setattr(
+        "roughcontact.contact.resolution_study.filters.resample",
+        lambda *_, **__: pytest.fail("made"),
+    )
+    study = rc.resolution_study(surface, **given)
+    assert len(study.grids) == 2
+    assert "0.5 × the pixel was left out: a map of 128 × 128 points needs" in study.notes[0]
+
+
+# Before maps are made --------------------------------------------------------------------------
+
+
+LARGE = (40000, 40000)
+PIXEL = (1e-8, 1e-8)
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda: rc.Surface(np.broadcast_to(0.0, LARGE), PIXEL),
+        lambda: rc.Surface(np.broadcast_to(np.int16(0), LARGE), PIXEL),
+        lambda: nominal.sphere(radius=0.01, shape=LARGE, pixel=PIXEL),
+        lambda: nominal.flat(shape=LARGE, pixel=PIXEL),
+        lambda: rc.reference_map(LARGE[0]),
+        lambda: rough(32).resampled(LARGE),
+        lambda: rough(32).resampled(LARGE, method="spline"),
+    ],
+    ids=["heights", "integers", "sphere", "flat", "generated", "waves", "spline"],
+)
+def test_large_maps_are_refused_before_they_are_made(made, monkeypatch) -> None:
+    leave(monkeypatch, GIB)
+    with pytest.raises(rc.InsufficientMemoryError) as caught:
+        made()
+    assert "40000 × 40000 points" in str(caught.value)
+    assert "1.0 GiB are free" in str(caught.value)
+
+
+COMMAND = """
+import resource, sys
+from roughcontact.cli import app
+status = app.main(sys.argv[1:] or {arguments!r})
+print(status, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)
+"""
+BODY = ("--body", "sphere 10 mm", "--points", "40000", "--size", "1 mm",
+        "--young", "210 GPa", "--poisson", "0.3")  # fmt: skip
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not keep these limits")
+def test_a_command_is_refused_before_it_takes_memory() -> None:
+    # The kernel ended it after a minute.
+    script = COMMAND.format(arguments=["solve", *BODY, "--load", "1 N"])
+    status, peak = map(int, limited("RLIMIT_AS", script).split())
+    assert status == 2
+    assert peak < 300
 
 
 SCRIPT = """
@@ -140,7 +420,7 @@ def status(name):
     with open("/proc/self/status") as lines:
         return next(1024 * int(line.split()[1]) for line in lines if line.startswith(name))
 
-path, edge, boundary, precision = sys.argv[1:]
+path, edge, boundary, precision, load = sys.argv[1:]
 steel = rc.Material(210e9, 0.3, 1e9)
 options = dict(material=steel, boundary=boundary, precision=precision)
 heights, pixel = rc.reference_map(64)
@@ -153,29 +433,31 @@ with open(path, "rb") as file:
 heights.flags.writeable = False
 surface = rc.Surface(heights, (float(edge), float(edge)))
 before, peak = status("VmRSS"), status("VmHWM")
-result = rc.solve(surface, load=1.0, **options)
+result = rc.solve(surface, load=float(load), **options)
 after = status("VmHWM")
 assert result.converged and after > peak
-print(after - before)
+print(after - before, result.contact_fraction)
 """
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="no /proc to read the peak from")
 @pytest.mark.parametrize(("boundary", "precision"), KINDS)
-@pytest.mark.parametrize("n", [1024, 2048])
+@pytest.mark.parametrize(("n", "load"), [(1024, 1.0), (2048, 1.0), (1024, 15.0), (1024, 29.9)])
 def test_estimate_is_the_peak_that_is_measured(
-    n: int, boundary: str, precision: str, tmp_path: Path
+    n: int, load: float, boundary: str, precision: str, tmp_path: Path
 ) -> None:
     heights, pixel = rc.reference_map(n)
     np.save(tmp_path / "map.npy", heights)
     source = Path(rc.__file__).parents[1]
     run = subprocess.run(
         [sys.executable, "-c", SCRIPT, str(tmp_path / "map.npy"), repr(pixel[0]),
-         boundary, precision],
+         boundary, precision, str(load)],
         capture_output=True, text=True, check=False, env={"PYTHONPATH": str(source)},
     )  # fmt: skip
     assert run.returncode == 0, run.stderr
-    measured = int(run.stdout)
-    estimate = memory_estimate((n, n), boundary=boundary, precision=precision)
-    assert estimate / 1.5 < measured < 1.5 * estimate
+    measured, fraction = int(run.stdout.split()[0]), float(run.stdout.split()[1])
+    estimate = memory_estimate(
+        (n, n), boundary=boundary, precision=precision, contact_fraction=fraction
+    )
+    assert 0.5 * estimate < measured < estimate

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact import checks, study
+from roughcontact.contact import study
+from roughcontact.contact.memory import Room
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 
@@ -108,14 +109,11 @@ def test_a_ceiling_too_low_for_the_load_is_said() -> None:
 
 
 def test_a_grid_that_does_not_fit_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    real = checks.check_memory
-
-    def small(shape: tuple[int, int], **options: str) -> None:
-        if shape[0] > 128:
+    def small(room: Room, contact_fraction: float = 0.0) -> None:
+        if room.shape[0] > 128:
             raise rc.InsufficientMemoryError("too much")
-        real(shape, **options)
 
-    monkeypatch.setattr(checks, "check_memory", small)
+    monkeypatch.setattr(Room, "require", small)
     found = looked_at()
     assert [grid.value for grid in found.grids] == [4, 2, 1]
     assert "0.5 × the pixel was left out: too much" in found.sentences[-1]

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import limits, memory
-from roughcontact.contact import scale
+from roughcontact import limits
+from roughcontact.contact import memory, scale
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
@@ -20,7 +20,6 @@ from roughcontact.errors import (
     CapacityError,
     InputError,
     Mention,
-    Part,
     require_choice,
     require_count,
     require_positive,
@@ -60,7 +59,9 @@ class Stated:
     target: Array | None
 
 
-def stated(pair: Pair, terms: Terms, start: ContactResult | ArrayLike | None = None) -> Stated:
+def stated(
+    pair: Pair, terms: Terms, start: ContactResult | ArrayLike | None = None, *, held: int = 0
+) -> Stated:
     """Return the problem that a solve is given, or raise what is wrong with it.
 
     Parameters
@@ -71,6 +72,8 @@ def stated(pair: Pair, terms: Terms, start: ContactResult | ArrayLike | None = N
         How they are pressed together.
     start : ContactResult or array_like of shape (ny, nx), optional
         As for `roughcontact.solve`.
+    held : int
+        Maps that will be held besides, for which there has to be memory, too.
 
     Raises
     ------
@@ -78,13 +81,15 @@ def stated(pair: Pair, terms: Terms, start: ContactResult | ArrayLike | None = N
         As for `roughcontact.solve`.
     """
     check_terms(terms)
+    # First what any contact on this grid needs: nothing large has been made yet.
+    room = memory.Room.of(pair, terms, held)
+    room.require()
     if terms.moments is not None:
         terms = replace(terms, moments=checked_moments(terms, pair.boundary))
     check_holes(pair)
     ceiling = resolved_ceiling(terms.ceiling, pair)
     if start is not None:
         check_start(start, pair.shape)
-    check_memory(pair.shape, boundary=pair.boundary, precision=terms.precision)
     gap = touchable_gap(pair)
     total, target = None, None
     if terms.load is not None:
@@ -108,10 +113,20 @@ def stated(pair: Pair, terms: Terms, start: ContactResult | ArrayLike | None = N
         total=None if total is None else total / units.pressure,
         approach=None if terms.approach is None else terms.approach / units.length,
     )
+    if room.is_tight():
+        room.require(max(memory.scouted(pair, problem, units), _started(start)))
     return Stated(problem, units, ceiling, holes, target)
 
 
-def check(pair: Pair, terms: Terms) -> None:
+def _started(start: ContactResult | ArrayLike | None) -> float:
+    """Return the part of the map that touches where a solve starts from."""
+    if start is None:
+        return 0.0
+    pressure = start.pressure if isinstance(start, ContactResult) else np.asarray(start)
+    return int(np.count_nonzero(pressure)) / pressure.size
+
+
+def check(pair: Pair, terms: Terms, *, held: int = 0) -> None:
     """Raise what a solve would raise before it starts.
 
     Parameters
@@ -120,13 +135,15 @@ def check(pair: Pair, terms: Terms) -> None:
         The bodies.
     terms : Terms
         How they are pressed together.
+    held : int
+        Maps that will be held besides.
 
     Raises
     ------
     InputError, CapacityError, InsufficientMemoryError
         As for `roughcontact.solve`.
     """
-    stated(pair, terms)
+    stated(pair, terms, held=held)
 
 
 def check_terms(terms: Terms) -> None:
@@ -269,55 +286,3 @@ def capacity(load: float, ceiling: float | Array | None, gap: Array, pair: Pair)
             argument="load",
         )
     return largest
-
-
-def memory_estimate(
-    shape: tuple[int, int], *, boundary: str = "free", precision: str = "double"
-) -> int:
-    """Return the memory that `solve` needs beyond the surface itself.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    boundary : Boundary or str
-        As for `solve`.
-    precision : {"double", "single"}
-        As for `solve`.
-
-    Returns
-    -------
-    int
-        Bytes, for a contact on a small part of the map; a map in full contact needs about
-        twice as much.
-    """
-    real = 8 if precision == "double" else 4
-    pixels = shape[0] * shape[1]
-    # Initial gap and open gap, coarse grids, then the pressure that is returned.
-    maps = 2 * real * pixels + real * pixels // 2 + 8 * pixels
-    return Boundary(boundary).operator_memory(shape, precision) + maps
-
-
-def check_memory(
-    shape: tuple[int, int], *, boundary: str = "free", precision: str = "double"
-) -> None:
-    """Raise an error with a suggestion if a solve on this grid would not fit.
-
-    Parameters
-    ----------
-    shape, boundary, precision
-        As for `memory_estimate`.
-
-    Raises
-    ------
-    InsufficientMemoryError
-        If the estimate exceeds the memory that is free.
-    """
-    needed = memory_estimate(shape, boundary=boundary, precision=precision)
-    points = memory.square_side(needed, shape)
-    advice: tuple[Part, ...] = (f"a square grid of up to about {points} × {points} points fits",)
-    if precision == "double":
-        smaller = memory_estimate(shape, boundary=boundary, precision="single")
-        if smaller < memory.free():
-            advice += ("; ", Mention("precision", "single"), " fits the whole map")
-    memory.require(needed, f"a map of {shape[0]} × {shape[1]} points needs", advice=advice)

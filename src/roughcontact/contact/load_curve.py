@@ -42,6 +42,9 @@ from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
 
+HELD = 3
+"""Maps held while the stiffness of a step is sought: its pressure and gap, the pressure before."""
+
 
 def load_curve(
     surface: Surface,
@@ -122,7 +125,7 @@ max_iterations, precision
         "load" if approaches is None else "approach",
         _ascending("loads" if approaches is None else "approaches", loads, approaches),
     )
-    check(sweep.pair, sweep.terms_at(sweep.values[-1]))
+    check(sweep.pair, sweep.terms_at(sweep.values[-1]), held=HELD)
     if folder is None:
         return sweep.curve(tuple(_steps(sweep, None, progress)))
     with resume.claimed(

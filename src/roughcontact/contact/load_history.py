@@ -36,6 +36,10 @@ it costs a third more.
 """
 
 
+HELD = 6
+"""Maps held while a stage is solved: the indentation, what the last stage added, its pressure and
+gap, and both bodies as they face each other now."""
+
 # A load that every surface carries, to check the other arguments with.
 _LEAST = 1e-90
 # A shift this near to whole pixels is one, in pixels.
@@ -120,7 +124,7 @@ def load_history(
     stages = _stages(path)
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
     terms = Terms(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
-    check(pair, replace(terms, load=_LEAST))
+    check(pair, replace(terms, load=_LEAST), held=HELD)
     limit = resolved_ceiling(ceiling, pair)
     shifts = [_pixels(stage.shift, surface, n) for n, stage in enumerate(stages, start=1)]
     bodies = facing(pair, shifts)
@@ -175,7 +179,7 @@ def _check_way(way: _Way) -> None:
             terms, number = max(wanted, key=lambda one: (one[0].target, one[1]), default=(None, 0))
             if terms is not None and terms.target > 0:
                 try:
-                    check(pair, terms)
+                    check(pair, terms, held=HELD)
                 except CapacityError as error:
                     raise CapacityError(
                         f"stage {number} of {len(way.stages)}: ", *error.sentence

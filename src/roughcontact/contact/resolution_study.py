@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.checks import check
+from roughcontact.contact.memory import Room
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
@@ -153,11 +154,13 @@ class _Study:
         found = []
         for factor in self.factors:
             self.number += 1
-            scaled = _changed(outline, partial(_scaled, factor=factor, boundary=boundary))
             terms, limit = self.terms, self.terms.ceiling
-            if isinstance(limit, np.ndarray):
-                terms = replace(terms, ceiling=_nearest(limit, outline.shape, scaled.shape))
             try:
+                # Before the map is made: the finer one has four times the points.
+                Room(_shape(outline.shape, factor), boundary, terms.precision).require()
+                scaled = _changed(outline, partial(_scaled, factor=factor, boundary=boundary))
+                if isinstance(limit, np.ndarray):
+                    terms = replace(terms, ceiling=_nearest(limit, outline.shape, scaled.shape))
                 result = self.pressed(f"pixel × {factor:g}", scaled, terms)
             except InsufficientMemoryError as error:
                 self.notes.append(f"The grid with {factor:g} × the pixel was left out: {error}.")
@@ -223,12 +226,16 @@ def _divisible(surface: Surface, boundary: Boundary) -> Surface:
     return surface.cropped((0, rows), (0, columns))
 
 
+def _shape(shape: tuple[int, int], factor: float) -> tuple[int, int]:
+    """Return the points of the same outline with pixels larger by a factor."""
+    return round(shape[0] / factor), round(shape[1] / factor)
+
+
 def _scaled(surface: Surface, factor: float, boundary: Boundary) -> Surface:
     """Return a map on a grid whose pixels are larger by a factor."""
     if factor == 1:
         return surface
-    ny, nx = surface.shape
-    shape = (round(ny / factor), round(nx / factor))
+    shape = _shape(surface.shape, factor)
     pixel = (surface.size[0] / shape[0], surface.size[1] / shape[1])
     # Along the periodic axes first, by the map's own waves.
     heights, grid = surface.heights, surface.shape

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from roughcontact.contact.memory import Room
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError, Sentence, parts_of
 from roughcontact.halfspace.fft import Workspace
@@ -28,6 +29,13 @@ def stiffness(result: ContactResult) -> float:
         Saturated pixels carry no more; 0 where every touching pixel is saturated, infinite in a
         full periodic contact.
 
+    Raises
+    ------
+    ConvergenceError
+        If the tolerance was not reached.
+    InsufficientMemoryError
+        If the problem does not fit into the memory that is free.
+
     Notes
     -----
     Within the small step the contact does not change: its elastic pixels are pressed like a
@@ -41,12 +49,14 @@ def stiffness(result: ContactResult) -> float:
     index = np.flatnonzero(result.contact & ~result.saturated)
     if index.size == 0:
         return 0.0
-    gap = np.full(result.pressure.shape, np.inf)
+    shape, pair = result.surface.shape, result.pair
+    Room(shape, pair.boundary, result.precision).require(index.size / result.pressure.size)
+    gap = np.full(shape, np.inf)
     gap.ravel()[index] = 0.0
     total = 1 / result.pixel_area
     solution = bounded.solve(
         Problem(initial_gap=gap, limit=np.inf, total=total),
-        result.pair.operators(result.precision, Workspace()),
+        pair.operators(result.precision, Workspace()),
         tolerance=max(result.tolerance, 1e-6),
         max_iterations=500,
         start=(index, np.full(index.size, total / index.size)),

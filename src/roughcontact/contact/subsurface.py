@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from roughcontact import memory
 from roughcontact._version import __version__
+from roughcontact.contact.memory import overhead
 from roughcontact.contact.pair import BODIES, Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.stress import StressResult
@@ -81,7 +82,9 @@ def subsurface_stress(
     if math.isinf(material.young):
         raise InputError(f"the {BODIES[body]} is rigid: there is no stress in it to compute")
     _check_depths(depths)
-    _check_memory(result, precision, friction)
+    require_memory(
+        result.surface.shape, boundary=result.boundary, precision=precision, friction=friction
+    )
     options = {**traction(result.pair, body, friction, direction), "precision": precision}
     pressure, pixel = result.pressure, result.pair.pixel
     profile = stress_summary.summarise(
@@ -162,7 +165,7 @@ def memory_estimate(
     ny, nx = shape
     pixels, real = ny * nx, 4 if precision == "single" else 8
     # Scaled pressure and largest stress over depth; row spectra of six components.
-    maps = 8 * pixels + real * pixels
+    maps = 8 * pixels + real * pixels + overhead()
     if not Boundary(boundary).free_axes:
         return maps + (6 + 1) * real * ny * (nx + 2)
     padded = (2 * ny) * (2 * nx + 2)
@@ -172,11 +175,21 @@ def memory_estimate(
     return maps + 6 * real * padded // 2 + spectra + kernels * real * (ny + 1) * (nx + 1)
 
 
-def _check_memory(result: ContactResult, precision: str, friction: float) -> None:
-    shape = result.surface.shape
-    needed = memory_estimate(
-        shape, boundary=result.boundary, precision=precision, friction=friction
-    )
+def require_memory(
+    shape: tuple[int, int],
+    *,
+    boundary: str = "free",
+    precision: str = "single",
+    friction: float = 0.0,
+) -> None:
+    """Raise `InsufficientMemoryError` unless the stress below a map fits into what is free.
+
+    Parameters
+    ----------
+    shape, boundary, precision, friction
+        As for `memory_estimate`.
+    """
+    needed = memory_estimate(shape, boundary=boundary, precision=precision, friction=friction)
     memory.require(
         needed,
         f"the stress below {shape[0]} × {shape[1]} points needs",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.contact.checks import check_memory
+from roughcontact.contact.memory import Room
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import FormatError
 from roughcontact.halfspace.fft import Workspace
@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 _PART, _LEAST, _DIGITS = 1e-3, 1e-12, 4.0
 _GAP = {"double": 1e-12, "single": 1e-5}
 _LOAD = 1e-12
+# Maps that the comparison takes more than a solve has.
+_MAPS = 8
 
 
 @dataclass(frozen=True)
@@ -156,7 +158,7 @@ def _initial_gap(result: ContactResult, displaced: Array | None) -> Array:
 def _opened(result: ContactResult, initial: Array) -> tuple[Array, float]:
     """Return displacement plus initial gap [m], and the displacement of a pixel by itself."""
     pair = result.pair
-    check_memory(pair.shape, boundary=pair.boundary, precision=result.precision)
+    Room(pair.shape, pair.boundary, result.precision, _MAPS).require()
     operator = pair.operators(result.precision, Workspace())(pair.shape, (1, 1))
     opened = initial.copy()
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from roughcontact.errors import InputError, Mention
 from roughcontact.formats import read
 from roughcontact.formats.scale import pixel_of
+from roughcontact.request import memory
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.surface import nominal, registration
@@ -34,9 +35,12 @@ def surfaces(request: Request, say: Say) -> list[Surface]:
     for path in request.inputs:
         say(f"reading {path.name}")
         reading = (request[name] for name in ("format", "channel", "unit", "size"))
-        maps.append(_prepared(request, read.read_surface(path, *reading), path))
+        surface = read.read_surface(path, *reading)
+        memory.require_prepared(request, surface.shape)
+        maps.append(_prepared(request, surface, path))
     if request.file is None:
         points = request["points"]
+        memory.require(request, points)
         maps.insert(0, form(shape=points, pixel=pixel_of(request["size"], points)))
     elif form is not None:
         maps[0] = _on_form(maps[0], form)

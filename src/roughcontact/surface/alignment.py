@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import InputError, Mention, require_pixel
-from roughcontact.surface import filters, leveling
+from roughcontact.surface import filters, leveling, memory
 
 Array = NDArray[np.float64]
 Placement = tuple[Array, Array]
@@ -420,6 +420,7 @@ def align(
     heights = np.asarray(heights, dtype=np.float64)
     ny, nx = heights.shape
     placement = place((ny, nx), pixel, new_shape, new_pixel, offset, angle, mirrored)
+    memory.require(new_shape, memory.RESAMPLED)
     new = sample(heights, placement, new_shape)
     if np.isnan(new).all():
         old_size = ny * pixel[0], nx * pixel[1]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from roughcontact import limits
 from roughcontact.errors import InputError, Mention, require_pixel, require_positive
 from roughcontact.halfspace import fft
+from roughcontact.surface import memory
 
 Array = NDArray[np.float64]
 
@@ -194,6 +195,7 @@ def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited"
             "use ",
             Mention("method", "bandlimited"),
         )
+    memory.require(max(heights.shape, new, key=math.prod), memory.RESAMPLED)
     values = heights.copy()
     # The axis that shrinks most first: fewest points in between.
     axes = sorted((0, 1), key=lambda axis: new[axis] / heights.shape[axis])

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from roughcontact import limits
 from roughcontact.errors import InputError, require_pixel, require_positive
+from roughcontact.surface import memory
 from roughcontact.surface.alignment import cosine_sine
 
 Array = NDArray[np.float64]
@@ -515,11 +516,14 @@ def _on_grid(heights: Array, name: str) -> Array:
     return heights
 
 
-def require_grid(shape: tuple[int, int], pixel: tuple[float, float]) -> None:
-    """Raise `InputError` unless a grid has points and its pixel edges are positive."""
+def require_grid(
+    shape: tuple[int, int], pixel: tuple[float, float], maps: int = memory.MADE
+) -> None:
+    """Raise an error unless a grid has points, its pixel edges are positive, and maps of it fit."""
     if len(shape) != 2 or min(shape) < 1:
         raise InputError(
             f"must be (ny, nx), both at least 1, got {shape!r}", argument="shape", value=shape
         )
     limits.require_grid("shape", shape)
     require_pixel(pixel)
+    memory.require(shape, maps)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from roughcontact.errors import InputError, require_pixel
 from roughcontact.halfspace import fft
-from roughcontact.surface import blocks
+from roughcontact.surface import blocks, memory
 from roughcontact.surface.roughness import mean_and_count, rms_height
 
 Array = NDArray[np.float64]
@@ -37,6 +37,8 @@ def autocorrelation(heights: Array) -> Array:
     ------
     InputError
         If every point is missing.
+    InsufficientMemoryError
+        If the transforms do not fit into the memory that is free.
 
     Notes
     -----
@@ -57,6 +59,7 @@ def autocorrelation(heights: Array) -> Array:
     array([ 1., -1.,  1.])
     """
     ny, nx = heights.shape
+    memory.require((ny, nx), memory.CORRELATED)
     half_y, half_x = ny // 2, nx // 2
     mean, count = mean_and_count(heights)
     Sq = rms_height(heights)

@@ -18,6 +18,7 @@ from roughcontact.surface import (
     cleaning,
     filters,
     leveling,
+    memory,
     parameters,
     resolution,
     roughness,
@@ -561,6 +562,7 @@ def _checked_heights(heights: ArrayLike) -> NDArray[np.float64]:
     ):
         copy = array
     else:
+        memory.require(array.shape, memory.COPIED)
         copy = np.array(array, dtype=np.float64, order="C")
         copy.flags.writeable = False
     infinite = int(np.count_nonzero(np.isinf(copy)))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from roughcontact.errors import InputError, require_positive
 from roughcontact.halfspace import fft
+from roughcontact.surface import memory
 from roughcontact.surface.shapes import require_grid
 
 Array = NDArray[np.float64]
@@ -84,7 +85,7 @@ def self_affine(
     >>> bool(np.allclose(fine[::2, ::2], coarse, rtol=0, atol=1e-20))
     True
     """
-    require_grid(shape, pixel)
+    require_grid(shape, pixel, memory.GENERATED)
     require_positive(rms_height=rms_height)
     _check_waves(pixel, rolloff_wavelength, cutoff_wavelength, hurst)
     spectrum = _spectrum(shape, pixel, rolloff_wavelength, cutoff_wavelength, hurst, rng)

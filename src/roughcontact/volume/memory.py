@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from roughcontact import memory
 from roughcontact.halfspace import plastic
 from roughcontact.halfspace.fft import default_workers
@@ -45,19 +47,22 @@ def memory_estimate(
     return int(real * volume) + 200 * points
 
 
-def require(problem: Problem, shape: tuple[int, int], layers: int) -> None:
+def require(
+    shape: tuple[int, int],
+    layers: int,
+    *,
+    bodies: int = 1,
+    boundary: str = "free",
+    precision: str = "single",
+) -> None:
     """Raise `InsufficientMemoryError` unless a volume fits into the memory that is free.
 
     Parameters
     ----------
-    problem : Problem
-        What is to be solved.
-    shape : (int, int)
-        Points ``(ny, nx)`` of a layer.
-    layers : int
-        Number of layers.
+    shape, layers, bodies, boundary, precision
+        As for `memory_estimate`.
     """
-    needed = _needed(problem, shape, layers)
+    needed = memory_estimate(shape, layers, bodies=bodies, boundary=boundary, precision=precision)
     points = memory.square_side(needed, shape)
     memory.require(
         needed,
@@ -70,14 +75,14 @@ def fits(
     problem: Problem, old: tuple[tuple[int, int], int], new: tuple[tuple[int, int], int]
 ) -> bool:
     """Return whether a volume may grow from some shape and number of layers to others."""
-    return _needed(problem, *new) - _needed(problem, *old) < memory.free()
+    more, less = (memory_estimate(*size, **given(problem)) for size in (new, old))
+    return more - less < memory.free()
 
 
-def _needed(problem: Problem, shape: tuple[int, int], layers: int) -> int:
-    return memory_estimate(
-        shape,
-        layers,
-        bodies=max(len(problem.yielding), 1),
-        boundary=problem.pair.boundary,
-        precision=problem.precision,
-    )
+def given(problem: Problem) -> dict[str, Any]:
+    """Return what `require` has to know of a problem besides its grid."""
+    return {
+        "bodies": max(len(problem.yielding), 1),
+        "boundary": problem.pair.boundary,
+        "precision": problem.precision,
+    }

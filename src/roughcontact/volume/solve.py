@@ -155,7 +155,8 @@ def solve_elastoplastic(
     first = 0.0 if start is None else start.solution.load
     path = checks.path_of(load, loads, int(increments), first)
     # Before anything of the size of the map is made; again once the volume is known.
-    memory.require(problem, pair.shape, LEAST_LAYERS if layers is None else np.size(layers))
+    least = LEAST_LAYERS if layers is None else np.size(layers)
+    memory.require(pair.shape, least, **memory.given(problem))
     workspace = Workspace()
     solver, extent = _prepared(problem, max(path), depth, layers, start, workspace)
     volume = [extent.margin, layers is None, *extent.thickness]
@@ -181,7 +182,8 @@ def _prepared(
         extent = first_extent(problem, solver, load, depth, layers)
     else:
         extent = Extent.of(start)
-    memory.require(problem, extent.grid(problem.pair.shape), extent.thickness.size)
+    grid = extent.grid(problem.pair.shape)
+    memory.require(grid, extent.thickness.size, **memory.given(problem))
     return solver, extent
 
 

@@ -1,0 +1,306 @@
+"""Memory: the peak of solves and of what follows them, beside what is estimated before they start.
+
+    python benchmarks/memory.py                        # every case; a quarter of an hour
+    python benchmarks/memory.py --cases solve --points 512
+    python benchmarks/memory.py --write                # renew the table of docs/performance.md
+    python benchmarks/memory.py --quick                # a few small ones
+
+Each case runs in a process of its own on Linux: libraries are loaded and threads started by a small
+problem before, the map is there, and the peak of the resident memory (VmHWM) is read after. A case
+is named by its parts; ``--cases`` takes those whose names begin with one of the words given.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import roughcontact as rc
+from roughcontact.contact import checks, memory, subsurface
+from roughcontact.contact.history import Stage
+from roughcontact.contact.pair import Pair
+from roughcontact.contact.solve import press
+from roughcontact.contact.terms import Terms
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.surface.shapes import paraboloid
+from roughcontact.volume import memory as volume_memory
+
+PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
+START, END = "<!-- memory -->", "<!-- memory end -->"
+
+STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
+# Mean pressures [Pa]: from a few asperities to all of the map, without a ceiling and with one.
+ELASTIC = {"light": 1e7, "tenth": 1.5e9, "third": 5e9, "half": 1e10, "full": 2e11}
+PLASTIC = {"light": 3e6, "tenth": 3e8, "half": 1.5e9, "full": 2.97e9}
+
+
+def cases() -> dict[str, dict[str, Any]]:
+    """Return what is measured, by name."""
+    found: dict[str, dict[str, Any]] = {}
+    for boundary in Boundary:
+        for precision in ("double", "single"):
+            for name, pressure in ELASTIC.items():
+                found[f"solve {boundary} {precision} elastic {name}"] = {
+                    "boundary": str(boundary),
+                    "precision": precision,
+                    "pressure": pressure,
+                    "ceiling": None,
+                }
+    for boundary in (Boundary.FREE, Boundary.PERIODIC):
+        for name, pressure in PLASTIC.items():
+            options = {"boundary": str(boundary), "pressure": pressure}
+            found[f"solve {boundary} double ceiling {name}"] = options
+    light, half = {"pressure": 1e8}, {"pressure": 1.5e9}
+    found |= {
+        "solve free double ceilings light": {**light, "ceilings": True},
+        "solve free double ceilings half": {**half, "ceilings": True},
+        "solve free double holes half": {**half, "holes": 0.1},
+        "solve free double two half": {**half, "two": True},
+        "solve free double tilt light": {**light, "tilt": 0.1},
+        "solve free double tilt half": {**half, "tilt": 0.05},
+        "solve free double approach light": {"approach": 2e-7},
+        "solve free double approach half": {"approach": 2e-6, "ceiling": None},
+        "solve periodic double approach light": {"approach": 2e-7, "boundary": "periodic"},
+        "solve free double sphere light": {"map": "sphere", "pressure": 1e7, "ceiling": None},
+        "solve free double sphere half": {"map": "sphere", "pressure": 1e9, "ceiling": None},
+        "solve free double flat full": {"map": "flat", "pressure": 1e9, "ceiling": None},
+        "solve free double strip half": {**half, "rows": 0.125},
+        "sweep free double light": {**light, "task": "sweep"},
+        "sweep free double half": {**half, "task": "sweep"},
+        "history free double light": {**light, "task": "history"},
+        "history free double half": {**half, "task": "history"},
+        "stress free single": {**light, "task": "stress"},
+        "stress free single friction": {**light, "task": "stress", "friction": 0.3},
+        "stress free double": {**light, "task": "stress", "precision": "double"},
+        "stress periodic single": {**light, "task": "stress", "boundary": "periodic"},
+        "volume free single": {**light, "task": "volume", "points": 128},
+        "volume periodic single": {
+            **light, "task": "volume", "points": 128, "boundary": "periodic",
+        },
+    }  # fmt: skip
+    return found
+
+
+QUICK = (
+    "solve free double elastic light",
+    "solve periodic single elastic full",
+    "solve free double ceiling half",
+)
+
+
+# In the process of a case ----------------------------------------------------------------------
+
+
+def surface(case: dict[str, Any], points: int) -> rc.Surface:
+    """Return the map of a case."""
+    rows = max(64, round(points * case.get("rows", 1)))
+    side = 1e-4
+    if case.get("map") == "sphere":
+        pixel = (side / points, side / points)
+        heights = paraboloid((rows, points), pixel, 1e-2)
+    elif case.get("map") == "flat":
+        pixel = (side / points, side / points)
+        heights = 1e-12 * np.random.default_rng(1).standard_normal((rows, points))
+    else:
+        heights, pixel = rc.reference_map(points)
+        heights = heights[:rows].copy()
+    if "holes" in case:
+        heights[np.random.default_rng(2).random(heights.shape) < case["holes"]] = np.nan
+    heights.flags.writeable = False
+    return rc.Surface(heights, pixel, holes_masked="holes" in case)
+
+
+def problem(case: dict[str, Any], points: int) -> tuple[Pair, Terms]:
+    """Return what is pressed on what, and how."""
+    body = surface(case, points)
+    area = body.size[0] * body.size[1]
+    other = surface(case, points).rotated(180) if case.get("two") else None
+    boundary = Boundary(case.get("boundary", "free"))
+    ceiling: Any = case.get("ceiling", "auto")
+    if case.get("ceilings"):
+        ceiling = np.full(body.shape, 3e9)
+    load = None if "approach" in case else case["pressure"] * area
+    moments = None
+    if "tilt" in case:
+        assert load is not None
+        moments = (0.0, load * case["tilt"] * body.size[1])
+    # The precision of stress and volume is that of their own transforms.
+    precision = case.get("precision", "double") if "task" not in case else "double"
+    terms = Terms(load, case.get("approach"), moments, ceiling, precision=precision)
+    return Pair(body, STEEL, other, rc.RIGID, boundary), terms
+
+
+def task_of(
+    case: dict[str, Any], pair: Pair, terms: Terms
+) -> tuple[int, float, Callable[[], float]]:
+    """Return the estimate, the contact it is made for, and what measures: it returns the true one.
+
+    The contact is that which the program takes where the memory is scarce: from a coarse grid.
+    """
+    task = case.get("task", "solve")
+    options: dict[str, Any] = {"material": pair.material, "boundary": pair.boundary}
+    if task in ("solve", "sweep", "history"):
+        stated = checks.stated(pair, terms)
+        fraction = memory.scouted(pair, stated.problem, stated.scale)
+        del stated
+        held = {"solve": 0, "sweep": 3, "history": 6}[task]
+        estimate = memory.Room.of(pair, terms, held).estimate(fraction)
+        load = terms.load or 0.0
+        if task == "solve":
+            return estimate, fraction, lambda: press(pair, terms).contact_fraction
+        if task == "sweep":
+            loads = [load / 2, load]
+
+            def sweep() -> float:
+                curve = rc.load_curve(pair.surface, loads=loads, **options)
+                return curve.steps[-1].contact_area / curve.nominal_area
+
+            return estimate, fraction, sweep
+
+        def history() -> float:
+            path = [Stage(load=load), Stage(load=load / 2), Stage(load=load)]
+            return rc.load_history(pair.surface, path, **options).last.contact_fraction
+
+        return estimate, fraction, history
+    result = press(pair, terms)
+    if task == "stress":
+        below = {
+            "friction": case.get("friction", 0.0),
+            "precision": case.get("precision", "single"),
+        }
+        estimate = subsurface.memory_estimate(pair.shape, boundary=pair.boundary, **below)
+
+        def stress() -> float:
+            rc.subsurface_stress(result, **below)
+            return result.contact_fraction
+
+        return estimate, result.contact_fraction, stress
+    layers = 32
+    estimate = volume_memory.memory_estimate(pair.shape, layers, boundary=pair.boundary)
+
+    def volume() -> float:
+        thickness = np.full(layers, 1e-7)
+        found = rc.solve_elastoplastic(
+            pair.surface, load=terms.load, increments=2, layers=thickness, on_failure="return",
+            **options,
+        )  # fmt: skip
+        return found.solution.contact_fraction
+
+    return estimate, result.contact_fraction, volume
+
+
+def settled() -> int:
+    """Give back what was freed, forget the peak so far, and return what this process holds."""
+    ctypes.CDLL(None).malloc_trim(0)
+    Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
+    return status("VmRSS")
+
+
+def status(name: str) -> int:
+    """Return a size that Linux keeps of this process, in bytes."""
+    with open("/proc/self/status", encoding="ascii") as lines:
+        return next(1024 * int(line.split()[1]) for line in lines if line.startswith(name))
+
+
+def worker(case: dict[str, Any], points: int) -> dict[str, Any]:
+    """Measure one case in this process."""
+    # Libraries are loaded and threads started by a first one.
+    task_of(case, *problem(case, 64))[2]()
+    pair, terms = problem(case, points)
+    estimate, foreseen, measured = task_of(case, pair, terms)
+    before = settled()
+    contact = measured()
+    return {
+        "shape": pair.shape,
+        "contact": contact,
+        "foreseen": foreseen,
+        "estimate": estimate,
+        "peak": status("VmHWM") - before,
+    }
+
+
+# In the process that starts them ---------------------------------------------------------------
+
+
+def measure(name: str, case: dict[str, Any], points: int) -> dict[str, Any]:
+    """Run one case in a process of its own."""
+    points = min(points, case.get("points", points))
+    with tempfile.TemporaryDirectory() as folder:
+        row = Path(folder) / "row.json"
+        command = [sys.executable, __file__, "--worker", json.dumps(case), str(points), str(row)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise SystemExit(f"{name}: {done.stderr.strip()}")
+        return {"case": name, **json.loads(row.read_text(encoding="utf-8"))}
+
+
+def line(row: dict[str, Any]) -> str:
+    """Return one row in words."""
+    pixels, mega = row["shape"][0] * row["shape"][1], 2**20
+    return (
+        f"{row['case']:42s} {row['shape'][0]:5d} × {row['shape'][1]:<5d} "
+        f"contact {100 * row['contact']:6.2f} % (foreseen {100 * row['foreseen']:6.2f} %)  "
+        f"estimate {row['estimate'] / mega:6.0f} MiB, peak {row['peak'] / mega:6.0f} MiB, "
+        f"{row['peak'] / pixels:5.0f} B/pixel: {row['peak'] / row['estimate']:.2f}"
+    )
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """Return the rows as Markdown."""
+    lines = [
+        "| case | grid | contact | foreseen | estimate | peak | peak a pixel | peak / estimate |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        (ny, nx), mega = row["shape"], 2**20
+        lines.append(
+            f"| {row['case']} | {ny} × {nx} | {100 * row['contact']:.2g} % "
+            f"| {100 * row['foreseen']:.2g} % | {row['estimate'] / mega:.0f} MiB "
+            f"| {row['peak'] / mega:.0f} MiB | {row['peak'] / ny / nx:.0f} B "
+            f"| {row['peak'] / row['estimate']:.2f} |"
+        )
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Print a line for every case; the exit status is 1 if one needs more than its estimate."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--cases", nargs="+", default=[""], metavar="WORDS", help="begin of names")
+    parser.add_argument("--points", type=int, default=1024, help="per side of the map")
+    parser.add_argument("--quick", action="store_true", help="a few cases on 256 × 256 points")
+    parser.add_argument("--write", action="store_true", help=f"renew {PAGE.name}")
+    parser.add_argument("--worker", nargs=3, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.worker:
+        case, points, row = options.worker
+        Path(row).write_text(json.dumps(worker(json.loads(case), int(points))), encoding="utf-8")
+        return
+    if not Path("/proc/self/clear_refs").exists():
+        print("needs Linux: nothing measured")
+        return
+    known = cases()
+    names = QUICK if options.quick else [n for n in known if n.startswith(tuple(options.cases))]
+    rows = []
+    for name in names:
+        rows.append(measure(name, known[name], 256 if options.quick else options.points))
+        print(line(rows[-1]), flush=True)
+    if options.write:
+        text = PAGE.read_text(encoding="utf-8")
+        before, after = text.index(START) + len(START), text.index(END)
+        PAGE.write_text(f"{text[:before]}\n{table(rows)}\n{text[after:]}", encoding="utf-8")
+    sys.exit(any(row["peak"] > row["estimate"] for row in rows))
+
+
+if __name__ == "__main__":
+    main()

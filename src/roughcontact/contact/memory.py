@@ -1,0 +1,173 @@
+"""The memory that a contact needs: what it takes whatever touches, and what each pixel adds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from roughcontact import memory
+from roughcontact.contact.pair import Pair
+from roughcontact.contact.scale import Scale
+from roughcontact.contact.terms import Terms
+from roughcontact.errors import Mention, Part
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.fft import Workspace, default_workers
+from roughcontact.solvers import bounded
+from roughcontact.solvers.operator import Operator
+from roughcontact.solvers.problem import Problem, coarsened
+
+# Numbers of 8 bytes for each pixel that touches. The conjugate gradients have thirteen: index,
+# pressure and gap of the iterate; unknown, residual and direction; index on the patch and in its
+# padded rows, block and weight of the preconditioner, what it is given, what it makes of it, and
+# the part of the spots. Projected gradients have up to twenty-one: four iterates, the step, and
+# the eight of a look at the whole map. The allocator leaves gaps between arrays below 32 MiB.
+_TOUCHING = 24
+# Maps more where the bodies tilt: what can be balanced is asked before, and each tilt has a gap of
+# its own beside that of the last; and where every pixel has its ceiling.
+_TILTED, _CEILINGS = 5, 2
+# Libraries' own buffers and the collective modes of the spots; blocks of each thread.
+_FIXED = 2**24
+_THREAD = 2**21
+# Points of the grid on which a contact is looked at beforehand.
+_SCOUTED = 512**2
+
+
+def overhead() -> int:
+    """Return the bytes that a solve takes however small the map is."""
+    return _FIXED + _THREAD * default_workers()
+
+
+def memory_estimate(
+    shape: tuple[int, int],
+    *,
+    boundary: str = "free",
+    precision: str = "double",
+    contact_fraction: float = 1.0,
+    maps: int = 0,
+) -> int:
+    """Return the memory that `solve` needs beyond the surface itself.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    boundary : Boundary or str
+        As for `solve`.
+    precision : {"double", "single"}
+        As for `solve`.
+    contact_fraction : float
+        Part of the map that touches; all of it by default, which needs the most.
+    maps : int
+        Further maps in double precision that are held meanwhile.
+
+    Returns
+    -------
+    int
+        Bytes, at least as many as are in use at any time; ``benchmarks/memory.py`` measures them.
+    """
+    real = 8 if precision == "double" else 4
+    pixels = shape[0] * shape[1]
+    # Initial gap and open gap, weights and symbol of the preconditioner.
+    kept = (2 * real + 2 + 1 + 8 * maps) * pixels
+    touching = math.ceil(8 * _TOUCHING * contact_fraction * pixels)
+    return Boundary(boundary).operator_memory(shape, precision) + kept + touching + overhead()
+
+
+@dataclass(frozen=True)
+class Room:
+    """What a solve needs room for.
+
+    Parameters
+    ----------
+    shape, boundary, precision, maps
+        As for `memory_estimate`.
+    """
+
+    shape: tuple[int, int]
+    boundary: Boundary
+    precision: str = "double"
+    maps: int = 0
+
+    @classmethod
+    def of(cls, pair: Pair, terms: Terms, held: int = 0) -> Room:
+        """Return what a solve of these bodies needs room for, with maps that are held besides."""
+        maps = held + (_TILTED if terms.moments is not None else 0)
+        if isinstance(terms.ceiling, np.ndarray):
+            maps += _CEILINGS
+        return cls(pair.shape, pair.boundary, terms.precision, maps)
+
+    def estimate(self, contact_fraction: float) -> int:
+        """Return the bytes with this part of the map in contact."""
+        return memory_estimate(
+            self.shape,
+            boundary=self.boundary,
+            precision=self.precision,
+            contact_fraction=contact_fraction,
+            maps=self.maps,
+        )
+
+    def is_tight(self) -> bool:
+        """Return whether it depends on the part that touches if the solve fits."""
+        return self.estimate(1.0) > memory.free()
+
+    def require(self, contact_fraction: float = 0.0) -> None:
+        """Raise an error with a suggestion if the solve would not fit.
+
+        Parameters
+        ----------
+        contact_fraction : float
+            Part of the map that touches; 0 where it is not known: what every contact needs.
+
+        Raises
+        ------
+        InsufficientMemoryError
+            If the estimate exceeds the memory that is free.
+        """
+        needed, there = self.estimate(contact_fraction), memory.free()
+        if needed <= there:
+            return
+        what, full = f"a map of {self.shape[0]} × {self.shape[1]} points", 0
+        side = memory.square_side(needed, self.shape, overhead())
+        advice: tuple[Part, ...] = (f"a square grid of up to about {side} × {side} points fits",)
+        if contact_fraction:
+            what += f" in contact on {100 * contact_fraction:.2g} % of it"
+        else:
+            full = self.estimate(1.0)
+            side = memory.square_side(full, self.shape, overhead())
+            advice += (f", in full contact one of {side} × {side}",)
+        single = replace(self, precision="single")
+        if self.precision == "double" and single.estimate(contact_fraction) <= there:
+            advice += ("; ", Mention("precision", "single"), " fits the whole map")
+        memory.require(needed, f"{what} needs", most=("in full contact", full), advice=advice)
+
+
+def scouted(pair: Pair, problem: Problem, units: Scale) -> float:
+    """Return about the part of a map that will touch, from a coarse grid.
+
+    Parameters
+    ----------
+    pair : Pair
+        The bodies.
+    problem : Problem
+        The problem on the grid of the map; a tilt is left out.
+    units : Scale
+        Its units.
+
+    Returns
+    -------
+    float
+        On a grid of at most 512 × 512 points, whose smoother surface touches on more of it than
+        the map, not on less.
+    """
+    coarseness = 1
+    while math.prod(problem.shape) > _SCOUTED and min(problem.shape) > 1:
+        problem, coarseness = coarsened(problem), 2 * coarseness
+    make = pair.operators("single", Workspace(), units.pressure / units.length)
+
+    def operator(shape: tuple[int, int], pixel: tuple[int, int]) -> Operator:
+        return make(shape, (coarseness * pixel[0], coarseness * pixel[1]))
+
+    found = bounded.solve(problem, operator, tolerance=1e-2, max_iterations=100)
+    return found.index.size / math.prod(problem.shape)
