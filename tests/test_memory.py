@@ -9,6 +9,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact import memory
+from roughcontact.cli import app
 from roughcontact.contact import memory as contact_memory, solve
 from roughcontact.contact.memory import Room, memory_estimate, overhead
 from roughcontact.contact.pair import Pair
@@ -367,7 +368,7 @@ def test_the_finer_grid_of_a_study_is_refused_before_it_is_made(
 # Before maps are made --------------------------------------------------------------------------
 
 
-LARGE = (40000, 40000)
+LARGE = (30000, 30000)
 PIXEL = (1e-8, 1e-8)
 
 
@@ -388,7 +389,7 @@ def test_large_maps_are_refused_before_they_are_made(made, monkeypatch) -> None:
     leave(monkeypatch, GIB)
     with pytest.raises(rc.InsufficientMemoryError) as caught:
         made()
-    assert "40000 × 40000 points" in str(caught.value)
+    assert "30000 × 30000 points" in str(caught.value)
     assert "1.0 GiB are free" in str(caught.value)
 
 
@@ -398,17 +399,104 @@ from roughcontact.cli import app
 status = app.main(sys.argv[1:] or {arguments!r})
 print(status, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)
 """
-BODY = ("--body", "sphere 10 mm", "--points", "40000", "--size", "1 mm",
-        "--young", "210 GPa", "--poisson", "0.3")  # fmt: skip
+CONSTANTS = ("--young", "210 GPa", "--poisson", "0.3", "--yield-strength", "1 GPa")
+BODY = ("--body", "sphere 10 mm", "--size", "1 mm", *CONSTANTS)
+TASKS = {
+    "solve": ("solve", "--load", "1 N"),
+    "volume": ("solve", "--load", "1 N", "--model", "volume"),
+    "sweep": ("sweep", "--from", "1 mN", "--to", "1 N"),
+    "history": ("history", "--path", "1 N, 0 N"),
+    "stress": ("stress", "--load", "1 N"),
+}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems do not keep these limits")
 def test_a_command_is_refused_before_it_takes_memory() -> None:
     # The kernel ended it after a minute.
-    script = COMMAND.format(arguments=["solve", *BODY, "--load", "1 N"])
+    script = COMMAND.format(arguments=["solve", *BODY, "--points", "30000", "--load", "1 N"])
     status, peak = map(int, limited("RLIMIT_AS", script).split())
     assert status == 2
     assert peak < 300
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """Run a command that must end with status 2; return its one sentence."""
+    assert app.main(list(arguments)) == app.BAD_INPUT
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    return err
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_nominal_bodies_are_refused_by_what_the_task_needs(
+    task: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rc.Surface, "__init__", lambda *_, **__: pytest.fail("made"))
+    leave(monkeypatch, GIB)
+    said = refused(capsys, *TASKS[task], *BODY, "--points", "5000x6000")
+    assert "5000 × 6000 points" in said
+    assert "1.0 GiB are free" in said
+
+
+@pytest.mark.parametrize("suffix", [".npy", ".npz", ".nc", ".x3p", ".sur", ".csv"])
+def test_files_are_refused_by_their_header(
+    suffix: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    surface, path = rough(96), tmp_path / f"map{suffix}"
+    given = [*TASKS["solve"], str(path), *CONSTANTS]
+    if suffix == ".npy":
+        np.save(path, surface.heights)
+        given += ["--unit", "m", "--size", "0.1 mm"]
+    else:
+        surface.save(path)
+    needed = memory_estimate(surface.shape, contact_fraction=0.0)
+    monkeypatch.setattr(rc.Surface, "__init__", lambda *_, **__: pytest.fail("made"))
+    leave(monkeypatch, needed)
+    # The map itself comes on top, of which only what is kept counts.
+    assert "96 × 96 points needs about" in refused(capsys, *given)
+    with pytest.raises(pytest.fail.Exception):
+        app.main([*given, "--crop", "0:64,0:64"])
+
+
+@pytest.mark.parametrize(
+    ("more", "maps"),
+    [(("--report", "out.html"), 13), (("--counter-body", "sphere 1 mm"), 2)],
+    ids=["report", "counter-body"],
+)
+def test_what_else_is_asked_for_counts(
+    more: tuple[str, str],
+    maps: int,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(rc.Surface, "__init__", lambda *_, **__: pytest.fail("made"))
+    given = [*TASKS["solve"], *BODY, "--points", "2000"]
+    leave(monkeypatch, memory_estimate((2000, 2000), contact_fraction=0.0, maps=1))
+    with pytest.raises(pytest.fail.Exception):
+        app.main(given)
+    assert "2000 × 2000 points needs about" in refused(capsys, *given, *more)
+    least = memory_estimate((2000, 2000), contact_fraction=0.0, maps=2)
+    leave(monkeypatch, max(least, 8 * maps * 2000**2))
+    with pytest.raises(pytest.fail.Exception):
+        app.main([*given, *more])
+
+
+def test_a_finer_pixel_is_refused_before_it_is_made(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    surface, path = rough(96), tmp_path / "map.npz"
+    surface.save(path)
+    monkeypatch.setattr(rc.Surface, "resampled", lambda *_, **__: pytest.fail("made"), raising=True)
+    leave(monkeypatch, memory_estimate((400, 400), contact_fraction=0.0))
+    given = [*TASKS["solve"], str(path), *CONSTANTS, "--pixel"]
+    assert "500 × 500 points needs about" in refused(capsys, *given, "200 nm")
+    with pytest.raises(pytest.fail.Exception):
+        app.main([*given, "500 nm"])
 
 
 SCRIPT = """

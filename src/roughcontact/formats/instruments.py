@@ -102,6 +102,7 @@ def read(path: Path, name: str, asked: Asked) -> Surface:
         index = _chosen(path, found, asked.channel, default)
         entry, described = entries[index], found[index]
         _check_grid(path, described)
+        asked.expect(described.shape)
         if described.unit:
             refuse_given(path, unit=asked.unit)
         if entry.physical_sizes is not None:

@@ -46,6 +46,7 @@ def read_text(path: Path, name: str, asked: Asked) -> Surface:
         )
     scale = _scale_in_text(path)
     values, steps = _read_text(path, points_possible=scale is None)
+    asked.expect(values.shape)
     return _scaled(path, values, Provenance(path.name, f"matrix ({name})", "", steps), scale, asked)
 
 
@@ -65,6 +66,7 @@ def read_arrays(path: Path, name: str, asked: Asked) -> Surface:
     head = arrays.heads[channel]
     _require_map(path, head.shape, head.dtype)
     limits.require_points(path.name, head.shape, _EACH)
+    asked.expect(head.shape)
     provenance = Provenance(path.name, f"matrix ({name})", channel)
     return _scaled(path, arrays.read(channel), provenance, scale, asked)
 

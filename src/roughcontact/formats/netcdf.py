@@ -45,20 +45,22 @@ def save(surface: Surface, path: str | os.PathLike[str]) -> None:
 def read(path: Path, name: str, asked: Asked) -> Surface:
     """Return the variable ``height`` [m] over ``y`` and ``x`` [m] of a NetCDF file."""
     refuse_given(path, unit=asked.unit, size=asked.size)
-    return _map(path)
+    return _map(path, asked)
 
 
 def channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the heights as the only channel."""
-    return (Channel("height", "m", True, _map(path).shape),)
+    return (Channel("height", "m", True, _map(path, Asked()).shape),)
 
 
-def _map(path: Path) -> Surface:
+def _map(path: Path, asked: Asked) -> Surface:
     expected = "expected a NetCDF file with a variable 'height' [m] over (y, x)"
     try:
         with netcdf.opened(path) as dataset:
             height = dataset["height"]
             limits.require_points(path.name, height.shape, _EACH)
+            if height.ndim == 2:
+                asked.expect(height.shape)
             dimensions, unit = height.dims, height.attrs.get("units")
             values = np.asarray(height.values)
             attributes = dict(dataset.attrs)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 from roughcontact.errors import FormatError, InputError, Mention
@@ -96,6 +96,38 @@ def read_surface(
         return _read(file, known, format, Asked(channel, unit, size))
 
 
+def read_announced(
+    path: str | os.PathLike[str],
+    announced: Callable[[tuple[int, int]], None],
+    format: str | None = None,  # noqa: A002 - the word a user looks for
+    channel: str | int | None = None,
+    unit: str | None = None,
+    size: tuple[float, float] | str | None = None,
+) -> Surface:
+    """Return what `read_surface` does, of a file whose size may be refused before it is read.
+
+    Parameters
+    ----------
+    path, format, channel, unit, size
+        As in `read_surface`.
+    announced : callable
+        ``announced((ny, nx))`` is called with the points that the header names; what it raises
+        ends the reading.
+
+    Returns
+    -------
+    Surface
+        The map.
+
+    Raises
+    ------
+    FormatError, InputError
+        As in `read_surface`.
+    """
+    with _opened(path, format) as (file, known):
+        return _read(file, known, format, Asked(channel, unit, size, announced))
+
+
 def read_with_channels(
     path: str | os.PathLike[str],
     format: str | None = None,  # noqa: A002 - the word a user looks for
@@ -165,7 +197,8 @@ def _read(file: Path, known: InputFormat, wanted: str | None, asked: Asked) -> S
     """Return the map in a file, with how it was read in its provenance."""
     surface = known.read(file, known.name, asked)
     check_scale(file, surface)
-    given = {"path": file.name, "format": wanted, **asdict(asked)}
+    said = {"channel": asked.channel, "unit": asked.unit, "size": asked.size}
+    given = {"path": file.name, "format": wanted, **said}
     about = surface.provenance
     read = {} if about.origin is None else about.origin.found
     found = {"format": known.name, "size": surface.size, "notes": about.steps, **read}

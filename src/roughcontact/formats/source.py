@@ -44,11 +44,22 @@ class Channel:
 
 @dataclass(frozen=True)
 class Asked:
-    """What is said of a file beside its name; see `roughcontact.read_surface`."""
+    """What is said of a file beside its name; see `roughcontact.read_surface`.
+
+    ``announced`` is called with the points ``(ny, nx)`` that the header of a file names, before
+    its heights are read, and may refuse them; text has no header, and is judged once it is read.
+    """
 
     channel: str | int | None = None
     unit: str | None = None
     size: tuple[float, float] | str | None = None
+    announced: Callable[[tuple[int, int]], None] | None = None
+
+    def expect(self, shape: tuple[int, ...]) -> None:
+        """Tell how large the map will be."""
+        if self.announced is not None:
+            ny, nx = shape
+            self.announced((ny, nx))
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from roughcontact.errors import InputError, Mention
@@ -35,9 +36,8 @@ def surfaces(request: Request, say: Say) -> list[Surface]:
     for path in request.inputs:
         say(f"reading {path.name}")
         reading = (request[name] for name in ("format", "channel", "unit", "size"))
-        surface = read.read_surface(path, *reading)
-        memory.require_prepared(request, surface.shape)
-        maps.append(_prepared(request, surface, path))
+        fits = partial(memory.require_prepared, request)
+        maps.append(_prepared(request, read.read_announced(path, fits, *reading), path))
     if request.file is None:
         points = request["points"]
         memory.require(request, points)
@@ -97,5 +97,7 @@ def _prepared(request: Request, surface: Surface, path: Path) -> Surface:
     if request["s-filter"] is not None or request["l-filter"] is not None:
         surface = surface.filtered(request["s-filter"], request["l-filter"])
     if request["pixel"] is not None:
+        ny, nx = (round(side / request["pixel"]) for side in surface.size)
+        memory.require(request, (ny, nx))
         surface = surface.resampled(pixel=(request["pixel"], request["pixel"]), method="spline")
     return surface.rotated(request["rotate"]) if request["rotate"] % 360 else surface

@@ -21,11 +21,12 @@ def require_prepared(request: Request, shape: tuple[int, int]) -> None:
     shape : (int, int)
         Points ``(ny, nx)`` in the file.
     """
-    memory.require(shape, memory.PREPARED)
+    grid = cropped(request, shape)
+    memory.require(grid, memory.PREPARED)
     # Where heights or sides decide it, the grid is known once the map is there.
     if request["holes"] == "crop" or request["pixel"] is not None or request.aligned:
         return
-    require(request, cropped(request, shape))
+    require(request, grid)
 
 
 def require(request: Request, shape: tuple[int, int]) -> None:
