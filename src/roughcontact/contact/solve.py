@@ -209,7 +209,8 @@ def _result(
 ) -> ContactResult:
     units = stated.scale
     pressure = np.zeros(pair.shape)
-    pressure.ravel()[solution.index] = solution.pressure * units.pressure
+    pressure.ravel()[solution.index] = solution.pressure
+    pressure *= units.pressure
     if stated.ceiling is not None:
         # One that is too small for the units of the solver is met to the last digit, too.
         np.minimum(pressure, stated.ceiling, out=pressure)

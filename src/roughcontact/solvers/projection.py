@@ -102,8 +102,9 @@ def project(
         The projection; entries at a bound are exactly the bound.
     """
     for _ in range(_MOST_PASSES):
-        values = values + shift_to_sum(values, limit, total, sums)
-        projected = np.clip(values, 0, limit)
+        shift = shift_to_sum(values, limit, total, sums)
+        projected = values + shift
+        np.clip(projected, 0, limit, out=projected)
         # What the resolution of the shift leaves, if the values dwarf the limit.
         missing = total - sums.total(projected)
         free = (projected > 0) & (projected < limit)
@@ -111,11 +112,12 @@ def project(
         if missing and count:
             share = missing / count
             np.clip(projected + share, 0, limit, out=projected, where=free)
-        # Where they dwarf the total, it may leave everything. The values that matter are now near
-        # their bounds: among them a second shift is resolved.
         off = abs(missing) > _LEFT * total and abs(total - sums.total(projected)) > _LEFT * total
         if not off:
             break
+        # Where they dwarf the total, it may leave everything. Once they are shifted, the values
+        # that matter lie near their bounds: among them a second shift is resolved.
+        values = values + shift
     return projected
 
 
