@@ -126,6 +126,11 @@ def _displacement(boundary, pressure, pixel, modulus):
     return strip_displacement(pressure, pixel, modulus, "yx".index(boundary[-1]))
 
 
+def _norm(values):
+    largest = np.abs(values).max(initial=0)
+    return float(np.linalg.norm(values / largest)) * largest if largest else 0.0
+
+
 def judge_fields(pressure, h0, limit, approach, pixel, modulus, boundary, digits=np.float64):
     """Certificate ε and the worst breach of a condition, from the bare fields.
 
@@ -137,7 +142,7 @@ def judge_fields(pressure, h0, limit, approach, pixel, modulus, boundary, digits
     displacement, unit = _displacement(boundary, pressure, pixel, modulus)
     gap = displacement + h0 - approach
     limit = np.broadcast_to(math.inf if limit is None else limit, pressure.shape)
-    norm = float(np.linalg.norm(pressure))
+    norm = _norm(pressure)
     step = pressure - np.clip(pressure - gap / unit, 0, limit)
     # At the ceiling within rounding; what a result calls saturated is tested in assert_solved.
     empty, full = pressure == 0, pressure >= limit * (1 - 1e-12)
@@ -154,8 +159,8 @@ def judge_fields(pressure, h0, limit, approach, pixel, modulus, boundary, digits
     scale = np.abs(gap[touchable]).max() + np.abs(displacement).max()
     scale += unit * pressure.max() + side / (math.pi * modulus) * norm / math.sqrt(pressure.size)
     return SimpleNamespace(
-        certificate=float(np.linalg.norm(step)) / norm,
-        doubt=float(np.linalg.norm(doubt[touchable])) / norm,
+        certificate=_norm(step) / norm,
+        doubt=_norm(doubt[touchable]) / norm,
         breach=float(breach) / unit / norm,
         scale=float(scale),
         load=float(math.fsum(pressure.ravel())) * pixel[0] * pixel[1],

@@ -57,7 +57,7 @@ def load_curve(
     ceiling: str | float | ArrayLike | None = "auto",
     boundary: str = "free",
     tolerance: float | None = None,
-    max_iterations: int = 500,
+    max_iterations: int = 2000,
     precision: str = "double",
     folder: str | os.PathLike[str] | None = None,
     progress: Callable[[Progress], None] | None = None,

@@ -56,7 +56,7 @@ def load_history(
     ceiling: str | float | ArrayLike | None = "auto",
     boundary: str = "free",
     tolerance: float = TOLERANCE,
-    max_iterations: int = 500,
+    max_iterations: int = 2000,
     progress: Callable[[Progress], None] | None = None,
 ) -> LoadHistory:
     """Follow a path of loads and positions with a ceiling that indents for good.

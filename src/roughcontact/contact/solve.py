@@ -49,7 +49,7 @@ def solve(
     ceiling: str | float | ArrayLike | None = "auto",
     boundary: str = "free",
     tolerance: float | None = None,
-    max_iterations: int = 500,
+    max_iterations: int = 2000,
     precision: str = "double",
     start: ContactResult | ArrayLike | None = None,
     on_failure: str = "raise",

@@ -58,7 +58,7 @@ def stiffness(result: ContactResult) -> float:
         Problem(initial_gap=gap, limit=np.inf, total=total),
         pair.operators(result.precision, Workspace()),
         tolerance=max(result.tolerance, 1e-6),
-        max_iterations=500,
+        max_iterations=2000,
         start=(index, np.full(index.size, total / index.size)),
     )
     if solution.status is not bounded.Status.CONVERGED:

@@ -22,7 +22,7 @@ class Terms:
     moments: tuple[float, float] | None = None
     ceiling: str | float | ArrayLike | None = "auto"
     tolerance: float | None = None
-    max_iterations: int = 500
+    max_iterations: int = 2000
     precision: str = "double"
 
     @property

@@ -340,11 +340,11 @@ OPTIONS = (
     ),
     Option(
         "max-iterations", SOLVER, "NUMBER",
-        "Most convolutions on any one grid; default: 500. In the volume model, most iterations at "
+        "Most convolutions on any one grid; default: 2000. In the volume model, most iterations at "
         "one load; default: 150.", parsing.counted(1, limits.ITERATIONS), fits=(SOLVE,),
     ),
     Option(
-        "max-iterations", SOLVER, "NUMBER", "Most convolutions on any one grid; default: 500.",
+        "max-iterations", SOLVER, "NUMBER", "Most convolutions on any one grid; default: 2000.",
         parsing.counted(1, limits.ITERATIONS), fits=(SWEEP, STRESS, HISTORY),
     ),
     Option(

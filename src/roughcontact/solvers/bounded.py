@@ -11,7 +11,8 @@ doi:10.1137/S1052623401383558):
 - The approach is the multiplier of an exact projection, never the mean gap over the free pixels:
   with a ceiling there may be few of them, or none.
 - A step that raises the energy is cut at the minimum along its line and followed by projected
-  gradient steps, which find the set of free pixels more slowly but surely.
+  gradient steps, which find the set of free pixels more slowly but surely. Where that leads no
+  further, solutions on the free pixels are approached along the bounds that they violate.
 - Everything but the transforms works on the pixels in or near contact; the only whole-map passes
   ride on the transforms, while a block of rows is in cache.
 - The first pressure comes from the same problem on a grid of half the points, and so on down.
@@ -30,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import Mention, Sentence
-from roughcontact.solvers.active_set import active_set_step
+from roughcontact.solvers.active_set import active_set_step, step_along_arc
 from roughcontact.solvers.iterate import (
     Iterate,
     Viewer,
@@ -48,12 +49,12 @@ from roughcontact.solvers.progress import Step
 # Reached on coarse grids: below it the error of the grid outweighs that of the solver.
 _COARSE_TOLERANCE = 3e-3
 _COARSEST = 32
-# Steps without a better certificate before projected gradients take over; their number after a
-# step that overshoots, doubled every time that they take over; how often before giving up; over
-# how many the energy may rise.
+# Steps without a better certificate before projected gradients and steps along an arc take over,
+# in turn; the number of the former after a step that overshoots, doubled every time that they take
+# over; how often before giving up; over how many the energy may rise.
 _PATIENCE = 3
 _BURST = 8
-_BURSTS = 10
+_BURSTS = 20
 _NONMONOTONE = 5
 
 
@@ -216,8 +217,12 @@ def _solve_level(
         iteration += 1
         if fruitless < _PATIENCE:
             after = _advanced(now, viewer, patches, tolerance, max_iterations)
+        elif bursts % 2:
+            after = step_along_arc(best, viewer, patches, tolerance, max_iterations)
+            bursts, fruitless = bursts + 1, -1
         else:
-            after = projected_gradient(now, viewer, _BURST << min(bursts, 5), max_iterations)
+            steps = _BURST << min(bursts // 2, 5)
+            after = projected_gradient(now, viewer, steps, max_iterations)
             bursts, fruitless = bursts + 1, -1
         fruitless = 0 if after.certificate < 0.9 * best.certificate else fruitless + 1
         now = after

@@ -15,6 +15,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+# Squares below it, or above its inverse, may have lost digits.
+_SMALLEST = 1e-280
+
 Visit = Callable[[int, slice, NDArray[Any]], None]
 
 
@@ -124,4 +127,12 @@ Family = Callable[[tuple[int, int], tuple[int, int]], Operator]
 def norm(values: NDArray[Any], sums: Sums) -> float:
     """Return the Euclidean norm, summed in double precision."""
     values = values.astype(np.float64, copy=False)
-    return math.sqrt(sums.dot(values, values))
+    square = sums.dot(values, values)
+    if _SMALLEST < square < 1 / _SMALLEST:
+        return math.sqrt(square)
+    # Squares that vanish or overflow, under a ceiling that is next to none for one.
+    largest = max(sums.largest(values, least=0.0), -sums.smallest(values, most=0.0))
+    if not 0 < largest < math.inf:
+        return largest
+    scaled = values / largest
+    return largest * math.sqrt(sums.dot(scaled, scaled))
