@@ -40,11 +40,6 @@ import damages  # noqa: E402 - found beside this file
 import targets  # noqa: E402
 from targets import Target  # noqa: E402
 
-SECONDS = 10.0
-MEMORY = 3 * 2**30
-# What reading one of these files, all below 5 MB, may take besides.
-GROWTH = 2**30
-
 REFUSED = "refused"
 SAME = "read, nothing changed"
 STATED = "read as its bytes now say"
@@ -53,6 +48,25 @@ SAID = "read, and said to be unproven"
 WRONG = "wrong"
 ABSENT = "absent"
 VERDICTS = (REFUSED, SAME, STATED, AGAIN, SAID, WRONG)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What reading one of these files, all below 5 MB, may take.
+
+    Parameters
+    ----------
+    seconds : float
+        Time; a process that takes twice as long is ended.
+    memory : int
+        What a process is given [bytes].
+    growth : int
+        By how much it may grow [bytes].
+    """
+
+    seconds: float = 10.0
+    memory: int = 3 * 2**30
+    growth: int = 2**30
 
 
 @dataclass(frozen=True)
@@ -212,8 +226,8 @@ class Watch:
 # The process that reads ---------------------------------------------------------------------------
 
 
-def serve(prepared: Path, work: Path, memory: int) -> None:
-    """Read the files of the seeds on standard input; answer what is read, then what came of it."""
+def serve(prepared: Path, work: Path, limits: Limits) -> None:
+    """Read the files ordered on standard input; answer what is read, then what came of it."""
     import resource
 
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
@@ -221,7 +235,7 @@ def serve(prepared: Path, work: Path, memory: int) -> None:
     noise = os.open(work / "noise", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     os.dup2(noise, 1)
     os.dup2(noise, 2)
-    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    resource.setrlimit(resource.RLIMIT_AS, (limits.memory, limits.memory))
     known = targets.load(prepared)
     # Of its own: what the other processes touch is not to be seen here.
     shutil.copytree(prepared / "outside", work / "outside", dirs_exist_ok=True)
@@ -241,12 +255,14 @@ def serve(prepared: Path, work: Path, memory: int) -> None:
             begun = Outcome(order.seed, drawn.target.name, f"{drawn.file}: {drawn.what}", WRONG)
             answers.write(json.dumps(asdict(begun)) + "\n")
             answers.flush()
-            answer = one(begun, drawn, place, noise, watch)
+            answer = one(begun, drawn, place, noise, watch, limits)
         answers.write(json.dumps(asdict(answer)) + "\n")
         answers.flush()
 
 
-def one(begun: Outcome, drawn: Damaged, place: Path, noise: int, watch: Watch) -> Outcome:
+def one(
+    begun: Outcome, drawn: Damaged, place: Path, noise: int, watch: Watch, limits: Limits
+) -> Outcome:
     """Read a damaged file and judge what came."""
     for old in place.iterdir():
         shutil.rmtree(old) if old.is_dir() else old.unlink()
@@ -272,9 +288,9 @@ def one(begun: Outcome, drawn: Damaged, place: Path, noise: int, watch: Watch) -
         faults.append("left another stream as standard output")
     if watch.touched():
         faults.append("opened another file than it was given")
-    if grown > GROWTH:
+    if grown > limits.growth:
         faults.append(f"took {grown / 2**30:.1f} GiB")
-    if seconds > SECONDS:
+    if seconds > limits.seconds:
         faults.append(f"took {seconds:.0f} s")
     left = {str(p.relative_to(place)) for p in place.rglob("*") if p.is_file()} - files.keys()
     if left - drawn.target.leaves:
@@ -393,8 +409,8 @@ def _bytes_changed(drawn: Damaged, content: bytes) -> int:
 class Worker:
     """A process that reads damaged files, replaced by another where it hangs or dies."""
 
-    def __init__(self, prepared: Path, work: Path, memory: int = MEMORY) -> None:
-        self.prepared, self.work, self.memory = prepared, work, memory
+    def __init__(self, prepared: Path, work: Path, limits: Limits | None = None) -> None:
+        self.prepared, self.work, self.limits = prepared, work, limits or Limits()
         self.process: subprocess.Popen[bytes] | None = None
         self.rest = b""
 
@@ -407,11 +423,11 @@ class Worker:
         self.process.stdin.write(json.dumps(asdict(order)).encode() + b"\n")
         self.process.stdin.flush()
         # Imports and undamaged files come first.
-        begun = self._answer(12 * SECONDS)
+        begun = self._answer(120.0)
         if begun is None or begun.verdict == ABSENT:
             ended = f"no file was made, {self._end()}" if begun is None else ""
             return begun or Outcome(order.seed, order.target, "", WRONG, ended)
-        outcome = self._answer(2 * SECONDS)
+        outcome = self._answer(2 * self.limits.seconds)
         if outcome is not None:
             return outcome
         return Outcome(order.seed, begun.target, begun.what, WRONG, self._end())
@@ -435,7 +451,7 @@ class Worker:
         try:
             words = f"died with status {self.process.wait(1)}"
         except subprocess.TimeoutExpired:
-            words = f"took more than {2 * SECONDS:.0f} s"
+            words = f"took more than {2 * self.limits.seconds:.0f} s"
         noise = printed(self.work / "noise", max((self.work / "noise").stat().st_size - 300, 0))
         self.close()
         return f"{words}{f', printed {noise!r}' if noise else ''}"
@@ -452,7 +468,7 @@ class Worker:
         }
         self.process = subprocess.Popen(
             [sys.executable, __file__, "--serve", str(self.prepared), str(self.work),
-             str(self.memory)],
+             json.dumps(asdict(self.limits))],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment,
         )  # fmt: skip
 
@@ -547,7 +563,7 @@ def run(seeds: Sequence[int], workers: int = 0, every: bool = False) -> list[Out
 def main() -> None:
     """Run, print the table, and fail if anything was wrong."""
     if sys.argv[1:2] == ["--serve"]:
-        serve(Path(sys.argv[2]), Path(sys.argv[3]), int(sys.argv[4]))
+        serve(Path(sys.argv[2]), Path(sys.argv[3]), Limits(**json.loads(sys.argv[4])))
         return
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter

@@ -160,7 +160,7 @@ material = "steel"
 [[contact]]
 name = "one"
 file = "rough.npy"
-load = ["0.01 N", "0.03 N"]
+load = "0.01 N"
 
 [[contact]]
 name = "two"

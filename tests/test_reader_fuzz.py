@@ -1,17 +1,9 @@
 """Damaged files are refused or read at the scale that they state, whatever is damaged.
 
-Every measurement is copied with damage of many kinds and read by a second process, under a limit
-of time and of memory. What comes back is compared with the undamaged map, and where it differs in
-more points than bytes were damaged, with a plain reading of the damaged file: one per format,
-see `plain`.
+A small part of `benchmarks/damaged_files.py`, and that its judge sees what is wrong.
 """
 
-import json
-import os
-import select
-import subprocess
-import sys
-import zlib
+import struct
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -19,323 +11,75 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import samples
-from plain import Plain, differing, implausible, plain_mnt
-from samples import Sample
+import damaged_files
+import damages
+import targets
+from damaged_files import REFUSED, SAME, STATED, WRONG, Damaged, Order, Worker
+from plain import Plain
+from targets import Reading
 
-SECONDS = 20.0
-MEMORY = 4 * 2**30
-
-
-# The second process
-
-
-def serve() -> None:
-    """Read the files that are named on standard input, and answer in one line each."""
-    import resource
-
-    from roughcontact.errors import RoughcontactError
-    from roughcontact.formats.read import read_surface
-
-    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    # Whatever a library prints, in Python or in C, goes to a file and is seen.
-    noise = os.open(sys.argv[1], os.O_WRONLY | os.O_CREAT | os.O_APPEND)
-    os.dup2(noise, 1)
-    os.dup2(noise, 2)
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    for line in sys.stdin:
-        order = json.loads(line)
-        answer: dict[str, object] = {}
-        try:
-            surface = read_surface(order["path"], **order["arguments"])
-            np.save(order["path"] + ".read.npy", surface.heights)
-            answer = {"pixel": surface.pixel}
-        except RoughcontactError as error:
-            answer = {"refused": str(error), "cause": repr(error.__cause__)}
-        except BaseException as error:
-            answer = {"raised": repr(error)}
-        sys.stdout.flush()
-        answer["printed"] = os.lseek(noise, 0, os.SEEK_CUR)
-        answers.write(json.dumps(answer) + "\n")
-        answers.flush()
-
-
-class Reader:
-    """A process that reads files, replaced by another where it hangs or dies."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.process: subprocess.Popen[str] | None = None
-        self.printed = 0
-
-    def read(self, path: Path, arguments: dict[str, str]) -> dict[str, object]:
-        if self.process is None:
-            self.start()
-        assert self.process is not None
-        assert self.process.stdin is not None
-        assert self.process.stdout is not None
-        order = json.dumps({"path": str(path), "arguments": arguments})
-        self.process.stdin.write(order + "\n")
-        self.process.stdin.flush()
-        ready, _, _ = select.select([self.process.stdout], [], [], SECONDS)
-        line = self.process.stdout.readline() if ready else ""
-        if not line:
-            died = self.process.wait(SECONDS) if ready else None
-            self.close()
-            return {"raised": f"died with {died}" if ready else f"took more than {SECONDS} s"}
-        answer: dict[str, object] = json.loads(line)
-        printed = answer.pop("printed")
-        if printed != self.printed:
-            noise = (self.folder / "noise").read_bytes()[self.printed :]
-            answer = {"raised": f"printed {noise[:300]!r}"}
-            self.printed = printed
-        if "pixel" in answer:
-            answer["heights"] = np.load(f"{path}.read.npy")
-        return answer
-
-    def start(self) -> None:
-        import roughcontact
-
-        (self.folder / "noise").write_bytes(b"")
-        self.printed = 0
-        source = Path(roughcontact.__file__).parents[1]
-        environment = os.environ | {
-            "PYTHONPATH": os.pathsep.join([str(source), os.environ.get("PYTHONPATH", "")]),
-            "OPENBLAS_NUM_THREADS": "1",
-            "OMP_NUM_THREADS": "1",
-            "PYTHONUNBUFFERED": "1",
-        }
-        self.process = subprocess.Popen(
-            [sys.executable, __file__, str(self.folder / "noise")],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment,
-        )  # fmt: skip
-
-    def close(self) -> None:
-        if self.process is not None:
-            self.process.kill()
-            self.process.communicate()
-            self.process = None
-
-
-# Damage
-
-
-def damaged(case: Sample, rng: np.random.Generator) -> tuple[str, bytes]:
-    """Return what was done to a file, and the result."""
-    content = bytearray(case.content)
-    length = len(content)
-
-    def anywhere() -> int:
-        return int(rng.integers(length))
-
-    def in_header() -> int:
-        # Headers stand at the start, directories of archives at the end.
-        where = rng.random()
-        if where < 0.5 and case.fields:
-            start, stop = case.fields[int(rng.integers(len(case.fields)))]
-            return int(rng.integers(start, min(stop, length)))
-        if where < 0.8:
-            return int(rng.integers(min(2048, length)))
-        if where < 0.9:
-            return int(rng.integers(min(48 * 1024, length)))
-        return int(rng.integers(max(length - 4096, 0), length))
-
-    def flip(place: int) -> str:
-        old = content[place]
-        if rng.random() < 0.5:
-            content[place] ^= 1 << int(rng.integers(8))
-        else:
-            content[place] = int(rng.integers(256))
-        return f"{place}: {old:#04x} to {content[place]:#04x}"
-
-    kinds = {"truncate": 0.13, "flip": 0.06, "header": 0.4, "headers": 0.1, "flips": 0.05,
-             "zero": 0.08, "noise": 0.06, "swap": 0.06, "tail": 0.06}  # fmt: skip
-    kind = str(rng.choice(list(kinds), p=list(kinds.values())))
-    if kind == "truncate":
-        keep = anywhere() if rng.random() < 0.7 else in_header()
-        return f"truncated to {keep} of {length} bytes", bytes(content[:keep])
-    if kind in ("flip", "header"):
-        return "flipped " + flip(anywhere() if kind == "flip" else in_header()), bytes(content)
-    if kind in ("flips", "headers"):
-        places = [anywhere() if kind == "flips" else in_header() for _ in range(rng.integers(2, 9))]
-        return "flipped " + ", ".join(flip(place) for place in places), bytes(content)
-    start = in_header() if rng.random() < 0.5 else anywhere()
-    size = min(int(2 ** rng.uniform(0, 12)), length - start)
-    if kind == "zero":
-        content[start : start + size] = bytes(size)
-        return f"zeroed {size} bytes at {start}", bytes(content)
-    if kind == "noise":
-        content[start : start + size] = rng.bytes(size)
-        return f"noise in {size} bytes at {start}", bytes(content)
-    if kind == "swap":
-        other = min(anywhere(), length - size)
-        block = content[start : start + size]
-        content[start : start + size] = content[other : other + size]
-        content[other : other + size] = block
-        return f"swapped {size} bytes at {start} and {other}", bytes(content[:length])
-    size = min(int(2 ** rng.uniform(0, 18)), length)
-    return f"last {size} bytes twice", bytes(content + content[length - size :])
-
-
-def finding(case: Sample, original: Plain, content: bytes, answer: dict[str, object]) -> str:
-    """Return what is wrong with an answer; empty if nothing is."""
-    if "raised" in answer:
-        return str(answer["raised"])
-    if "refused" in answer:
-        return wrong_in_message(case, answer)
-    heights, pixel = np.asarray(answer["heights"]), tuple(answer["pixel"])  # type: ignore[arg-type]
-    wrong = implausible(heights, pixel)
-    if wrong:
-        return wrong
-    if heights.shape == original.heights.shape and pixel == original.pixel:
-        same = (heights == original.heights) | (np.isnan(heights) & np.isnan(original.heights))
-        changed = int(np.count_nonzero(~same))
-        common = min(len(content), len(case.content))
-        bytes_changed = int(
-            np.count_nonzero(
-                np.frombuffer(content[:common], "u1") != np.frombuffer(case.content[:common], "u1")
-            )
-        )
-        if changed <= (0 if case.checked else bytes_changed):
-            return ""
-    try:
-        stated = case.stated(content)
-    except Exception as error:
-        return f"read, while a plain reading fails with {error!r}: {described(original, answer)}"
-    wrong = differing(Plain(heights, pixel), stated)
-    return f"{wrong}: {described(original, answer)}, stated {stated.pixel}" if wrong else ""
-
-
-def wrong_in_message(case: Sample, answer: dict[str, object]) -> str:
-    message = str(answer["refused"])
-    if "\n" in message or not message.isprintable() or len(message) > 700:
-        return f"no sentence: {message!r}"
-    if case.name.split(".")[0] not in message:
-        return f"does not name the file: {message!r}"
-    # Memory asked for is asked of a larger machine in vain too.
-    if "MemoryError" in message + str(answer["cause"]):
-        return f"out of memory: {message!r}"
-    return ""
-
-
-def described(original: Plain, answer: dict[str, object]) -> str:
-    heights = np.asarray(answer["heights"])
-    text = f"{heights.shape} of pixel {answer['pixel']} for {original.heights.shape} of "
-    text += f"{original.pixel}, span {np.nanmin(heights)} to {np.nanmax(heights)}"
-    if heights.shape == original.heights.shape:
-        differ = heights != original.heights
-        differ &= ~(np.isnan(heights) & np.isnan(original.heights))
-        text += f", {np.count_nonzero(differ)} heights differ"
-    return text
-
-
-def sound(reader: Reader, case: Sample, path: Path) -> tuple[Sample, Plain]:
-    """Return a case with its undamaged map, and check the judge itself on it."""
-    path.write_bytes(case.content)
-    answer = reader.read(path, case.arguments)
-    assert "heights" in answer, answer
-    original = Plain(np.asarray(answer["heights"]), tuple(answer["pixel"]))  # type: ignore[arg-type]
-    if case.name.endswith(".mnt"):
-        counts = (original.heights - np.mean(original.heights)) / 1e-13
-        case = replace(case, stated=plain_mnt(case.content, counts))
-    assert not differing(original, case.stated(case.content))
-    return case, original
-
-
-def campaign(reader: Reader, case: Sample, folder: Path, count: int, seed: int) -> list[str]:
-    """Return the findings of so many damaged copies of a file."""
-    path = folder / case.name
-    case, original = sound(reader, case, path)
-    findings = []
-    for index in range(count):
-        rng = np.random.default_rng([seed, zlib.crc32(case.name.encode()), index])
-        what, content = damaged(case, rng)
-        if content == case.content:
-            continue
-        path.write_bytes(content)
-        wrong = finding(case, original, content, reader.read(path, case.arguments))
-        if wrong:
-            findings.append(f"{case.name} #{index}, {what}: {wrong}")
-    return findings
-
-
-# Tests
-
-MADE = ("made.npy", "made.npz", "made.csv", "made.txt", "made.asc", "bare.nc", "made.nc",
-        "made.sdf", "made.x3p", "stored.x3p", "made.sur")  # fmt: skip
-MEASURED = ("wyko_nt1100_test_1.opd", "opd-1.opd", "sur-2.sur", "dvd_afm.sur", "metropro-1.dat",
-            "uncd_afm.001", "mnt-1.mnt", "x3p-2.x3p", "bullet_land_fixed.x3p")  # fmt: skip
+pytest.importorskip("resource", reason="limits of memory are POSIX")
 
 
 @pytest.fixture(scope="module")
-def reader(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Reader]:
-    pytest.importorskip("resource", reason="limits of memory are POSIX")
-    reader = Reader(tmp_path_factory.mktemp("reader"))
-    yield reader
-    reader.close()
+def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("prepared") / "targets"
+    targets.prepare(folder)
+    return folder
 
 
 @pytest.fixture(scope="module")
-def cases(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Sample]:
-    made = samples.made(tmp_path_factory.mktemp("made"))
-    return {case.name: case for case in (*made, *samples.measured())}
+def known(prepared: Path) -> dict[str, targets.Target]:
+    return targets.load(prepared)
 
 
-@pytest.fixture(params=(*MADE, *MEASURED))
-def case(request: pytest.FixtureRequest, cases: dict[str, Sample]) -> Sample:
-    if request.param not in cases:
+@pytest.fixture(scope="module")
+def worker(prepared: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Worker]:
+    worker = Worker(prepared, tmp_path_factory.mktemp("worker"))
+    yield worker
+    worker.close()
+
+
+@pytest.fixture(params=list(targets.SHARES))
+def name(request: pytest.FixtureRequest, known: dict[str, targets.Target]) -> str:
+    if request.param not in known:
         pytest.skip(f"{request.param} or its reader is absent")
-    return cases[request.param]
+    return str(request.param)
 
 
-def test_damaged_files(case: Sample, reader: Reader, tmp_path: Path) -> None:
-    findings = campaign(reader, case, tmp_path, 20, seed=1)
-    assert not findings, "\n".join(findings)
+def wrong(worker: Worker, orders: list[Order]) -> list[str]:
+    outcomes = [worker.attempt(order) for order in orders]
+    return [str(outcome) for outcome in outcomes if outcome.verdict == WRONG]
 
 
-@pytest.mark.slow
-def test_many_damaged_files(case: Sample, reader: Reader, tmp_path: Path) -> None:
-    findings = campaign(reader, case, tmp_path, 500, seed=2)
-    assert not findings, "\n".join(findings)
-
-
-def misnamed(reader: Reader, case: Sample, folder: Path, suffixes: list[str]) -> list[str]:
-    """Return the findings of a file under other suffixes: refused, or the same map."""
-    case, original = sound(reader, case, folder / case.name)
-    findings = []
-    for suffix in suffixes:
-        path = folder / f"{case.name.split('.')[0]}{suffix}"
-        path.write_bytes(case.content)
-        matrix = suffix in (".npy", ".npz", ".csv", ".txt", ".asc")
-        given = {"unit": "um", "size": "30 um x 44 um"} if matrix else {}
-        answer = reader.read(path, given)
-        if "heights" in answer:
-            heights, pixel = np.asarray(answer["heights"]), answer["pixel"]
-            wrong = differing(Plain(heights, tuple(pixel)), original)  # type: ignore[arg-type]
-        else:
-            wrong = str(answer.get("raised", "")) or wrong_in_message(case, answer)
-        if wrong:
-            findings.append(f"{case.name} as {suffix}: {wrong}")
-    return findings
-
-
-def suffixes_for(case: Sample) -> list[str]:
-    from roughcontact.formats.read import SUFFIXES
-
-    return sorted({*SUFFIXES, ".000"} - {case.name[case.name.rindex(".") :]})
-
-
-def test_misnamed_files(case: Sample, reader: Reader, tmp_path: Path) -> None:
-    rng = np.random.default_rng(zlib.crc32(case.name.encode()))
-    some = sorted(rng.choice(suffixes_for(case), 5, replace=False))
-    findings = misnamed(reader, case, tmp_path, [str(suffix) for suffix in some])
-    assert not findings, "\n".join(findings)
+def test_damaged_files(name: str, worker: Worker) -> None:
+    count = 3 if name in (*targets.MEASURED, *targets.RESULTS) else 6
+    assert wrong(worker, [Order(seed, name) for seed in range(count)]) == []
 
 
 @pytest.mark.slow
-def test_files_under_every_suffix(case: Sample, reader: Reader, tmp_path: Path) -> None:
-    findings = misnamed(reader, case, tmp_path, suffixes_for(case))
-    assert not findings, "\n".join(findings)
+def test_many_damaged_files(name: str, worker: Worker) -> None:
+    assert wrong(worker, [Order(seed, name) for seed in range(1000, 1400)]) == []
+
+
+def suffixes_for(name: str) -> list[str]:
+    return targets.other_suffixes(Path(name).suffix)
+
+
+MAPS = (*targets.MADE, *targets.SAVED, *targets.MEASURED)
+
+
+@pytest.mark.parametrize("name", MAPS, indirect=True)
+def test_misnamed_files(name: str, worker: Worker) -> None:
+    rng = np.random.default_rng(len(name))
+    some = [str(suffix) for suffix in rng.choice(suffixes_for(name), 3, replace=False)]
+    assert wrong(worker, [Order(0, name, suffix) for suffix in some]) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MAPS, indirect=True)
+def test_files_under_every_suffix(name: str, worker: Worker) -> None:
+    assert wrong(worker, [Order(0, name, suffix) for suffix in suffixes_for(name)]) == []
 
 
 @pytest.mark.parametrize(
@@ -371,96 +115,225 @@ def test_what_was_found_before(
     name: str,
     changes: dict[int, int],
     words: str,
-    cases: dict[str, Sample],
-    reader: Reader,
+    known: dict[str, targets.Target],
+    worker: Worker,
     tmp_path: Path,
 ) -> None:
-    if name not in cases:
+    if name not in known:
         pytest.skip(f"{name} or its reader is absent")
-    case = cases[name]
-    content = bytearray(case.content)
+    content = bytearray(known[name].files[name])
     for place, value in changes.items():
         content[place] = value
     path = tmp_path / name
     path.write_bytes(content)
-    answer = reader.read(path, case.arguments)
-    assert "raised" not in answer
-    if words:
-        assert words in str(answer.get("refused"))
-        assert not wrong_in_message(case, answer)
+    outcome = worker.attempt(Order(0, name, path=str(path)))
+    assert outcome.verdict == REFUSED if words else outcome.verdict != WRONG, str(outcome)
+    assert words in outcome.words
 
 
-@pytest.mark.parametrize("suffix", [".nc", ".datx"])
+@pytest.mark.parametrize("name", ["made.nc", "made.datx"])
 def test_hdf5_does_not_stand_still(
-    suffix: str, cases: dict[str, Sample], reader: Reader, tmp_path: Path
+    name: str, known: dict[str, targets.Target], worker: Worker, tmp_path: Path
 ) -> None:
-    if suffix == ".datx" and "made.sdf" not in cases:
+    if name not in known:
         pytest.skip("the readers of instruments' files are absent")
-    content = bytearray(cases["made.nc"].content)
+    content = bytearray(known["made.nc"].files["made.nc"])
     heap = content.index(b"GCOL")
     # The size of its first object, and what follows.
     content[heap + 24 : heap + 36] = bytes(12)
-    path = tmp_path / f"made{suffix}"
+    path = tmp_path / name
     path.write_bytes(content)
-    assert "the free space of a heap" in str(reader.read(path, {})["refused"])
+    outcome = worker.attempt(Order(0, name, path=str(path)))
+    assert outcome.verdict == REFUSED
+    assert "the free space of a heap" in outcome.words
+
+
+def test_seeds_name_files(known: dict[str, targets.Target], tmp_path: Path) -> None:
+    def drawn(seed: int) -> Damaged | str:
+        return damaged_files.draw(Order(seed), known, tmp_path, tmp_path / "outside.bin")
+
+    one, two = drawn(5), drawn(5)
+    assert isinstance(one, Damaged)
+    assert isinstance(two, Damaged)
+    assert (one.what, one.content) == (two.what, two.content)
+    several = [drawn(seed) for seed in range(400)]
+    assert {d if isinstance(d, str) else d.target.name for d in several} == set(targets.SHARES)
+    whole = [d.file for d in several if isinstance(d, Damaged) and not d.name]
+    same = [
+        d.what
+        for d in several
+        if isinstance(d, Damaged) and not d.name and d.content == d.target.files[d.file]
+    ]
+    # Nothing happens now and then: a zero over a zero.
+    assert len(same) < 0.15 * len(whole)
+
+
+# The judge sees it
+
+
+HOSTILE = """
+import pathlib
+import roughcontact as rc
+
+true = rc.read_surface
+
+def read(path, **given):
+    path = pathlib.Path(path).resolve()
+    text = path.read_bytes()
+    if text.startswith(b"#run"):
+        exec(text, {"path": path})
+        path = pathlib.Path(__file__).with_name("whole.npy")
+    return true(path, **given)
+
+rc.read_surface = read
+"""
+
+
+@pytest.fixture(scope="module")
+def hostile(
+    prepared: Path, known: dict[str, targets.Target], tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Worker]:
+    """A worker whose reader does what stands in the file."""
+    folder = tmp_path_factory.mktemp("hostile")
+    (folder / "sitecustomize.py").write_text(HOSTILE)
+    (folder / "whole.npy").write_bytes(known["made.npy"].files["made.npy"])
+    limits = damaged_files.Limits(seconds=2.0, growth=2**27)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", str(folder))
+        worker = Worker(prepared, folder / "work", limits)
+        yield worker
+        worker.close()
 
 
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"import time; time.sleep(60)", "took more than"),
-        (b"import os; os.kill(os.getpid(), 11)", "died with -11"),
-        (b"import os; os.write(1, b'hello')", "printed b'hello"),
-        (b"1 / 0", "ZeroDivisionError"),
-        (b"bytes(5 * 2**30)", "MemoryError"),
+        ("1 / 0", "ZeroDivisionError"),
+        ("import os; os.write(1, b'hello')", "printed b'hello"),
+        ("import sys; print('hello', file=sys.stderr)", "printed b'hello"),
+        ("bytes(4 * 2**30)", "MemoryError"),
+        ("import numpy; numpy.ones(2**25)", "took 0.2 GiB"),
+        ("open(str(path) + '.part', 'w').close()", "left made.npy.part"),
+        ("open(path.parents[1] / 'outside' / 'numbers.bin').close()", "opened another file"),
+        ("import sys, io; sys.stdout = io.StringIO()", "another stream"),
+        ("import os; os.kill(os.getpid(), 11)", "died with status -11"),
+        ("import time; time.sleep(60)", "took more than"),
     ],
 )
-def test_the_judge_sees_it(
-    content: bytes, words: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    pytest.importorskip("resource")
-    monkeypatch.setitem(globals(), "SECONDS", 4.0)
-    (tmp_path / "sitecustomize.py").write_text(
-        "import roughcontact.formats.read as f, pathlib\n"
-        "f.read_surface = lambda path, **_: exec(pathlib.Path(path).read_text())\n"
-    )
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    reader = Reader(tmp_path)
+def test_the_judge_sees_it(content: str, words: str, hostile: Worker, tmp_path: Path) -> None:
     path = tmp_path / "map.npy"
-    path.write_bytes(content)
-    try:
-        assert words in str(reader.read(path, {})["raised"])
-    finally:
-        reader.close()
+    path.write_text(f"#run\n{content}\n")
+    outcome = hostile.attempt(Order(0, "made.npy", path=str(path)))
+    assert outcome.verdict == WRONG
+    assert words in outcome.words
 
 
-def test_the_judge_sees_other_scales(cases: dict[str, Sample]) -> None:
-    case = cases["made.npy"]
-    original = case.stated(case.content)
-    good = {"heights": original.heights, "pixel": original.pixel}
-    assert finding(case, original, case.content, good) == ""
-    dy, dx = original.pixel
-    for wrong in (
-        {"pixel": (dx, dy)},
-        {"pixel": (dy * 1.001, dx)},
-        {"heights": original.heights * 1.001},
-        {"heights": original.heights[:-1]},
-        {"heights": np.where(np.isnan(original.heights), 0, original.heights)},
-        {"pixel": (1.0, 1.0)},
-        {"heights": original.heights * 1e6},
+def damaged(known: dict[str, targets.Target], name: str, **changes: object) -> Damaged:
+    target = known[name]
+    (file,) = target.files
+    return replace(Damaged(target, file, target.files[file], ""), **changes)  # type: ignore[arg-type]
+
+
+def test_the_judge_sees_other_scales(known: dict[str, targets.Target]) -> None:
+    whole = damaged(known, "made.npy")
+    original = Reading(plain=known["made.npy"].sample.stated(whole.content))
+    plain = original.plain
+
+    def verdict(read: Plain, drawn: Damaged = whole) -> str:
+        return damaged_files.judged(drawn, original, Reading(plain=read))[0]
+
+    assert verdict(plain) == SAME
+    dy, dx = plain.pixel
+    for other in (
+        Plain(plain.heights, (dx, dy)),
+        Plain(plain.heights, (dy * 1.001, dx)),
+        Plain(plain.heights * 1.001, plain.pixel),
+        Plain(plain.heights[:-1], plain.pixel),
+        Plain(np.where(np.isnan(plain.heights), 0, plain.heights), plain.pixel),
+        Plain(plain.heights, (1.0, 1.0)),
+        Plain(plain.heights * 1e6, plain.pixel),
     ):
-        assert finding(case, original, case.content, good | wrong)
-    # One damaged byte may change one height.
-    content = bytearray(case.content)
+        assert verdict(other) == WRONG
+    # One damaged byte may change one height, where no checksum says otherwise.
+    content = bytearray(whole.content)
     content[-1] ^= 1
-    other = original.heights.copy()
-    other[-1, -1] *= 2
-    assert finding(case, original, bytes(content), good | {"heights": other}) == ""
-    other[0, 0] *= 2
-    assert finding(case, original, bytes(content), good | {"heights": other})
-    for refused in ("two\nlines", "another.npy is bad", "made.npy (MemoryError)"):
-        assert finding(case, original, case.content, {"refused": refused, "cause": ""})
+    heights = plain.heights.copy()
+    heights[-1, -1] *= 2
+    flipped = replace(whole, content=bytes(content))
+    assert verdict(Plain(heights, plain.pixel), flipped) == STATED
+    heights[0, 0] *= 2
+    assert verdict(Plain(heights, plain.pixel), flipped) == WRONG
+    archive = damaged(known, "made.npz", content=bytes(content))
+    one = heights.copy()
+    one[0, 0] *= 3
+    assert verdict(Plain(one, plain.pixel), archive) == WRONG
+    for message in ("two\nlines", "another.npy is bad", "made.npy (MemoryError)"):
+        assert damaged_files.judged(whole, original, Reading(refused=message))[0] == WRONG
+    assert damaged_files.judged(whole, original, Reading(refused="made.npy is bad"))[0] == REFUSED
 
 
-if __name__ == "__main__":
-    serve()
+def test_the_judge_sees_silent_changes(known: dict[str, targets.Target]) -> None:
+    drawn = damaged(known, "contact.nc")
+    original = Reading(facts={"load": (1.0).hex(), "seconds": "1"})
+
+    def verdict(**changes: object) -> str:
+        return damaged_files.judged(drawn, original, replace(original, **changes))[0]  # type: ignore[arg-type]
+
+    assert verdict() == SAME
+    other = {"load": float(np.nextafter(1.0, 2)).hex(), "seconds": "1"}
+    assert verdict(facts=other) == WRONG
+    assert verdict(facts=other, again=True) == WRONG
+    assert verdict(facts=other, said="unsealed") == damaged_files.SAID
+    assert verdict(facts={"load": original.facts["load"], "seconds": "2"}) == WRONG
+    again = {"load": original.facts["load"], "seconds": "2"}
+    assert verdict(facts=again, again=True) == damaged_files.AGAIN
+    assert verdict(raised="raised KeyError") == WRONG
+
+
+def test_facts_are_bits() -> None:
+    one = targets.facts({"a": (1.0, [np.arange(3.0)]), "b": None})
+    assert set(one) == {".a.0", ".a.1.0", ".b"}
+    other = np.arange(3.0)
+    other[1:2].view("u8")[0] ^= 1
+    assert targets.facts({"a": (1.0, [other]), "b": None}) != one
+    assert targets.facts(0.0) != targets.facts(-0.0)
+
+
+# Damage
+
+
+@pytest.mark.parametrize("damage", [*damages.RAW, *damages.TEXT], ids=lambda d: d.__name__)
+def test_damage_is_of_its_kind(damage: damages.Damage) -> None:
+    content = b"".join(b"%d, %.3f\n" % (n, n / 7) for n in range(200))
+    changed = 0
+    for seed in range(20):
+        words, new = damage(np.random.default_rng(seed), content, ((0, 40),))
+        assert words
+        changed += new != content
+        if damage in (damages.flipped, damages.overwritten, damages.swapped):
+            assert len(new) == len(content)
+    assert changed > 10
+
+
+def test_archives_keep_right_checksums(known: dict[str, targets.Target]) -> None:
+    import io
+    import zipfile
+
+    content = known["made.npz"].files["made.npz"]
+    for seed in range(10):
+        _, new = damages.repacked(np.random.default_rng(seed), content, ())
+        with zipfile.ZipFile(io.BytesIO(new)) as archive:
+            assert archive.testzip() is None
+    _, new = damages.bombed(np.random.default_rng(0), content, ())
+    with zipfile.ZipFile(io.BytesIO(new)) as archive:
+        assert max(info.file_size for info in archive.infolist()) > 2**31
+    assert len(new) < 2**23
+
+
+def test_headers_hold_numbers_that_cannot_be() -> None:
+    content = bytes(64) + struct.pack("<i", 640) + bytes(64)
+    found = set()
+    for seed in range(300):
+        _, new = damages.numbered(np.random.default_rng(seed), content, ((64, 65),))
+        found |= set(struct.unpack_from("<i", new, 64))
+    assert found & {0, -1, 2**31 - 1}
