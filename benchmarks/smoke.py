@@ -28,7 +28,11 @@ def main() -> None:
             ):
                 getattr(instance, method)(*values)
                 print(f"{name}.{method}{values}: ran")
-    for script, *options in (("peers.py", "--cases", "smoke"), ("volume.py", "--quick")):
+    for script, *options in (
+        ("peers.py", "--cases", "smoke"),
+        ("volume.py", "--quick"),
+        ("robustness.py", "--problems", "10", "--files", "100", "--kills", "5"),
+    ):
         path = Path(__file__).with_name(script)
         subprocess.run([sys.executable, str(path), *options], check=True)
 

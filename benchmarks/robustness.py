@@ -1,0 +1,103 @@
+"""The whole attack in one command: random problems, damaged files and killed runs.
+
+    python benchmarks/robustness.py                       # 1000, 20 000 and 50: half an hour
+    python benchmarks/robustness.py --write               # and docs/robustness.md from it
+    python benchmarks/robustness.py --files 0 --kills 0   # the problems alone
+    python benchmarks/robustness.py --problems 50 --files 200 --kills 5    # a small part of each
+
+Each part stands in a module of its own, with the way to run one problem, file or kill again:
+`random_problems`, `damaged_files`, `killed_runs`. The exit status is 1 if anything was wrong.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+import damaged_files
+import killed_runs
+import random_problems
+
+PAGE = Path(__file__).parents[1] / "docs" / "robustness.md"
+
+
+@dataclass(frozen=True)
+class Part:
+    """One of the attacks.
+
+    Parameters
+    ----------
+    option : str
+        What the command line calls its number.
+    name : str
+        Under which the page holds its table.
+    count : int
+        How many there are of it.
+    module : module
+        With ``run(seeds)``, ``page(outcomes, seconds)`` and the verdict ``WRONG``.
+    """
+
+    option: str
+    name: str
+    count: int
+    module: ModuleType
+
+
+PARTS = (
+    Part("problems", "problems", 1000, random_problems),
+    Part("files", "damaged files", 20_000, damaged_files),
+    Part("kills", "killed runs", 50, killed_runs),
+)
+
+
+def marks(name: str) -> tuple[str, str]:
+    """Return what stands before and after the table of a part."""
+    return f"<!-- {name} -->", f"<!-- end of {name} -->"
+
+
+def renewed(text: str, name: str, table: str) -> str:
+    """Return the page with another table of a part."""
+    start, end = marks(name)
+    head, rest = text.split(start)
+    _, tail = rest.split(end)
+    return f"{head}{start}\n{table}\n{end}{tail}"
+
+
+def attacked(part: Part, count: int) -> tuple[str, int]:
+    """Run a part and return its table, and how much was wrong."""
+    began = time.perf_counter()
+    outcomes = part.module.run(range(count))
+    table = part.module.page(outcomes, time.perf_counter() - began)
+    return table, sum(outcome.verdict == part.module.WRONG for outcome in outcomes)
+
+
+def main() -> None:
+    """Run what is wanted, print the tables, and fail if anything was wrong."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    for part in PARTS:
+        words = f"number of {part.name}, 0 for none; {part.count} without it"
+        parser.add_argument(f"--{part.option}", type=int, default=part.count, help=words)
+    parser.add_argument("--write", action="store_true", help=f"renew {PAGE.name}")
+    options = parser.parse_args()
+    wrong = 0
+    for part in PARTS:
+        count = getattr(options, part.option)
+        if not count:
+            continue
+        table, faults = attacked(part, count)
+        wrong += faults
+        print(f"\n{part.name.capitalize()}: {faults} wrong of {count}\n\n{table}\n", flush=True)
+        if options.write:
+            text = PAGE.read_text(encoding="utf-8")
+            PAGE.write_text(renewed(text, part.name, table), encoding="utf-8")
+    if wrong:
+        raise SystemExit(1)
+
+
+if __name__ == "__main__":
+    main()
