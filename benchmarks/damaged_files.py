@@ -293,7 +293,7 @@ def one(
     if seconds > limits.seconds:
         faults.append(f"took {seconds:.0f} s")
     left = {str(p.relative_to(place)) for p in place.rglob("*") if p.is_file()} - files.keys()
-    if left - drawn.target.leaves:
+    if left:
         faults.append(f"left {', '.join(sorted(left))}")
     return Outcome(
         begun.seed, begun.target, begun.what, WRONG if faults else verdict,

@@ -75,8 +75,6 @@ class Target:
         The map that it is.
     unproven : bool
         Whether it is text that people write, of which any may be right.
-    leaves : frozenset of str
-        Files that the program may leave besides.
     """
 
     name: str
@@ -86,7 +84,6 @@ class Target:
     fields: dict[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     sample: Sample | None = None
     unproven: bool = False
-    leaves: frozenset[str] = frozenset()
 
 
 # What is there ------------------------------------------------------------------------------------
@@ -298,8 +295,8 @@ def _of_folder(
     name: str, folder: Path, read: Callable[[Path, str], Reading], kept: tuple[str, ...]
 ) -> Target:
     files = _files(folder)
-    damaged = tuple(file for file in files if file.startswith(kept))
-    # What a second run leaves: locks, if it keeps any.
+    # A lock holds nothing.
+    damaged = tuple(file for file in files if file.startswith(kept) and files[file])
     return Target(name, files, damaged, read)
 
 
