@@ -51,11 +51,13 @@ class Head:
         return tuple((at, at + struct.calcsize(kind)) for at, kind in self.places.values())
 
 
-def raster(
-    content: bytes, kind: str, found: dict[str, float], start: int, ny: str = "ny", nx: str = "nx"
-) -> np.ndarray:
-    rows, columns = int(found[ny]), int(found[nx])
-    return np.frombuffer(content, kind, rows * columns, start).reshape(rows, columns)
+def grid(content: bytes, kind: str, shape: tuple[int, int], start: int = 0) -> np.ndarray:
+    """Return the numbers of a map from a byte on, in double precision."""
+    return np.frombuffer(content, kind, shape[0] * shape[1], start).reshape(shape).astype(float)
+
+
+def raster(content: bytes, kind: str, found: dict[str, float], start: int) -> np.ndarray:
+    return grid(content, kind, (int(found["ny"]), int(found["nx"])), start)
 
 
 Made = tuple[bytes, Callable[[bytes], Plain], tuple[tuple[int, int], ...]]
@@ -79,7 +81,7 @@ def tmd() -> Made:
 
 def os3d() -> Made:
     head = Head.of(
-        ("", "<10s", b"OmniSurf3D"), ("", "<ii", None) if False else ("major", "<i", 1),
+        ("", "<10s", b"OmniSurf3D"), ("major", "<i", 1),
         ("minor", "<i", 0), ("word", "<I", 4), ("", "<4s", b"made"), ("date", "<I", 4),
         ("", "<4s", b"2024"), ("nx", "<i", SHAPE[1]), ("ny", "<i", SHAPE[0]),
         ("dx", "<d", 1e6 * PIXEL[1]), ("dy", "<d", 1e6 * PIXEL[0]), ("", "16", None),
@@ -92,7 +94,7 @@ def os3d() -> Made:
             (length,) = struct.unpack_from("<I", content, at)
             at += 4 + length
         nx, ny, dx, dy = struct.unpack_from("<iidd", content, at)
-        values = np.frombuffer(content, "<f4", nx * ny, at + 40).reshape(ny, nx) * 1e-6
+        values = grid(content, "<f4", (ny, nx), at + 40) * 1e-6
         return Plain(np.where(values < -3e32, np.nan, values), (dy * 1e-6, dx * 1e-6))
 
     return head.content + (heights() * 1e6).astype("<f4").tobytes(), stated, head.fields
@@ -110,7 +112,7 @@ def nms() -> Made:
 
     def stated(content: bytes) -> Plain:
         n = head.numbers(content)
-        counts = raster(content, "<u2", n, len(head.content)).astype(float)
+        counts = raster(content, "<u2", n, len(head.content))
         values = counts / 65534 * (n["high"] - n["low"]) + n["low"]
         return Plain(values * 1e-6, (n["dy"] * 1e-3, n["dx"] * 1e-3))
 
@@ -127,7 +129,7 @@ def zmg() -> Made:
 
     def stated(content: bytes) -> Plain:
         n = head.numbers(content)
-        values = raster(content, "<u2", n, len(head.content) + int(n["comment"])).astype(float)
+        values = raster(content, "<u2", n, len(head.content) + int(n["comment"]))
         return Plain(values * n["dz"] * 1e-6, (n["dy"] * 1e-6, n["dx"] * 1e-6))
 
     counts = np.rint(heights() / STEP + 9000).astype("<u2")
@@ -146,7 +148,7 @@ def plu() -> Made:
 
     def stated(content: bytes) -> Plain:
         n = head.numbers(content)
-        values = raster(content, "<f4", n, len(head.content)) * 1.0
+        values = raster(content, "<f4", n, len(head.content))
         values[values == 1000001] = np.nan
         return Plain(values * 1e-6, (n["dy"] * 1e-6, n["dx"] * 1e-6))
 
@@ -175,7 +177,7 @@ def vk4() -> Made:
         dx, dy, dz = struct.unpack_from("<3I", content, numbers + 4 * 42)
         nx, ny, bits = struct.unpack_from("<3I", content, at)
         kind = {8: "<u1", 16: "<u2", 32: "<u4"}[bits]
-        values = np.frombuffer(content, kind, nx * ny, at + 28 + 768).reshape(ny, nx).astype(float)
+        values = grid(content, kind, (ny, nx), at + 28 + 768)
         return Plain(values * dz * 1e-12, (dy * 1e-12, dx * 1e-12))
 
     fields = ((12, 12 + 68), (numbers + 168, numbers + 180), (image, image + 28))
@@ -206,7 +208,10 @@ def al3d() -> Made:
         ny, nx = int(found["Rows"]), int(found["Cols"])
         wide = (4 * nx + 7) // 8 * 2
         start = int(found["DepthImageOffset"])
-        values = np.frombuffer(content, "<f4", ny * wide, start).reshape(ny, wide)[:, :nx] * 1.0
+        values = (
+            np.frombuffer(content, "<f4", ny * wide, start).reshape(ny, wide).astype(float)[:, :nx]
+            * 1.0
+        )
         absent = float(found["InvalidPixelValue"])
         values[np.abs(values - absent) < 1.5e-7 * abs(absent)] = np.nan
         pixel = float(found["PixelSizeYMeter"]), float(found["PixelSizeXMeter"])
@@ -234,11 +239,11 @@ def bcr() -> Made:
         ny, nx = int(found["ypixels"]), int(found["xpixels"])
         order = "<" if int(found.get("intelmode", 1)) else ">"
         if found["fileformat"] == "bcrf":
-            values = np.frombuffer(content, f"{order}f4", nx * ny, size).reshape(ny, nx) * 1.0
+            values = grid(content, f"{order}f4", (ny, nx), size) * 1.0
             values[~(values <= 1.7e38)] = np.nan
             scale = 1.0
         else:
-            values = np.frombuffer(content, f"{order}i2", nx * ny, size).reshape(ny, nx) * 1.0
+            values = grid(content, f"{order}i2", (ny, nx), size) * 1.0
             values[values == 32767] = np.nan
             scale = float(found.get("bit2nm", 1))
         x, z = (LENGTHS[found.get(f"{axis}unit", "nm").encode("latin-1")] for axis in "xz")
@@ -269,7 +274,7 @@ def wsxm() -> Made:
         found = {key.strip(): value.strip() for key, value in pairs}
         ny, nx = int(found[b"Number of rows"]), int(found[b"Number of columns"])
         kind = {b"double": "<f8", b"float": "<f4"}[found[b"Image Data Type"]]
-        values = np.frombuffer(data, kind, nx * ny).reshape(ny, nx)[::-1, ::-1]
+        values = grid(data, kind, (ny, nx))[::-1, ::-1]
         sides = []
         for key in (b"Y Amplitude", b"X Amplitude"):
             value, unit = found.get(key, found[b"X Amplitude"]).split(b" ")
@@ -298,7 +303,11 @@ def mi() -> Made:
             at = end + 1
         ny, nx = int(found["yPixels"]), int(found["xPixels"])
         wide = found["data"] == "BINARY_32"
-        values = np.frombuffer(content, "<i4" if wide else "<i2", nx * ny, at).reshape(ny, nx)
+        values = (
+            np.frombuffer(content, "<i4" if wide else "<i2", nx * ny, at)
+            .reshape(ny, nx)
+            .astype(float)
+        )
         scale = float(found["bufferRange"]) / (2147483648 if wide else 32768)
         metre = LENGTHS[found["bufferUnit"].encode("latin-1")]
         pixel = float(found["yLength"]) / ny, float(found["xLength"]) / nx
@@ -381,7 +390,7 @@ def plux() -> Made:
 
             nx, ny = int(word("IMAGE_SIZE_X")), int(word("IMAGE_SIZE_Y"))
             data = archive.read(word("FILENAME_Z"))
-        values = np.frombuffer(data, "<f4", nx * ny).reshape(ny, nx) * 1e-6
+        values = grid(data, "<f4", (ny, nx)) * 1e-6
         return Plain(values, (float(word("FOV_Y")) * 1e-6, float(word("FOV_X")) * 1e-6))
 
     return stream.getvalue(), stated, ()
