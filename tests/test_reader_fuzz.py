@@ -97,12 +97,12 @@ def test_files_under_every_suffix(name: str, worker: Worker) -> None:
         ("made.npy", {61: 0x32}, "bytes of the file over"),
         ("made.sdf", {104: 0x32}, "announces 440 heights, but has 660"),
         # A length with which a reader never comes to where checksums are compared.
-        ("x3p-2.x3p", {3236014: 0x5C, 1205: 0x40, 1084: 0x34}, "checksum of 'bindata/data.bin'"),
+        ("x3p-2.x3p", {3236014: 0x5C, 1205: 0x40, 1084: 0x34}, "packed into 3.1 MiB as no"),
         # An origin in whose digits the heights are lost, and a step.
         ("mnt-1.mnt", {1586381: 0xE4}, "heights span 0 counts, not 22237587"),
         ("mnt-1.mnt", {1586315: 0x3B}, "heights span 0 counts, not 22237587"),
         # More bytes than any memory has.
-        ("metropro-1.dat", {68: 0x82, 70: 0x81}, "cannot be read"),
+        ("metropro-1.dat", {68: 0x82, 70: 0x81}, "announces 33248 × 33408 points"),
         # A unit of no letters.
         ("made.sur", dict.fromkeys(range(180, 276), 0), "gives no unit"),
         # h5netcdf leaves half a file behind, which complains when it is collected.
