@@ -161,11 +161,13 @@ def opened(path: Path) -> Iterator[xarray.Dataset]:
     Raises
     ------
     FormatError, InsufficientMemoryError, ValueError
-        As `hdf5.check`; also if an axis has more values than fit into the memory.
+        As `hdf5.check`; also if an axis has more values than fit into the memory, or a variable
+        other points than its axes.
     Exception
         Of almost any kind for other damage: OSError, KeyError, RuntimeError and more.
     """
-    for name, (shape, size) in hdf5.check(path).items():
+    arrays = hdf5.check(path)
+    for name, (shape, size) in arrays.items():
         # xarray reads the axes as it opens a file.
         if len(shape) == 1:
             limits.require_size(f"{name!r} in {path.name}", size)
@@ -176,5 +178,22 @@ def opened(path: Path) -> Iterator[xarray.Dataset]:
     # traceback to standard error when it is collected.
     with h5py.File(path, "r") as file:
         file.attrs.get("_nc3_strict")
-    with xarray.open_dataset(path, engine="h5netcdf") as dataset:
+        for name in arrays:
+            _check_fill(name, file[name])
+    # Arrays without axes, of any other HDF5 file, would be warned of.
+    with xarray.open_dataset(path, engine="h5netcdf", phony_dims="access") as dataset:
+        for key, variable in dataset.variables.items():
+            # xarray takes the shape from the axes; what is read, and how much, is the array.
+            found = arrays.get(str(key))
+            if found is None:
+                raise ValueError(f"{key} is no array of its own")
+            if found.shape[: variable.ndim] != variable.shape:
+                raise ValueError(f"{key} has {found.shape} points, its axes {variable.shape}")
         yield dataset
+
+
+def _check_fill(name: str, array: Any) -> None:
+    """Raise `ValueError` for a fill value that xarray would leave out with a warning."""
+    fill = array.attrs.get("_FillValue")
+    if fill is not None and array.dtype.kind in "iu" and fill.dtype.kind not in "iu":
+        raise ValueError(f"{name} holds integers, but {fill} for what is missing")
