@@ -1,4 +1,5 @@
 import hashlib
+import re
 import struct
 import zipfile
 from dataclasses import replace
@@ -12,6 +13,7 @@ import pytest
 import roughcontact as rc
 from roughcontact.formats import binary, metrology
 from written import (
+    HAS_READER,
     MEASUREMENTS,
     PIXEL,
     SHAPE,
@@ -167,3 +169,33 @@ def test_scales_that_sur_cannot_tell(
     with pytest.raises(rc.InputError, match=r"map\.sur keeps pixel and step .*\.x3p or \.npz"):
         rc.Surface([[0, height], [0, 0]], pixel).save(tmp_path / "map.sur")
     assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["main.xml", "bindata/data.bin"])
+def test_a_member_with_another_md5_is_refused(name: str, tmp_path: Path) -> None:
+    """The checksums of the archive hold, those of the standard do not."""
+    if not HAS_READER:
+        pytest.skip("SurfaceTopography is absent")
+    path = tmp_path / "map.x3p"
+    rough().save(path)
+    with zipfile.ZipFile(path) as archive:
+        members = {info.filename: archive.read(info) for info in archive.infolist()}
+    old = members[name]
+    if name == "main.xml":
+        # Another pixel.
+        members[name] = re.sub(rb"<Increment>[^<]+<", b"<Increment>2e-06<", old, count=1)
+    else:
+        members[name] = bytes([old[0] ^ 1]) + old[1:]
+    with zipfile.ZipFile(path, "w") as archive:
+        for member, content in members.items():
+            archive.writestr(member, content)
+    with pytest.raises(rc.FormatError, match=f"'{name}' does not match its MD5 checksum"):
+        rc.read_surface(path)
+    # Without checksums a file is taken as it is.
+    document = re.sub(
+        rb"<MD5ChecksumPointData>.*?<", b"<MD5ChecksumPointData><", members["main.xml"]
+    )
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("main.xml", document)
+        archive.writestr("bindata/data.bin", members["bindata/data.bin"])
+    assert rc.read_surface(path).shape == rough().shape

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from roughcontact import hdf5, limits
 from roughcontact.errors import FormatError, InputError, Mention, RoughcontactError
-from roughcontact.formats import archives
+from roughcontact.formats import archives, metrology
 from roughcontact.formats.scale import in_metres, is_length, pixel_of, refuse_given, unit_in_metres
 from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.surface.provenance import Provenance
@@ -255,6 +255,8 @@ def _check_packed(path: Path, kind: str) -> None:
             limits.require_size(f"{name!r} in {path.name}", size)
     elif start == b"PK\x03\x04" or (kind in _ARCHIVES and zipfile.is_zipfile(path)):
         archives.check(path)
+        if kind == "x3p":
+            metrology.check_x3p(path)
     elif kind in _STREAMS:
         archives.check_streams(path)
     elif kind == "ibw" and start[:2] not in (b"\5\0", b"\0\5"):

@@ -5,14 +5,16 @@ from __future__ import annotations
 import hashlib
 import math
 import os
+import re
 import struct
 import zipfile
 from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 
 from roughcontact._version import __version__
-from roughcontact.errors import InputError
+from roughcontact.errors import FormatError, InputError
 from roughcontact.files import replacing, require_suffix
 from roughcontact.formats import binary
 from roughcontact.surface.surface import Surface
@@ -20,6 +22,9 @@ from roughcontact.surface.surface import Surface
 # Bytes of a member of an archive from which it gets the header for more than 2 GB, which not
 # every reader knows.
 _LARGE = 2**30
+
+# Members of an X3P archive.
+_DOCUMENT, _POINTS, _SUMS = "main.xml", "bindata/data.bin", "md5checksum.hex"
 
 
 def save_x3p(surface: Surface, path: str | os.PathLike[str]) -> None:
@@ -50,9 +55,9 @@ def save_x3p(surface: Surface, path: str | os.PathLike[str]) -> None:
     heights = binary.little_endian(surface.heights)
     document = _x3p_document(surface, _md5(heights)).encode("utf-8")
     members: dict[str, bytes | memoryview] = {
-        "main.xml": document,
-        "bindata/data.bin": heights,
-        "md5checksum.hex": f"{_md5(document)} *main.xml\n".encode("ascii"),
+        _DOCUMENT: document,
+        _POINTS: heights,
+        _SUMS: f"{_md5(document)} *{_DOCUMENT}\n".encode("ascii"),
     }
     with (
         replacing(path) as stream,
@@ -62,6 +67,43 @@ def save_x3p(surface: Surface, path: str | os.PathLike[str]) -> None:
             with archive.open(name, "w", force_zip64=len(content) > _LARGE) as member:
                 for block in binary.blocks(content):
                     member.write(block)
+
+
+def check_x3p(path: Path) -> None:
+    """Refuse an X3P file whose members are not those that its MD5 checksums are of.
+
+    Parameters
+    ----------
+    path : Path
+        The file. The standard asks for checksums of the XML document and of the points; a file
+        without them is taken as it is.
+
+    Raises
+    ------
+    FormatError
+        If a checksum is wrong.
+    BadZipFile, OSError
+        If it is no archive.
+    """
+    with zipfile.ZipFile(path) as archive:
+        names = set(archive.namelist())
+        stated = archive.read(_SUMS).splitlines() if _SUMS in names else []
+        # "<sum> *<name>", as the program md5sum writes it.
+        sums = [(line[:32], line[32:].strip(b" *")) for line in stated]
+        document = archive.read(_DOCUMENT) if _DOCUMENT in names else b""
+        for what in (b"PointData", b"ValidPoints"):
+            found = [
+                re.search(rb"<%s>\s*([^<\s]+)\s*<" % tag, document)
+                for tag in (b"MD5Checksum" + what, what + b"Link")
+            ]
+            sums += [(one[1], two[1]) for one, two in [found] if one and two]
+        for stated_sum, member in sums:
+            name = member.decode("utf-8", "replace")
+            if name in names and _md5_of(archive, name).encode() != stated_sum.lower():
+                raise FormatError(
+                    f"{path.name} was damaged or changed after it was written: {name!r} does not "
+                    "match its MD5 checksum; take a copy of the file, or export it again"
+                )
 
 
 def save_sur(surface: Surface, path: str | os.PathLike[str]) -> None:
@@ -183,12 +225,12 @@ def _x3p_document(surface: Surface, checksum: str) -> str:
       <SizeZ>1</SizeZ>
     </MatrixDimension>
     <DataLink>
-      <PointDataLink>bindata/data.bin</PointDataLink>
+      <PointDataLink>{_POINTS}</PointDataLink>
       <MD5ChecksumPointData>{checksum.upper()}</MD5ChecksumPointData>
     </DataLink>
   </Record3>
   <Record4>
-    <ChecksumFile>md5checksum.hex</ChecksumFile>
+    <ChecksumFile>{_SUMS}</ChecksumFile>
   </Record4>
 </p:ISO5436_2>
 """
@@ -236,3 +278,11 @@ def _printable(text: str) -> str:
 def _md5(content: bytes | memoryview) -> str:
     # A checksum that the standard asks for, no protection.
     return hashlib.md5(content, usedforsecurity=False).hexdigest()
+
+
+def _md5_of(archive: zipfile.ZipFile, name: str) -> str:
+    digest = hashlib.md5(usedforsecurity=False)
+    with archive.open(name) as member:
+        while block := member.read(2**20):
+            digest.update(block)
+    return digest.hexdigest()

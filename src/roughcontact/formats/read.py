@@ -90,7 +90,8 @@ def read_surface(
 
     So are instrument files whose header contradicts the rest of the file, as far as the format
     says something twice: sizes against grids (metropro, sur, sdf, di), the range of heights
-    (sur, mnt); and those in which a scale is missing that the reader would take as 1 (opd).
+    (sur, mnt), checksums against what they are of (x3p); and those in which a scale is missing
+    that the reader would take as 1 (opd).
     """
     with _opened(path, format) as (file, known):
         return _read(file, known, format, Asked(channel, unit, size))
