@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from roughcontact import checksums, files, hdf5, limits
 from roughcontact.errors import FormatError
 
@@ -171,29 +173,44 @@ def opened(path: Path) -> Iterator[xarray.Dataset]:
         # xarray reads the axes as it opens a file.
         if len(shape) == 1:
             limits.require_size(f"{name!r} in {path.name}", size)
+    import h5netcdf
     import h5py
     import xarray
+    from xarray.backends import H5NetCDFStore
+    from xarray.conventions import decode_cf_variable
 
     # h5netcdf looks this up first. Where that fails it leaves an unfinished object, which writes a
     # traceback to standard error when it is collected.
     with h5py.File(path, "r") as file:
         file.attrs.get("_nc3_strict")
-        for name in arrays:
-            _check_fill(name, file[name])
-    # Arrays without axes, of any other HDF5 file, would be warned of.
-    with xarray.open_dataset(path, engine="h5netcdf", phony_dims="access") as dataset:
-        for key, variable in dataset.variables.items():
+    # Arrays without axes, of any other HDF5 file, get some.
+    with h5netcdf.File(path, "r", decode_vlen_strings=True, phony_dims="access") as file:
+        for key, variable in file.variables.items():
+            _check_marks(key, variable)
+        variables, attributes = H5NetCDFStore(file).load()  # type: ignore[no-untyped-call]
+        for key, variable in variables.items():
             # xarray takes the shape from the axes; what is read, and how much, is the array.
             found = arrays.get(str(key))
             if found is None:
                 raise ValueError(f"{key} is no array of its own")
             if found.shape[: variable.ndim] != variable.shape:
                 raise ValueError(f"{key} has {found.shape} points, its axes {variable.shape}")
-        yield dataset
+        # One by one: xarray's own function for all of them changes the process's warnings.
+        decoded = {
+            key: decode_cf_variable(key, variable, decode_times=False, decode_timedelta=False)
+            for key, variable in variables.items()
+        }
+        yield xarray.Dataset(decoded, attrs=attributes)
 
 
-def _check_fill(name: str, array: Any) -> None:
-    """Raise `ValueError` for a fill value that xarray would leave out with a warning."""
-    fill = array.attrs.get("_FillValue")
-    if fill is not None and array.dtype.kind in "iu" and fill.dtype.kind not in "iu":
-        raise ValueError(f"{name} holds integers, but {fill} for what is missing")
+def _check_marks(name: str, variable: Any) -> None:
+    """Raise `ValueError` for attributes that xarray would leave out with a warning."""
+    attributes, whole = variable.attrs, variable.dtype.kind in "iu"
+    fills = [attributes[key] for key in ("missing_value", "_FillValue") if key in attributes]
+    marks = {mark for fill in fills for mark in np.ravel(fill) if mark == mark}
+    if whole and fills and not marks:
+        raise ValueError(f"{name} holds integers, but {fills[0]} for what is missing")
+    if len(marks) > 1:
+        raise ValueError(f"{name} has several values for what is missing")
+    if "_Unsigned" in attributes and not whole:
+        raise ValueError(f"{name} holds no integers, but says that they have no sign")
