@@ -136,3 +136,45 @@ def test_instruments_that_write_hdf5(other: Path, tmp_path: Path) -> None:
     with h5py.File(path, "w") as file:
         file.create_dataset("Measurement/Surface", (2**20, 2**20), "f8", chunks=(64, 64))
     refused(path, "'Measurement/Surface' in map.datx holds 8192.0 GiB")
+
+
+def test_more_values_than_the_axes_tell(tmp_path: Path) -> None:
+    # xarray takes the shape from the axes, and then reads all.
+    path = map_file(tmp_path / "map.nc", lambda file: file.create_dataset("height", data=HEIGHTS))
+    with h5py.File(path, "a") as file:
+        del file["height"]
+        large = file.create_dataset("height", (60000, 60000), "f8", chunks=(100, 100))
+        large.attrs["units"] = "m"
+        for number, name in enumerate("yx"):
+            large.dims[number].attach_scale(file[name])
+    refused(path, "height has more values than its axes")
+    with pytest.raises(FormatError, match="height has more values than its axes"):
+        rc.load_result(path)
+
+
+@pytest.mark.parametrize(
+    ("attributes", "words"),
+    [
+        ({"_FillValue": np.array([1.0, 2.0])}, "height has no single value"),
+        ({"_FillValue": 1.0, "missing_value": 2.0}, "height has no single value"),
+        ({"_Unsigned": "true"}, "height holds no integers"),
+    ],
+)
+def test_what_xarray_would_tell_the_terminal(
+    tmp_path: Path,
+    attributes: dict[str, object],
+    words: str,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    path = map_file(tmp_path / "map.nc", lambda file: file.create_dataset("height", data=HEIGHTS))
+    with h5py.File(path, "a") as file:
+        file["height"].attrs.update(attributes)
+    refused(path, words)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_one_value_that_marks_missing_points(tmp_path: Path) -> None:
+    path = map_file(tmp_path / "map.nc", lambda file: file.create_dataset("height", data=HEIGHTS))
+    with h5py.File(path, "a") as file:
+        file["height"].attrs["_FillValue"] = HEIGHTS[1, 1]
+    assert np.argwhere(np.isnan(read_surface(path).heights)).tolist() == [[1, 1]]
