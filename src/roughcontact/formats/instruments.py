@@ -311,7 +311,7 @@ def _contradiction(path: Path, kind: str, entry: Any, values: Array) -> str:
     """
     check = _CONTRADICTIONS.get(kind)
     header = entry.info.get("raw_metadata")
-    if check is None or not header:
+    if check is None or not header or np.isnan(values).all():
         return ""
     try:
         return check(path, header, entry, values)

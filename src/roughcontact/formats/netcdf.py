@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 
@@ -96,8 +97,10 @@ def _map(path: Path, asked: Asked) -> Surface:
 
 
 def _spacing(centres: Array) -> float:
-    steps = np.diff(centres)
-    mean = float(np.mean(steps))
-    if not np.allclose(steps, mean, rtol=1e-6, atol=0.0):
-        raise ValueError("coordinates are not evenly spaced")
+    # Damaged numbers overflow, and an axis of one point has no steps.
+    with np.errstate(all="ignore"):
+        steps = np.diff(centres)
+        mean = float(np.mean(steps)) if steps.size else math.nan
+        if not np.allclose(steps, mean, rtol=1e-6, atol=0.0) or math.isnan(mean):
+            raise ValueError("coordinates are not evenly spaced")
     return abs(mean)
