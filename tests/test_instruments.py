@@ -306,3 +306,15 @@ def test_missing_library_says_how_to_install_it(
     monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
     monkeypatch.setitem(sys.modules, "SurfaceTopography.IO", None)
     refused(write(tmp_path, "map.opd", "x"), "pip install 'roughcontact[io]'")
+
+
+def test_a_map_without_a_height_is_said_to_be_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Also where its header would be compared with them.
+    nothing = SimpleNamespace(
+        heights=lambda: np.ma.masked_all((4, 3)), pixel_size=(1.0, 2.0), unit="µm"
+    )
+    fake(monkeypatch, entry(info={"raw_metadata": {"a": 1}}, topography=lambda: nothing))
+    for suffix in ("opd", "sur", "mnt"):
+        refused(write(tmp_path, f"map.{suffix}", "x" * 99), "has no finite value")

@@ -88,6 +88,8 @@ def test_a_count_says_name_value_and_bounds(value: object) -> None:
         ("shape", lambda: MAP.resampled(shape=(10**5, 10**5))),
         ("pixel", lambda: MAP.resampled(pixel=(1e-12, 1e-12))),
         ("pixel", lambda: MAP.resampled(pixel=(1e-320, 1e-320))),
+        ("shape", lambda: MAP.resampled(shape=(10**400, 2))),
+        ("shape", lambda: MAP.resampled(shape=tuple(np.array([2**40, 2**40])))),
     ],
 )
 def test_no_count_is_taken_that_nothing_could_hold(

@@ -83,3 +83,17 @@ def test_the_reading_is_kept_as_given_and_as_found(tmp_path: Path) -> None:
     }  # fmt: skip
     assert origin.found == {"format": "npz", "size": (4e-6, 8e-6), "unit": 1e-6, "notes": ()}
     assert surface.provenance.operations == ()
+
+
+def test_axes_that_tell_no_pixel(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    import xarray
+
+    for number, y in enumerate(([0.0], [0.0, np.inf, 1.0], [1e308, -1e308, 1e308])):
+        heights = np.zeros((len(y), 4))
+        dataset = xarray.Dataset(
+            {"height": (("y", "x"), heights, {"units": "m"})},
+            coords={"y": y, "x": np.arange(4) * 1e-6},
+        )
+        dataset.to_netcdf(tmp_path / f"{number}.nc", engine="h5netcdf")
+        refused(tmp_path / f"{number}.nc", "nor evenly spaced coordinates")
+    assert capfd.readouterr() == ("", "")

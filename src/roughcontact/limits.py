@@ -95,11 +95,24 @@ def most_unpacked(packed: int) -> int:
     return min(BYTES, max(_SMALL, _PACKED * packed))
 
 
-def require_grid(argument: str, shape: Sequence[int]) -> None:
-    """Raise `InputError`, naming argument and value, for more points than a map may have."""
-    if math.prod(map(int, shape)) > POINTS:
+def require_grid(argument: str, shape: Sequence[float], value: object = None) -> None:
+    """Raise `InputError`, naming argument and value, for more points than a map may have.
+
+    Parameters
+    ----------
+    argument : str
+        The argument that asks for the grid.
+    shape : sequence of float
+        Points ``(ny, nx)``, whole or not.
+    value : object, optional
+        What was given for the argument; the shape without it.
+    """
+    # NumPy's integers would overflow, and floats may be infinite.
+    points = [n if isinstance(n, float) else int(n) for n in shape]
+    if math.prod(points) > POINTS:
+        grid = " × ".join(f"{n:.6g}" if isinstance(n, float) else str(n) for n in points)
         raise InputError(
-            f"must have at most {POINTS} (2³⁰) points, got {' × '.join(map(str, shape))}",
+            f"asks for {grid} points, more than the {POINTS} (2³⁰) that a map may have",
             argument=argument,
-            value=tuple(shape),
+            value=tuple(shape) if value is None else value,
         )

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from roughcontact import limits
 from roughcontact.errors import InputError, Mention
 from roughcontact.formats import read
 from roughcontact.formats.scale import pixel_of
@@ -97,7 +98,9 @@ def _prepared(request: Request, surface: Surface, path: Path) -> Surface:
     if request["s-filter"] is not None or request["l-filter"] is not None:
         surface = surface.filtered(request["s-filter"], request["l-filter"])
     if request["pixel"] is not None:
-        ny, nx = (round(side / request["pixel"]) for side in surface.size)
+        grid = [side / request["pixel"] for side in surface.size]
+        limits.require_grid("pixel", grid, request["pixel"])
+        ny, nx = map(round, grid)
         memory.require(request, (ny, nx))
         surface = surface.resampled(pixel=(request["pixel"], request["pixel"]), method="spline")
     return surface.rotated(request["rotate"]) if request["rotate"] % 360 else surface

@@ -322,13 +322,9 @@ class Surface:
                     "or ", Mention("pixel"), " of the new grid must be given", argument="shape"
                 )
             require_pixel(pixel)
-            if self.size[0] / pixel[0] * (self.size[1] / pixel[1]) > limits.POINTS:
-                raise InputError(
-                    f"must be larger: of {pixel[0]:g} × {pixel[1]:g} m there are more than the "
-                    f"{limits.POINTS} (2³⁰) points that a map may have",
-                    argument="pixel",
-                    value=pixel,
-                )
+            limits.require_grid(
+                "pixel", [s / p for s, p in zip(self.size, pixel, strict=True)], pixel
+            )
             shape = (round(self.size[0] / pixel[0]), round(self.size[1] / pixel[1]))
             if min(shape) < 2:
                 raise InputError(
