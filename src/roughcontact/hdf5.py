@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import mmap
+import os
 import struct
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from roughcontact import memory
 from roughcontact.errors import FormatError
+
+# Deflate packs 1032 to 1 at most.
+_DEFLATED = 1032
 
 
 class Stored(NamedTuple):
@@ -90,12 +96,39 @@ def _stored(path: Path, name: str, array: Any) -> Stored:
         raise _outside(path, name, "raw data outside")
     each = array.get_type().get_size()
     if layout.get_layout() == h5d.CHUNKED:
+        block = math.prod(layout.get_chunk()) * each
         memory.require(
-            math.prod(layout.get_chunk()) * each,
+            block,
             f"one block of {name!r} in {path.name} needs",
             advice=("check that the file is complete",),
         )
+        if layout.get_nfilters():
+            _check_blocks(path, name, array, block)
     return Stored(array.shape, math.prod(array.shape) * each)
+
+
+def _check_blocks(path: Path, name: str, array: Any, block: int) -> None:
+    """Refuse a packed array of which a block unpacks to more than a block.
+
+    HDF5 would go on to the end of what is packed, whatever that takes. Looked at only where it
+    could take more than the memory that is free.
+    """
+    if array.get_storage_size() <= memory.free() // _DEFLATED:
+        return
+    parts: list[Any] = []
+    array.chunk_iter(parts.append)
+    for part in parts:
+        if part.size > block // _DEFLATED:
+            unpacked = b""
+            # What is not deflated ends here at once.
+            with contextlib.suppress(zlib.error):
+                packed = array.read_direct_chunk(part.chunk_offset)[1]
+                unpacked = zlib.decompressobj().decompress(packed, block + 1)
+            if len(unpacked) > block:
+                raise FormatError(
+                    f"{path.name} holds {name!r} in blocks that unpack to more than they state; "
+                    "check where the file is from"
+                )
 
 
 def _outside(path: Path, name: str, how: str) -> FormatError:
@@ -113,15 +146,32 @@ def _check_heaps(path: Path) -> None:
     size, and a size of 0 lets it stand still. See the HDF5 File Format Specification Version 3.0,
     section III.E.
     """
-    with path.open("rb") as stream:
-        stream.seek(0, 2)
-        if stream.tell() == 0:
-            return
-        with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
-            start = content.find(b"GCOL")
+    size = path.stat().st_size
+    if size == 0:
+        return
+    with (
+        path.open("rb") as stream,
+        mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content,
+    ):
+        for first, last in _filled(stream.fileno(), size):
+            start = content.find(b"GCOL", first, last)
             while start >= 0:
                 _check_heap(content, start)
-                start = content.find(b"GCOL", start + 4)
+                start = content.find(b"GCOL", start + 4, last)
+
+
+def _filled(descriptor: int, size: int) -> Iterator[tuple[int, int]]:
+    """Yield where a file holds anything: it may have holes of terabytes."""
+    if not hasattr(os, "SEEK_DATA"):
+        yield 0, size
+        return
+    last = 0
+    # An error says that nothing more follows.
+    with contextlib.suppress(OSError):
+        while last < size:
+            first = os.lseek(descriptor, last, os.SEEK_DATA)
+            last = os.lseek(descriptor, first, os.SEEK_HOLE)
+            yield first, last
 
 
 def _check_heap(content: mmap.mmap, start: int) -> None:
