@@ -3,6 +3,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact import pipes
 from roughcontact.cli import app
 from roughcontact.fleet import engines, plan, project
 from roughcontact.volume.archive import load_elastoplastic
@@ -416,3 +418,34 @@ def test_messages_of_tasks_name_key_and_line(
     line = TASKS[: TASKS.index(old)].count("\n") + 1
     found = int(err.split(" line ")[1].split(":")[0])
     assert found in ((line, line + 1) if "this contact" not in err else (line - 3,))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_a_project_that_comes_by_a_pipe(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = folder / "piped.toml"
+    os.mkfifo(path)
+    text = (folder / "project.toml").read_text(encoding="utf-8")
+    threading.Thread(target=path.write_text, args=(text,), daemon=True).start()
+    assert [entry.name for entry in project.load(path)] == ["one 0.1 N", "one 1 N", "two"]
+    monkeypatch.setattr(pipes, "_PATIENCE", 0.01)
+    with pytest.raises(rc.FormatError, match=r"piped\.toml is a pipe that nobody writes to"):
+        project.load(path)
+
+
+def test_a_project_without_an_end(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if Path("/dev/zero").exists():
+        with pytest.raises(rc.FormatError, match="/dev/zero is no regular file"):
+            project.load("/dev/zero")
+    with (folder / "project.toml").open("ab") as stream:
+        stream.truncate(2**40)
+    with pytest.raises(rc.FormatError, match=r"project\.toml has more than 16 million characters"):
+        project.load(folder / "project.toml")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_what_has_no_end_has_no_digest(folder: Path) -> None:
+    os.mkfifo(folder / "fifo.npy")
+    for file in ("fifo.npy", "/dev/zero"):
+        path = changed(folder, 'file = "rough.npy"', f'file = "{file}"')
+        first, _, last = project.load(path)
+        assert plan.digest_of(first) != plan.digest_of(last)

@@ -14,6 +14,9 @@ POINTS = 2**30
 BYTES = 8 * POINTS
 """Most bytes that a file with a map, or all that is packed in it, may take."""
 
+TEXT = 16 * 2**20
+"""Most bytes of a text that is taken apart as a whole, such as a header or a project file."""
+
 STEPS = 10_000
 """Most loads, increments or stages of one run that a count may ask for."""
 

@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -119,7 +120,12 @@ def digest_of(entry: Entry) -> str:
     digest.update(json.dumps({**request.given, **task}, sort_keys=True).encode())
     for path in request.inputs:
         try:
-            digest.update(path.read_bytes())
+            # What a device or a pipe gives has no end, or is gone then.
+            if not path.is_file():
+                raise FileNotFoundError(path)
+            with path.open("rb") as stream:
+                for block in iter(partial(stream.read, 2**20), b""):
+                    digest.update(block)
         # Reading it will say what is wrong.
         except OSError:
             digest.update(b"absent")

@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from roughcontact import limits, pipes
 from roughcontact.errors import FormatError, InputError, Mention
 from roughcontact.fleet.plan import Entry, spell_key
 from roughcontact.request.options import (
@@ -68,8 +69,16 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        with pipes.regular(path) as file, file.open(encoding="utf-8") as stream:
+            text = stream.read(limits.TEXT + 1)
+        if len(text) > limits.TEXT:
+            raise FormatError(
+                f"{path.name} has more than {limits.TEXT // 2**20} million characters; a project "
+                "file is a short text"
+            )
         read = tomllib.loads(text)
+    except FormatError:
+        raise
     except OSError as error:
         raise FormatError(f"{path} cannot be read ({error.strerror}); check its name") from None
     except ValueError as error:

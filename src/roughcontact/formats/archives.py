@@ -14,8 +14,6 @@ from roughcontact.errors import FormatError
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _BLOCK = 2**20
 
-# Trees of XML take some fifty times the memory of their text; headers are of kilobytes.
-_LARGEST_TEXT = 16 * 2**20
 _XML = (b"<", b"\xef\xbb\xbf<", b"\xff\xfe<", b"\xfe\xff\0<")
 
 # How a stream of zlib starts.
@@ -72,7 +70,7 @@ def _check_member(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo)
     try:
         with archive.open(member) as stream:
             start = stream.read(_BLOCK)
-            if member.file_size > _LARGEST_TEXT and start.startswith(_XML):
+            if member.file_size > limits.TEXT and start.startswith(_XML):
                 raise FormatError(
                     f"{path.name} holds the text {member.filename!r} of "
                     f"{member.file_size / 2**20:.0f} MiB, too long for a header; check where the "
