@@ -148,16 +148,16 @@ def test_other_values_than_the_axes_tell(tmp_path: Path) -> None:
         large.attrs["units"] = "m"
         for number, name in enumerate("yx"):
             large.dims[number].attach_scale(file[name])
-    refused(path, "height has (60000, 60000) values over axes of (30, 40)")
-    with pytest.raises(FormatError, match=r"height has \(60000, 60000\) values over"):
+    refused(path, "height has (60000, 60000) points, its axes (30, 40)")
+    with pytest.raises(FormatError, match=r"height has \(60000, 60000\) points"):
         rc.load_result(path)
 
 
 @pytest.mark.parametrize(
     ("attributes", "words"),
     [
-        ({"_FillValue": np.array([1.0, 2.0])}, "height has no single value"),
-        ({"_FillValue": 1.0, "missing_value": 2.0}, "height has no single value"),
+        ({"_FillValue": np.array([1.0, 2.0])}, "height has several values for what is missing"),
+        ({"_FillValue": 1.0, "missing_value": 2.0}, "height has several values for what is missing"),
         ({"_Unsigned": "true"}, "height holds no integers"),
     ],
 )
