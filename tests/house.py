@@ -23,6 +23,7 @@ WINGS = (
 # One-line methods of the public face that pass `self` on to a wing above, inside the function.
 DELEGATIONS: dict[str, set[str]] = {
     "contact.result": {
+        "contact.judgment",
         "contact.solve",
         "contact.stiffness",
         "formats.export",
@@ -34,7 +35,13 @@ DELEGATIONS: dict[str, set[str]] = {
     "contact.stress": {"report.results"},
     "contact.study": {"report.results"},
     "surface.surface": {"formats.export"},
-    "volume.result": {"formats.export", "report.results", "report.volume", "volume.depth"},
+    "volume.result": {
+        "formats.export",
+        "report.results",
+        "report.volume",
+        "volume.depth",
+        "volume.judgment",
+    },
 }
 
 

@@ -1,12 +1,18 @@
 import dataclasses
+import html
+import json
+from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray
 
 import roughcontact as rc
-from roughcontact.contact.cautions import Caution, Kind
+from roughcontact.contact.cautions import Caution, Kind, Severity, noted, ordered, warned
 from roughcontact.contact.result import Regime
 from roughcontact.errors import Mention, worded
+from roughcontact.report import regimes
+from roughcontact.report.page import sentence
 from roughcontact.surface import shapes
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
@@ -38,7 +44,9 @@ def test_each_caution_has_its_kind_and_its_sentence() -> None:
     heights[0, 0] = np.nan
     holed = rc.solve(rc.Surface(heights, PIXEL).masked(), material=STEEL, load=1e-2)
     assert kinds(holed) == [Kind.MISSING]
-    assert holed.warnings == ("1 missing points were treated as never touching",)
+    assert holed.warnings == (
+        "1 missing point (0.0977 % of the map) was treated as never touching",
+    )
 
 
 @pytest.mark.parametrize(
@@ -75,3 +83,80 @@ def test_cautions_of_the_stress_begin_with_those_of_the_contact() -> None:
 def test_cautions_are_equal_where_they_say_the_same() -> None:
     assert Caution(Kind.EDGE, ("at the edge",)) == Caution(Kind.EDGE, ("at the edge",))
     assert Caution(Kind.EDGE, ("at the edge",)) != Caution(Kind.MISSING, ("at the edge",))
+
+
+def test_the_regime_looks_at_both_bodies() -> None:
+    # The weaker body first yields at 1.63 of its strength, the stronger one already at 1.39.
+    weak = rc.Material(210e9, 0.31, 913e6)
+    early = rc.Material(210e9, 0.1, 930e6)
+    result = rc.solve(ball(64), material=weak, counter_material=early, load=1e-2)
+    first = early.first_yield_pressure
+    assert first is not None
+    between = 0.5 * (first + (weak.first_yield_pressure or 0.0))
+    scaled = dataclasses.replace(result, pressure=result.pressure * between / result.max_pressure)
+    assert scaled.regime is Regime.YIELDING_BELOW
+    assert "a sphere of the counter-body first yields" in regimes.regime(scaled)
+    below = dataclasses.replace(result, pressure=scaled.pressure * 0.99 * first / between)
+    assert below.regime is Regime.BELOW_FIRST_YIELD
+
+
+def test_a_strength_that_is_reached_counts_beside_a_hardness() -> None:
+    ceramic = rc.Material(300e9, 0.25, hardness=2e9)
+    steel = rc.Material(210e9, 0.3, 1e9)
+    result = rc.solve(ball(64), material=steel, counter_material=ceramic, load=1e-2, ceiling=None)
+    scaled = dataclasses.replace(result, pressure=result.pressure * 1.8e9 / result.max_pressure)
+    assert scaled.regime is Regime.YIELDING_BELOW
+    assert "reaches the hardness" in regimes.regime(scaled)
+    weak = dataclasses.replace(result, pressure=result.pressure * 1.5e9 / result.max_pressure)
+    assert weak.regime is Regime.UNKNOWN
+
+
+def test_every_face_tells_the_same_cautions(tmp_path: Path) -> None:
+    heights = np.array(ball(32).heights)
+    heights[10:20, 3:12] = np.nan
+    surface = rc.Surface(heights, PIXEL).filled()
+    result = rc.solve(surface, material=STEEL, load=1e-7)
+    assert {Kind.RESOLUTION, Kind.FILLED} <= set(kinds(result))
+    result.save(tmp_path / "result.nc")
+    result.report(tmp_path / "result.html")
+    again = rc.load_result(tmp_path / "result.nc")
+    assert again.warnings == result.warnings == tuple(result.summary()["warnings"])
+    with xarray.open_dataset(tmp_path / "result.nc") as dataset:
+        assert dataset.attrs["warnings"] == "\n".join(result.warnings)
+        assert json.loads(dataset.attrs["cautions"]) == [c.summary() for c in result.cautions]
+    page = html.unescape((tmp_path / "result.html").read_text(encoding="utf-8"))
+    assert all(sentence(text) in page for text in result.warnings)
+
+
+def test_remarks_stay_with_a_result(tmp_path: Path) -> None:
+    remark = Caution(Kind.MEASUREMENT, ("the tip was blunt",), Severity.NOTE, {"radius": 1e-8})
+    result = dataclasses.replace(rc.solve(ball(), material=STEEL, load=1e-2), remarks=(remark,))
+    result.save(tmp_path / "result.nc")
+    again = rc.load_result(tmp_path / "result.nc")
+    assert again.cautions == result.cautions == (remark,)
+
+
+def test_the_severest_comes_first_and_each_once() -> None:
+    note, warning = noted(Kind.MEASUREMENT, "a"), warned(Kind.EDGE, "b")
+    assert ordered([note, warning, note]) == (warning, note)
+
+
+def test_filled_points_are_told_with_their_share() -> None:
+    heights = np.array(ball(32).heights)
+    heights[2:4, 2:5] = np.nan
+    few = rc.solve(rc.Surface(heights, PIXEL).filled(), material=STEEL, load=1e-2)
+    (caution,) = few.cautions
+    assert (caution.kind, caution.severity) == (Kind.FILLED, Severity.NOTE)
+    assert caution.numbers["filled"] == 6 / 1024
+    heights[10:30, 2:20] = np.nan
+    many = rc.solve(rc.Surface(heights, PIXEL).filled(), material=STEEL, load=1e-2)
+    assert Severity.CAUTION in [c.severity for c in many.cautions if c.kind == Kind.FILLED]
+    assert "35.7 % of the map was not measured" in many.warnings[-1]
+
+
+def test_a_contact_at_the_edge_says_what_it_means_and_what_to_do() -> None:
+    result = rc.solve(ball(16), material=STEEL, load=0.5)
+    (caution,) = (c for c in result.cautions if c.kind == Kind.EDGE)
+    assert Mention("boundary", "periodic") in caution.parts
+    inner = float(result.pressure[1:-1, 1:-1].sum() / result.pressure.sum())
+    assert caution.numbers["edge_load"] == pytest.approx(1 - inner)

@@ -186,6 +186,31 @@ def percent(share: float) -> str:
     return f"{100 * share:.{decimals}f} %"
 
 
+def changed_by(change: float) -> str:
+    """Return a relative change as text.
+
+    Parameters
+    ----------
+    change : float
+        New over old value, less one; infinite where the old one is zero.
+
+    Returns
+    -------
+    str
+        In per cent with its sign, from tenfold on as a factor.
+
+    Examples
+    --------
+    >>> changed_by(0.124), changed_by(-0.5), changed_by(63.94), changed_by(float("inf"))
+    ('+12 %', '-50 %', '65-fold', 'from zero')
+    """
+    if math.isinf(change):
+        return "from zero"
+    if change >= 9:
+        return f"{float(f'{1 + change:.2g}'):.7g}-fold"
+    return f"{100 * change:+.0f} %"
+
+
 def counted(number: int, noun: str) -> str:
     """Return a number with its noun.
 

@@ -265,7 +265,7 @@ def _show(outcome: Outcome) -> None:
     elif outcome.history is not None:
         console.show_history(outcome.history, outcome.written)
     elif outcome.volume is not None:
-        console.show_volume(outcome.volume, outcome.notes, outcome.written)
+        console.show_volume(outcome.volume, outcome.written)
     else:
         if outcome.stress is None:
             console.show_solution(outcome)

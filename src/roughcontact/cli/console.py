@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from roughcontact.cli import terminal
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
+    from roughcontact.contact.cautions import Caution
     from roughcontact.contact.curve import LoadCurve
     from roughcontact.contact.history import LoadHistory
     from roughcontact.contact.result import ContactResult
@@ -44,17 +45,10 @@ _WIDEST = 100
 
 def show_solution(outcome: Outcome) -> None:
     """Print problem, answer and trust of a result, then its warnings and files."""
-    from roughcontact.contact.cautions import Kind
-    from roughcontact.report import assumptions
-
     result = outcome.result
     assert result is not None
     _print_table(_problem(result, result), *_answers(result))
-    # The status above has said already where the result is not converged.
-    notes = [c.text for c in result.cautions if c.kind != Kind.NOT_CONVERGED]
-    caution = assumptions.ceiling_caution(result, result.spots())
-    _print_warnings([*notes, *([caution] if caution else [])])
-    _print_warnings(outcome.notes, "note")
+    _print_cautions(result.cautions)
     if outcome.study is not None:
         _print_study(outcome.study)
     _print_written(outcome.written)
@@ -66,15 +60,10 @@ def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
     _print_written(written)
 
 
-def show_volume(volume: ElastoplasticResult, notes: Sequence[str], written: Sequence[Path]) -> None:
+def show_volume(volume: ElastoplasticResult, written: Sequence[Path]) -> None:
     """Print problem, answer and trust of a contact with plasticity of the volume."""
-    from roughcontact.contact.cautions import Kind
-    from roughcontact.report import assumptions_volume
-
     _print_table(_problem(volume, volume.solution), *_answers(volume))
-    told = [c.text for c in volume.cautions if c.kind != Kind.NOT_CONVERGED]
-    _print_warnings([*told, *assumptions_volume.cautions(volume)])
-    _print_warnings(notes, "note")
+    _print_cautions(volume.cautions)
     _print_written(written)
 
 
@@ -87,8 +76,7 @@ def show_stress(stress: StressResult, onset: StressResult | None, written: Seque
     if onset is not None:
         rows += rows_of(tables.FIRST_YIELD, onset, brief=True)
     _print_table(_cells(rows))
-    known = stress.solution.cautions
-    _print_warnings(caution.text for caution in stress.cautions if caution not in known)
+    _print_cautions(stress.cautions)
     _print_written(written)
 
 
@@ -114,6 +102,9 @@ def show_reports(reports: Sequence[Report]) -> None:
         rows.append((report.name, report.state, *(told.get(key, "") for key in keys)))
     heads = ("contact", "state", *(quantity.name for quantity in quantities))
     _print_table(rows, heads=heads)
+    _print_shared(
+        (report.name, caution) for report in reports for caution in report.told.get("cautions", ())
+    )
     paths = (Path(path) for report in reports for path in report.told.get("written", ()))
     _print_written(dict.fromkeys(path.parent for path in paths), "written to:")
 
@@ -225,11 +216,13 @@ def show_demo(
         for part in (ANSWER, TRUST)
     )
     _print_table(answers, trust, heads=("", *labels))
-    notes: dict[str, list[str]] = {}
+    said: dict[tuple[str, str], list[str]] = {}
     for label, result in zip(labels, results, strict=True):
-        for note in result.warnings:
-            notes.setdefault(note, []).append(label)
-    _print_warnings(f"{' and '.join(names)}: {note}" for note, names in notes.items())
+        for caution in result.cautions:
+            said.setdefault((caution.severity, caution.text), []).append(label)
+    _print_told(
+        (severity, f"{' and '.join(who)}: {text}") for (severity, text), who in said.items()
+    )
     _print_written([folder], "written to:")
     _print_table(files)
     print("The surface is generated, not measured; `roughcontact solve FILE` takes yours.")
@@ -330,8 +323,23 @@ def _print_table(*blocks: Sequence[Cells], heads: Cells = ()) -> None:
     print()
 
 
-def _print_warnings(notes: Iterable[str], kind: str = "warning") -> None:
-    lines = [f"{kind}: {terminal.printable(terminal.spelled(note))}" for note in notes]
+def _print_cautions(cautions: Iterable[Caution]) -> None:
+    """Print what has to be known; the status above says already where nothing converged."""
+    from roughcontact.contact.cautions import Kind
+
+    _print_told((c.severity, c.text) for c in cautions if c.kind != Kind.NOT_CONVERGED)
+
+
+def _print_shared(told: Iterable[tuple[str, Mapping[str, Any]]]) -> None:
+    """Print cautions of several results, in the form of their summary: each once, with whose."""
+    said: dict[tuple[str, str], list[str]] = {}
+    for name, caution in told:
+        said.setdefault((caution["severity"], caution["text"]), []).append(name)
+    _print_told((severity, f"{', '.join(who)}: {text}") for (severity, text), who in said.items())
+
+
+def _print_told(told: Iterable[tuple[str, str]]) -> None:
+    lines = [f"{severity}: {terminal.printable(terminal.spelled(text))}" for severity, text in told]
     for line in lines:
         _print(Text(line))
     if lines:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import memory, netcdf
-from roughcontact.contact import ranges, verification
+from roughcontact.contact import cautions, ranges, verification
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import FormatError, InsufficientMemoryError
@@ -99,7 +99,10 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
         "title": "Contact of rough surfaces",
         "regime": str(result.regime),
         "warnings": "\n".join(result.warnings),
+        "cautions": cautions.to_text(result.cautions),
     }
+    if result.remarks:
+        attributes["remarks"] = cautions.to_text(result.remarks)
     if counter is not None:
         maps["counter_height"] = counter.heights
         attributes |= _described(counter.provenance, "counter_")
@@ -305,6 +308,8 @@ def from_dataset(dataset: xarray.Dataset) -> ContactResult:
         pressure=maps["pressure"],
         gap=maps["gap"],
         unsealed=netcdf.CHECKSUM not in attributes or _UNSEALED in attributes,
+        # Files of earlier versions have none.
+        remarks=cautions.from_text(str(attributes.get("remarks", "[]"))),
         **_scalars(attributes),
     )
     stated = {name: dataset[name].values for name in ("initial_gap", "saturated", "y", "x")}

@@ -23,6 +23,23 @@ def at_edge(touching: NDArray[np.bool_], boundary: Boundary) -> bool:
     return any(bool(touching.take((0, -1), axis).any()) for axis in boundary.free_axes)
 
 
+def edge_load(pressure: NDArray[np.float64], boundary: Boundary) -> float:
+    """Return the share of the load on the outermost pixels along edges at which a map ends.
+
+    Parameters
+    ----------
+    pressure : ndarray, shape (ny, nx)
+        Contact pressure [Pa].
+    boundary : Boundary
+        Along which axes the map ends.
+    """
+    inner = pressure[
+        tuple(slice(1, -1) if a in boundary.free_axes else slice(None) for a in (0, 1))
+    ]
+    total = float(pressure.sum())
+    return max(1 - float(inner.sum()) / total, 0.0) if total else 0.0
+
+
 def rim_excess(
     touching: NDArray[np.bool_], elastic: NDArray[np.bool_], boundary: Boundary
 ) -> float:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Any
 
-from roughcontact.errors import Mention, Part, Sentence
+from roughcontact.errors import Mention, Part, Sentence, parts_of, worded
 
 
 class Kind(StrEnum):
@@ -14,13 +17,35 @@ class Kind(StrEnum):
     NOT_CONVERGED = "not converged"
     EDGE = "contact at the edge of the map"
     BEYOND_CEILING = "pressure beyond the ceiling"
+    RESOLUTION = "contact not resolved"
+    STUDY = "depends on the grid"
+    SLOPES = "slopes not small"
+    STRAINS = "strains not small"
+    CEILING = "ceiling off the recommended one"
+    FILLED = "filled points"
     MISSING = "missing points"
+    MEASUREMENT = "lateral resolution of the measurement"
     BEYOND_YIELD = "stress beyond the yield strength"
     DEEPEST = "largest stress at the greatest depth"
     SHALLOW = "largest stress within two pixels of the surface"
     PLASTIC_EDGE = "plastic strain at the edge of the volume"
     PLASTIC_BOTTOM = "plastic strain in the lowest layer"
     UNSEALED = "file without checksums"
+    PLASTIC_STRAINS = "plastic strains not small"
+    SCATTER = "pressure of single pixels scatters"
+    HARDENING = "plastic strain beyond the table"
+    RESIDUAL = "residual stress beyond the yield strength"
+
+
+class Severity(StrEnum):
+    """What a caution does to the numbers."""
+
+    WARNING = "warning"
+    """They may be far off, or mean something else than they seem to."""
+    CAUTION = "caution"
+    """They are estimates."""
+    NOTE = "note"
+    """They are right for what was given, which holds less than it may seem."""
 
 
 @dataclass(frozen=True)
@@ -33,36 +58,88 @@ class Caution:
         What it is about, one of a `Kind`.
     parts : tuple of str and Mention
         The sentence, without its capital letter and full stop.
+    severity : Severity
+        What it does to the numbers.
+    numbers : mapping of str to float
+        What it was judged by, in SI units.
     """
 
     kind: str
     parts: tuple[Part, ...]
+    severity: Severity = Severity.WARNING
+    numbers: Mapping[str, float] = field(default_factory=dict, hash=False)
 
     @property
     def text(self) -> str:
         """The sentence in the words of Python."""
         return Sentence(*self.parts)
 
+    def summary(self) -> dict[str, Any]:
+        """Return it ready for JSON: kind, severity, sentence and numbers."""
+        return {
+            "kind": str(self.kind),
+            "severity": str(self.severity),
+            "text": worded(self.parts),
+            "numbers": dict(self.numbers),
+        }
 
-def at_edge(*more: Part) -> Caution:
-    """Return what is said of a contact that reaches the edge of the map, and more where it fits."""
-    return Caution(
-        Kind.EDGE,
-        (
-            "contact reaches the edge of the map: either the map is too small for this load, or "
-            "the body is meant to end there",
-            *more,
-        ),
+
+def noted(kind: Kind, *parts: Part, **numbers: float) -> Caution:
+    """Return a caution that leaves the numbers as they are."""
+    return Caution(kind, parts, Severity.NOTE, numbers)
+
+
+def careful(kind: Kind, *parts: Part, **numbers: float) -> Caution:
+    """Return a caution that makes the numbers estimates."""
+    return Caution(kind, parts, Severity.CAUTION, numbers)
+
+
+def warned(kind: Kind, *parts: Part, **numbers: float) -> Caution:
+    """Return a caution that puts the numbers in doubt."""
+    return Caution(kind, parts, Severity.WARNING, numbers)
+
+
+def of_measurement(notes: Iterable[str]) -> tuple[Caution, ...]:
+    """Return what limits the lateral resolution of maps; see `Surface.resolution_notes`."""
+    return tuple(noted(Kind.MEASUREMENT, *parts_of(note)) for note in notes)
+
+
+def ordered(found: Iterable[Caution]) -> tuple[Caution, ...]:
+    """Return cautions, each once and the severest first."""
+    rank = list(Severity)
+    once = {(c.kind, c.text): c for c in found}
+    return tuple(sorted(once.values(), key=lambda caution: rank.index(caution.severity)))
+
+
+def to_text(cautions: Iterable[Caution]) -> str:
+    """Return cautions as JSON text, which `from_text` reads."""
+    return json.dumps([caution.summary() for caution in cautions], ensure_ascii=False)
+
+
+def from_text(text: str) -> tuple[Caution, ...]:
+    """Return the cautions in JSON text that `to_text` wrote; arguments are words in it.
+
+    Raises
+    ------
+    ValueError, KeyError, TypeError
+        If it is another text.
+    """
+    return tuple(
+        Caution(
+            str(told["kind"]),
+            (str(told["text"]),),
+            Severity(told["severity"]),
+            {str(key): float(value) for key, value in told["numbers"].items()},
+        )
+        for told in json.loads(text)
     )
 
 
 def unsealed() -> Caution:
     """Return what is said of a result that was read from a file without checksums."""
-    return Caution(
+    return noted(
         Kind.UNSEALED,
-        (
-            "read from a file without checksums, in which damage goes unseen; ",
-            Mention("verify", True),
-            " computes load and certificate again",
-        ),
+        "read from a file without checksums, in which damage goes unseen; ",
+        Mention("verify", True),
+        " computes load and certificate again",
     )

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.contact.cautions import Caution
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.theory import persson
@@ -99,6 +100,8 @@ class LoadCurve:
         Where the map came from.
     preparation : tuple of str
         What was done to it.
+    remarks : tuple of Caution
+        What else is known of the numbers, from the measurement of the maps.
     """
 
     steps: tuple[LoadStep, ...]
@@ -110,6 +113,7 @@ class LoadCurve:
     boundary: Boundary
     source: str
     preparation: tuple[str, ...]
+    remarks: tuple[Caution, ...] = ()
 
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `LoadStep` for names and units."""

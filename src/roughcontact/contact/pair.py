@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -109,6 +110,12 @@ class Pair:
     def softer(self) -> Material | None:
         """Material with the smaller ceiling, or ``None`` if none is known."""
         return softer(self.material, self.counter_material)
+
+    @property
+    def first_to_yield(self) -> Material | None:
+        """The body that a sphere of the pair yields in first, ``None`` if no strength is known."""
+        known = [b for b in (self.material, self.counter_material) if b.first_yield_pressure]
+        return min(known, key=lambda body: body.first_yield_pressure or math.inf, default=None)
 
     @property
     def has_holes(self) -> bool:

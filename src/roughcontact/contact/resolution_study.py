@@ -203,15 +203,18 @@ def _changed(pair: Pair, change: Callable[[Surface], Surface]) -> Pair:
 
 
 def _variant(value: float, result: ContactResult) -> Variant:
-    area = result.corrected_contact_area
+    area, nominal = result.contact_area, result.pressure.size * result.pixel_area
     return Variant(
         value=value,
         shape=result.surface.shape,
         pixel=result.surface.pixel,
-        contact_fraction=area / (result.pressure.size * result.pixel_area),
+        contact_fraction=result.contact_fraction,
+        corrected_fraction=result.corrected_contact_area / nominal,
         saturated_fraction=result.saturated_fraction,
         max_pressure=result.max_pressure,
         mean_pressure=result.load / area if area else math.inf,
+        approach=result.approach,
+        mean_gap=result.mean_gap,
         certificate=result.certificate,
     )
 

@@ -12,17 +12,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.contact import area, cautions, spots
-from roughcontact.contact.cautions import Caution, Kind
+from roughcontact.contact import area, spots
+from roughcontact.contact.cautions import Caution
 from roughcontact.contact.pair import Pair
-from roughcontact.errors import parts_of
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
 from roughcontact.surface.surface import Surface
 
 
 class Regime(StrEnum):
-    """How far the softer body is from elastic."""
+    """How far the bodies are from elastic."""
 
     BELOW_FIRST_YIELD = "below first yield"
     YIELDING_BELOW = "yielding below the surface"
@@ -30,12 +29,6 @@ class Regime(StrEnum):
     BEYOND_CEILING = "elastic pressure beyond three yield strengths"
     BEYOND_HARDNESS = "elastic pressure beyond the hardness"
     UNKNOWN = "unknown (no yield strength given)"
-
-
-_LIMITS = {
-    Regime.BEYOND_CEILING: "three times the yield strength",
-    Regime.BEYOND_HARDNESS: "the hardness",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +83,9 @@ class ContactResult:
         where the bodies do not tilt.
     unsealed : bool
         Whether it was read from a file without checksums, in which damage goes unseen.
+    remarks : tuple of Caution
+        What else is known of the numbers, from the measurement of the maps or a study of the
+        resolution; ``cautions`` tells it with what the result shows by itself.
     """
 
     pair: Pair
@@ -111,6 +107,7 @@ class ContactResult:
     tilt: tuple[float, float] = (0.0, 0.0)
     moments: tuple[float, float] | None = None
     unsealed: bool = False
+    remarks: tuple[Caution, ...] = ()
 
     def __post_init__(self) -> None:
         """Make the maps read-only."""
@@ -243,54 +240,35 @@ class ContactResult:
 
     @property
     def regime(self) -> Regime:
-        """How far the softer body is from elastic; a text.
+        """How far the bodies are from elastic; a text.
 
-        First yield is judged by the peak pressure of a sphere, 1.295 exp(0.736 ν) σ_Y; it
-        happens below the surface, long before a pixel reaches the ceiling. A body of which only
-        the hardness is known has no first yield; its pressure is compared with the hardness.
+        First yield is judged for each body with its own ν and strength, by the peak pressure of a
+        sphere, 1.295 exp(0.736 ν) σ_Y; it happens below the surface, long before a pixel reaches
+        the ceiling. A body of which only the hardness is known has no first yield; its pressure
+        is compared with the hardness.
         """
         if self.saturated_fraction > 0:
             return Regime.SATURATED
-        body = self.pair.softer
-        if body is None or body.ceiling is None:
+        softer, first = self.pair.softer, self.pair.first_to_yield
+        if softer is None or softer.ceiling is None:
             return Regime.UNKNOWN
-        if self.max_pressure > body.ceiling:
-            hard = body.yield_strength is None
+        if self.max_pressure > softer.ceiling:
+            hard = softer.yield_strength is None
             return Regime.BEYOND_HARDNESS if hard else Regime.BEYOND_CEILING
-        if body.first_yield_pressure is None:
-            return Regime.UNKNOWN
-        below = self.max_pressure < body.first_yield_pressure
-        return Regime.BELOW_FIRST_YIELD if below else Regime.YIELDING_BELOW
+        if first is not None and self.max_pressure >= (first.first_yield_pressure or 0):
+            return Regime.YIELDING_BELOW
+        return Regime.UNKNOWN if softer.yield_strength is None else Regime.BELOW_FIRST_YIELD
 
-    @property
+    @cached_property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know."""
-        found = []
-        if not self.converged:
-            found.append(self._not_converged())
-        if area.at_edge(self.contact, self.boundary):
-            found.append(cautions.at_edge())
-        if self.regime in _LIMITS:
-            advice = "solve with a ceiling" if self.ceiling is None else "the ceiling lies above it"
-            limit = f"the pressure exceeds {_LIMITS[self.regime]} of the softer body: "
-            found.append(Caution(Kind.BEYOND_CEILING, (limit, advice)))
-        missing = int(np.count_nonzero(np.isnan(self.gap)))
-        if missing:
-            text = f"{missing} missing points were treated as never touching"
-            found.append(Caution(Kind.MISSING, (text,)))
-        if self.unsealed:
-            found.append(cautions.unsealed())
-        return tuple(found)
+        """What a reader of the numbers has to know, the severest first."""
+        from roughcontact.contact import judgment
 
-    def _not_converged(self) -> Caution:
-        reached = (
-            f"not converged: certificate {self.certificate:.1e}, tolerance {self.tolerance:.0e} ("
-        )
-        return Caution(Kind.NOT_CONVERGED, (reached, *parts_of(self.status), ")"))
+        return judgment.cautions(self)
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The same, one sentence each."""
+        """The ``cautions``, one sentence each."""
         return tuple(caution.text for caution in self.cautions)
 
     def spots(self) -> spots.Spots:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from roughcontact import netcdf
 from roughcontact.contact import archive
-from roughcontact.contact.cautions import Caution, Kind
+from roughcontact.contact.cautions import Caution, Kind, careful, warned
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.halfspace import stress_summary
@@ -117,19 +117,19 @@ class StressResult:
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, those of the contact first."""
-        found = list(self.solution.cautions)
+        found = []
         if self.yielded_volume:
-            found.append(Caution(Kind.BEYOND_YIELD, (_NO_LONGER_ELASTIC,)))
+            found.append(careful(Kind.BEYOND_YIELD, _NO_LONGER_ELASTIC, volume=self.yielded_volume))
         if self.max_von_mises > 0 and self.profile.depth_of_max == self.profile.depths[-1]:
             text = "the largest stress lies at the greatest depth: look deeper"
-            found.append(Caution(Kind.DEEPEST, (text,)))
+            found.append(warned(Kind.DEEPEST, text, depth=self.profile.depth_of_max))
         if 0 < self.profile.depth_of_max < 2 * max(self.solution.pair.pixel):
-            found.append(Caution(Kind.SHALLOW, (_OF_THE_RESOLUTION,)))
-        return tuple(found)
+            found.append(careful(Kind.SHALLOW, _OF_THE_RESOLUTION, depth=self.profile.depth_of_max))
+        return (*self.solution.cautions, *found)
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The same, one sentence each."""
+        """The ``cautions``, one sentence each."""
         return tuple(caution.text for caution in self.cautions)
 
     def von_mises_section(self, along: str) -> NDArray[Any]:

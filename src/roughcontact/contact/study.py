@@ -3,22 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
+from roughcontact.contact.cautions import Caution, Kind, warned
 from roughcontact.errors import InputError
-from roughcontact.units import engineering
+from roughcontact.units import changed_by, engineering
 
 STEADY = 0.05
 """Relative change from one grid to the next below which a quantity counts as independent of it."""
 
 QUANTITIES = {
     "contact_fraction": "contact area",
+    "corrected_fraction": "contact area without rim excess",
     "saturated_fraction": "saturated area",
     "max_pressure": "maximum pressure",
     "mean_pressure": "mean pressure",
 }
+
+
+# Not judged: both count from the highest point, which every finer grid finds higher.
+_MOVED = ("approach", "mean_gap")
 
 
 @dataclass(frozen=True)
@@ -34,11 +41,15 @@ class Variant:
     pixel : (float, float)
         Pixel edges [m].
     contact_fraction : float
-        Corrected contact area over that of the map (`ContactResult.corrected_contact_area`).
+        Contact area over that of the map (`ContactResult.contact_fraction`).
+    corrected_fraction : float
+        The same without the excess of its rim (`ContactResult.corrected_contact_area`).
     saturated_fraction : float
         Saturated area over that of the map.
     max_pressure, mean_pressure : float
-        Largest pressure, and load over corrected contact area [Pa].
+        Largest pressure, and load over contact area [Pa].
+    approach, mean_gap : float
+        Of the bodies, and of the open gap [m].
     certificate : float
         How exactly it is solved.
     """
@@ -47,9 +58,12 @@ class Variant:
     shape: tuple[int, int]
     pixel: tuple[float, float]
     contact_fraction: float
+    corrected_fraction: float
     saturated_fraction: float
     max_pressure: float
     mean_pressure: float
+    approach: float
+    mean_gap: float
     certificate: float
 
 
@@ -80,9 +94,10 @@ class ResolutionStudy:
 
     def changes(self, name: str) -> tuple[float, ...]:
         """Return the relative changes of a quantity from each grid to the next finer one."""
-        if name not in QUANTITIES:
+        known = (*QUANTITIES, *_MOVED)
+        if name not in known:
             raise InputError(
-                f"must be one of {', '.join(QUANTITIES)}, got {name!r}", argument="name", value=name
+                f"must be one of {', '.join(known)}, got {name!r}", argument="name", value=name
             )
         values = [getattr(grid, name) for grid in self.grids]
         return tuple(_change(old, new) for old, new in pairwise(values))
@@ -96,10 +111,37 @@ class ResolutionStudy:
         return all(abs(change) < STEADY for change in self.changes(name)[-2:])
 
     @property
+    def judged(self) -> tuple[str, ...]:
+        """Names of the quantities that say whether the contact depends on the grid.
+
+        A quantity that is nowhere other than zero says nothing, nor does the largest pressure
+        where it is the ceiling.
+        """
+        told = (name for name in QUANTITIES if any(getattr(grid, name) for grid in self.grids))
+        return tuple(name for name in told if not (self.at_ceiling and name == "max_pressure"))
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers of the map has to know, from this study."""
+        unsteady = [name for name in self.judged if not self.independent(name)]
+        if not unsteady:
+            return ()
+        changes = [f"{QUANTITIES[name]} {changed_by(self.changes(name)[-1])}" for name in unsteady]
+        return (
+            warned(
+                Kind.STUDY,
+                "the study of the resolution says not converged: from twice the pixel of the map "
+                f"to half of it results change by {100 * STEADY:.0f} % a step or more (last step: "
+                f"{', '.join(changes)})",
+                **{name: self.changes(name)[-1] for name in unsteady},
+            ),
+        )
+
+    @property
     def sentences(self) -> tuple[str, ...]:
         """What the study says, in plain words."""
         names = [name for name in QUANTITIES if any(getattr(grid, name) for grid in self.grids)]
-        judged = [name for name in names if not (self.at_ceiling and name == "max_pressure")]
+        judged = self.judged
         steady = [QUANTITIES[name] for name in judged if self.independent(name)]
         pixels = [engineering(max(grid.pixel), "m", 3) for grid in self.grids[-3:]]
         said = []
@@ -112,7 +154,7 @@ class ResolutionStudy:
             if self.independent(name):
                 continue
             steps = [
-                f"{100 * change:+.0f} % at {pixel}"
+                f"{changed_by(change)} at {pixel}"
                 for change, pixel in zip(self.changes(name)[-2:], pixels[1:], strict=True)
             ]
             said.append(
@@ -151,12 +193,12 @@ def _change(old: float, new: float) -> float:
 
 
 def _span(
-    what: str, argument: str, variants: tuple[Variant, ...], names: list[str], unit: str
+    what: str, argument: str, variants: tuple[Variant, ...], names: Sequence[str], unit: str
 ) -> str:
     first, last = variants[0], variants[-1]
     ends = [engineering(v.value, unit) if unit else f"{v.value:g}" for v in (first, last)]
     parts = [
-        f"{QUANTITIES[name]} {100 * _change(getattr(first, name), getattr(last, name)):+.0f} %"
+        f"{QUANTITIES[name]} {changed_by(_change(getattr(first, name), getattr(last, name)))}"
         for name in names
     ]
     return f"{what}: as {argument} goes from {ends[0]} to {ends[1]}: {', '.join(parts)}."

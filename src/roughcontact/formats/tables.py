@@ -150,6 +150,8 @@ def save_table(result: ContactResult, path: str | os.PathLike[str]) -> None:
     rows = [
         (f"{name}_{part}" if part else name, entry)
         for name, value in record(result).items()
+        # Their sentences stand under "warnings".
+        if name != "cautions"
         for part, entry in (value.items() if isinstance(value, dict) else [("", value)])
     ]
     text = io.StringIO()
@@ -201,7 +203,7 @@ def record(result: Result) -> dict[str, Any]:
     if isinstance(result, ElastoplasticResult):
         told = result.summary()
         # The contact alone knows no plastic strain.
-        own = {name: told[name] for name in ("status", "regime", "warnings")}
+        own = {name: told[name] for name in ("status", "regime", "warnings", "cautions")}
         return {**record(result.solution), **own, "converged": result.converged, "volume": told}
     bodies = {"material": result.material, "counter_material": result.counter_material}
     other = result.counter_surface

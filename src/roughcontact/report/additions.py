@@ -10,16 +10,12 @@ from roughcontact.report.page import Addition, sentence
 from roughcontact.report.quantities import rows_of
 
 
-def of_run(study: ResolutionStudy | None, notes: tuple[str, ...]) -> list[Addition]:
-    """Return the chapters on what the measurement resolves and on what depends on the grid."""
-    found = []
-    if notes:
-        text = tuple(sentence(note) for note in notes)
-        found.append(Addition("What the measurement resolves", text))
-    if study is not None:
-        head, rows = results.listing(study)
-        found.append(Addition("Can it be trusted", study.sentences, (head, *rows)))
-    return found
+def of_run(study: ResolutionStudy | None) -> list[Addition]:
+    """Return the chapter on what depends on the grid, where that was studied."""
+    if study is None:
+        return []
+    head, rows = results.listing(study)
+    return [Addition("Can it be trusted", study.sentences, (head, *rows))]
 
 
 def of_stress(stress: StressResult, onset: StressResult | None = None) -> Addition:

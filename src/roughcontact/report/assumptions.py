@@ -3,35 +3,30 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roughcontact.contact.ceiling import recommended_ceiling
+from roughcontact.contact.cautions import Caution, Kind
+from roughcontact.contact.judgment import (
+    LARGE_SLOPE,
+    LARGE_STRAIN,
+    SMALL_SLOPE,
+    carrying_pixels,
+    rms_slope,
+)
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.spots import FEW_PIXELS, Spots
-from roughcontact.errors import InputError
+from roughcontact.contact.spots import Spots
 from roughcontact.material.material import Material, softer
 from roughcontact.report import wording
+from roughcontact.report.page import sentence
 from roughcontact.report.wording import is_rigid
-from roughcontact.surface import roughness
 from roughcontact.units import counted, engineering, percent
 
 if TYPE_CHECKING:
     from roughcontact.volume.result import ElastoplasticResult
-
-SMALL_SLOPE, LARGE_SLOPE = 0.1, 0.3
-"""Root-mean-square slopes at which the error of order slope² is 1 % and about 10 %."""
-
-TRANSITION = 2.0
-"""Load over that of first yield from which plastic flow shows in the contact area."""
-
-CEILING_ERROR = 0.05
-"""Distance of a ceiling from the recommended one that is worth a word."""
-
-LARGE_STRAIN = 0.1
-"""Pressure over contact modulus, which the strain is of the order of; plastic strain."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +39,17 @@ class Statement:
         What it is about, in two or three words.
     text : str
         The assumption with the numbers of the case at hand; sentences.
-    caution : str
-        Why the result has to be read with care, one sentence; empty if it need not.
+    kinds : tuple of Kind
+        Of the cautions that put it in doubt, where the result has them.
     """
 
     topic: str
     text: str
-    caution: str = ""
+    kinds: tuple[Kind, ...] = ()
+
+    def doubts(self, cautions: Iterable[Caution]) -> str:
+        """Return why this assumption is in doubt, in sentences; empty if it is not."""
+        return " ".join(sentence(c.text) for c in cautions if c.kind in self.kinds)
 
 
 FRICTIONLESS = Statement(
@@ -84,7 +83,7 @@ def statements(result: ContactResult, spots: Spots) -> tuple[Statement, ...]:
         slopes(result),
         _strains(result),
         FRICTIONLESS,
-        _yielding(result, spots),
+        _yielding(result),
         resolution(result, spots),
         holes(result),
         _loading(result),
@@ -98,87 +97,6 @@ def statements(result: ContactResult, spots: Spots) -> tuple[Statement, ...]:
             )
         )
     return tuple(statement for statement in found if statement.text)
-
-
-def ceiling_caution(result: ContactResult, spots: Spots) -> str:
-    """Return which ceiling would be nearer to plasticity of the volume, if another one would.
-
-    Parameters
-    ----------
-    result : ContactResult
-        A solution.
-    spots : Spots
-        Its contact spots.
-
-    Returns
-    -------
-    str
-        One sentence without a full stop; empty if the ceiling is right to `CEILING_ERROR`, is
-        not felt, or cannot be judged: a map of ceilings, a hardness of more than three yield
-        strengths with no law of hardening, spots of a few pixels.
-    """
-    ceiling, body = result.ceiling, softer(result.material, result.counter_material)
-    if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
-        return ""
-    advice = recommended_ceiling(result)
-    if advice is None or advice.load_ratio < TRANSITION:
-        return ""
-    hardness = body.hardening is None and body.ceiling and ceiling > (1 + 1e-9) * body.ceiling
-    if hardness or carrying_pixels(result, spots) < FEW_PIXELS:
-        return ""
-    too_high = min(ceiling, result.max_pressure) > (1 + CEILING_ERROR) * advice.ceiling
-    too_low = result.saturated_fraction > 0 and ceiling < (1 - CEILING_ERROR) * advice.ceiling
-    if not (too_high or too_low):
-        return ""
-    times = float(f"{advice.load_ratio:.2g}")
-    error = 100 * (ceiling / advice.ceiling - 1)
-    return (
-        f"the ceiling is {abs(error):.0f} % {'higher' if error > 0 else 'lower'} than the "
-        f"{advice.factor:.2f} yield strengths ({engineering(advice.ceiling, 'Pa', 3)}) that give "
-        f"spots like these, at {times:.7g} times the load of first yield, the contact area of "
-        "plasticity in the volume: solve again with that ceiling"
-    )
-
-
-def rms_slope(result: ContactResult) -> float:
-    """Return the root-mean-square slope of the gap at first touch, of both bodies together.
-
-    Parameters
-    ----------
-    result : ContactResult
-        A solution.
-
-    Returns
-    -------
-    float
-        h′ without unit; NaN if no point has both neighbours.
-    """
-    try:
-        return roughness.rms_gradient(result.initial_gap, result.surface.pixel)
-    except InputError:
-        return math.nan
-
-
-def carrying_pixels(result: ContactResult, spots: Spots) -> int:
-    """Return how large the spots are that matter.
-
-    Parameters
-    ----------
-    result : ContactResult
-        A solution.
-    spots : Spots
-        Its contact spots.
-
-    Returns
-    -------
-    int
-        Pixels of the spot at which, going from the largest down, half of the load is reached.
-    """
-    if spots.count == 0:
-        return 0
-    carried = np.cumsum(spots.load)
-    index = int(np.searchsorted(carried, 0.5 * carried[-1]))
-    return round(float(spots.area[min(index, spots.count - 1)]) / result.pixel_area)
 
 
 def _elastic_half_spaces(result: ContactResult) -> str:
@@ -196,7 +114,7 @@ def half_spaces(result: ContactResult, who: str) -> Statement:
         "it, isotropic and the same everywhere. The part has to be thick and wide compared with "
         "the contact; coatings, thin walls and edges are not in the model. "
     )
-    return Statement(result.boundary.heading, text + result.boundary.assumption)
+    return Statement(result.boundary.heading, text + result.boundary.assumption, (Kind.EDGE,))
 
 
 def bodies(result: ContactResult) -> Statement:
@@ -228,19 +146,13 @@ def slopes(result: ContactResult) -> Statement:
         verdict = f"here about {error}, which is noticeable"
     else:
         verdict = f"here about {error}: the slopes are not small"
-    caution = ""
-    if slope >= LARGE_SLOPE:
-        caution = (
-            f"the slopes are not small (root mean square {slope:.2g}, limit about "
-            f"{LARGE_SLOPE:g}): read areas and pressures as estimates"
-        )
     return Statement(
         "Small slopes",
         f"The theory takes slopes as small against 1. The root-mean-square slope {whose} is "
         f"{slope:.3g} ({math.degrees(math.atan(slope)):.2g}°). The error is of the order of its "
         f"square, {verdict}. It begins to matter at a slope of {SMALL_SLOPE:g} (1 %); above "
         f"{LARGE_SLOPE:g} (10 %) the results are estimates." + _sideways(result, slope),
-        caution,
+        (Kind.SLOPES,),
     )
 
 
@@ -259,29 +171,22 @@ def _sideways(result: ContactResult, slope: float) -> str:
 
 def _strains(result: ContactResult) -> Statement:
     ratio = result.max_pressure / result.contact_modulus
-    caution = ""
-    if ratio > LARGE_STRAIN:
-        caution = (
-            f"the largest pressure is {percent(ratio) if ratio <= 1 else f'{ratio:.3g} times'} "
-            f"{'of ' if ratio <= 1 else ''}the contact modulus: the strains there are beyond any "
-            "linear elasticity"
-        )
     return Statement(
         "Small strains",
         "Stress and strain are proportional (Hooke's law). Strains are of the order of the "
         f"pressure over the contact modulus, at most {ratio:.2g} here; "
         + (
             f"linear elasticity ends well below {LARGE_STRAIN:g}."
-            if caution
+            if ratio > LARGE_STRAIN
             else "this is small."
             if ratio < 0.2 * LARGE_STRAIN
             else "this is not very small."
         ),
-        caution,
+        (Kind.STRAINS,),
     )
 
 
-def _yielding(result: ContactResult, spots: Spots) -> Statement:
+def _yielding(result: ContactResult) -> Statement:
     body = softer(result.material, result.counter_material)
     if result.ceiling is None:
         text = (
@@ -290,12 +195,13 @@ def _yielding(result: ContactResult, spots: Spots) -> Statement:
         )
         if body is None:
             return Statement("No yielding", f"{text} No yield strength was given.")
-        return Statement("No yielding", f"{text} {_first_yield(body)}".strip())
+        text = f"{text} {_first_yield(body)}".strip()
+        return Statement("No yielding", text, (Kind.BEYOND_CEILING,))
     text = f"The pressure may not exceed a ceiling ({wording.ceiling(result)}). "
     if result.saturated_fraction == 0:
         text += "It is reached nowhere: the solution is the elastic one."
         text += f" {_first_yield(body)}" if body else ""
-        return Statement("Yielding", text.strip(), ceiling_caution(result, spots))
+        return Statement("Yielding", text.strip(), (Kind.CEILING,))
     deepest = engineering(float(result.residual_indentation.max()), "m", 3)
     text += (
         "Points at the ceiling are called saturated: the material there flows, and the part by "
@@ -319,9 +225,7 @@ def _yielding(result: ContactResult, spots: Spots) -> Statement:
             "about 47 (a: radius of a spot, R: radius of its summit). "
             + _first_yield(body)
         )  # fmt: skip
-    return Statement(
-        "The ceiling stands in for plasticity", text.strip(), ceiling_caution(result, spots)
-    )
+    return Statement("The ceiling stands in for plasticity", text.strip(), (Kind.CEILING,))
 
 
 def _first_yield(body: Material) -> str:
@@ -359,13 +263,7 @@ def resolution(
         f"contact area is {engineering(corrected, 'm²', 3)} instead of "
         f"{engineering(result.contact_area, 'm²', 3)}."
     )
-    caution = ""
-    if 0 < pixels < FEW_PIXELS:
-        caution = (
-            f"half of the load is carried by spots of {counted(pixels, 'pixel')} or fewer: the "
-            "map does not resolve the contact, and areas and pressures depend on its pixel"
-        )
-    return Statement("Resolution", text, caution)
+    return Statement("Resolution", text, (Kind.RESOLUTION,))
 
 
 def holes(result: ContactResult) -> Statement:
@@ -388,7 +286,7 @@ def holes(result: ContactResult) -> Statement:
             "their hole. It lies between the lowest and the highest height of that rim, and is an "
             "interpolation, not a measurement."
         )
-    return Statement("Missing points", " ".join(parts))
+    return Statement("Missing points", " ".join(parts), (Kind.FILLED, Kind.MISSING))
 
 
 def _loading(result: ContactResult) -> Statement:

@@ -5,14 +5,12 @@ from __future__ import annotations
 import itertools
 import math
 
-import numpy as np
-
+from roughcontact.contact.cautions import Kind
+from roughcontact.contact.judgment import LARGE_STRAIN
 from roughcontact.contact.spots import Spots
-from roughcontact.material.hardening import Linear, Perfect, Tabulated
 from roughcontact.material.material import Material
 from roughcontact.report.assumptions import (
     FRICTIONLESS,
-    LARGE_STRAIN,
     Statement,
     bodies,
     half_spaces,
@@ -22,15 +20,8 @@ from roughcontact.report.assumptions import (
 )
 from roughcontact.report.wording import is_rigid
 from roughcontact.units import counted, engineering, percent
-from roughcontact.volume.body import law_of
-from roughcontact.volume.result import ElastoplasticResult, PlasticBody
-
-LARGE_DEFORMATION = 0.1
-"""Root-mean-square slope under the contact, 0.7 a/R of a sphere.
-
-From a/R = 0.16 on finite elements show large deformations under a sphere (Mesarovic and Fleck 1999,
-doi:10.1098/rspa.1999.0423).
-"""
+from roughcontact.volume import judgment
+from roughcontact.volume.result import ElastoplasticResult
 
 
 def statements(result: ElastoplasticResult, spots: Spots) -> tuple[Statement, ...]:
@@ -73,23 +64,6 @@ def statements(result: ElastoplasticResult, spots: Spots) -> tuple[Statement, ..
     return tuple(statement for statement in found if statement.text)
 
 
-def cautions(result: ElastoplasticResult) -> tuple[str, ...]:
-    """Return why the pressures of the volume model have to be read with care, if so.
-
-    Parameters
-    ----------
-    result : ElastoplasticResult
-        A state of the volume.
-
-    Returns
-    -------
-    tuple of str
-        One sentence each, without a full stop: on strains and hardening.
-    """
-    stated = _small_deformations(result), _hardening(result)
-    return tuple(statement.caution for statement in stated if statement.caution)
-
-
 def _yielding_half_spaces(result: ElastoplasticResult) -> str:
     def kind(body: Material) -> str:
         if is_rigid(body):
@@ -103,18 +77,7 @@ def _yielding_half_spaces(result: ElastoplasticResult) -> str:
 
 
 def _small_deformations(result: ElastoplasticResult) -> Statement:
-    slope, strain = _slope_under(result), result.max_plastic_strain
-    caution = ""
-    if strain > LARGE_STRAIN:
-        caution = (
-            f"the largest plastic strain is {strain:.2g}, beyond the small strains of the model "
-            f"(about {LARGE_STRAIN:g}): read strains and pressures there as estimates"
-        )
-    elif slope > LARGE_DEFORMATION:
-        caution = (
-            f"the slope under the contact is {slope:.2g}, beyond the small deformations of the "
-            f"model (about {LARGE_DEFORMATION:g}): read areas and pressures as estimates"
-        )
+    slope, strain = judgment.slope_under(result), result.max_plastic_strain
     text = (
         "Equilibrium is that of bodies that keep their shape, and strains are small: those of "
         "elasticity and plastic flow add up. The largest plastic strain is "
@@ -129,24 +92,8 @@ def _small_deformations(result: ElastoplasticResult) -> Statement:
         "Small strains",
         f"{text}Strain and slope should stay below about {LARGE_STRAIN:g}; from a/R = 0.16 on "
         "large deformations change what a sphere carries (Mesarovic and Fleck 1999).",
-        caution,
+        (Kind.PLASTIC_STRAINS,),
     )
-
-
-def _slope_under(result: ElastoplasticResult) -> float:
-    """Return the root-mean-square slope of the first gap under contact or plastic strain."""
-    gap = result.solution.initial_gap
-    under = result.solution.contact
-    if not under.any():
-        ny, nx = gap.shape
-        for body in result.bodies:
-            inside = np.s_[:, body.margin : body.margin + ny, body.margin : body.margin + nx]
-            under = under | body.accumulated[inside].any(axis=0)
-    square = np.zeros(gap.shape)
-    for slope in np.gradient(gap, *result.solution.surface.pixel):
-        square += slope * slope
-    known = square[under & np.isfinite(square)]
-    return math.sqrt(float(known.mean())) if known.size else math.nan
 
 
 def _hardening(result: ElastoplasticResult) -> Statement:
@@ -157,37 +104,13 @@ def _hardening(result: ElastoplasticResult) -> Statement:
         "is left out. It does not depend on speed, time or temperature; there is no creep, no "
         "fracture and no change of phase."
     )
-    yielding = [body.material for body in result.bodies]
-    perfect = any(
-        body.hardening is None
-        or isinstance(body.hardening, Perfect)
-        or (isinstance(body.hardening, Linear) and body.hardening.modulus == 0)
-        for body in yielding
-    )
-    if perfect:
+    if judgment.perfectly_plastic(result):
         text += (
             " A perfectly plastic field has too few freedoms for the pressure of single pixels: "
             "it scatters by 5 to 10 %, more at the rim of spots. Means over 3 × 3 pixels or over "
             "spots are right; a little hardening removes the scatter."
         )
-    beyond = [
-        body.material.hardening.strain[-1]
-        for body in result.bodies
-        if isinstance(body.material.hardening, Tabulated)
-        and body.max_plastic_strain > body.material.hardening.strain[-1]
-    ]
-    caution = ""
-    if beyond:
-        caution = (
-            f"the plastic strain exceeds {beyond[0]:.3g}, where the table of the yield strength "
-            "ends: beyond it the strength is taken as constant"
-        )
-    elif perfect and result.plastic_volume and result.solution.load:
-        caution = (
-            "without hardening the pressure of single pixels scatters by 5 to 10 %: use means "
-            "over 3 × 3 pixels or more, not the largest value"
-        )
-    return Statement("Isotropic hardening", text, caution)
+    return Statement("Isotropic hardening", text, (Kind.HARDENING, Kind.SCATTER))
 
 
 def _layers(result: ElastoplasticResult) -> Statement:
@@ -219,21 +142,4 @@ def _path(result: ElastoplasticResult) -> Statement:
         "bodies are pressed together without tilting or sliding. They were free of stress before: "
         "residual stress of machining is not in it."
     )
-    caution = ""
-    if result.solution.load and any(_flows_back(body) for body in result.bodies):
-        caution = (
-            "the residual stress exceeds the yield strength, so that the bodies would flow again "
-            "on unloading: end the path at zero load (--unload on the command line) to see "
-            "what stays"
-        )
-    return Statement("Path of loads", text, caution)
-
-
-def _flows_back(body: PlasticBody) -> bool:
-    law = law_of(body.material)
-    over = body.residual_von_mises > (1 + _ROUNDING) * law.strength(body.accumulated)
-    return bool(over.any())
-
-
-# Share of the yield strength by which the iteration may miss it.
-_ROUNDING = 1e-3
+    return Statement("Path of loads", text, (Kind.RESIDUAL,))

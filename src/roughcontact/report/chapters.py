@@ -10,6 +10,7 @@ from importlib import metadata
 from typing import Any
 
 from roughcontact._version import __version__
+from roughcontact.contact.cautions import Caution
 from roughcontact.contact.pair import BODIES
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
@@ -158,15 +159,15 @@ def headlines(result: Any, keys: Iterable[str]) -> list[Cells]:
     return cells(replace(results.row(result, key), symbol="") for key in keys)
 
 
-def assumed(stated: Iterable[assumptions.Statement]) -> Chapter:
-    """Return the chapter on what is taken for granted."""
+def assumed(stated: Iterable[assumptions.Statement], cautions: Sequence[Caution]) -> Chapter:
+    """Return the chapter on what is taken for granted, and what puts it in doubt."""
     chapter = Chapter("What is assumed")
     chapter.add(
         "text",
         "The numbers of this report are those of a model. It takes the following for granted; "
         "where one of them does not hold for the part at hand, neither do the numbers.",
     )
-    chapter.add("terms", [(item.topic, item.text, page.sentence(item.caution)) for item in stated])
+    chapter.add("terms", [(item.topic, item.text, item.doubts(cautions)) for item in stated])
     return chapter
 
 

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from roughcontact.contact import judgment
 from roughcontact.contact.curve import LOW_LOAD, LoadCurve
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError
@@ -77,7 +78,7 @@ def render(
     found = [
         *chapters.prepared(result),
         chapters.problem(result, given, "ceiling"),
-        chapters.assumed(stated),
+        chapters.assumed(stated, result.cautions),
         _results(result),
         _profiles(result),
         chapters.contact_spots(result, spots),
@@ -99,8 +100,8 @@ def render(
         regime=result.regime,
         regime_text=regimes.regime(result),
         certificate=_certificate_in_short(result),
-        warnings=result.warnings,
-        cautions=[item.caution for item in stated if item.caution],
+        cautions=result.cautions,
+        checked=judgment.checked(result),
     )
 
 

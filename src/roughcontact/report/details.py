@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import cached_property
 from typing import NamedTuple
 
+from roughcontact.contact.judgment import carrying_pixels
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
-from roughcontact.report import assumptions
 from roughcontact.report.quantities import Quantity, Table
 from roughcontact.units import engineering, percent
 from roughcontact.volume import depth
@@ -57,7 +57,7 @@ SPOTS: Table = (
     Quantity(
         "carrying_pixels", "pixels of a load-carrying spot",
         meaning="spots of at least this size carry half of the load",
-        of=lambda s: assumptions.carrying_pixels(s.result, s.spots),
+        of=lambda s: carrying_pixels(s.result, s.spots),
     ),
 )  # fmt: skip
 """Of the contact spots, `Spotted`."""

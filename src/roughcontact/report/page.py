@@ -9,13 +9,14 @@ import base64
 import datetime
 import io
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact._version import __version__
+from roughcontact.contact.cautions import Caution, Kind, Severity
 from roughcontact.errors import InputError
 from roughcontact.plots.style import DPI
 
@@ -163,8 +164,8 @@ def render(
     regime: str,
     regime_text: str,
     certificate: str,
-    warnings: Iterable[str],
-    cautions: Iterable[str],
+    cautions: Sequence[Caution],
+    checked: Sequence[str],
 ) -> str:
     """Return a page as the text of an HTML file.
 
@@ -184,10 +185,10 @@ def render(
         How far the bodies are from elastic, in two words and in sentences.
     certificate : str
         How exactly it is solved, in sentences.
-    warnings : iterable of str
+    cautions : sequence of Caution
         What a reader of the numbers has to know.
-    cautions : iterable of str
-        Why they have to be read with care.
+    checked : sequence of str
+        What the result was looked at for, in a few words each.
 
     Returns
     -------
@@ -217,10 +218,32 @@ def render(
         regime=regime,
         regime_text=regime_text,
         certificate=certificate,
-        warnings=[sentence(note) for note in warnings],
-        cautions=[sentence(caution) for caution in cautions],
+        boxes=_boxes(cautions),
+        checked=checked,
         chapters=chapters,
     )
+
+
+def _boxes(cautions: Sequence[Caution]) -> list[tuple[str, str, list[str]]]:
+    """Return severity, heading and sentences of what has to be known, the severest first."""
+    found = []
+    for severity, heading in _HEADINGS.items():
+        told = [
+            sentence(c.text)
+            for c in cautions
+            # The box above says so, with the reason.
+            if c.severity is severity and c.kind != Kind.NOT_CONVERGED
+        ]
+        if told:
+            found.append((str(severity), heading, told))
+    return found
+
+
+_HEADINGS = {
+    Severity.WARNING: "Warnings",
+    Severity.CAUTION: "Read with care",
+    Severity.NOTE: "To know",
+}
 
 
 def _printable(value: Any) -> Any:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from roughcontact.contact.result import ContactResult, Regime
+from roughcontact.material.material import Material
+from roughcontact.report.wording import is_rigid
 from roughcontact.units import engineering, percent
 from roughcontact.volume.result import ElastoplasticResult, PlasticRegime
 
@@ -49,29 +51,53 @@ def regime(result: ContactResult) -> str:
             f"{hardness}, more than it can carry. The true contact area is larger, the true "
             "pressure lower."
         )
-    assert body.first_yield_pressure is not None
-    assert body.yield_strength is not None
-    first = engineering(body.first_yield_pressure, "Pa", 3)
+    yielding = result.pair.first_to_yield
+    assert yielding is not None
+    assert yielding.first_yield_pressure is not None
+    first = engineering(yielding.first_yield_pressure, "Pa", 3)
     if name is Regime.BELOW_FIRST_YIELD:
         return (
-            f"Nothing yields: the largest pressure, {largest}, stays below {first}, at which a "
-            "sphere of the softer material first yields below its surface."
+            f"Nothing yields: the largest pressure, {largest}, stays below {first}, at which "
+            f"{_sphere(result)} first yields below its surface.{_other(result)}"
         )
     if name is Regime.YIELDING_BELOW:
         return (
             f"The material yields below the surface of the most loaded spots: the largest "
-            f"pressure, {largest}, exceeds {first}, at which a sphere first yields, but no point "
-            "reaches "
-            + ("the ceiling." if result.ceiling is not None else "three yield strengths.")
+            f"pressure, {largest}, exceeds {first}, at which {_sphere(result)} first yields, but "
+            "no point reaches "
+            + ("the ceiling." if result.ceiling is not None else _strength(body))
             + " The pressures shown are those of an elastic body."
         )
     assert name is Regime.BEYOND_CEILING
+    assert body.yield_strength is not None
     times = result.max_pressure / body.yield_strength
     return (
         f"The elastic pressure, up to {largest}, is {times:.3g} times the yield strength of the "
         "softer body, more than it can carry. The true contact area is larger, the true pressure "
         "lower."
     )
+
+
+def _strength(softer: Material) -> str:
+    return "the hardness." if softer.yield_strength is None else "three yield strengths."
+
+
+def _sphere(result: ContactResult) -> str:
+    """Return whose sphere yields first, where both bodies may."""
+    pair = result.pair
+    if None in (pair.material.first_yield_pressure, pair.counter_material.first_yield_pressure):
+        return "a sphere"
+    whose = "body" if pair.first_to_yield is pair.material else "counter-body"
+    return f"a sphere of the {whose}"
+
+
+def _other(result: ContactResult) -> str:
+    """Return what is said where only one of two bodies that deform has a known strength."""
+    pair = result.pair
+    for body, who in ((pair.material, "body"), (pair.counter_material, "counter-body")):
+        if not is_rigid(body) and body.ceiling is None:
+            return f" The {who} was given no strength: whether it yields cannot be said."
+    return ""
 
 
 def volume_regime(result: ElastoplasticResult) -> str:

@@ -157,7 +157,7 @@ CONTACT: Table = (
     ),
     Quantity(
         "corrected_contact_area", "contact area without rim excess", unit="m²",
-        meaning="less what whole pixels at the rim of spots add", stored=False, brief=False,
+        meaning="less what whole pixels at the rim of spots add",
     ),
     Quantity(
         "saturated_fraction", "saturated area", meaning="share of the map at the ceiling",
@@ -184,6 +184,7 @@ CONTACT: Table = (
         of=lambda r: str(r.regime),
     ),
     Quantity("warnings", of=lambda r: list(r.warnings)),
+    Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
     Quantity("shape", of=lambda r: list(r.pressure.shape)),
     Quantity("pixel", unit="m", of=lambda r: list(r.surface.pixel)),
     Quantity("source", of=lambda r: r.surface.provenance.source),
@@ -298,6 +299,7 @@ VOLUME: Table = (
         of=lambda r: str(r.regime),
     ),
     Quantity("warnings", of=lambda r: list(r.warnings)),
+    Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
     _of_contact("boundary"),
     Quantity(
         "precision", "arithmetic of the volume", part=TRUST, form=lambda v: f"{v} precision",
@@ -410,6 +412,7 @@ STRESS: Table = (
         "depths", unit="m", of=lambda s: [float(s.profile.depths[0]), float(s.profile.depths[-1])],
     ),
     Quantity("warnings", of=lambda stress: list(stress.warnings)),
+    Quantity("cautions", of=lambda stress: [caution.summary() for caution in stress.cautions]),
     Quantity("precision"),
     Quantity("version"),
 )  # fmt: skip
@@ -562,6 +565,9 @@ def _cases(key: str) -> Callable[[ResolutionStudy], list[float]]:
 STUDY_COLUMNS: Columns = (
     Column("case", "case", of=lambda study: [name for name, _ in study.named()]),
     Column("contact_fraction", "contact", of=_cases("contact_fraction"), form=percent),
+    Column(
+        "corrected_fraction", "without rim", of=_cases("corrected_fraction"), form=percent
+    ),
     Column("saturated_fraction", "saturated", of=_cases("saturated_fraction"), form=percent),
     Column("max_pressure", "largest pressure", unit="Pa", of=_cases("max_pressure")),
     Column("mean_pressure", "mean pressure", unit="Pa", of=_cases("mean_pressure")),

@@ -9,7 +9,6 @@ import datetime
 import os
 from collections.abc import Sequence
 
-from roughcontact.contact.cautions import Kind
 from roughcontact.files import write
 from roughcontact.report import (
     assumptions_volume,
@@ -25,6 +24,7 @@ from roughcontact.report import (
 from roughcontact.report.page import Addition, Cells, Chapter, Table
 from roughcontact.report.quantities import PROBLEM, TRUST, rows_of
 from roughcontact.units import engineering
+from roughcontact.volume import judgment
 from roughcontact.volume.result import ElastoplasticResult
 
 
@@ -60,7 +60,7 @@ def render(
     found = [
         *chapters.prepared(contact),
         chapters.problem(contact, results.rows(result, PROBLEM), "volume"),
-        chapters.assumed(stated),
+        chapters.assumed(stated, result.cautions),
         _results(result),
         *(_volume(result, body) for body in range(len(result.bodies))),
     ]
@@ -81,8 +81,8 @@ def render(
         regime=result.regime,
         regime_text=regimes.volume_regime(result),
         certificate=_certificate_in_short(result),
-        warnings=[c.text for c in result.cautions if c.kind != Kind.NOT_CONVERGED],
-        cautions=[item.caution for item in stated if item.caution],
+        cautions=result.cautions,
+        checked=judgment.checked(result),
     )
 
 

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from roughcontact.contact.cautions import Caution, of_measurement
 from roughcontact.errors import InputError, RoughcontactError, Sentence, parts_of
 from roughcontact.formats import tables
 from roughcontact.halfspace.boundary import Boundary
@@ -48,8 +49,6 @@ class Outcome:
         The same on other grids, if it was asked for.
     first_yield : StressResult or None
         The contact at the load of first yield, if it was asked for.
-    notes : tuple of str
-        What limits the lateral resolution of the maps.
     written : tuple of Path
         Files that are complete.
     failure : RoughcontactError or None
@@ -64,7 +63,6 @@ class Outcome:
     history: LoadHistory | None = None
     study: ResolutionStudy | None = None
     first_yield: StressResult | None = None
-    notes: tuple[str, ...] = ()
     written: tuple[Path, ...] = ()
     failure: RoughcontactError | None = None
 
@@ -128,7 +126,6 @@ class Outcome:
         else:
             assert self.result is not None
             told = tables.record(self.volume or self.result)
-        told["resolution_notes"] = list(self.notes)
         if self.stress is not None:
             told["stress"] = self.stress.summary()
         if self.first_yield is not None:
@@ -164,7 +161,7 @@ def run(request: Request, say: Say, look: Look | None = None) -> Outcome:
     request.check_places()
     maps = surfaces(request, say)
     outcome = _TASKS[request.kind](request, maps, say, look or _nobody)
-    outcome = replace(outcome, notes=resolution_notes(request, maps))
+    outcome = _remarked(outcome, of_measurement(resolution_notes(request, maps)))
     if not outcome.converged:
         return outcome
     # The numbers are shown even where the files cannot be written.
@@ -173,6 +170,23 @@ def run(request: Request, say: Say, look: Look | None = None) -> Outcome:
     except RoughcontactError as error:
         return replace(outcome, failure=error)
     return replace(outcome, written=written)
+
+
+def _remarked(outcome: Outcome, remarks: tuple[Caution, ...]) -> Outcome:
+    """Return an outcome whose results tell what is known from the measurement and the study."""
+    if outcome.study is not None:
+        remarks = (*remarks, *outcome.study.cautions)
+    changed: dict[str, Any] = {}
+    if outcome.result is not None:
+        changed["result"] = result = replace(outcome.result, remarks=remarks)
+        for name, whole in (("volume", outcome.volume), ("stress", outcome.stress)):
+            if whole is not None:
+                changed[name] = replace(whole, solution=result)
+        if outcome.history is not None:
+            changed["history"] = replace(outcome.history, last=result)
+    if outcome.curve is not None:
+        changed["curve"] = replace(outcome.curve, remarks=remarks)
+    return replace(outcome, **changed)
 
 
 def _nobody(progress: Progress) -> None:
@@ -353,7 +367,7 @@ def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
     from roughcontact.report import additions
 
     request = outcome.request
-    chapters = additions.of_run(outcome.study, outcome.notes)
+    chapters = additions.of_run(outcome.study)
     if outcome.curve is not None:
         _curve_report(outcome.curve, request, maps, path)
     elif outcome.stress is not None:
@@ -369,10 +383,10 @@ def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
 def _curve_report(curve: LoadCurve, request: Request, maps: Sequence[Surface], path: Path) -> None:
     """Write the report on a load curve, with the contact at its last load."""
     from roughcontact.contact.solve import solve
-    from roughcontact.report import additions, contact
+    from roughcontact.report import contact
 
     problem = _problem(request, maps, "tolerance", "max-iterations", "precision")
     result = solve(maps[0], **problem, load=curve.steps[-1].load)
+    result = replace(result, remarks=curve.remarks)
     twin = result.elastic() if result.saturated_fraction else None
-    notes = additions.of_run(None, resolution_notes(request, maps))
-    contact.save(result, path, elastic=twin, curve=curve, additions=notes, command=request.command)
+    contact.save(result, path, elastic=twin, curve=curve, command=request.command)

@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.contact import cautions
-from roughcontact.contact.area import at_edge, rim_excess
-from roughcontact.contact.cautions import Caution, Kind
+from roughcontact.contact.area import rim_excess
+from roughcontact.contact.cautions import Caution
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import Mention, parts_of
 from roughcontact.halfspace import tensors
 from roughcontact.material.material import Material
 from roughcontact.volume.profiles import DepthProfile, DepthSection, LayerProfile
@@ -28,9 +26,6 @@ GUARD = 2
 
 CONVERGED = "converged"
 """Status of a path that was followed to its end."""
-
-# Stress beyond the yield strength, over it, that is worth a word.
-_EXCESS = 0.05
 
 
 class PlasticRegime(StrEnum):
@@ -285,42 +280,16 @@ class ElastoplasticResult:
         touching, flowed = self.solution.contact, self.flowed
         return bool((flowed & touching if touching.any() else flowed).any())
 
-    @property
+    @cached_property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know."""
-        pressed = self.solution
-        found = []
-        if not self.converged:
-            found.append(Caution(Kind.NOT_CONVERGED, parts_of(self.status)))
-        if self.yield_excess > _EXCESS:
-            found.append(self._excess())
-        if at_edge(pressed.contact, pressed.boundary):
-            found.append(cautions.at_edge("; the volume goes on beyond the edge"))
-        if pressed.boundary.free_axes and any(_rim(b.accumulated, GUARD) for b in self.bodies):
-            text = "plastic strain reaches the edge of the volume: enlarge the map, or solve with "
-            periodic = Mention("boundary", "periodic")
-            found.append(Caution(Kind.PLASTIC_EDGE, (text, periodic)))
-        if any(body.accumulated[-1].any() for body in self.bodies):
-            text = "plastic strain reaches the lowest layer: enlarge the map, or give a larger "
-            found.append(Caution(Kind.PLASTIC_BOTTOM, (text, Mention("depth"))))
-        if pressed.unsealed:
-            found.append(cautions.unsealed())
-        return tuple(found)
+        """What a reader of the numbers has to know, the severest first."""
+        from roughcontact.volume import judgment
 
-    def _excess(self) -> Caution:
-        return Caution(
-            Kind.BEYOND_YIELD,
-            (
-                "the von Mises stress exceeds the yield strength by up to "
-                f"{100 * self.yield_excess:.3g} %: plastic strain is so large compared with the "
-                "yield strain that it needs a smaller ",
-                Mention("tolerance"),
-            ),
-        )
+        return judgment.cautions(self)
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The same, one sentence each."""
+        """The ``cautions``, one sentence each."""
         return tuple(caution.text for caution in self.cautions)
 
     def summary(self) -> dict[str, Any]:
@@ -384,10 +353,3 @@ class ElastoplasticResult:
         from roughcontact.report import volume as volume_report
 
         volume_report.save(self, path, command=command, additions=additions)
-
-
-def _rim(values: Array, width: int) -> bool:
-    """Return whether anything but zero lies in the outer rows and columns."""
-    lines = (values[..., :width, :], values[..., -width:, :])
-    columns = (values[..., :width], values[..., -width:])
-    return any(bool(part.any()) for part in (*lines, *columns))

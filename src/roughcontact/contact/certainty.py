@@ -1,0 +1,131 @@
+"""How sure the headline numbers of a contact are: an interval for each, and what it comes from.
+
+The certificate says how exactly the problem as stated is solved. It knows nothing of the pixel,
+of the rim of spots and of the ceiling, which move the numbers far more; what is known of these
+is gathered here.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.study import ResolutionStudy
+
+QUANTITIES = ("max_pressure", "contact_fraction", "saturated_fraction", "mean_gap", "approach")
+"""Names of the numbers that get an interval."""
+
+
+class Cause(StrEnum):
+    """What moves a number away from that of the real contact."""
+
+    RIM = "rim of the spots"
+    PIXEL = "pixel"
+    TOLERANCE = "tolerance"
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """How far one cause may move a number.
+
+    Parameters
+    ----------
+    cause : Cause
+        The cause.
+    low, high : float
+        Relative changes, ``low ≤ 0 ≤ high``; NaN where they are not known.
+    """
+
+    cause: Cause
+    low: float
+    high: float
+
+    @property
+    def known(self) -> bool:
+        """Whether it can be bounded with what there is."""
+        return not math.isnan(self.low)
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A number and where it lies as far as is known.
+
+    Parameters
+    ----------
+    name : str
+        One of `QUANTITIES`.
+    value : float
+        The number of the result [SI].
+    doubts : tuple of Doubt
+        What moves it; their changes add up.
+    """
+
+    name: str
+    value: float
+    doubts: tuple[Doubt, ...]
+
+    @property
+    def low(self) -> float:
+        """Lower end [SI]."""
+        return self.value * max(1 + math.fsum(d.low for d in self.doubts if d.known), 0.0)
+
+    @property
+    def high(self) -> float:
+        """Upper end [SI]."""
+        return self.value * (1 + math.fsum(d.high for d in self.doubts if d.known))
+
+    @property
+    def unknown(self) -> tuple[Cause, ...]:
+        """Causes that are not in the interval, since nothing is known of their size."""
+        return tuple(doubt.cause for doubt in self.doubts if not doubt.known)
+
+
+def intervals(result: ContactResult, study: ResolutionStudy | None = None) -> tuple[Interval, ...]:
+    """Return how sure the headline numbers of a result are.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+    study : ResolutionStudy, optional
+        The same contact on other grids. Without one the pixel is an unknown cause.
+
+    Returns
+    -------
+    tuple of Interval
+        One for each of `QUANTITIES` that is not zero.
+
+    Notes
+    -----
+    Rim: pixels that the rim of a spot crosses count in full; the lower end is
+    `ContactResult.corrected_contact_area`. Pixel: the change from the pixel of the map to half of
+    it, which is the error of the grid, and that from twice the pixel to the pixel, taken as what
+    a measurement twice as fine would change once more. Tolerance: the certificate.
+    """
+    found = []
+    for name in QUANTITIES:
+        value = float(getattr(result, name))
+        if not (math.isfinite(value) and value):
+            continue
+        doubts = [
+            _pixel(name, study),
+            Doubt(Cause.TOLERANCE, -result.certificate, result.certificate),
+        ]
+        if name == "contact_fraction":
+            doubts.insert(0, _rim(result))
+        if name != result.control:
+            found.append(Interval(name, value, tuple(doubts)))
+    return tuple(found)
+
+
+def _rim(result: ContactResult) -> Doubt:
+    return Doubt(Cause.RIM, result.corrected_contact_area / result.contact_area - 1, 0.0)
+
+
+def _pixel(name: str, study: ResolutionStudy | None) -> Doubt:
+    changes = () if study is None else study.changes(name)[-2:]
+    if len(changes) < 2 or not all(map(math.isfinite, changes)):
+        return Doubt(Cause.PIXEL, math.nan, math.nan)
+    return Doubt(Cause.PIXEL, min(0.0, *changes), max(0.0, *changes))

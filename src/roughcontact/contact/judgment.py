@@ -1,0 +1,315 @@
+"""What a contact is judged by before its numbers are believed: one check a question.
+
+A check looks at a solution and returns the caution that it gives cause for, or none. Every face
+of a result, from the console to the report, tells what `cautions` returns.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from roughcontact.contact import area
+from roughcontact.contact.cautions import Caution, Kind, careful, noted, ordered, unsealed, warned
+from roughcontact.contact.ceiling import recommended_ceiling
+from roughcontact.contact.result import ContactResult, Regime
+from roughcontact.contact.spots import FEW_PIXELS, Spots
+from roughcontact.errors import InputError, Mention, parts_of
+from roughcontact.material.material import softer
+from roughcontact.surface import roughness
+from roughcontact.surface.surface import Surface
+from roughcontact.units import counted, engineering, percent
+
+SMALL_SLOPE, LARGE_SLOPE = 0.1, 0.3
+"""Root-mean-square slopes at which the error of order slope² is 1 % and about 10 %."""
+
+TRANSITION = 2.0
+"""Load over that of first yield from which plastic flow shows in the contact area."""
+
+CEILING_ERROR = 0.05
+"""Distance of a ceiling from the recommended one that is worth a word."""
+
+LARGE_STRAIN = 0.1
+"""Pressure over contact modulus, which the strain is of the order of; plastic strain."""
+
+MANY_FILLED = 0.05
+"""Share of a map that is filled from which its numbers are estimates."""
+
+_LIMITS = {
+    Regime.BEYOND_CEILING: "three times the yield strength",
+    Regime.BEYOND_HARDNESS: "the hardness",
+}
+
+
+@dataclass(frozen=True)
+class Check:
+    """A question that a solution is asked.
+
+    Parameters
+    ----------
+    subject : str
+        What is looked at, for a list of what was checked.
+    find : callable
+        ``find(result)`` returns a `Caution`, or ``None`` where there is no cause for one.
+    when : callable
+        ``when(result)`` says whether the question can be asked at all.
+    """
+
+    subject: str
+    find: Callable[[ContactResult], Caution | None]
+    when: Callable[[ContactResult], bool] = lambda _: True
+
+
+def cautions(result: ContactResult) -> tuple[Caution, ...]:
+    """Return what a reader of a contact has to know, the severest first.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution, or the best that was found.
+
+    Returns
+    -------
+    tuple of Caution
+        What the checks found, and what the result was given to remark.
+    """
+    asked = (check.find(result) for check in CHECKS if check.when(result))
+    return ordered([*(caution for caution in asked if caution is not None), *result.remarks])
+
+
+def checked(result: ContactResult) -> tuple[str, ...]:
+    """Return what a solution was looked at for, in a few words each."""
+    return tuple(check.subject for check in CHECKS if check.when(result))
+
+
+def rms_slope(result: ContactResult) -> float:
+    """Return the root-mean-square slope of the gap at first touch, of both bodies together.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+
+    Returns
+    -------
+    float
+        h′ without unit; NaN if no point has both neighbours.
+    """
+    try:
+        return roughness.rms_gradient(result.initial_gap, result.surface.pixel)
+    except InputError:
+        return math.nan
+
+
+def carrying_pixels(result: ContactResult, spots: Spots) -> int:
+    """Return how large the spots are that matter.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+    spots : Spots
+        Its contact spots.
+
+    Returns
+    -------
+    int
+        Pixels of the spot at which, going from the largest down, half of the load is reached.
+    """
+    if spots.count == 0:
+        return 0
+    carried = np.cumsum(spots.load)
+    index = int(np.searchsorted(carried, 0.5 * carried[-1]))
+    return round(float(spots.area[min(index, spots.count - 1)]) / result.pixel_area)
+
+
+def filled_share(surface: Surface) -> float:
+    """Return the share of a map that was not measured but filled, as far as it is known."""
+    missing = sum(
+        float(step.found.get("missing", 0))
+        for step in surface.provenance.operations
+        if step.method == "filled"
+    )
+    return min(missing / surface.heights.size, 1.0)
+
+
+# The checks
+
+
+def _convergence(result: ContactResult) -> Caution | None:
+    if result.converged:
+        return None
+    return warned(
+        Kind.NOT_CONVERGED,
+        f"not converged: certificate {result.certificate:.1e}, tolerance {result.tolerance:.0e} (",
+        *parts_of(result.status),
+        ")",
+        certificate=result.certificate,
+        tolerance=result.tolerance,
+    )
+
+
+def at_edge(result: ContactResult, *more: str) -> Caution | None:
+    """Return what is said of a contact that reaches an edge at which the map ends.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+    *more : str
+        What else is said where it does.
+    """
+    if not area.at_edge(result.contact, result.boundary):
+        return None
+    share = area.edge_load(result.pressure, result.boundary)
+    return warned(
+        Kind.EDGE,
+        "contact reaches the edge of the map, where the body is taken to end: right for a part "
+        "that ends there; for a sample of a larger face the rim carries too much (here "
+        f"{percent(share)} of the load on the outermost pixels), and approach and stiffness are "
+        "far off: solve with ",
+        Mention("boundary", "periodic"),
+        "; for a body that is curved as a whole measure a larger map",
+        *more,
+        edge_load=share,
+    )
+
+
+def _below_ceiling(result: ContactResult) -> Caution | None:
+    if result.regime not in _LIMITS:
+        return None
+    advice = "solve with a ceiling" if result.ceiling is None else "the ceiling lies above it"
+    return warned(
+        Kind.BEYOND_CEILING,
+        f"the pressure exceeds {_LIMITS[result.regime]} of the softer body: {advice}",
+        max_pressure=result.max_pressure,
+    )
+
+
+def _resolution(result: ContactResult) -> Caution | None:
+    pixels = carrying_pixels(result, result.spots())
+    if not 0 < pixels < FEW_PIXELS:
+        return None
+    return warned(
+        Kind.RESOLUTION,
+        f"half of the load is carried by spots of {counted(pixels, 'pixel')} or fewer: the "
+        "map does not resolve the contact, and areas and pressures depend on its pixel",
+        carrying_pixels=pixels,
+    )
+
+
+def _slopes(result: ContactResult) -> Caution | None:
+    slope = rms_slope(result)
+    if not slope >= LARGE_SLOPE:
+        return None
+    return careful(
+        Kind.SLOPES,
+        f"the slopes are not small (root mean square {slope:.2g}, limit about "
+        f"{LARGE_SLOPE:g}): read areas and pressures as estimates",
+        rms_slope=slope,
+    )
+
+
+def _strains(result: ContactResult) -> Caution | None:
+    ratio = result.max_pressure / result.contact_modulus
+    if not ratio > LARGE_STRAIN:
+        return None
+    return careful(
+        Kind.STRAINS,
+        f"the largest pressure is {percent(ratio) if ratio <= 1 else f'{ratio:.3g} times'} "
+        f"{'of ' if ratio <= 1 else ''}the contact modulus: the strains there are beyond any "
+        "linear elasticity",
+        strain=ratio,
+    )
+
+
+def _ceiling(result: ContactResult) -> Caution | None:
+    """Return which ceiling would be nearer to plasticity of the volume, if another one would.
+
+    None if the ceiling is right to `CEILING_ERROR`, is not felt, or cannot be judged: a map of
+    ceilings, a hardness of more than three yield strengths with no law of hardening, spots of a
+    few pixels.
+    """
+    ceiling, body = result.ceiling, softer(result.material, result.counter_material)
+    if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
+        return None
+    advice = recommended_ceiling(result)
+    if advice is None or advice.load_ratio < TRANSITION:
+        return None
+    hardness = body.hardening is None and body.ceiling and ceiling > (1 + 1e-9) * body.ceiling
+    if hardness or carrying_pixels(result, result.spots()) < FEW_PIXELS:
+        return None
+    too_high = min(ceiling, result.max_pressure) > (1 + CEILING_ERROR) * advice.ceiling
+    too_low = result.saturated_fraction > 0 and ceiling < (1 - CEILING_ERROR) * advice.ceiling
+    if not (too_high or too_low):
+        return None
+    times = float(f"{advice.load_ratio:.2g}")
+    error = 100 * (ceiling / advice.ceiling - 1)
+    return careful(
+        Kind.CEILING,
+        f"the ceiling is {abs(error):.0f} % {'higher' if error > 0 else 'lower'} than the "
+        f"{advice.factor:.2f} yield strengths ({engineering(advice.ceiling, 'Pa', 3)}) that give "
+        f"spots like these, at {times:.7g} times the load of first yield, the contact area of "
+        "plasticity in the volume: solve again with that ceiling",
+        recommended_ceiling=advice.ceiling,
+        load_ratio=advice.load_ratio,
+    )
+
+
+def _filled(result: ContactResult) -> Caution | None:
+    bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
+    share = max(filled_share(body) for body in bodies)
+    if share == 0:
+        return None
+    text = f"{percent(share)} of the map was not measured but filled smoothly"
+    if share < MANY_FILLED:
+        return noted(Kind.FILLED, text, filled=share)
+    return careful(
+        Kind.FILLED,
+        f"{text}: there is no roughness there, and what touches there was not measured",
+        filled=share,
+    )
+
+
+def _missing(result: ContactResult) -> Caution | None:
+    missing = int(np.count_nonzero(np.isnan(result.gap)))
+    if not missing:
+        return None
+    share = missing / result.gap.size
+    was = "was" if missing == 1 else "were"
+    said = noted if share < MANY_FILLED else careful
+    return said(
+        Kind.MISSING,
+        f"{counted(missing, 'missing point')} ({percent(share)} of the map) {was} treated as "
+        "never touching",
+        missing=missing,
+    )
+
+
+def _sealed(result: ContactResult) -> Caution | None:
+    return unsealed() if result.unsealed else None
+
+
+CHECKS = (
+    Check("convergence", _convergence),
+    Check("contact at the edges of the map", at_edge, lambda r: bool(r.boundary.free_axes)),
+    Check(
+        "pressure against the strength of the softer body",
+        _below_ceiling,
+        lambda r: r.regime is not Regime.UNKNOWN,
+    ),
+    Check("size of the spots in pixels", _resolution),
+    Check("slopes", _slopes),
+    Check("strains", _strains),
+    Check(
+        "the ceiling against plasticity of the volume",
+        _ceiling,
+        lambda r: r.ceiling is not None and not isinstance(r.ceiling, np.ndarray),
+    ),
+    Check("filled points", _filled),
+    Check("missing points", _missing),
+    Check("checksums of its file", _sealed, lambda r: r.unsealed),
+)
