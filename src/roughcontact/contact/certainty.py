@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.study import ResolutionStudy
@@ -81,6 +82,14 @@ class Interval:
         """Causes that are not in the interval, since nothing is known of their size."""
         return tuple(doubt.cause for doubt in self.doubts if not doubt.known)
 
+    def summary(self) -> dict[str, Any]:
+        """Return it ready for JSON: ends, and what each cause is known to do."""
+        return {
+            "low": self.low,
+            "high": self.high,
+            "causes": {str(d.cause): [d.low, d.high] if d.known else None for d in self.doubts},
+        }
+
 
 def intervals(result: ContactResult, study: ResolutionStudy | None = None) -> tuple[Interval, ...]:
     """Return how sure the headline numbers of a result are.
@@ -95,7 +104,7 @@ def intervals(result: ContactResult, study: ResolutionStudy | None = None) -> tu
     Returns
     -------
     tuple of Interval
-        One for each of `QUANTITIES` that is not zero.
+        One for each of `QUANTITIES` that was not given and is not zero.
 
     Notes
     -----
@@ -107,7 +116,7 @@ def intervals(result: ContactResult, study: ResolutionStudy | None = None) -> tu
     found = []
     for name in QUANTITIES:
         value = float(getattr(result, name))
-        if not (math.isfinite(value) and value):
+        if name == result.control or not (math.isfinite(value) and value):
             continue
         doubts = [
             _pixel(name, study),

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from roughcontact.contact import area, spots
 from roughcontact.contact.cautions import Caution
 from roughcontact.contact.pair import Pair
+from roughcontact.contact.study import ResolutionStudy
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
 from roughcontact.surface.surface import Surface
@@ -314,7 +315,13 @@ class ContactResult:
 
         export.save(self, path)
 
-    def report(self, path: str | Path, command: str = "", additions: Sequence[Any] = ()) -> None:
+    def report(
+        self,
+        path: str | Path,
+        command: str = "",
+        additions: Sequence[Any] = (),
+        study: ResolutionStudy | None = None,
+    ) -> None:
         """Write a report that needs no other file; see `roughcontact.report.contact.save`.
 
         Parameters
@@ -325,6 +332,8 @@ class ContactResult:
             What was typed to get this result.
         additions : sequence of `roughcontact.report.page.Addition`
             Further chapters.
+        study : ResolutionStudy, optional
+            The same contact on other grids: a chapter, and part of how sure the numbers are.
 
         Notes
         -----
@@ -332,4 +341,4 @@ class ContactResult:
         """
         from roughcontact.report import contact
 
-        contact.save_compared(self, path, command, additions)
+        contact.save_compared(self, path, command, additions, study)

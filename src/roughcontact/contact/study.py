@@ -126,13 +126,16 @@ class ResolutionStudy:
         unsteady = [name for name in self.judged if not self.independent(name)]
         if not unsteady:
             return ()
-        changes = [f"{QUANTITIES[name]} {changed_by(self.changes(name)[-1])}" for name in unsteady]
+        changes = [
+            f"{QUANTITIES[name]} {' and '.join(map(changed_by, self.changes(name)[-2:]))}"
+            for name in unsteady
+        ]
         return (
             warned(
                 Kind.STUDY,
                 "the study of the resolution says not converged: from twice the pixel of the map "
-                f"to half of it results change by {100 * STEADY:.0f} % a step or more (last step: "
-                f"{', '.join(changes)})",
+                f"to its own and to half of it results change by {100 * STEADY:.0f} % or more ("
+                f"{'; '.join(changes)})",
                 **{name: self.changes(name)[-1] for name in unsteady},
             ),
         )

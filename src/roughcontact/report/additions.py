@@ -4,18 +4,9 @@ from __future__ import annotations
 
 from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.stress import StressResult
-from roughcontact.contact.study import ResolutionStudy
 from roughcontact.report import chapters, figures, results, tables
 from roughcontact.report.page import Addition, sentence
 from roughcontact.report.quantities import rows_of
-
-
-def of_run(study: ResolutionStudy | None) -> list[Addition]:
-    """Return the chapter on what depends on the grid, where that was studied."""
-    if study is None:
-        return []
-    head, rows = results.listing(study)
-    return [Addition("Can it be trusted", study.sentences, (head, *rows))]
 
 
 def of_stress(stress: StressResult, onset: StressResult | None = None) -> Addition:

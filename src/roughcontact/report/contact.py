@@ -15,6 +15,7 @@ import numpy as np
 from roughcontact.contact import judgment
 from roughcontact.contact.curve import LOW_LOAD, LoadCurve
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.study import ResolutionStudy
 from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError
 from roughcontact.files import write
 from roughcontact.plots import maps, profiles
@@ -26,6 +27,7 @@ from roughcontact.report import (
     regimes,
     results,
     script,
+    sureness,
     tables,
 )
 from roughcontact.report.page import Addition, Cells, Chapter, Table
@@ -38,6 +40,7 @@ def render(
     *,
     elastic: ContactResult | None = None,
     curve: LoadCurve | None = None,
+    study: ResolutionStudy | None = None,
     additions: Sequence[Addition] = (),
     command: str = "",
     date: datetime.date | None = None,
@@ -53,8 +56,10 @@ def render(
         is left out where the ceiling is reached nowhere.
     curve : LoadCurve, optional
         The same contact under other loads, for a chapter of its own.
+    study : ResolutionStudy, optional
+        The same contact on other grids, for a chapter and for how sure the numbers are.
     additions : sequence of Addition
-        Further found.
+        Further chapters.
     command : str
         What was typed to get the result. Without it a Python script is given, see
         `script.repeating`.
@@ -79,7 +84,7 @@ def render(
         *chapters.prepared(result),
         chapters.problem(result, given, "ceiling"),
         chapters.assumed(stated, result.cautions),
-        _results(result),
+        _results(result, study),
         _profiles(result),
         chapters.contact_spots(result, spots),
     ]
@@ -87,6 +92,8 @@ def render(
         found.append(_comparison(result, elastic))
     if curve is not None:
         found.append(_load_curve(curve))
+    if study is not None:
+        found.append(_study(study))
     found += [chapters.added(addition) for addition in additions]
     lines = script.repeating(result)
     found += [_certificate(result), chapters.repetition(result.version, command, lines)]
@@ -120,6 +127,7 @@ def save(
     *,
     elastic: ContactResult | None = None,
     curve: LoadCurve | None = None,
+    study: ResolutionStudy | None = None,
     additions: Sequence[Addition] = (),
     command: str = "",
     date: datetime.date | None = None,
@@ -128,7 +136,7 @@ def save(
 
     Parameters
     ----------
-    result, elastic, curve, additions, command, date
+    result, elastic, curve, study, additions, command, date
         As for `render`.
     path : str or path
         File to write, ``.html`` or ``.htm``; it appears only once it is complete, and a file
@@ -144,19 +152,29 @@ def save(
     """
     page.check_path(path)
     text = render(
-        result, elastic=elastic, curve=curve, additions=additions, command=command, date=date
+        result,
+        elastic=elastic,
+        curve=curve,
+        study=study,
+        additions=additions,
+        command=command,
+        date=date,
     )
     write(path, text)
 
 
 def save_compared(
-    result: ContactResult, path: str | os.PathLike[str], command: str, additions: Sequence[Addition]
+    result: ContactResult,
+    path: str | os.PathLike[str],
+    command: str,
+    additions: Sequence[Addition],
+    study: ResolutionStudy | None,
 ) -> None:
     """Write a report of a result; one with saturated pixels is solved without a ceiling beside it.
 
     Parameters
     ----------
-    result, path, command, additions
+    result, path, command, additions, study
         As for `save`.
     """
     page.check_path(path)
@@ -170,7 +188,7 @@ def save_compared(
         except InsufficientMemoryError:
             # The chapter says that there is none; the report stays worth having.
             pass
-    save(result, path, elastic=elastic, command=command, additions=additions)
+    save(result, path, elastic=elastic, command=command, additions=additions, study=study)
 
 
 def _title(result: ContactResult) -> str:
@@ -204,9 +222,13 @@ def _certificate_in_short(result: ContactResult) -> str:
     )
 
 
-def _results(result: ContactResult) -> Chapter:
+def _results(result: ContactResult, study: ResolutionStudy | None) -> Chapter:
     chapter = Chapter("Results")
     chapter.add("table", chapters.quantities(results.rows(result)))
+    if result.converged and result.load:
+        chapter.add("text", f"{sureness.WHAT} {sureness.NOT_BOUNDED}")
+        told = [(capital(name), *texts) for name, *texts in sureness.rows(result, study)]
+        chapter.add("table", Table(told, sureness.HEADS))
     chapters.show(chapter, figures.CONTACT, figures.ContactScene(result))
     return chapter
 
@@ -305,6 +327,15 @@ def _load_curve(curve: LoadCurve) -> Chapter:
     chapter.add("table", Table(chapters.facts(curve)))
     chapters.show(chapter, figures.CURVE, curve)
     head, rows = results.listing(curve)
+    chapter.add("table", Table(rows, head))
+    return chapter
+
+
+def _study(study: ResolutionStudy) -> Chapter:
+    chapter = Chapter("Can it be trusted")
+    for sentence in study.sentences:
+        chapter.add("text", sentence)
+    head, rows = results.listing(study)
     chapter.add("table", Table(rows, head))
     return chapter
 

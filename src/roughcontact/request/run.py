@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from roughcontact.contact import certainty
 from roughcontact.contact.cautions import Caution, of_measurement
 from roughcontact.errors import InputError, RoughcontactError, Sentence, parts_of
 from roughcontact.formats import tables
@@ -132,6 +133,9 @@ class Outcome:
             told["first_yield"] = self.first_yield.summary()
         if self.study is not None:
             told["study"] = self.study.summary()
+        if self.result is not None and self.found is self.result:
+            found = certainty.intervals(self.result, self.study)
+            told["intervals"] = {interval.name: interval.summary() for interval in found}
         return {**told, "written": [str(path) for path in self.written]}
 
 
@@ -367,17 +371,18 @@ def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
     from roughcontact.report import additions
 
     request = outcome.request
-    chapters = additions.of_run(outcome.study)
     if outcome.curve is not None:
         _curve_report(outcome.curve, request, maps, path)
     elif outcome.stress is not None:
-        chapters.append(additions.of_stress(outcome.stress, outcome.first_yield))
-        outcome.stress.solution.report(path, request.command, chapters)
+        below = additions.of_stress(outcome.stress, outcome.first_yield)
+        outcome.stress.solution.report(path, request.command, [below])
     elif outcome.history is not None:
-        chapters.append(additions.of_history(outcome.history))
-        outcome.history.last.report(path, request.command, chapters)
-    else:
-        outcome.found.report(path, request.command, chapters)
+        chapter = additions.of_history(outcome.history)
+        outcome.history.last.report(path, request.command, [chapter])
+    elif outcome.volume is not None:
+        outcome.volume.report(path, request.command)
+    elif outcome.result is not None:
+        outcome.result.report(path, request.command, study=outcome.study)
 
 
 def _curve_report(curve: LoadCurve, request: Request, maps: Sequence[Surface], path: Path) -> None:

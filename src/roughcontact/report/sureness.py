@@ -1,0 +1,61 @@
+"""How sure the headline numbers are, in rows."""
+
+from __future__ import annotations
+
+from roughcontact.contact import certainty
+from roughcontact.contact.certainty import Cause, Interval
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.study import ResolutionStudy
+from roughcontact.report import tables
+from roughcontact.report.quantities import Quantity, quantity_of
+from roughcontact.units import changed_by, percent
+
+HEADS = ("how sure", "between", "because of")
+
+WHAT = (
+    "How sure the numbers are, as far as it is known: what whole pixels at the rim of spots add, "
+    "what finer pixels change, and the tolerance."
+)
+
+NOT_BOUNDED = (
+    "The certificate bounds none of this: it says how exactly the problem as stated is solved."
+)
+
+# Smaller changes say nothing beside the others.
+_LEAST = 5e-4
+
+
+def rows(result: ContactResult, study: ResolutionStudy | None = None) -> list[tuple[str, str, str]]:
+    """Return name, ends and causes of what a result says first.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+    study : ResolutionStudy, optional
+        The same contact on other grids.
+    """
+    return [_row(interval) for interval in certainty.intervals(result, study)]
+
+
+def _row(interval: Interval) -> tuple[str, str, str]:
+    quantity = quantity_of(tables.CONTACT, interval.name)
+    return quantity.name, _ends(quantity, interval), "; ".join(_causes(interval))
+
+
+def _ends(quantity: Quantity, interval: Interval) -> str:
+    low, high = (quantity.told(value) for value in (interval.low, interval.high))
+    return low if low == high else f"{low} to {high}"
+
+
+def _causes(interval: Interval) -> list[str]:
+    found = []
+    for doubt in interval.doubts:
+        if not doubt.known:
+            found.append(f"{doubt.cause} not studied")
+        elif max(-doubt.low, doubt.high) >= _LEAST:
+            ends = [changed_by(end) for end in (doubt.low, doubt.high) if abs(end) >= _LEAST]
+            found.append(f"{doubt.cause} {' to '.join(ends)}")
+        elif doubt.cause is Cause.TOLERANCE:
+            found.append(f"{doubt.cause} {percent(doubt.high)}")
+    return found
