@@ -61,6 +61,7 @@ def show_solution(outcome: Outcome) -> None:
 def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
     """Print a load curve, one row a load, and what the simple laws say."""
     _print_steps(curve)
+    _print_cautions(curve.cautions)
     _print_written(written)
 
 
@@ -87,6 +88,7 @@ def show_stress(stress: StressResult, onset: StressResult | None, written: Seque
 def show_history(history: LoadHistory, written: Sequence[Path]) -> None:
     """Print the steps of a load history, and what it left behind."""
     _print_steps(history)
+    _print_cautions(history.cautions)
     _print_written(written)
 
 

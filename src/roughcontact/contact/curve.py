@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.contact.cautions import Caution
+from roughcontact.contact.cautions import Caution, ordered
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.theory import persson
@@ -100,6 +100,8 @@ class LoadCurve:
         Where the map came from.
     preparation : tuple of str
         What was done to it.
+    found : tuple of Caution
+        What the contacts under these loads give cause for.
     remarks : tuple of Caution
         What else is known of the numbers, from the measurement of the maps.
     """
@@ -113,7 +115,18 @@ class LoadCurve:
     boundary: Boundary
     source: str
     preparation: tuple[str, ...]
+    found: tuple[Caution, ...] = ()
     remarks: tuple[Caution, ...] = ()
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know, the severest first."""
+        return ordered([*self.found, *self.remarks])
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The ``cautions``, one sentence each."""
+        return tuple(caution.text for caution in self.cautions)
 
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `LoadStep` for names and units."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from numbers import Real
 from typing import Any
@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import limits
+from roughcontact.contact.cautions import Caution
+from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, require_count
 from roughcontact.surface.surface import Surface
@@ -159,6 +161,12 @@ class LoadHistory:
     last : ContactResult
         The last stage. Its surfaces are those before the stage, its approach counts from their
         first touch, and its ``residual_indentation`` is what the stage added.
+    largest : ContactResult
+        The stage with the largest load, the first of them if several have it.
+    before : Pair
+        The bodies at the position of that stage, as they were before the path.
+    remarks : tuple of Caution
+        What else is known of the numbers, from the measurement of the maps.
     """
 
     path: tuple[Stage, ...]
@@ -168,6 +176,28 @@ class LoadHistory:
     origin: tuple[int, int]
     residual: Surface
     last: ContactResult
+    largest: ContactResult
+    before: Pair
+    remarks: tuple[Caution, ...] = ()
+
+    @property
+    def under_largest(self) -> ContactResult:
+        """The contact under the largest load, on the bodies as they were before the path.
+
+        Its slopes and summits are those that were measured; pressure and gap are those of the
+        stage.
+        """
+        return replace(self.largest, pair=self.before, remarks=self.remarks)
+
+    @cached_property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know: of the contact under the largest load."""
+        return self.under_largest.cautions
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The ``cautions``, one sentence each."""
+        return tuple(caution.text for caution in self.cautions)
 
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `HistoryStep` for names and units."""

@@ -7,8 +7,8 @@ of a result, from the console to the report, tells what `cautions` returns.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -83,6 +83,41 @@ def cautions(result: ContactResult) -> tuple[Caution, ...]:
 def checked(result: ContactResult) -> tuple[str, ...]:
     """Return what a solution was looked at for, in a few words each."""
     return tuple(check.subject for check in CHECKS if check.when(result))
+
+
+def over_loads(
+    found: Sequence[tuple[float, tuple[Caution, ...]]], unit: str
+) -> tuple[Caution, ...]:
+    """Return the cautions of a row of contacts, one of each kind.
+
+    Parameters
+    ----------
+    found : sequence of (float, tuple of Caution)
+        Load or approach and cautions of each, ascending.
+    unit : str
+        Of the first.
+
+    Returns
+    -------
+    tuple of Caution
+        That of the last contact which has it; where not all have it, with those that do.
+    """
+    once: dict[str, list[tuple[float, Caution]]] = {}
+    for value, cautions_there in found:
+        for caution in cautions_there:
+            once.setdefault(caution.kind, []).append((value, caution))
+    return ordered(_spread(told, len(found), unit) for told in once.values())
+
+
+def _spread(told: list[tuple[float, Caution]], count: int, unit: str) -> Caution:
+    (first, _), (last, caution) = told[0], told[-1]
+    if len(told) == count:
+        return caution
+    where = f"at {engineering(first, unit)}"
+    if len(told) > 1:
+        where = f"at {len(told)} of {count} steps, {engineering(first, unit)} to "
+        where += f"{engineering(last, unit)}; the last of them"
+    return replace(caution, parts=(f"{where}: ", *caution.parts))
 
 
 def rms_slope(result: ContactResult) -> float:

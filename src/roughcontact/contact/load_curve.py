@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import pairwise
 from numbers import Real
@@ -19,6 +19,7 @@ from roughcontact.contact import resume
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.checks import check
 from roughcontact.contact.curve import LoadCurve, LoadStep
+from roughcontact.contact.judgment import over_loads
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.resume import Place
@@ -36,6 +37,7 @@ from roughcontact.errors import (
 from roughcontact.files import replacing
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
+from roughcontact.solvers.bounded import Status
 from roughcontact.solvers.progress import Progress, numbered
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
@@ -127,11 +129,11 @@ max_iterations, precision
     )
     check(sweep.pair, sweep.terms_at(sweep.values[-1]), held=HELD)
     if folder is None:
-        return sweep.curve(tuple(_steps(sweep, None, progress)))
+        return sweep.curve(_steps(sweep, None, progress))
     with resume.claimed(
         folder, sweep.record(), kind="sweep", record="sweep.json", pattern="step-*.npz"
     ) as place:
-        return sweep.curve(tuple(_steps(sweep, place, progress)))
+        return sweep.curve(_steps(sweep, place, progress))
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,11 +166,15 @@ class _Sweep:
             "values": self.values,
         }
 
-    def curve(self, steps: tuple[LoadStep, ...]) -> LoadCurve:
+    def curve(self, solved: Iterable[tuple[LoadStep, Array]]) -> LoadCurve:
         """Return the solved steps with what they have in common."""
-        pair = self.pair
+        pair, steps, judged = self.pair, [], []
+        for step, pressure in solved:
+            steps.append(step)
+            cautions = self.seen(step, pressure).cautions
+            judged.append((getattr(step, self.control), cautions))
         return LoadCurve(
-            steps=steps,
+            steps=tuple(steps),
             control=self.control,
             nominal_area=pair.size[0] * pair.size[1],
             contact_modulus=pair.contact_modulus,
@@ -177,13 +183,34 @@ class _Sweep:
             boundary=pair.boundary,
             source=pair.surface.provenance.source,
             preparation=pair.surface.provenance.steps,
+            found=over_loads(judged, "N" if self.control == "load" else "m"),
+        )
+
+    def seen(self, step: LoadStep, pressure: Array) -> ContactResult:
+        """Return a step as the result that it is judged by; of its gap only the holes count."""
+        return ContactResult(
+            pair=self.pair,
+            ceiling=resolved_ceiling(self.terms.ceiling, self.pair),
+            precision=self.terms.precision,
+            tolerance=self.terms.certificate,
+            control=self.control,
+            load=step.load,
+            approach=step.approach,
+            pressure=pressure,
+            gap=self.pair.initial_gap,
+            certificate=step.certificate,
+            load_error=step.load_error,
+            status=Status.CONVERGED.value,
+            iterations=0,
+            convolutions=step.convolutions,
+            seconds=step.seconds,
         )
 
 
 def _steps(
     sweep: _Sweep, place: Place | None, progress: Callable[[Progress], None] | None
-) -> Iterator[LoadStep]:
-    """Yield the steps, each read from the folder or solved and kept there."""
+) -> Iterator[tuple[LoadStep, Array]]:
+    """Yield the steps with their pressures, each read from the folder or solved and kept there."""
     pressure: Array | None = None
     # Steps are named by their number, and each is complete once it is there.
     for number, value in enumerate(sweep.values, start=1):
@@ -199,7 +226,7 @@ def _steps(
                 raise _unsolved(sweep, number, place, error) from None
             if path is not None:
                 _write_step(path, step, pressure, mark)
-        yield step
+        yield step, pressure
 
 
 def _solved_step(

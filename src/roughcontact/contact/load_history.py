@@ -190,8 +190,11 @@ def _followed(way: _Way, progress: Callable[[Progress], None] | None) -> LoadHis
     """Return what a path that has passed all checks leaves behind."""
     bodies, count = way.bodies, len(way.stages)
     indentation = np.zeros(bodies.indented.shape)
+    untouched = np.zeros_like(indentation)
     steps: list[HistoryStep] = []
     result: ContactResult | None = None
+    largest: ContactResult | None = None
+    before = bodies.pair
     for number, (stage, shift) in enumerate(zip(way.stages, way.shifts, strict=True), start=1):
         pair = bodies.facing(indentation, shift)
         lowered = way.lowered(pair)
@@ -201,10 +204,13 @@ def _followed(way: _Way, progress: Callable[[Progress], None] | None) -> LoadHis
         except ConvergenceError as error:
             text = Sentence(f"stage {number} of {count}: ", *error.parts)
             raise ConvergenceError(text, error.result) from None
+        if largest is None or result.load > largest.load:
+            largest, before = result, bodies.facing(untouched, shift)
         new = result.residual_indentation
         bodies.indent(indentation, new, shift)
         steps.append(_step(result, stage, lowered, new))
     assert result is not None
+    assert largest is not None
     indentation.flags.writeable = False
     return LoadHistory(
         path=way.stages,
@@ -214,6 +220,8 @@ def _followed(way: _Way, progress: Callable[[Progress], None] | None) -> LoadHis
         origin=bodies.origin,
         residual=indented(bodies.indented, indentation),
         last=result,
+        largest=largest,
+        before=before,
     )
 
 

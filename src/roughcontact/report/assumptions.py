@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roughcontact.contact.cautions import Caution, Kind
+from roughcontact.contact.history import VOLUME_ACCOUNT, LoadHistory
 from roughcontact.contact.judgment import (
     LARGE_SLOPE,
     LARGE_STRAIN,
@@ -61,7 +62,9 @@ FRICTIONLESS = Statement(
 )
 
 
-def statements(result: ContactResult, spots: Spots) -> tuple[Statement, ...]:
+def statements(
+    result: ContactResult, spots: Spots, history: LoadHistory | None = None
+) -> tuple[Statement, ...]:
     """Return what a result assumes, for the case at hand.
 
     Parameters
@@ -70,6 +73,8 @@ def statements(result: ContactResult, spots: Spots) -> tuple[Statement, ...]:
         A solution.
     spots : Spots
         Its contact spots.
+    history : LoadHistory, optional
+        The path of which the result is one stage.
 
     Returns
     -------
@@ -83,10 +88,10 @@ def statements(result: ContactResult, spots: Spots) -> tuple[Statement, ...]:
         slopes(result),
         _strains(result),
         FRICTIONLESS,
-        _yielding(result),
+        _yielding(result, history),
         resolution(result, spots),
         holes(result),
-        _loading(result),
+        _loading(result) if history is None else _path(history),
     ]
     if result.precision == "single":
         found.append(
@@ -186,7 +191,7 @@ def _strains(result: ContactResult) -> Statement:
     )
 
 
-def _yielding(result: ContactResult) -> Statement:
+def _yielding(result: ContactResult, history: LoadHistory | None) -> Statement:
     body = softer(result.material, result.counter_material)
     if result.ceiling is None:
         text = (
@@ -202,7 +207,8 @@ def _yielding(result: ContactResult) -> Statement:
         text += "It is reached nowhere: the solution is the elastic one."
         text += f" {_first_yield(body)}" if body else ""
         return Statement("Yielding", text.strip(), (Kind.CEILING,))
-    deepest = engineering(float(result.residual_indentation.max()), "m", 3)
+    kept = result.residual_indentation if history is None else history.indentation
+    deepest = engineering(float(kept.max()), "m", 3)
     text += (
         "Points at the ceiling are called saturated: the material there flows, and the part by "
         f"which it overlaps the counter-body, up to {deepest}, is kept as a permanent indentation. "
@@ -302,4 +308,14 @@ def _loading(result: ContactResult) -> Statement:
         "One loading",
         f"{given}It is applied once, slowly, to the surfaces as prepared: earlier passes, "
         "unloading, sliding, creep and wear are not in it.",
+    )
+
+
+def _path(history: LoadHistory) -> Statement:
+    return Statement(
+        "A path of loads",
+        f"The bodies are pressed together in {counted(len(history.steps), 'stage')}, one after the "
+        "other and slowly, without tilting; each stage begins with the indentation that those "
+        "before it left. Saturated points sink in for good, unloading is elastic. Moves to another "
+        f"position are free of friction. {sentence(VOLUME_ACCOUNT)}",
     )

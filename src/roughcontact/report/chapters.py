@@ -11,6 +11,7 @@ from typing import Any
 
 from roughcontact._version import __version__
 from roughcontact.contact.cautions import Caution
+from roughcontact.contact.curve import LOW_LOAD, LoadCurve
 from roughcontact.contact.pair import BODIES
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
@@ -20,7 +21,7 @@ from roughcontact.report import assumptions, details, figures, inputs, page, res
 from roughcontact.report.page import Addition, Cells, Chapter, Table
 from roughcontact.report.quantities import TRUST, Row, beside, rows_of
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering
+from roughcontact.units import engineering, percent
 
 RIGHT_PROBLEM = "Whether it is the right problem is for the assumptions to say."
 """What no certificate knows."""
@@ -185,6 +186,30 @@ def contact_spots(result: ContactResult, spots: Spots) -> Chapter:
     )
     chapter.add("table", quantities(rows_of(details.SPOTS, details.Spotted(result, spots))))
     show(chapter, figures.CONTACT, figures.ContactScene(result), figures.SPOTS)
+    return chapter
+
+
+def load_curve(curve: LoadCurve) -> Chapter:
+    """Return the chapter on a load curve."""
+    chapter = Chapter("Load curve")
+    chapter.add(
+        "text",
+        f"The same contact under {len(curve.steps)} "
+        f"{'loads' if curve.control == 'load' else 'approaches'}. Every one is solved as if it "
+        "were the first: the model keeps no history, so that this is loading, not unloading.",
+    )
+    if math.isfinite(curve.low_load_slope):
+        chapter.add(
+            "text",
+            f"At small loads (no more than {percent(LOW_LOAD)} in contact) the area grows as "
+            "A = κ W/(E* h′), with h′ the root-mean-square slope. For elastic contacts of many "
+            "spots theory has κ = 2.5 (Bush, Gibson and Thomas 1975) and 1.6 (Persson 2001), "
+            "computations 1.8 to 2.3 (Hyun et al. 2004).",
+        )
+    chapter.add("table", Table(facts(curve)))
+    show(chapter, figures.CURVE, curve)
+    head, rows = results.listing(curve)
+    chapter.add("table", Table(rows, head))
     return chapter
 
 

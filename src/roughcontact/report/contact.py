@@ -6,14 +6,13 @@ Everything in it comes from the results that are handed over; nothing is solved 
 from __future__ import annotations
 
 import datetime
-import math
 import os
 from collections.abc import Sequence
 
 import numpy as np
 
 from roughcontact.contact import judgment
-from roughcontact.contact.curve import LOW_LOAD, LoadCurve
+from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError
@@ -84,19 +83,19 @@ def render(
         *chapters.prepared(result),
         chapters.problem(result, given, "ceiling"),
         chapters.assumed(stated, result.cautions),
-        _results(result, study),
-        _profiles(result),
+        results_chapter(result, study),
+        sections(result),
         chapters.contact_spots(result, spots),
     ]
     if result.saturated_fraction > 0:
-        found.append(_comparison(result, elastic))
+        found.append(comparison(result, elastic))
     if curve is not None:
-        found.append(_load_curve(curve))
+        found.append(chapters.load_curve(curve))
     if study is not None:
         found.append(_study(study))
     found += [chapters.added(addition) for addition in additions]
     lines = script.repeating(result)
-    found += [_certificate(result), chapters.repetition(result.version, command, lines)]
+    found += [exactness(result), chapters.repetition(result.version, command, lines)]
     return page.render(
         found,
         title=_title(result),
@@ -222,7 +221,8 @@ def _certificate_in_short(result: ContactResult) -> str:
     )
 
 
-def _results(result: ContactResult, study: ResolutionStudy | None) -> Chapter:
+def results_chapter(result: ContactResult, study: ResolutionStudy | None) -> Chapter:
+    """Return the chapter on what came out, and how sure it is."""
     chapter = Chapter("Results")
     chapter.add("table", chapters.quantities(results.rows(result)))
     if result.converged and result.load:
@@ -233,14 +233,16 @@ def _results(result: ContactResult, study: ResolutionStudy | None) -> Chapter:
     return chapter
 
 
-def _profiles(result: ContactResult) -> Chapter:
+def sections(result: ContactResult) -> Chapter:
+    """Return the chapter on sections through the highest peak."""
     chapter = Chapter("Sections through the highest peak")
     scene = figures.ContactScene(result)
     chapters.show(chapter, figures.CONTACT, scene, figures.SECTIONS)
     return chapter
 
 
-def _comparison(result: ContactResult, elastic: ContactResult | None) -> Chapter:
+def comparison(result: ContactResult, elastic: ContactResult | None) -> Chapter:
+    """Return the chapter that sets the same problem without a ceiling beside it."""
     chapter = Chapter("Elastic beside ceiling")
     if elastic is None:
         chapter.add(
@@ -308,29 +310,6 @@ def _beside(pair: Sequence[ContactResult], part: str) -> list[Cells]:
 _WIDE_RANGE = 4.0
 
 
-def _load_curve(curve: LoadCurve) -> Chapter:
-    chapter = Chapter("Load curve")
-    chapter.add(
-        "text",
-        f"The same contact under {len(curve.steps)} "
-        f"{'loads' if curve.control == 'load' else 'approaches'}. Every one is solved as if it "
-        "were the first: the model keeps no history, so that this is loading, not unloading.",
-    )
-    if math.isfinite(curve.low_load_slope):
-        chapter.add(
-            "text",
-            f"At small loads (no more than {percent(LOW_LOAD)} in contact) the area grows as "
-            "A = κ W/(E* h′), with h′ the root-mean-square slope. For elastic contacts of many "
-            "spots theory has κ = 2.5 (Bush, Gibson and Thomas 1975) and 1.6 (Persson 2001), "
-            "computations 1.8 to 2.3 (Hyun et al. 2004).",
-        )
-    chapter.add("table", Table(chapters.facts(curve)))
-    chapters.show(chapter, figures.CURVE, curve)
-    head, rows = results.listing(curve)
-    chapter.add("table", Table(rows, head))
-    return chapter
-
-
 def _study(study: ResolutionStudy) -> Chapter:
     chapter = Chapter("Can it be trusted")
     for sentence in study.sentences:
@@ -340,7 +319,8 @@ def _study(study: ResolutionStudy) -> Chapter:
     return chapter
 
 
-def _certificate(result: ContactResult) -> Chapter:
+def exactness(result: ContactResult) -> Chapter:
+    """Return the chapter on the certificate."""
     chapter = Chapter("How exactly it is solved")
     chapter.add(
         "text",

@@ -94,6 +94,14 @@ def _within(key: str) -> Callable[[Any], str]:
     return lambda result: f"{tiny(getattr(result, key))} (tolerance {result.tolerance:.0e})"
 
 
+def _cautions() -> Table:
+    """Return what files keep of the cautions of any result."""
+    return (
+        Quantity("warnings", of=lambda r: list(r.warnings)),
+        Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
+    )
+
+
 CONTACT: Table = (
     Quantity("status", "status", part=TRUST, text=_status),
     Quantity("certificate", "certificate", symbol="ε", part=TRUST, text=_within("certificate")),
@@ -183,8 +191,7 @@ CONTACT: Table = (
         "regime", "regime", meaning="how far the softer body is from elastic",
         of=lambda r: str(r.regime),
     ),
-    Quantity("warnings", of=lambda r: list(r.warnings)),
-    Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
+    *_cautions(),
     Quantity("shape", of=lambda r: list(r.pressure.shape)),
     Quantity("pixel", unit="m", of=lambda r: list(r.surface.pixel)),
     Quantity("source", of=lambda r: r.surface.provenance.source),
@@ -298,8 +305,7 @@ VOLUME: Table = (
         "regime", "regime", meaning="how far the bodies are from elastic",
         of=lambda r: str(r.regime),
     ),
-    Quantity("warnings", of=lambda r: list(r.warnings)),
-    Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
+    *_cautions(),
     _of_contact("boundary"),
     Quantity(
         "precision", "arithmetic of the volume", part=TRUST, form=lambda v: f"{v} precision",
@@ -411,8 +417,7 @@ STRESS: Table = (
     Quantity(
         "depths", unit="m", of=lambda s: [float(s.profile.depths[0]), float(s.profile.depths[-1])],
     ),
-    Quantity("warnings", of=lambda stress: list(stress.warnings)),
-    Quantity("cautions", of=lambda stress: [caution.summary() for caution in stress.cautions]),
+    *_cautions(),
     Quantity("precision"),
     Quantity("version"),
 )  # fmt: skip
@@ -469,6 +474,7 @@ CURVE: Table = (
     Quantity(
         "low_load_slope", "low-load slope", symbol="κ", meaning="of A = κ W/(E* h′)", form=_slope,
     ),
+    *_cautions(),
     _certificates(),
 )  # fmt: skip
 """Of a `LoadCurve`."""
@@ -536,12 +542,16 @@ HISTORY: Table = (
         form=lambda v: f"{'yes: the last pass adds no' if v else 'no: it adds'} indentation",
     ),
     Quantity("volume_account", of=lambda _: VOLUME_ACCOUNT),
+    *_cautions(),
     Quantity("control", of=lambda h: ["approach" if s.load is None else "load" for s in h.path]),
     Quantity("steps", of=lambda history: stored_columns(HISTORY_COLUMNS, history)),
     Quantity("version", of=lambda _: __version__),
     _certificates(),
 )  # fmt: skip
 """Of a `LoadHistory`."""
+
+HISTORY_HEADLINES = ("max_indentation", "indentation_volume", "dissipated_energy", "shaken_down")
+"""What a report on a load history says first."""
 
 
 # Can it be trusted

@@ -187,7 +187,7 @@ def _remarked(outcome: Outcome, remarks: tuple[Caution, ...]) -> Outcome:
             if whole is not None:
                 changed[name] = replace(whole, solution=result)
         if outcome.history is not None:
-            changed["history"] = replace(outcome.history, last=result)
+            changed["history"] = replace(outcome.history, last=result, remarks=remarks)
     if outcome.curve is not None:
         changed["curve"] = replace(outcome.curve, remarks=remarks)
     return replace(outcome, **changed)
@@ -368,17 +368,16 @@ def _files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
 
 def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
     """Write the report on an outcome."""
-    from roughcontact.report import additions
+    from roughcontact.report import additions, steps
 
     request = outcome.request
     if outcome.curve is not None:
         _curve_report(outcome.curve, request, maps, path)
+    elif outcome.history is not None:
+        steps.save_history(outcome.history, path, request.command)
     elif outcome.stress is not None:
         below = additions.of_stress(outcome.stress, outcome.first_yield)
         outcome.stress.solution.report(path, request.command, [below])
-    elif outcome.history is not None:
-        chapter = additions.of_history(outcome.history)
-        outcome.history.last.report(path, request.command, [chapter])
     elif outcome.volume is not None:
         outcome.volume.report(path, request.command)
     elif outcome.result is not None:
@@ -388,10 +387,10 @@ def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
 def _curve_report(curve: LoadCurve, request: Request, maps: Sequence[Surface], path: Path) -> None:
     """Write the report on a load curve, with the contact at its last load."""
     from roughcontact.contact.solve import solve
-    from roughcontact.report import contact
+    from roughcontact.report import steps
 
     problem = _problem(request, maps, "tolerance", "max-iterations", "precision")
     result = solve(maps[0], **problem, load=curve.steps[-1].load)
     result = replace(result, remarks=curve.remarks)
     twin = result.elastic() if result.saturated_fraction else None
-    contact.save(result, path, elastic=twin, curve=curve, command=request.command)
+    steps.save_curve(curve, result, path, elastic=twin, command=request.command)

@@ -1,0 +1,217 @@
+"""Reports on many loads: a load curve, a load history. The curve comes first."""
+
+from __future__ import annotations
+
+import datetime
+import os
+
+from roughcontact.contact import judgment
+from roughcontact.contact.curve import LoadCurve
+from roughcontact.contact.history import LoadHistory
+from roughcontact.contact.result import ContactResult
+from roughcontact.report import (
+    assumptions,
+    chapters,
+    contact,
+    figures,
+    page,
+    regimes,
+    results,
+    tables,
+)
+from roughcontact.report.page import Cells, Chapter, Table
+from roughcontact.report.quantities import PROBLEM, capital, tiny
+from roughcontact.units import counted, engineering
+
+# What a report on a load curve says first: how these go from the first load to the last.
+_OF_A_CURVE = ("contact_area", "saturated_area", "max_pressure", "approach", "stiffness")
+
+
+def render_curve(
+    curve: LoadCurve,
+    last: ContactResult,
+    *,
+    elastic: ContactResult | None = None,
+    command: str = "",
+    date: datetime.date | None = None,
+) -> str:
+    """Return a report on a load curve as the text of an HTML file.
+
+    Parameters
+    ----------
+    curve : LoadCurve
+        What the report is on.
+    last : ContactResult
+        The contact under its last load, for maps and assumptions.
+    elastic : ContactResult, optional
+        The same without a ceiling, to stand beside it.
+    command : str
+        What was typed to get the curve.
+    date : date, optional
+        Date of the report; today by default.
+
+    Returns
+    -------
+    str
+        HTML with its figures inside.
+    """
+    spots = last.spots()
+    stated = assumptions.statements(last, spots)
+    under = f"under {engineering(last.load, 'N')}"
+    given = [row for row in results.rows(last, PROBLEM)]
+    found = [
+        chapters.load_curve(curve),
+        *chapters.prepared(last),
+        chapters.problem(last, given, "ceiling"),
+        chapters.assumed(stated, curve.cautions),
+        _titled(contact.results_chapter(last, None), f"The contact {under}"),
+        contact.sections(last),
+        chapters.contact_spots(last, spots),
+    ]
+    if last.saturated_fraction > 0:
+        found.append(contact.comparison(last, elastic))
+    found += [contact.exactness(last), chapters.repetition(last.version, command, "")]
+    return page.render(
+        found,
+        title=_title_of_curve(curve),
+        subtitle=chapters.subtitle(last),
+        date=date,
+        status=last.status,
+        key_numbers=_from_first_to_last(curve),
+        regime=last.regime,
+        regime_text=f"{capital(under)}: {regimes.regime(last)}",
+        certificate=_worst(curve, last.tolerance),
+        cautions=curve.cautions,
+        checked=judgment.checked(last),
+    )
+
+
+def render_history(
+    history: LoadHistory, *, command: str = "", date: datetime.date | None = None
+) -> str:
+    """Return a report on a load history as the text of an HTML file.
+
+    Parameters
+    ----------
+    history : LoadHistory
+        What the report is on.
+    command : str
+        What was typed to get it.
+    date : date, optional
+        Date of the report; today by default.
+
+    Returns
+    -------
+    str
+        HTML with its figures inside.
+    """
+    largest = history.under_largest
+    stated = assumptions.statements(largest, largest.spots(), history)
+    found = [
+        _path(history),
+        _left(history),
+        *chapters.prepared(largest),
+        chapters.problem(largest, results.rows(largest, PROBLEM), "ceiling"),
+        chapters.assumed(stated, history.cautions),
+        contact.exactness(history.largest),
+        chapters.repetition(largest.version, command, ""),
+    ]
+    under = f"under the largest load, {engineering(largest.load, 'N')}"
+    return page.render(
+        found,
+        title=_title_of_history(history),
+        subtitle=chapters.subtitle(largest),
+        date=date,
+        status=history.last.status,
+        key_numbers=[
+            ("Largest load", engineering(largest.load, "N"), "of the path"),
+            *chapters.headlines(history, tables.HISTORY_HEADLINES),
+        ],
+        regime=largest.regime,
+        regime_text=f"{capital(under)}: {regimes.regime(largest)}",
+        certificate=_worst(history, largest.tolerance),
+        cautions=history.cautions,
+        checked=judgment.checked(largest),
+    )
+
+
+def save_curve(
+    curve: LoadCurve,
+    last: ContactResult,
+    path: str | os.PathLike[str],
+    *,
+    elastic: ContactResult | None = None,
+    command: str = "",
+) -> None:
+    """Write a report on a load curve to an HTML file; see `render_curve`."""
+    page.check_path(path)
+    page.write(render_curve(curve, last, elastic=elastic, command=command), path)
+
+
+def save_history(history: LoadHistory, path: str | os.PathLike[str], command: str = "") -> None:
+    """Write a report on a load history to an HTML file; see `render_history`."""
+    page.check_path(path)
+    page.write(render_history(history, command=command), path)
+
+
+def _title_of_curve(curve: LoadCurve) -> str:
+    name = curve.source or "an unnamed surface"
+    unit = "N" if curve.control == "load" else "m"
+    first, last = (engineering(getattr(curve.steps[n], curve.control), unit) for n in (0, -1))
+    return f"Load curve of {name} from {first} to {last}"
+
+
+def _title_of_history(history: LoadHistory) -> str:
+    name = history.before.surface.provenance.source or "an unnamed surface"
+    return f"Load history of {name} in {counted(len(history.steps), 'stage')}"
+
+
+def _from_first_to_last(curve: LoadCurve) -> list[Cells]:
+    head, rows = results.listing(curve)
+    names = [column.key for column in tables.CURVE_COLUMNS if column.name]
+    found: list[Cells] = []
+    for key in _OF_A_CURVE:
+        if key == "saturated_area" and curve.ceiling is None:
+            continue
+        at = names.index(key)
+        found.append((capital(head[at]), f"{rows[0][at]} to {rows[-1][at]}", "first to last load"))
+    return found
+
+
+def _worst(result: LoadCurve | LoadHistory, tolerance: float) -> str:
+    worst = max(step.certificate for step in result.steps)
+    return (
+        f"Certificate of {counted(len(result.steps), 'step')}, the worst: {tiny(worst)}, asked for "
+        f"{tolerance:.0e}: pressure and gap fulfil the conditions of contact to within this part "
+        f"of the pressure. It says how exactly the problem as stated is solved. "
+        f"{chapters.RIGHT_PROBLEM}"
+    )
+
+
+def _path(history: LoadHistory) -> Chapter:
+    chapter = Chapter("Load history")
+    body = "body" if history.indented_body == "surface" else "counter-body"
+    chapter.add(
+        "text",
+        f"The pressure ceiling acts as perfect plasticity of the surface. The {body} keeps the "
+        "indentation; unloading is elastic. Approaches count from the first touch of the bodies "
+        "before the path.",
+    )
+    chapters.show(chapter, figures.HISTORY, history)
+    head, rows = results.listing(history)
+    chapter.add("table", Table(rows, head))
+    return chapter
+
+
+def _left(history: LoadHistory) -> Chapter:
+    chapter = Chapter("What the path left behind")
+    chapter.add("table", Table(chapters.facts(history)))
+    chapter.add("text", page.sentence(results.row(history, "volume_account").text))
+    scene = figures.MapScene(history.residual, " of the body after the path, without load")
+    chapters.show(chapter, figures.MAP, scene, figures.PREPARATION)
+    return chapter
+
+
+def _titled(chapter: Chapter, title: str) -> Chapter:
+    chapter.title = title
+    return chapter
