@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.contact import judgment
+from roughcontact.contact.cautions import Kind
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import ContactResult
 from roughcontact.material.hardening import Swift
@@ -46,7 +48,7 @@ def words(result: ContactResult) -> str:
 
 
 def cautions(result: ContactResult) -> list[str]:
-    return [item.caution for item in stated(result).values() if item.caution]
+    return [caution.text for caution in result.cautions]
 
 
 def test_rigid_and_elastic_counter_bodies_are_told_apart() -> None:
@@ -106,15 +108,15 @@ def test_slopes_are_judged(slope: float, verdict: str, caution: bool) -> None:
     # A ramp of teeth: every first difference along x is ± slope.
     teeth = np.tile(np.array([0.0, slope * 1e-6]), (32, 16))
     result = solved(rc.Surface(teeth, PIXEL), load=1e-9)
-    assert assumptions.rms_slope(result) == pytest.approx(slope)
+    assert judgment.rms_slope(result) == pytest.approx(slope)
     item = stated(result)["Small slopes"]
     assert verdict in item.text
-    assert bool(item.caution) is caution
+    assert bool(item.doubts(result.cautions)) is caution
 
 
 def test_sideways_displacement_is_told_against_a_rigid_body() -> None:
     # u_r(a) of Johnson (3.42b) by quadrature of (3.41), over a: ν = 0.3, p₀ = 2 E* a/(π R).
-    slope = assumptions.rms_slope(solved(rough()))
+    slope = judgment.rms_slope(solved(rough()))
     r = (np.arange(20000) + 0.5) / 20000
     carried = float((np.sqrt(1 - r**2) * r).mean())
     moved = (1 - 2 * 0.3) * (1 + 0.3) * carried * 2 / (math.pi * (1 - 0.3**2)) * slope
@@ -128,7 +130,7 @@ def test_sideways_displacement_is_told_against_a_rigid_body() -> None:
 def test_two_bodies_add_their_slopes() -> None:
     one = rough()
     twice = solved(one, counter_surface=one)
-    assert assumptions.rms_slope(twice) == pytest.approx(2 * one.Sdq)
+    assert judgment.rms_slope(twice) == pytest.approx(2 * one.Sdq)
 
 
 def stiffened(result: ContactResult, modulus: float) -> ContactResult:
@@ -236,12 +238,12 @@ def test_spots_that_carry_are_the_load_median() -> None:
         solved(rc.Surface(np.zeros((8, 30)), PIXEL), load=1e-6), pressure=pressure
     )
     spots = result.spots()
-    assert assumptions.carrying_pixels(result, spots) == 3
+    assert judgment.carrying_pixels(result, spots) == 3
     assert any("spots of 3 pixels or fewer" in note for note in cautions(result))
     pressure = pressure.copy()
     pressure[4:8] = 1e9
     result = dataclasses.replace(result, pressure=pressure)
-    assert assumptions.carrying_pixels(result, result.spots()) == 120
+    assert judgment.carrying_pixels(result, result.spots()) == 120
     assert not any("pixels or fewer" in note for note in cautions(result))
 
 
@@ -249,7 +251,7 @@ def test_a_map_without_slopes_is_no_failure() -> None:
     heights = np.full((4, 4), np.nan)
     heights[::2, ::2] = 0.0
     result = solved(rc.Surface(heights, PIXEL).masked(), load=1e-6)
-    assert math.isnan(assumptions.rms_slope(result))
+    assert math.isnan(judgment.rms_slope(result))
     assert "none to judge" in stated(result)["Small slopes"].text
 
 
@@ -264,7 +266,7 @@ def loaded_ball(ratio: float, **more: Any) -> ContactResult:
 
 
 def caution(result: ContactResult) -> str:
-    return assumptions.ceiling_caution(result, result.spots())
+    return " ".join(c.text for c in result.cautions if c.kind == Kind.CEILING)
 
 
 @pytest.mark.parametrize(
@@ -325,6 +327,6 @@ def test_hardening_asks_for_more_than_three() -> None:
 def test_spots_of_a_few_pixels_say_nothing_about_the_ceiling() -> None:
     result = solved(rough(), load=0.02)
     spots = result.spots()
-    assert 0 < assumptions.carrying_pixels(result, spots) < 10
+    assert 0 < judgment.carrying_pixels(result, spots) < 10
     assert recommended_ceiling(result).load_ratio > 2
     assert caution(result) == ""

@@ -316,7 +316,9 @@ def test_cautions_stand_on_the_first_page() -> None:
     y, x = np.mgrid[-24:24, -24:24] * 1e-6
     ball = rc.Surface(-(x**2 + y**2) / 0.02, (1e-6, 1e-6))
     smooth = Page(report.render(solved(ball, load=0.1)))
-    assert "No warnings" in smooth.words.split("Contents", 1)[0]
+    told = "Looked at, without cause for a caution: convergence, contact at the edges of the map"
+    assert told in smooth.words.split("Contents", 1)[0]
+    assert "Looked at: convergence" in first
 
 
 @pytest.mark.usefixtures("quick")

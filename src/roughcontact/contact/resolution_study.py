@@ -94,7 +94,7 @@ precision
     >>> study = rc.resolution_study(rc.Surface(ball, (1e-6, 1e-6)), material=steel, load=0.5)
     >>> print(study.sentences[0])
     Independent of the grid (less than 5 % change at each step over pixels of 2 µm, 1 µm, 500 nm): \
-contact area, maximum pressure, mean pressure.
+contact area, contact area without rim excess, maximum pressure, mean pressure.
     """
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
     if min(pair.shape) < 2 * _FEWEST_POINTS:

@@ -76,19 +76,7 @@ def render(
         If the elastic result has another grid.
     """
     _check_alike(result, elastic)
-    spots = result.spots()
-    stated = assumptions.statements(result, spots)
-    given = [results.row(result, result.control), *results.rows(result, PROBLEM)]
-    found = [
-        *chapters.prepared(result),
-        chapters.problem(result, given, "ceiling"),
-        chapters.assumed(stated, result.cautions),
-        results_chapter(result, study),
-        sections(result),
-        chapters.contact_spots(result, spots),
-    ]
-    if result.saturated_fraction > 0:
-        found.append(comparison(result, elastic))
+    found = _chapters(result, elastic, study)
     if curve is not None:
         found.append(chapters.load_curve(curve))
     if study is not None:
@@ -109,6 +97,26 @@ def render(
         cautions=result.cautions,
         checked=judgment.checked(result),
     )
+
+
+def _chapters(
+    result: ContactResult, elastic: ContactResult | None, study: ResolutionStudy | None
+) -> list[Chapter]:
+    """Return what every report on a contact has."""
+    spots = result.spots()
+    stated = assumptions.statements(result, spots)
+    given = [results.row(result, result.control), *results.rows(result, PROBLEM)]
+    found = [
+        *chapters.prepared(result),
+        chapters.problem(result, given, "ceiling"),
+        chapters.assumed(stated, result.cautions),
+        results_chapter(result, study),
+        sections(result),
+        chapters.contact_spots(result, spots),
+    ]
+    if result.saturated_fraction > 0:
+        found.append(comparison(result, elastic))
+    return found
 
 
 def _check_alike(result: ContactResult, elastic: ContactResult | None) -> None:
