@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import errno
+import html
+import json
+import re
+import shlex
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -92,3 +97,43 @@ def test_progress_is_told_in_words(task: str, given: dict[str, str], words: str)
     assert any(words in terminal.described(at) for at in seen)
     assert {"load", "certificate"} <= outcome.last.keys()
     assert np.isfinite(outcome.last["load"])
+
+
+def _typed(page: str) -> str:
+    """Return the command that a report says gave its result."""
+    (code,) = re.findall(r"<pre><code>(roughcontact .*?)</code></pre>", page, re.DOTALL)
+    return html.unescape(code)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("solve", *BALL, "--load", "0.3 N", "--boundary", "periodic"),
+        ("solve", *BALL, "--load", "0.3 N", "--model", "volume", "--increments", "2"),
+        SWEEP,
+        (*HISTORY, "--shift", "0 um, 5 um", "--passes", "2"),
+        STRESS,
+    ],
+    ids=lambda arguments: f"{arguments[0]}-{len(arguments)}",
+)
+def test_the_command_in_a_report_gives_the_same_again(
+    arguments: tuple[str, ...], tmp_path: Path, capsys: Capture
+) -> None:
+    report = tmp_path / "a report's name.html"
+    assert app.main([*arguments, "--report", str(report), "--json"]) == app.SOLVED
+    first = json.loads(capsys.readouterr().out)
+    command = _typed(report.read_text(encoding="utf-8"))
+    report.unlink()
+    # As a shell takes it apart.
+    words = shlex.split(command)
+    assert words[0] == "roughcontact"
+    assert app.main([*words[1:], "--json"]) == app.SOLVED
+    assert report.exists()
+    again = json.loads(capsys.readouterr().out)
+    assert _timeless(again) == _timeless(first)
+
+
+def _timeless(told: Any) -> Any:
+    if isinstance(told, dict):
+        return {key: _timeless(value) for key, value in told.items() if key != "seconds"}
+    return [_timeless(value) for value in told] if isinstance(told, list) else told
