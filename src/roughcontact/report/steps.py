@@ -9,6 +9,7 @@ from roughcontact.contact import judgment
 from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.result import ContactResult
+from roughcontact.files import write
 from roughcontact.report import (
     assumptions,
     chapters,
@@ -145,13 +146,13 @@ def save_curve(
 ) -> None:
     """Write a report on a load curve to an HTML file; see `render_curve`."""
     page.check_path(path)
-    page.write(render_curve(curve, last, elastic=elastic, command=command), path)
+    write(path, render_curve(curve, last, elastic=elastic, command=command))
 
 
 def save_history(history: LoadHistory, path: str | os.PathLike[str], command: str = "") -> None:
     """Write a report on a load history to an HTML file; see `render_history`."""
     page.check_path(path)
-    page.write(render_history(history, command=command), path)
+    write(path, render_history(history, command=command))
 
 
 def _title_of_curve(curve: LoadCurve) -> str:
