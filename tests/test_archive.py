@@ -335,6 +335,19 @@ def test_a_failing_write_leaves_the_old_file(
     assert os.listdir(tmp_path) == ["out.nc"]
 
 
+def test_short_of_memory_the_same_file_goes_straight_to_the_disk(
+    tmp_path: Path, result: rc.ContactResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    result.save(tmp_path / "out.nc")
+    monkeypatch.setattr("roughcontact.memory.free", lambda: 0)
+    result.save(tmp_path / "direct.nc")
+    assert (tmp_path / "direct.nc").read_bytes() == (tmp_path / "out.nc").read_bytes()
+    monkeypatch.setattr("roughcontact.files.os.fsync", raising(OSError(28, "No space left")))
+    with pytest.raises(OSError, match="No space left"):
+        result.save(tmp_path / "new.nc")
+    assert sorted(os.listdir(tmp_path)) == ["direct.nc", "out.nc"]
+
+
 def test_a_write_replaces_an_old_file(tmp_path: Path, result: rc.ContactResult) -> None:
     path = tmp_path / "out.nc"
     path.write_text("an older result")

@@ -72,7 +72,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
         # A failed write knows no name, and the hidden name is nobody's business.
         hidden = error.filename is None or _UNFINISHED.fullmatch(Path(error.filename).name)
         if error.errno is not None and hidden:
-            error.filename, error.filename2 = str(target), None
+            raise OSError(error.errno, error.strerror, str(target)) from error
         raise
 
 

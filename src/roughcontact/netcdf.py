@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roughcontact import checksums, files, hdf5, limits
+from roughcontact import checksums, files, hdf5, limits, memory
 from roughcontact.errors import FormatError
 
 if TYPE_CHECKING:
@@ -50,17 +50,19 @@ def write(
     Notes
     -----
     HDF5 does not get over a full disk: it fails again when something is closed, and ends the
-    process with a segmentation fault. So it writes to memory, as many bytes as the file will
-    have; those of a contact are fewer than `solve` needed on the way.
+    process with a segmentation fault. So it writes to memory first, as many bytes as the file
+    will have; straight to the disk only where they would take more than half of what is free.
     """
     files.require_suffix(path, ".nc")
     import h5netcdf
     from xarray.backends import H5NetCDFStore
 
-    content = io.BytesIO()
-    with h5netcdf.File(content, "w") as file:
-        sealed(dataset).dump_to_store(H5NetCDFStore(file), encoding=packed or {})
-    files.write(path, content.getbuffer())
+    with files.replacing(path) as stream:
+        place = io.BytesIO() if 2 * dataset.nbytes < memory.free() else stream
+        with h5netcdf.File(place, "w") as file:
+            sealed(dataset).dump_to_store(H5NetCDFStore(file), encoding=packed or {})
+        if isinstance(place, io.BytesIO):
+            stream.write(place.getbuffer())
 
 
 def sealed(dataset: xarray.Dataset) -> xarray.Dataset:
