@@ -40,7 +40,7 @@ from roughcontact.request.run import Outcome, run
 
 SOLVED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 # As a shell reports a program that a signal ended: 128 + SIGINT, 128 + SIGPIPE.
-INTERRUPTED, PIPE_CLOSED = 130, 141
+SIGNALED, INTERRUPTED, PIPE_CLOSED = 128, 130, 141
 
 _NO_MEMORY = Sentence(
     "the memory is used up; ", Mention("crop"), " the map or try ", Mention("precision", "single")
@@ -63,7 +63,8 @@ def main(argv: list[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit status: 0 solved, 1 not converged, 2 bad input or usage, 130 interrupted.
+        Exit status: 0 solved, 1 not converged, 2 bad input or usage, 130 interrupted (143 by
+        SIGTERM).
     """
     arguments = sys.argv[1:] if argv is None else list(argv)
     for stream in (sys.stdout, sys.stderr):
@@ -72,6 +73,12 @@ def main(argv: list[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     # Libraries log what they do not like in a damaged file; one sentence says what it means.
     logging.basicConfig(handlers=[logging.NullHandler()])
+    with terminal.stoppable() as stopped:
+        return _status(arguments, stopped)
+
+
+def _status(arguments: list[str], stopped: list[int]) -> int:
+    """Carry out a command and return its exit status; `stopped` holds the signal that ends it."""
     written: Sequence[Path] = ()
     try:
         status = _app(arguments or ["--help"], prog_name="roughcontact", standalone_mode=False)
@@ -95,6 +102,7 @@ def main(argv: list[str] | None = None) -> int:
     if status == INTERRUPTED:
         names = ", ".join(str(path) for path in written)
         terminal.complain(f"interrupted; {f'only {names}' if names else 'nothing'} was written")
+        return SIGNALED + stopped[0] if stopped else INTERRUPTED
     return status if isinstance(status, int) else SOLVED
 
 
@@ -350,12 +358,9 @@ def _run(file: Path | str | None, given: Given) -> None:
         names.append(report.name)
         say(f"{len(names)} of {len(entries)} done, {report.name} {report.state}")
 
-    try:
-        with terminal.progress("quiet" in given) as say:
-            say(f"working through {len(entries)} contacts")
-            reports = engines.run(entries, told)
-    except KeyboardInterrupt:
-        raise UnfinishedError(plan.finished(entries)) from None
+    with terminal.progress("quiet" in given) as say:
+        say(f"working through {len(entries)} contacts")
+        reports = engines.run(entries, told)
     if "json" in given:
         print(to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
     elif "quiet" not in given:

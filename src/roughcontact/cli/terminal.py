@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import sys
+import threading
 from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING
@@ -30,6 +32,42 @@ def progress(quiet: bool = False) -> Iterator[Say]:
         return
     with Console(stderr=True, highlight=False).status("") as status:
         yield lambda text: status.update(Text(printable(text)))
+
+
+@contextlib.contextmanager
+def stoppable() -> Iterator[list[int]]:
+    """Let the signals that ask a program to end do what Ctrl-C does.
+
+    Yields
+    ------
+    list of int
+        The signal, once one has come.
+    """
+    came: list[int] = []
+
+    def stop(number: int, frame: object) -> None:
+        # `timeout` sends it twice; the second must not disturb what the first begins.
+        for asking in ours:
+            signal.signal(asking, signal.SIG_IGN)
+        came.append(number)
+        raise KeyboardInterrupt
+
+    ours = _undecided()
+    for asking in ours:
+        signal.signal(asking, stop)
+    try:
+        yield came
+    finally:
+        for asking in ours:
+            signal.signal(asking, signal.SIG_DFL)
+
+
+def _undecided() -> list[signal.Signals]:
+    """Return the signals that ask to end, but where `nohup` or the caller decides about them."""
+    if threading.current_thread() is not threading.main_thread():
+        return []
+    known = [number for number in signal.Signals if number.name in ("SIGTERM", "SIGHUP")]
+    return [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
 
 
 def described(at: Progress) -> str:
@@ -60,7 +98,7 @@ def spelled(text: str, command: str = SOLVE) -> str:
 
 def complain(sentence: str) -> None:
     """Print one sentence on standard error."""
-    with contextlib.suppress(BrokenPipeError):
+    with contextlib.suppress(OSError):
         print(f"roughcontact: {one_line(sentence)}", file=sys.stderr, flush=True)
 
 
