@@ -157,7 +157,10 @@ def test_other_values_than_the_axes_tell(tmp_path: Path) -> None:
     ("attributes", "words"),
     [
         ({"_FillValue": np.array([1.0, 2.0])}, "height has several values for what is missing"),
-        ({"_FillValue": 1.0, "missing_value": 2.0}, "height has several values for what is missing"),
+        (
+            {"_FillValue": 1.0, "missing_value": 2.0},
+            "height has several values for what is missing",
+        ),
         ({"_Unsigned": "true"}, "height holds no integers"),
     ],
 )

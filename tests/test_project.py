@@ -5,9 +5,11 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
 import roughcontact as rc
@@ -192,41 +194,112 @@ def test_a_process_that_dies_is_a_failure(folder: Path) -> None:
     assert "status 9" in reports[0].reason
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_an_interrupted_project_goes_on(folder: Path, number: int) -> None:
-    many = ", ".join(f'"{load} mN"' for load in range(1, 41))
-    path = changed(folder, '"0.1 N", "1 N"', many)
-    command = [sys.executable, "-m", "roughcontact", "run", str(path)]
-    package = str(Path(rc.__file__).parents[1])
-    environment = {**os.environ, "PYTHONPATH": package}
+@pytest.fixture
+def start():
+    """Start to work through a project in a process of its own."""
+    begun: list[subprocess.Popen[str]] = []
 
     def listen() -> None:
         # A shell that runs the tests in the background has Ctrl-C ignored.
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-    run = subprocess.Popen(
-        command, env=environment, stderr=subprocess.PIPE, text=True, preexec_fn=listen
-    )
-    results = folder / "results"
-    for _ in range(3000):
-        if len(list(results.glob("*.json"))) >= 2:
-            break
+    def begin(path: Path) -> subprocess.Popen[str]:
+        command = [sys.executable, "-m", "roughcontact", "run", str(path)]
+        environment = {**os.environ, "PYTHONPATH": str(Path(rc.__file__).parents[1])}
+        begun.append(
+            subprocess.Popen(
+                command, env=environment, stderr=subprocess.PIPE, text=True, preexec_fn=listen
+            )
+        )
+        return begun[-1]
+
+    yield begin
+    for process in begun:
+        process.kill()
+        process.communicate()
+
+
+def wait_for(happened: Callable[[], object], seconds: float = 60.0) -> bool:
+    """Wait for something, and return whether it came in time."""
+    last = time.monotonic() + seconds
+    while not happened() and time.monotonic() < last:
         time.sleep(0.01)
+    return bool(happened())
+
+
+def hidden(folder: Path) -> list[str]:
+    return [file.name for file in folder.rglob(".*")]
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_project_goes_on(folder: Path, number: int, start) -> None:
+    many = ", ".join(f'"{load} mN"' for load in range(1, 41))
+    path = changed(folder, '"0.1 N", "1 N"', many)
+    run = start(path)
+    results = folder / "results"
+    assert wait_for(lambda: len(list(results.glob("*.json"))) >= 2)
     run.send_signal(number)
     err = run.communicate()[1]
-    if number == signal.SIGINT:
-        assert run.returncode == app.INTERRUPTED
+    if number != signal.SIGKILL:
+        assert run.returncode == 128 + number
         assert err.count("\n") == 1
         assert "interrupted; only" in err
-    # What was under way when the first process was killed may still end.
-    time.sleep(2.0)
+        assert hidden(folder) == []
     done = {p: p.stat().st_mtime_ns for p in results.glob("*.json")}
     assert 2 <= len(done) < 41
-    entries = project.load(path)[:12]
+    entries = project.load(path)[: len(done) + 1]
     reports = engines.run(entries, lambda report: None)
     assert all(report.state != plan.FAILED for report in reports)
+    assert {plan.KEPT, plan.SOLVED} == {report.state for report in reports}
     assert all(p.stat().st_mtime_ns == stamp for p, stamp in done.items())
+    assert hidden(folder) == []
+
+
+LONG = """
+[defaults]
+unit = "um"
+size = "0.1 mm x 0.2 mm"
+material = "bearing steel"
+task = "sweep"
+folder = "kept"
+from = "1 mN"
+to = "1 N"
+steps = 10000
+
+[[contact]]
+name = "one"
+file = "rough.npy"
+
+[[contact]]
+name = "two"
+file = "rough.npy"
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+def test_no_process_outlives_the_first(folder: Path, number: int, start) -> None:
+    path = folder / "long.toml"
+    path.write_text(LONG, encoding="utf-8")
+    run = start(path)
+    kept = folder / "kept"
+    assert wait_for(lambda: list(kept.rglob("step-*.npz")))
+    children = psutil.Process(run.pid).children()
+    assert children
+    run.send_signal(number)
+    run.wait()
+    # They would go on for minutes, and the pipe is theirs, too.
+    ended = wait_for(lambda: not any(alive(child) for child in children), 20.0)
+    for child in filter(alive, children):
+        child.kill()
+    assert ended
+    if number == signal.SIGTERM:
+        assert hidden(folder) == []
+
+
+def alive(process: psutil.Process) -> bool:
+    return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
 
 
 @pytest.mark.parametrize(
@@ -449,3 +522,63 @@ def test_what_has_no_end_has_no_digest(folder: Path) -> None:
         path = changed(folder, 'file = "rough.npy"', f'file = "{file}"')
         first, _, last = project.load(path)
         assert plan.digest_of(first) != plan.digest_of(last)
+
+
+# Nothing that is read is written
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        # The map of the other contact, by its name and by a link.
+        ('name = "one"', 'name = "m"', "output 'results/m.csv' is an input file"),
+        ('name = "one"', 'name = "soft"', "output 'results/soft.csv' is an input file"),
+        ('name = "one"', 'name = "hard"', "output 'results/hard.csv' is an input file"),
+        # One that is not there yet.
+        ('"results/m.csv"', '"results/one.csv"', "output 'results/one.csv' is an input file"),
+        ('name = "one"', 'name = "p"', "output 'results/p.json' is an input file"),
+        ('name = "one"', 'name = "two-surface"',
+         "figure 'results/two-surface.png' is a file of 'two', too"),
+    ],
+)  # fmt: skip
+def test_no_contact_replaces_what_another_needs(
+    old: str, new: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    results = tmp_path / "results"
+    results.mkdir()
+    np.savetxt(results / "m.csv", np.eye(8), delimiter=",")
+    (results / "soft.csv").symlink_to("m.csv")
+    (results / "hard.csv").hardlink_to(results / "m.csv")
+    (results / "p.json").symlink_to("../p.toml")
+    text = """\
+write = ["csv", "png"]
+[defaults]
+material = "bearing steel"
+unit = "um"
+size = "0.1 mm"
+
+[[contact]]
+name = "two"
+file = "results/m.csv"
+load = "0.1 N"
+
+[[contact]]
+name = "one"
+task = "sweep"
+file = "other.csv"
+from = "0.1 N"
+to = "1 N"
+steps = 2
+"""
+    text = 'folder = "results"\n' + text.replace(old, new)
+    Path("p.toml").write_text(text, encoding="utf-8")
+    before = {path: path.read_bytes() for path in results.iterdir()}
+    assert app.main(["run", "p.toml"]) == app.BAD_INPUT
+    out, err = capsys.readouterr()
+    line = text[: text.index(new if "name" in new else 'name = "one"')].count("\n") + 1
+    assert (out, err) == (
+        "",
+        f"roughcontact: error: p.toml line {line}: {words}; give another name\n",
+    )
+    assert before == {path: path.read_bytes() for path in results.iterdir()}

@@ -1,9 +1,10 @@
-"""Checksums that do not depend on how a file stores its content: of arrays, and of words."""
+"""Checksums: of arrays and words, however a file stores them, and of files."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Mapping
 from typing import Any
 
@@ -57,6 +58,23 @@ def of_arrays(arrays: Mapping[str, ArrayLike]) -> str:
         SHA-256 in hexadecimal digits.
     """
     return of_words({name: of_array(values) for name, values in arrays.items()})
+
+
+def of_file(path: str | os.PathLike[str]) -> str:
+    """Return the checksum of a file as it stands on the disk.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Returns
+    -------
+    str
+        SHA-256 in hexadecimal digits, of its bytes.
+    """
+    with open(path, "rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def of_words(words: Any) -> str:

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
-import json
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, as_completed
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
+from multiprocessing import connection
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 from typing import Any
 
+from roughcontact import files
 from roughcontact.errors import Mention, RoughcontactError, worded
-from roughcontact.files import to_json, write
 from roughcontact.fleet import plan
 from roughcontact.fleet.plan import FAILED, KEPT, SOLVED, Entry, Report
 from roughcontact.halfspace.fft import default_workers
-from roughcontact.request import run as running
+from roughcontact.request import outputs, run as running
+
+# Seconds that a process has to remove what it has begun to write when it is told to end.
+_GRACE = 0.5
 
 
 def run(
@@ -39,57 +47,132 @@ def run(
     list of Report
         In the order of the entries. A contact that fails, even by a crash, does not stop the
         others; one that was solved before from the same options and files is kept.
+
+    Notes
+    -----
+    The processes end within a second of this one, however it ends, and of the call.
     """
     cores = default_workers()
     at_once = max(1, min(processes or cores, len(entries)))
-    for folder in {entry.summary.parent for entry in entries}:
+    folders = {entry.summary.parent for entry in entries}
+    for folder in folders:
         folder.mkdir(parents=True, exist_ok=True)
-    children: set[Any] = set()
+    waiting = list(enumerate(entries))[::-1]
+    working: dict[Connection, _Worker] = {}
     reports: dict[int, Report] = {}
-    pool = ThreadPoolExecutor(at_once)
     try:
-        futures = {
-            pool.submit(_finish, entry, max(1, cores // at_once), children): number
-            for number, entry in enumerate(entries)
-        }
-        for future in as_completed(futures):
-            report = future.result()
-            reports[futures[future]] = report
-            told(report)
+        while waiting or working:
+            while waiting and len(working) < at_once:
+                number, entry = waiting.pop()
+                digest = plan.digest_of(entry)
+                before = plan.complete(entry, digest)
+                if before is None:
+                    _begin(working, number, entry, digest, max(1, cores // at_once))
+                else:
+                    reports[number] = Report(entry.name, KEPT, before)
+                    told(reports[number])
+            for worker in _ready(working):
+                reports[worker.number] = worker.report()
+                del working[worker.receiver]
+                told(reports[worker.number])
+    except KeyboardInterrupt:
+        _end(working.values())
+        done = {number for number, report in reports.items() if report.state != FAILED}
+        # Some may have been about to tell.
+        done |= {worker.number for worker in working.values() if worker.is_complete()}
+        summaries = [entries[number].summary for number in sorted(done)]
+        raise outputs.UnfinishedError(summaries) from None
     finally:
-        # After Ctrl-C nothing new is begun, and what is under way ends.
-        pool.shutdown(wait=False, cancel_futures=True)
-        for child in list(children):
-            child.terminate()
+        # Whatever came in between: what is under way ends, and leaves nothing half done.
+        _end(working.values())
+        for folder in folders:
+            files.clear(folder)
     return [reports[number] for number in range(len(entries))]
 
 
-def _finish(entry: Entry, threads: int, children: set[Any]) -> Report:
-    digest = plan.digest_of(entry)
-    before = plan.complete(entry, digest)
-    if before is not None:
-        return Report(entry.name, KEPT, before)
+@dataclass(frozen=True)
+class _Worker:
+    """A process that works on one contact, and where it tells how that ended."""
+
+    number: int
+    entry: Entry
+    digest: str
+    process: SpawnProcess
+    receiver: Connection
+
+    def is_complete(self) -> bool:
+        """Return whether the contact stands complete, told of or not."""
+        return plan.complete(self.entry, self.digest) is not None
+
+    def report(self) -> Report:
+        """Return how it ended, once it has told or is gone."""
+        try:
+            state, told, reason = self.receiver.recv()
+        except EOFError:
+            self.process.join()
+            status = self.process.exitcode
+            state, told = FAILED, {}
+            reason = f"its process ended with status {status}; is there enough memory?"
+        self.process.join()
+        self.receiver.close()
+        return Report(self.entry.name, state, told, reason)
+
+
+def _begin(
+    working: dict[Connection, _Worker], number: int, entry: Entry, digest: str, threads: int
+) -> None:
+    """Begin with one contact, in a process of its own."""
     context = multiprocessing.get_context("spawn")
     receiver, sender = context.Pipe(duplex=False)
-    child = context.Process(target=_work, args=(entry, digest, threads, sender), daemon=True)
-    child.start()
-    children.add(child)
+    process = context.Process(target=_work, args=(entry, digest, threads, sender), daemon=True)
+    working[receiver] = _Worker(number, entry, digest, process, receiver)
+    with _deaf():
+        process.start()
     sender.close()
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Keep Ctrl-C from what is begun, which it reaches too; the first process ends the others."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        state, told, reason = receiver.recv()
-    except EOFError:
-        child.join()
-        state, told = FAILED, {}
-        reason = f"its process ended with status {child.exitcode}; is there enough memory?"
-    child.join()
-    children.discard(child)
-    return Report(entry.name, state, told, reason)
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _ready(working: Mapping[Connection, _Worker]) -> list[_Worker]:
+    """Wait until some have told how they ended, or are gone."""
+    if not working:
+        return []
+    ready = connection.wait(list(working))
+    return [worker for receiver, worker in working.items() if receiver in ready]
+
+
+def _end(workers: Iterable[_Worker]) -> None:
+    """End what is under way: asked to, then made to."""
+    begun = [worker.process for worker in workers if worker.process.pid is not None]
+    for process in begun:
+        process.terminate()
+    last = time.monotonic() + _GRACE
+    for process in begun:
+        process.join(max(0.0, last - time.monotonic()))
+        process.kill()
+        process.join()
+
+
+# In a process of its own
 
 
 def _work(entry: Entry, digest: str, threads: int, sender: Connection) -> None:
-    """Do one contact in a process of its own."""
-    # Ctrl-C reaches every process of the terminal; the first one ends the others.
+    """Do one contact."""
+    # Where it could not be blocked.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _leave)
+    threading.Thread(target=_follow, daemon=True).start()
     if hasattr(os, "sched_setaffinity"):
         # The transforms take a thread for each core that the process may use.
         cores = sorted(os.sched_getaffinity(0))
@@ -103,12 +186,25 @@ def _work(entry: Entry, digest: str, threads: int, sender: Connection) -> None:
         sender.send((FAILED, {}, f"{type(error).__name__}: {error}"))
 
 
+def _leave(number: int, frame: object) -> None:
+    """End in good order: what is half written is removed."""
+    sys.exit(128 + number)
+
+
+def _follow() -> None:
+    """End when the first process has ended, by whatever: nobody waits for the contact any more."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
+
+
 def _words(entry: Entry) -> Callable[[Mention], str]:
     return partial(plan.spell_key, task=entry.request.task)
 
 
 def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
-    outcome = running.run(entry.request, lambda text: None)
+    outcome = running.run(entry.request, _nothing)
     if outcome.failure is not None:
         raise outcome.failure
     if not outcome.converged:
@@ -116,6 +212,11 @@ def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
     # What is told of a single contact is at its own end.
     several = outcome.curve is not None or outcome.history is not None
     last = {"last": outcome.last} if several else {}
-    text = to_json({**outcome.record(), **last, "run": digest})
-    write(entry.summary, text + "\n")
-    return SOLVED, json.loads(text), ""
+    told = plan.sealed({**outcome.record(), **last}, digest, outcome.written)
+    text = files.to_json(told) + "\n"
+    outputs.write([(entry.summary, partial(files.write, content=text))], _nothing)
+    return SOLVED, told, ""
+
+
+def _nothing(text: str) -> None:
+    """Say nothing."""

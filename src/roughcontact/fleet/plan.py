@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
+from roughcontact import checksums
 from roughcontact._version import __version__
 from roughcontact.errors import Mention
-from roughcontact.request.options import SOLVE, named, offered, text_of
+from roughcontact.files import to_json
+from roughcontact.request.options import named, offered, text_of
 from roughcontact.request.request import Request
 
 SOLVED, KEPT, FAILED = "solved", "solved before", "failed"
@@ -94,39 +94,88 @@ def spell_key(mention: Mention, task: str) -> str:
     return f"{key} = {json.dumps(text_of(mention.value, offered(task)[key]), ensure_ascii=False)}"
 
 
-def finished(entries: list[Entry]) -> list[Path]:
-    """Return the JSON files of the contacts that are complete."""
-    return [entry.summary for entry in entries if complete(entry, digest_of(entry)) is not None]
-
-
 def complete(entry: Entry, digest: str) -> dict[str, Any] | None:
-    """Return what an earlier run told, if it was the same and all of its files are there."""
+    """Return what an earlier run told, if it was the same and left what is there now.
+
+    Parameters
+    ----------
+    entry : Entry
+        The contact.
+    digest : str
+        What it depends on, from `digest_of`.
+
+    Returns
+    -------
+    dict or None
+        The content of its JSON file, with the files where they lie now. None if anything is
+        missing, or is not to the bit what the run wrote.
+    """
+    paths = [path for _, path in entry.request.places]
     try:
         told = json.loads(entry.summary.read_text(encoding="utf-8"))
+        sums = _sums(paths)
     except (OSError, ValueError):
         return None
-    same = isinstance(told, dict) and told.get("run") == digest
-    if not same or not all(Path(path).exists() for path in told.get("written", ())):
+    if not isinstance(told, dict) or told.pop("seal", None) != checksums.of_words(told):
         return None
-    return dict(told)
+    if told.get("run") != digest or told.get("sha256") != sums:
+        return None
+    return {**told, "written": [str(path) for path in paths]}
+
+
+def sealed(told: Mapping[str, Any], digest: str, written: Iterable[Path]) -> dict[str, Any]:
+    """Return what the JSON file of a contact holds, so that `complete` knows it again.
+
+    Parameters
+    ----------
+    told : mapping
+        All numbers by name.
+    digest : str
+        What they depend on, from `digest_of`.
+    written : iterable of Path
+        The other files of the contact.
+
+    Returns
+    -------
+    dict
+        The same with ``run``, the digest, ``sha256`` of each file by name, and the ``seal`` of all
+        that.
+    """
+    whole = json.loads(to_json({**told, "run": digest, "sha256": _sums(written)}))
+    return {**whole, "seal": checksums.of_words(whole)}
 
 
 def digest_of(entry: Entry) -> str:
-    """Return a number for all that a contact depends on."""
+    """Return a word for all that a contact depends on: options and content of files.
+
+    Where the files lie does not matter, nor from where the project is run.
+    """
     request = entry.request
-    digest = hashlib.sha256(__version__.encode())
-    # A solve is what a contact is unless another task is named.
-    task = {} if request.task == SOLVE else {"task": request.task}
-    digest.update(json.dumps({**request.given, **task}, sort_keys=True).encode())
-    for path in request.inputs:
-        try:
-            # What a device or a pipe gives has no end, or is gone then.
-            if not path.is_file():
-                raise FileNotFoundError(path)
-            with path.open("rb") as stream:
-                for block in iter(partial(stream.read, 2**20), b""):
-                    digest.update(block)
-        # Reading it will say what is wrong.
-        except OSError:
-            digest.update(b"absent")
-    return digest.hexdigest()
+    options = offered(request.task)
+    given = {
+        name: _placeless(value) if options[name].is_place else value
+        for name, value in request.given.items()
+    }
+    return checksums.of_words(
+        {
+            "version": __version__,
+            "task": request.task,
+            "options": given,
+            # The suffix tells the format. Reading will say what is wrong with what is no file.
+            "inputs": [
+                [path.suffix.lower(), checksums.of_file(path) if path.is_file() else None]
+                for path in request.inputs
+            ],
+        }
+    )
+
+
+def _placeless(value: str | bool | list[str]) -> str | bool | list[str]:
+    """Return paths without their folders."""
+    if isinstance(value, list):
+        return [Path(text).name for text in value]
+    return Path(value).name if isinstance(value, str) else value
+
+
+def _sums(paths: Iterable[Path]) -> dict[str, str]:
+    return {path.name: checksums.of_file(path) for path in paths}

@@ -14,6 +14,7 @@ from typing import Any
 from roughcontact import limits, pipes
 from roughcontact.errors import FormatError, InputError, Mention
 from roughcontact.fleet.plan import Entry, spell_key
+from roughcontact.request import outputs
 from roughcontact.request.options import (
     CEILING,
     OPTIONS,
@@ -65,7 +66,8 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
     FormatError
         If the file cannot be read or is no TOML.
     InputError
-        If a key is unknown or a value cannot be used; the message names key and line.
+        If a key is unknown, a value cannot be used, or a contact would replace what one reads or
+        another writes; the message names key and line.
     """
     path = Path(path)
     try:
@@ -84,7 +86,9 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
     except ValueError as error:
         raise FormatError(f"{path.name} is no TOML file: {error}") from None
     project = _project(_Source(path, _lines(text)), read)
-    return list(_entries(project))
+    found = list(_entries(project))
+    _check_places(path, found)
+    return [entry for _, entry in found]
 
 
 Lines = dict[tuple[str, ...], int]
@@ -207,7 +211,27 @@ def _project(source: _Source, read: dict[str, Any]) -> _Project:
     return _Project(source, target, write, materials, defaults, contacts)
 
 
-def _entries(project: _Project) -> Iterator[Entry]:
+def _check_places(path: Path, found: list[tuple[_Contact, Entry]]) -> None:
+    """Refuse a project that would replace what one of its contacts reads or writes, or itself."""
+    read = [other for _, entry in found for other in entry.request.inputs]
+    inputs = {outputs.identity(other) for other in (*read, path)}
+    writers: dict[outputs.Identity, Entry] = {}
+    for contact, entry in found:
+        for argument, place in (*entry.request.places, ("output", entry.summary)):
+            try:
+                outputs.refuse_inputs(place, argument, inputs)
+            except InputError as error:
+                told = error.worded(partial(spell_key, task=contact.task))
+                raise contact.refusal("name", told) from None
+            other = writers.setdefault(outputs.identity(place), entry)
+            if other is not entry:
+                raise contact.refusal(
+                    "name",
+                    f"{argument} '{place}' is a file of {other.name!r}, too; give another name",
+                )
+
+
+def _entries(project: _Project) -> Iterator[tuple[_Contact, Entry]]:
     seen: dict[str, str] = {}
     idle = set(project.defaults)
     for number, read in enumerate(project.contacts):
@@ -234,7 +258,7 @@ def _entries(project: _Project) -> Iterator[Entry]:
                 request = from_text(contact.task, file, described)
             except InputError as error:
                 raise contact.placed(error) from None
-            yield Entry(name, request, project.target / f"{stem}.json")
+            yield contact, Entry(name, request, project.target / f"{stem}.json")
     for key in sorted(idle):
         raise project.source.refusal(("defaults", key), f"{key} fits none of the contacts")
 

@@ -92,6 +92,11 @@ class Option:
         return self.name.replace("-", "_")
 
     @property
+    def is_place(self) -> bool:
+        """Whether it names a file or a folder."""
+        return self.parse is parsing.path or bool(self.suffixes)
+
+    @property
     def is_flag(self) -> bool:
         """Whether it is given without a value."""
         return not self.metavar

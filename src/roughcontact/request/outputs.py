@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence, Set
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from roughcontact.request.options import (
 
 Say = Callable[[str], None]
 Task = tuple[Path, Callable[[Path], object]]
+Identity = str | tuple[int, int]
 
 
 def figure_names(kind: str) -> tuple[str, ...]:
@@ -101,9 +102,22 @@ def check_place(path: Path, argument: str, inputs: Iterable[Path] = ()) -> None:
         )
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(Mention(argument), f": no permission to write into the folder '{folder}'")
-    for other in inputs:
-        if path.exists() and other.exists() and path.samefile(other):
-            raise InputError(f"'{path}' is an input file; give another name", argument=argument)
+    refuse_inputs(path, argument, {identity(other) for other in inputs})
+
+
+def refuse_inputs(path: Path, argument: str, inputs: Set[Identity]) -> None:
+    """Raise `InputError` if a file to write is one of those that are read, by any name."""
+    if identity(path) in inputs:
+        raise InputError(f"'{path}' is an input file; give another name", argument=argument)
+
+
+def identity(path: Path) -> Identity:
+    """Return what all names of a file have in common, through links, and where it is to be."""
+    try:
+        found = path.stat()
+    except OSError:
+        return os.path.realpath(path)
+    return found.st_dev, found.st_ino
 
 
 def check_suffix(path: Path, option: Option, model: str) -> None:

@@ -142,11 +142,18 @@ class Request:
 
     def check_places(self) -> None:
         """Refuse outputs that cannot be written, or would replace an input."""
-        places = [("output", path) for path in self.outputs]
-        places += [(name, self[name]) for name in ("residual", "report") if self[name] is not None]
-        places += [(option, path) for option, _, path in self.figures()]
-        for argument, path in places:
+        for argument, path in self.places:
             outputs.check_place(path, argument, self.inputs)
+
+    @property
+    def places(self) -> tuple[tuple[str, Path], ...]:
+        """The files that are written, each with the argument that asks for it, in their order."""
+        single = [(name, self[name]) for name in ("residual", "report") if self[name] is not None]
+        return (
+            *(("output", path) for path in self.outputs),
+            *single,
+            *((option, path) for option, _, path in self.figures()),
+        )
 
     @property
     def outputs(self) -> tuple[Path, ...]:

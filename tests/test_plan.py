@@ -1,0 +1,124 @@
+"""What of a project counts as solved, and what has to be solved again."""
+
+import json
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from roughcontact.cli import app
+from roughcontact.fleet import engines, plan, project
+
+Capture = pytest.CaptureFixture[str]
+
+
+def states(path: Path) -> list[str]:
+    return [report.state for report in engines.run(project.load(path), lambda report: None)]
+
+
+@pytest.fixture(scope="module")
+def solved(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project of a contact on two maps, with steps and figures, that is solved."""
+    folder = tmp_path_factory.mktemp("solved") / "here"
+    (folder / "maps").mkdir(parents=True)
+    y, x = np.mgrid[:16, :16] / 16
+    np.save(folder / "maps" / "rough.npy", np.cos(7 * y) * np.cos(5 * x))
+    np.save(folder / "maps" / "other.npy", 0.1 * np.cos(3 * y))
+    (folder / "p.toml").write_text(
+        """
+        write = ["csv", "svg"]
+        [[contact]]
+        name = "one"
+        task = "sweep"
+        file = "maps/rough.npy"
+        unit = "um"
+        size = "0.1 mm"
+        counter-surface = "maps/other.npy"
+        material = "bearing steel"
+        from = "0.1 N"
+        to = "1 N"
+        steps = 2
+        folder = "kept"
+        """,
+        encoding="utf-8",
+    )
+    assert states(folder / "p.toml") == [plan.SOLVED]
+    return folder
+
+
+@pytest.fixture
+def moved(solved: Path, tmp_path: Path) -> Path:
+    """The same somewhere else."""
+    return shutil.copytree(solved, tmp_path / "there")
+
+
+def test_what_is_solved_is_known_from_everywhere(
+    moved: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    for start in (moved, moved.parent, moved / "maps"):
+        monkeypatch.chdir(start)
+        path = os.path.relpath(moved / "p.toml", start)
+        assert app.main(["run", path, "--json"]) == app.SOLVED
+        (report,) = json.loads(capsys.readouterr().out)["contacts"]
+        assert report["state"] == plan.KEPT
+        written = [Path(name) for name in report["told"]["written"]]
+        # Where they lie now.
+        assert [name.resolve() for name in written] == [
+            moved / "p" / f"one.{suffix}" for suffix in ("csv", "svg")
+        ]
+    project_file = moved / "p.toml"
+    (moved / "elsewhere").mkdir()
+    shutil.move(moved / "maps" / "rough.npy", moved / "elsewhere" / "rough.npy")
+    text = project_file.read_text(encoding="utf-8").replace("maps/rough", "elsewhere/rough")
+    project_file.write_text(text, encoding="utf-8")
+    assert states(project_file) == [plan.KEPT]
+
+
+def rewritten(path: Path, old: bytes, new: bytes) -> None:
+    content = path.read_bytes()
+    assert old in content
+    path.write_bytes(content.replace(old, new, 1))
+
+
+PRESSURE = b'"max_pressure": [\n    '
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda here: rewritten(here / "p" / "one.csv", b"\n", b""),
+        lambda here: os.truncate(here / "p" / "one.svg", 1000),
+        lambda here: rewritten(here / "p" / "one.json", PRESSURE, PRESSURE + b"1"),
+        lambda here: os.truncate(here / "p" / "one.json", 500),
+        lambda here: (here / "p" / "one.json").write_text("[]"),
+        lambda here: (here / "p" / "one.json").write_text("{}"),
+        lambda here: (here / "p" / "one.json").write_text("1"),
+    ],
+)
+def test_a_damaged_file_is_not_taken_for_solved(
+    damage: Callable[[Path], object], moved: Path
+) -> None:
+    (entry,) = project.load(moved / "p.toml")
+    assert plan.complete(entry, plan.digest_of(entry)) is not None
+    damage(moved)
+    assert plan.complete(entry, plan.digest_of(entry)) is None
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda here: rewritten(here / "maps" / "rough.npy", b"\x00\x00\xf0?", b"\x01\x00\xf0?"),
+        lambda here: rewritten(here / "maps" / "other.npy", b"\x00", b"\x01"),
+        lambda here: rewritten(here / "p.toml", b'"1 N"', b'"2 N"'),
+        lambda here: (here / "maps" / "rough.npy").unlink(),
+    ],
+)
+def test_content_and_options_decide(change: Callable[[Path], object], moved: Path) -> None:
+    (entry,) = project.load(moved / "p.toml")
+    before = plan.digest_of(entry)
+    change(moved)
+    (entry,) = project.load(moved / "p.toml")
+    assert plan.digest_of(entry) != before
