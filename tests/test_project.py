@@ -216,7 +216,9 @@ def start():
     yield begin
     for process in begun:
         process.kill()
-        process.communicate()
+        process.wait()
+        if process.stderr is not None:
+            process.stderr.close()
 
 
 def wait_for(happened: Callable[[], object], seconds: float = 60.0) -> bool:
