@@ -124,3 +124,17 @@ def test_what_is_no_array(tmp_path: Path) -> None:
     refused(path, "must hold a matrix", channel="table", **GIVEN)
     path = archive(tmp_path / "map.npz", {"more.npy": npy(np.array([[None, 1], [2, 3]]))})
     refused(path, "Python objects")
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_letters_that_do_not_exist(order: str, tmp_path: Path) -> None:
+    path = tmp_path / "map.npz"
+    unit = np.array("um", f"{order}U2")
+    np.savez(path, **{**MAP, "heights": HEIGHTS * 1e6, "pixel": np.ones(2), "unit": unit})
+    assert read_surface(path).pixel == (1e-6, 1e-6)
+    raw = npy(unit)
+    with zipfile.ZipFile(path, "w") as zipped:
+        for name in ("heights", "pixel"):
+            zipped.writestr(f"{name}.npy", npy(MAP[name]))
+        zipped.writestr("unit.npy", raw[:-4] + b"\xff" * 4)
+    refused(path, "map.npz cannot be read", "letters that do not exist")

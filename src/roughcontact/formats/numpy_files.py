@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import math
+import sys
 import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -82,6 +83,7 @@ class Arrays:
             # The checksum is compared where the last byte is read.
             with zipfile.ZipFile(self.path) as archive, archive.open(name + _SUFFIX) as stream:
                 values: NDArray[Any] = npy.read_array(stream, allow_pickle=False)
+                _check_letters(values)
                 return values
 
 
@@ -136,6 +138,14 @@ def _head(stream: IO[bytes], size: int) -> Head:
     if spare:
         raise ValueError(f"shape {shape} of {dtype} leaves {spare} bytes of the file over")
     return head
+
+
+def _check_letters(values: NDArray[Any]) -> None:
+    """Raise `ValueError` for text with numbers that are no letters; NumPy takes any."""
+    if values.dtype.kind == "U" and values.dtype.itemsize:
+        numbers = np.atleast_1d(values).view(values.dtype.byteorder + "u4")
+        if numbers.max(initial=0) > sys.maxunicode:
+            raise ValueError("text with letters that do not exist")
 
 
 @contextlib.contextmanager
