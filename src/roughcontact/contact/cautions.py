@@ -22,6 +22,7 @@ class Kind(StrEnum):
     SLOPES = "slopes not small"
     STRAINS = "strains not small"
     CEILING = "ceiling off the recommended one"
+    IMPRINT = "permanent indentation of a ceiling"
     FILLED = "filled points"
     MISSING = "missing points"
     MEASUREMENT = "lateral resolution of the measurement"
