@@ -272,8 +272,8 @@ def caution(result: ContactResult) -> str:
 @pytest.mark.parametrize(
     ("ratio", "more", "words"),
     [
-        (3, {}, ("at 3 times", "1.67 yield strengths (1.67 GPa)", "79 % higher")),
-        (40, {}, ("2.21 yield strengths (2.21 GPa)", "36 % higher")),
+        (3, {}, ("at 3 times", "1.78 yield strengths (1.78 GPa)", "68 % higher")),
+        (40, {}, ("2.22 yield strengths (2.22 GPa)", "35 % higher")),
         (300, {}, ("2.63 yield strengths (2.63 GPa)", "14 % higher")),
         (300, {"ceiling": 2.2e9}, ("2.63 yield strengths (2.63 GPa)", "16 % lower")),
     ],
@@ -316,6 +316,15 @@ def test_the_advice_is_followed_once() -> None:
     ceiling = recommended_ceiling(first).ceiling
     assert f"{ceiling / 1e9:.2f} yield strengths" in caution(first)
     assert caution(solved(rough(points=128), load=1.0, ceiling=ceiling)) == ""
+
+
+def test_the_advice_says_where_it_was_shown() -> None:
+    assert "(to 3 % on spheres, 9 % on rough maps): solve again" in caution(loaded_ball(40))
+    auxetic = rc.Material(210e9, -0.2, 1e9)
+    assert "from 0 to 0.5 only, so here a guess" in caution(loaded_ball(40, material=auxetic))
+    dense = solved(rough(points=128), load=1.4e9 * 1e-8, boundary="periodic")
+    assert dense.contact_fraction > judgment.SHOWN_CONTACT
+    assert "with up to 30 % in contact only" in caution(dense)
 
 
 def test_hardening_asks_for_more_than_three() -> None:

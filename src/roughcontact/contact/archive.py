@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from roughcontact import memory, netcdf
 from roughcontact.contact import cautions, ranges, verification
+from roughcontact.contact.advice import AgreedCeiling
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import FormatError, InsufficientMemoryError
@@ -45,6 +46,18 @@ _NUMBERS = {
     "load_error": "1",
     "tolerance": "1",
     "seconds": "s",
+}
+# Of a ceiling that was recommended.
+_RECOMMENDED = {
+    "load": "N",
+    "load_ratio": "1",
+    "factor": "1",
+    "mismatch": "1",
+    "solves": "1",
+    "usual_ceiling": "Pa",
+    "usual_contact_area": "m²",
+    "usual_approach": "m",
+    "usual_indentation": "m",
 }
 _WORDS = ("boundary", "precision", "control", "status", "version")
 # Those of them that the bodies know.
@@ -132,6 +145,10 @@ def _scalar_attributes(result: ContactResult) -> dict[str, Any]:
         if pair is not None:
             for axis, value in zip("yx", pair, strict=True):
                 attributes |= _with_unit(f"{name}_{axis}", value, unit)
+    if result.recommended is not None:
+        for name, unit in _RECOMMENDED.items():
+            value = getattr(result.recommended, name)
+            attributes |= _with_unit(f"recommended_{name}", value, unit)
     return attributes
 
 
@@ -357,6 +374,11 @@ def _scalars(attributes: dict[str, Any]) -> dict[str, Any]:
     scalars |= {name: int(attributes[name]) for name in _COUNTS}
     for name in _OF_THE_PAIR:
         del scalars[name]
+    if "recommended_load" in attributes:
+        told: dict[str, Any] = {
+            name: float(attributes[f"recommended_{name}"]) for name in _RECOMMENDED
+        }
+        scalars["recommended"] = AgreedCeiling(**told | {"solves": int(told["solves"])})
     # Files of earlier versions know no tilt.
     return scalars | {
         name: (float(attributes[f"{name}_y"]), float(attributes[f"{name}_x"]))

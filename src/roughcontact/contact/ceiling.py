@@ -9,23 +9,34 @@ the solution with any ceiling: see `recommended_ceiling`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact.contact.advice import RECOMMENDED, AgreedCeiling, RecommendedCeiling
 from roughcontact.contact.pair import Pair
-from roughcontact.contact.result import ContactResult
-from roughcontact.errors import InputError, Mention, require_choice, require_positive
-from roughcontact.material.material import CEILING_FACTOR, softer
-
-# Plateau of a perfectly plastic sphere over its yield strength, a line in log₁₀(load/first yield)
-# through solutions with plasticity of the volume; benchmarks/ceiling_error.py fits it again.
-_PLATEAU, _PER_DECADE = 1.44, 0.48
+from roughcontact.contact.result import ContactResult, Regime
+from roughcontact.errors import (
+    CapacityError,
+    InputError,
+    Mention,
+    require_choice,
+    require_positive,
+)
+from roughcontact.material.material import CEILING_FACTOR, Material
+from roughcontact.theory import yielding_sphere
 
 # Strain whose flow stress counts, over the slope a/R: between 0.1 for Swift's law, which is steep
 # at small strains, and 0.2 for a linear one, which is Tabor's for full indentation.
 _STRAIN = 0.15
+
+AGREEMENT = 2e-3
+"""How near a ceiling has to be to the one that its own solution recommends, as a part of it."""
+
+MOST_SOLVES = 6
+"""After how many solves the search for such a ceiling ends."""
 
 # Error of a height difference over the largest height, at most.
 _ROUNDING = 16 * float(np.finfo(np.float64).eps)
@@ -38,7 +49,7 @@ def resolved_ceiling(
 
     Parameters
     ----------
-    ceiling : "auto", float, array_like or None
+    ceiling : "auto", "recommended", float, array_like or None
         As for `solve`.
     pair : Pair
         The bodies.
@@ -46,16 +57,26 @@ def resolved_ceiling(
     Returns
     -------
     float, ndarray of shape (ny, nx), or None
-        Largest pressure [Pa]; ``None`` without a ceiling.
+        Largest pressure [Pa]; ``None`` without a ceiling. Of a recommended one that with which
+        the search for it begins.
 
     Raises
     ------
     InputError
-        If it is neither of these, not positive, or does not fit the grid.
+        If it is neither of these, not positive, or does not fit the grid; if one is to be
+        recommended for bodies of which no yield strength is known.
     """
     if isinstance(ceiling, str):
-        require_choice(("auto",), ceiling=ceiling)
+        require_choice(("auto", RECOMMENDED), ceiling=ceiling)
         body = pair.softer
+        if ceiling == RECOMMENDED and (body is None or body.yield_strength is None):
+            raise InputError(
+                Mention("ceiling", RECOMMENDED),
+                " is read from the yield strength of the softer body, and none is known: give its "
+                "material one, or a ",
+                Mention("ceiling"),
+                " in Pa",
+            )
         return None if body is None else body.ceiling
     if ceiling is None:
         return None
@@ -152,33 +173,6 @@ def _checked_ceiling(name: str, ceiling: float | ArrayLike) -> NDArray[np.float6
     return values.astype(np.float64)
 
 
-@dataclass(frozen=True)
-class RecommendedCeiling:
-    """The ceiling that gives the contact area of plasticity in the volume.
-
-    Parameters
-    ----------
-    load_ratio : float
-        How far beyond first yield the contact spots are: load over the load of first yield of
-        the sphere with the same slope and mean pressure in contact, its yield strength the flow
-        stress.
-    slope : float
-        Contact radius over radius of that sphere, a/R.
-    flow_stress : float
-        Yield strength at the strain 0.15 a/R [Pa]; σ_Y if the material does not harden.
-    ceiling : float
-        The recommended ceiling [Pa].
-    factor : float
-        The same over the yield strength before any plastic strain.
-    """
-
-    load_ratio: float
-    slope: float
-    flow_stress: float
-    ceiling: float
-    factor: float
-
-
 def ceiling_factor(load_ratio: float, first_yield: float = 1.615) -> float:
     """Return the ceiling of a perfectly plastic sphere over its yield strength.
 
@@ -192,7 +186,8 @@ def ceiling_factor(load_ratio: float, first_yield: float = 1.615) -> float:
     Returns
     -------
     float
-        1.44 + 0.48 log₁₀(P/P_c), not below ``first_yield`` and not above 3.
+        That which gives the mean pressure of `yielding_sphere.mean_pressure`, not below
+        ``first_yield`` and not above 3.
 
     Raises
     ------
@@ -201,20 +196,35 @@ def ceiling_factor(load_ratio: float, first_yield: float = 1.615) -> float:
 
     Notes
     -----
-    Fitted to solutions with plasticity of the volume, ν = 0.3 and P/P_c from 6 to 700, such that
-    the contact area agrees: it does to 1 %, the approach to 6 %. The form is that of cavity models
-    (Johnson 1985, section 6.3): in the transition the plateau grows with the logarithm of the
-    size of the plastic zone. On a half-space with small strains nothing else enters: E*, R and σ_Y
-    only set the scale of the load.
+    On a half-space with small strains nothing else enters: E*, R and σ_Y only set the scale of the
+    load, and Poisson's ratio enters by the pressure at first yield. The contact area then agrees
+    with plasticity of the volume to 3 % for ν from 0 to 0.5.
 
     Examples
     --------
     >>> [round(ceiling_factor(ratio), 2) for ratio in (1, 12, 40, 300, 3000)]
-    [1.61, 1.96, 2.21, 2.63, 3.0]
+    [1.61, 1.96, 2.21, 2.63, 2.93]
     """
     require_positive(load_ratio=load_ratio, first_yield=first_yield)
-    plateau = _PLATEAU + _PER_DECADE * math.log10(load_ratio)
-    return min(max(plateau, first_yield), CEILING_FACTOR)
+    # P = π a² p̄, which in the index x is P/P_c = 6 x² (p̄/σ_Y)/(π² C³).
+    wanted = load_ratio * math.pi**2 * first_yield**3 / 6
+    index = _loaded(wanted, lambda x: yielding_sphere.mean_pressure(x, first_yield))
+    mean = yielding_sphere.mean_pressure(index, first_yield)
+    return min(yielding_sphere.ceiling(index, mean, first_yield), CEILING_FACTOR)
+
+
+def _loaded(load: float, mean: Callable[[float], float]) -> float:
+    """Return the slope at which slope² times the mean pressure is so much."""
+    from scipy.optimize import brentq
+
+    # The mean pressure grows with the slope, but not faster than it.
+    start = load ** (1 / 3)
+    low, high = start, start
+    while low**2 * mean(low) > load:
+        low /= 4
+    while high**2 * mean(high) < load:
+        high *= 4
+    return float(brentq(lambda slope: slope**2 * mean(slope) - load, low, high, rtol=1e-12))
 
 
 def recommended_ceiling(result: ContactResult) -> RecommendedCeiling | None:
@@ -241,9 +251,17 @@ def recommended_ceiling(result: ContactResult) -> RecommendedCeiling | None:
         P/P_c = 6 (E* a/R)² p̄/(π² p_y³),
 
     p_y the Hertz peak pressure at first yield: whatever the ceiling of the solution, a lower one
-    gives more area and so more slope. A material that hardens is taken at the strain 0.15 a/R.
-    Tabor (1951) has 0.2 for full indentation; 0.15 does better before, where much of the plastic
-    zone has strained less. On spheres and rough maps with two laws the area then agrees to 8 %.
+    gives more area and so more slope.
+
+    Under this load each body takes its part of a/R, and both bear the same mean pressure: an
+    elastic one that of Hertz, one that yields that of `yielding_sphere.mean_pressure`. Two alike
+    share alike; beside a body that stays elastic the one that yields is pushed further, and bears
+    more than at the same P/P_c under a rigid one. The ceiling is that which gives this mean
+    pressure.
+
+    A material that hardens is taken at the strain 0.15 of its part of a/R. Tabor (1951) has 0.2 for
+    full indentation; 0.15 does better before, where much of the plastic zone has strained less. On
+    spheres and rough maps with two laws the area then agrees to 8 %.
 
     Examples
     --------
@@ -253,23 +271,168 @@ def recommended_ceiling(result: ContactResult) -> RecommendedCeiling | None:
     >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1e9)
     >>> found = recommended_ceiling(solve(ball, material=steel, load=2.5))
     >>> round(found.load_ratio), round(found.factor, 1)
-    (6, 1.8)
+    (6, 1.9)
     """
-    body = softer(result.material, result.counter_material)
-    if body is None or body.yield_strength is None or body.first_yield_pressure is None:
+    body = result.pair.softer
+    if body is None or body.yield_strength is None:
         return None
     slope = math.sqrt(2) * _contact_slope(result)
     if slope == 0:
         return None
-    flow = body.yield_strength
-    if body.hardening is not None:
-        flow = float(body.hardening.strength(np.array(_STRAIN * slope)))
-    first_yield = body.first_yield_pressure / body.yield_strength
     mean = result.load / result.corrected_contact_area
-    index = result.contact_modulus * slope / (math.pi * first_yield * flow)
-    ratio = 6 * index**2 * mean / (first_yield * flow)
-    ceiling = flow * ceiling_factor(ratio, first_yield)
-    return RecommendedCeiling(ratio, slope, flow, ceiling, ceiling / body.yield_strength)
+    return _judged(result.pair, body, slope, mean)
+
+
+def _judged(pair: Pair, softer: Material, slope: float, mean: float) -> RecommendedCeiling:
+    """Return what is recommended for a sphere with this a/R and mean pressure [Pa]."""
+    bodies = [one for one in (pair.material, pair.counter_material) if one.compliance > 0]
+    load = slope**2 * mean
+    # With the ceiling that is recommended it bears the same load at another slope.
+    slope = _loaded(load, lambda s: _borne(bodies[0], _part(bodies, s)))
+    part = _part(bodies, slope)
+    parts = dict(zip(map(id, bodies), (part, slope - part), strict=False))
+    yielding = [one for one in (pair.material, pair.counter_material) if one.yield_strength]
+    flow = {id(one): _flow_stress(one, parts.get(id(one), 0.0)) for one in yielding}
+    first = min(flow[id(one)] * _first_yield(one) for one in yielding)
+    found = yielding_sphere.ceiling(pair.contact_modulus * slope, _borne(bodies[0], part), first)
+    bounds = [CEILING_FACTOR * flow[id(one)] for one in yielding]
+    bounds += [one.hardness for one in bodies if one.hardness and not one.yield_strength]
+    ceiling = min(found, *bounds)
+    assert softer.yield_strength is not None
+    return RecommendedCeiling(
+        load_ratio=6 * pair.contact_modulus**2 * load / (math.pi**2 * first**3),
+        slope=slope,
+        flow_stress=flow[id(softer)],
+        first_yield=first,
+        ceiling=ceiling,
+        factor=ceiling / softer.yield_strength,
+    )
+
+
+def _part(bodies: Sequence[Material], slope: float) -> float:
+    """Return which part of a slope the first body takes: both bear the same mean pressure."""
+    from scipy.optimize import brentq
+
+    if len(bodies) == 1:
+        return slope
+    one, other = bodies
+
+    def excess(part: float) -> float:
+        return _borne(one, part) - _borne(other, slope - part)
+
+    return float(brentq(excess, 1e-9 * slope, (1 - 1e-9) * slope, rtol=1e-12))
+
+
+def _borne(body: Material, slope: float) -> float:
+    """Return the mean pressure [Pa] that a body bears under a rigid sphere of this a/R."""
+    if body.yield_strength is None:
+        return 4 * slope / (3 * math.pi * body.compliance)
+    flow = _flow_stress(body, slope)
+    return flow * yielding_sphere.mean_pressure(
+        slope / (body.compliance * flow), _first_yield(body)
+    )
+
+
+def _flow_stress(body: Material, slope: float) -> float:
+    assert body.yield_strength is not None
+    if body.hardening is None:
+        return body.yield_strength
+    return float(body.hardening.strength(np.array(_STRAIN * slope)))
+
+
+def _first_yield(body: Material) -> float:
+    """Return the Hertz peak pressure at first yield over the yield strength."""
+    assert body.first_yield_pressure is not None
+    assert body.yield_strength is not None
+    return body.first_yield_pressure / body.yield_strength
+
+
+def agreed(
+    first: ContactResult, again: Callable[[float, ContactResult], ContactResult]
+) -> ContactResult:
+    """Return the contact under the ceiling that it recommends itself.
+
+    Parameters
+    ----------
+    first : ContactResult
+        The contact under three yield strengths.
+    again : callable
+        ``again(ceiling, start)`` solves it under another ceiling [Pa], from a solution nearby.
+
+    Returns
+    -------
+    ContactResult
+        One whose ceiling is what `recommended_ceiling` reads from it, to `AGREEMENT`, with what
+        became of it as its ``recommended``; the first itself if it is below first yield, and any
+        of them that did not converge.
+
+    Raises
+    ------
+    InputError
+        If the contact spots have no slope to be judged by.
+    CapacityError
+        If the ceiling that is recommended cannot carry the load.
+
+    Notes
+    -----
+    The load ratio hardly depends on the ceiling at which it is read, so that two or three solves
+    do. Where whole pixels that come and go keep the ceiling from settling, the last of
+    `MOST_SOLVES` is returned, and its ``mismatch`` says by how much.
+    """
+    if not first.converged or first.regime is Regime.BELOW_FIRST_YIELD:
+        return first
+    found, advice = first, _advised(first)
+    chosen, solves = advice, 1
+    while solves < MOST_SOLVES and abs(advice.ceiling / _single(found) - 1) > AGREEMENT:
+        chosen, solves = advice, solves + 1
+        try:
+            found = again(chosen.ceiling, found)
+        except CapacityError as error:
+            raise _too_low(chosen, error) from None
+        if not found.converged:
+            return found
+        advice = _advised(found)
+    told = AgreedCeiling(
+        load=found.load,
+        load_ratio=chosen.load_ratio,
+        factor=_single(found) * chosen.factor / chosen.ceiling,
+        mismatch=advice.ceiling / _single(found) - 1,
+        solves=solves,
+        usual_ceiling=_single(first),
+        usual_contact_area=first.contact_area,
+        usual_approach=first.approach,
+        usual_indentation=float(first.residual_indentation.max()),
+    )
+    return replace(found, recommended=told)
+
+
+def _single(result: ContactResult) -> float:
+    """Return the ceiling of a result that has one for all pixels."""
+    assert isinstance(result.ceiling, float)
+    return result.ceiling
+
+
+def _advised(result: ContactResult) -> RecommendedCeiling:
+    advice = recommended_ceiling(result)
+    if advice is None:
+        raise InputError(
+            Mention("ceiling", RECOMMENDED),
+            " is read from the slope within the contact spots, and these have none: single "
+            "pixels, or flats; give a ",
+            Mention("ceiling"),
+            " in Pa",
+        )
+    return advice
+
+
+def _too_low(chosen: RecommendedCeiling, error: CapacityError) -> CapacityError:
+    return CapacityError(
+        f"{chosen.factor:.3g} yield strengths, the ceiling that is recommended, are too few: ",
+        *error.sentence,
+        "; where nearly all of the map has to bear, ",
+        Mention("ceiling", "auto"),
+        " takes three",
+    )
 
 
 def _contact_slope(result: ContactResult) -> float:

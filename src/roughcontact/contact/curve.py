@@ -54,6 +54,8 @@ class LoadStep:
         On the full grid.
     seconds : float
         Wall time of the solve.
+    ceiling : float
+        Largest pressure allowed [Pa]; NaN without one, or where it differs from pixel to pixel.
     """
 
     load: float
@@ -71,6 +73,7 @@ class LoadStep:
     load_error: float
     convolutions: int
     seconds: float
+    ceiling: float = math.nan
 
 
 _FIELDS = tuple(field.name for field in fields(LoadStep))
@@ -92,8 +95,8 @@ class LoadCurve:
         E* [Pa].
     rms_gradient : float
         h′ of the gap at first touch.
-    ceiling : float, ndarray of shape (ny, nx), or None
-        Largest pressure allowed [Pa].
+    ceiling : float, ndarray of shape (ny, nx), "recommended" or None
+        Largest pressure allowed [Pa]; where each load has its own, the steps hold it.
     boundary : Boundary
         What lies beyond the edges of the map.
     source : str
@@ -111,7 +114,7 @@ class LoadCurve:
     nominal_area: float
     contact_modulus: float
     rms_gradient: float
-    ceiling: float | NDArray[np.float64] | None
+    ceiling: float | NDArray[np.float64] | str | None
     boundary: Boundary
     source: str
     preparation: tuple[str, ...]
@@ -171,10 +174,11 @@ class LoadCurve:
         pressure exceeds the ceiling.
         """
         ceiling = self.ceiling
-        limit = None if ceiling is None else float(np.mean(ceiling))
+        fixed = None if ceiling is None or isinstance(ceiling, str) else float(np.mean(ceiling))
         pairs = []
-        for load in self.column("load"):
-            mean = float(load) / self.nominal_area
+        for step in self.steps:
+            mean = step.load / self.nominal_area
+            limit = step.ceiling if isinstance(ceiling, str) else fixed
             if mean == 0 or (limit is not None and mean > limit):
                 pairs.append((0.0, 0.0) if mean == 0 else (math.nan, math.nan))
             else:

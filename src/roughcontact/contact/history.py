@@ -14,7 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import limits
-from roughcontact.contact.cautions import Caution
+from roughcontact.contact import imprint, judgment
+from roughcontact.contact.advice import AgreedCeiling
+from roughcontact.contact.cautions import Caution, ordered
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, require_count
@@ -165,6 +167,9 @@ class LoadHistory:
         The stage with the largest load, the first of them if several have it.
     before : Pair
         The bodies at the position of that stage, as they were before the path.
+    recommended : AgreedCeiling or None
+        How the ceiling of the path was found, if it is one that was recommended: that of a first
+        loading to the largest load.
     remarks : tuple of Caution
         What else is known of the numbers, from the measurement of the maps.
     """
@@ -178,6 +183,7 @@ class LoadHistory:
     last: ContactResult
     largest: ContactResult
     before: Pair
+    recommended: AgreedCeiling | None = None
     remarks: tuple[Caution, ...] = ()
 
     @property
@@ -187,12 +193,20 @@ class LoadHistory:
         Its slopes and summits are those that were measured; pressure and gap are those of the
         stage.
         """
-        return replace(self.largest, pair=self.before, remarks=self.remarks)
+        return replace(
+            self.largest, pair=self.before, recommended=self.recommended, remarks=self.remarks
+        )
 
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know: of the contact under the largest load."""
-        return self.under_largest.cautions
+        largest = self.under_largest
+        advice, ceiling = judgment.advice(largest), largest.ceiling
+        if advice is None or not isinstance(ceiling, float):
+            return largest.cautions
+        bodies = (largest.material, largest.counter_material)
+        left = imprint.doubt(advice, ceiling, any(body.hardening for body in bodies))
+        return largest.cautions if left is None else ordered([*largest.cautions, left])
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from roughcontact.contact import area
+from roughcontact.contact.advice import RECOMMENDED, RecommendedCeiling
 from roughcontact.contact.cautions import Caution, Kind, careful, noted, ordered, unsealed, warned
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import ContactResult, Regime
@@ -34,6 +35,9 @@ CEILING_ERROR = 0.05
 
 LARGE_STRAIN = 0.1
 """Pressure over contact modulus, which the strain is of the order of; plastic strain."""
+
+SHOWN_CONTACT = 0.3
+"""Share of a rough map in contact up to which the recommended ceiling was tried."""
 
 MANY_FILLED = 0.05
 """Share of a map that is filled from which its numbers are estimates."""
@@ -161,6 +165,13 @@ def carrying_pixels(result: ContactResult, spots: Spots) -> int:
     return round(float(spots.area[min(index, spots.count - 1)]) / result.pixel_area)
 
 
+def advice(result: ContactResult) -> RecommendedCeiling | None:
+    """Return the ceiling that is recommended, where the spots are large enough to be judged."""
+    if carrying_pixels(result, result.spots()) < FEW_PIXELS:
+        return None
+    return recommended_ceiling(result)
+
+
 def filled_share(surface: Surface) -> float:
     """Return the share of a map that was not measured but filled, as far as it is known."""
     missing = sum(
@@ -271,27 +282,40 @@ def _ceiling(result: ContactResult) -> Caution | None:
     ceiling, body = result.ceiling, softer(result.material, result.counter_material)
     if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
         return None
-    advice = recommended_ceiling(result)
-    if advice is None or advice.load_ratio < TRANSITION:
+    found = advice(result)
+    if found is None or found.load_ratio < TRANSITION or result.recommended is not None:
         return None
-    hardness = body.hardening is None and body.ceiling and ceiling > (1 + 1e-9) * body.ceiling
-    if hardness or carrying_pixels(result, result.spots()) < FEW_PIXELS:
+    if body.hardening is None and body.ceiling and ceiling > (1 + 1e-9) * body.ceiling:
         return None
-    too_high = min(ceiling, result.max_pressure) > (1 + CEILING_ERROR) * advice.ceiling
-    too_low = result.saturated_fraction > 0 and ceiling < (1 - CEILING_ERROR) * advice.ceiling
+    too_high = min(ceiling, result.max_pressure) > (1 + CEILING_ERROR) * found.ceiling
+    too_low = result.saturated_fraction > 0 and ceiling < (1 - CEILING_ERROR) * found.ceiling
     if not (too_high or too_low):
         return None
-    times = float(f"{advice.load_ratio:.2g}")
-    error = 100 * (ceiling / advice.ceiling - 1)
+    times = float(f"{found.load_ratio:.2g}")
+    error = 100 * (ceiling / found.ceiling - 1)
     return careful(
         Kind.CEILING,
         f"the ceiling is {abs(error):.0f} % {'higher' if error > 0 else 'lower'} than the "
-        f"{advice.factor:.2f} yield strengths ({engineering(advice.ceiling, 'Pa', 3)}) that give "
+        f"{found.factor:.2f} yield strengths ({engineering(found.ceiling, 'Pa', 3)}) that give "
         f"spots like these, at {times:.7g} times the load of first yield, the contact area of "
-        "plasticity in the volume: solve again with that ceiling",
-        recommended_ceiling=advice.ceiling,
-        load_ratio=advice.load_ratio,
+        f"plasticity in the volume ({_shown(result)}): solve again with that ceiling, ",
+        Mention("ceiling", RECOMMENDED),
+        recommended_ceiling=found.ceiling,
+        load_ratio=found.load_ratio,
     )
+
+
+def _shown(result: ContactResult) -> str:
+    """Return how well the recommended ceiling does, or what keeps it from being known."""
+    bodies = [body for body in (result.material, result.counter_material) if body.yield_strength]
+    if any(body.poisson < 0 for body in bodies):
+        return "shown for Poisson's ratios from 0 to 0.5 only, so here a guess"
+    if result.contact_fraction > SHOWN_CONTACT and result.spots().count > 1:
+        part = f"{100 * SHOWN_CONTACT:.0f} %"
+        return f"shown for maps with up to {part} in contact only, so here a guess"
+    if any(body.hardening for body in bodies):
+        return "to 8 % on spheres and rough maps that harden"
+    return "to 3 % on spheres, 9 % on rough maps"
 
 
 def _filled(result: ContactResult) -> Caution | None:

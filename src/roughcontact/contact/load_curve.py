@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import checksums, limits
 from roughcontact.contact import resume
+from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.checks import check
 from roughcontact.contact.curve import LoadCurve, LoadStep
@@ -70,7 +71,7 @@ def load_curve(
     ----------
     surface, material, counter_material, counter_surface, ceiling, boundary, tolerance, \
 max_iterations, precision
-        As for `solve`.
+        As for `solve`. With ``"recommended"`` every load has its own ceiling.
     loads : sequence of float
         Normal loads W [N], ascending; give either this or ``approaches``.
     approaches : sequence of float
@@ -151,6 +152,12 @@ class _Sweep:
             return replace(self.terms, load=value)
         return replace(self.terms, approach=value)
 
+    @property
+    def own(self) -> bool:
+        """Whether each load has a ceiling of its own."""
+        ceiling = self.terms.ceiling
+        return isinstance(ceiling, str) and ceiling == RECOMMENDED
+
     def record(self) -> dict[str, Any]:
         """Return what the steps depend on."""
         ceiling = self.terms.ceiling
@@ -179,7 +186,7 @@ class _Sweep:
             nominal_area=pair.size[0] * pair.size[1],
             contact_modulus=pair.contact_modulus,
             rms_gradient=roughness.rms_gradient(pair.initial_gap, pair.pixel),
-            ceiling=resolved_ceiling(self.terms.ceiling, pair),
+            ceiling=RECOMMENDED if self.own else resolved_ceiling(self.terms.ceiling, pair),
             boundary=pair.boundary,
             source=pair.surface.provenance.source,
             preparation=pair.surface.provenance.steps,
@@ -190,7 +197,7 @@ class _Sweep:
         """Return a step as the result that it is judged by; of its gap only the holes count."""
         return ContactResult(
             pair=self.pair,
-            ceiling=resolved_ceiling(self.terms.ceiling, self.pair),
+            ceiling=step.ceiling if self.own else resolved_ceiling(self.terms.ceiling, self.pair),
             precision=self.terms.precision,
             tolerance=self.terms.certificate,
             control=self.control,
@@ -327,6 +334,7 @@ def _step(result: ContactResult) -> LoadStep:
         load_error=result.load_error,
         convolutions=result.convolutions,
         seconds=result.seconds,
+        ceiling=result.ceiling if isinstance(result.ceiling, float) else math.nan,
     )
 
 

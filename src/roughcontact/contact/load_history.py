@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._version import __version__
+from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.checks import check
 from roughcontact.contact.facing import Facing, facing, indented
@@ -64,7 +65,8 @@ def load_history(
     Parameters
     ----------
     surface, material, counter_material, counter_surface, ceiling, boundary, max_iterations
-        As for `solve`.
+        As for `solve`. A path has one ceiling: ``"recommended"`` is that of a first loading to the
+        largest load of the path.
     path : sequence of Stage or float
         The stages one after the other; a number is a load [N] at the first position.
     tolerance : float
@@ -138,7 +140,26 @@ def load_history(
     reference = bodies.facing(untouched, (0, 0)).highest
     way = _Way(bodies, replace(terms, ceiling=limit), stages, shifts, reference)
     _check_way(way)
-    return _followed(way, progress)
+    if not (isinstance(ceiling, str) and ceiling == RECOMMENDED):
+        return _followed(way, progress)
+    first = _heaviest(way)
+    way = replace(way, terms=replace(terms, ceiling=first.ceiling))
+    _check_way(way)
+    return replace(_followed(way, progress), recommended=first.recommended)
+
+
+def _heaviest(way: _Way) -> ContactResult:
+    """Return the contact at the largest load of a path, first loaded, under its own ceiling."""
+    usual = [(_first_loaded(way, number, way.terms.ceiling), number) for number in way.largest()]
+    found, number = max(usual, key=lambda one: one[0].load)
+    return _first_loaded(way, number, RECOMMENDED) if found.load else found
+
+
+def _first_loaded(way: _Way, number: int, ceiling: Any) -> ContactResult:
+    """Return the contact of a stage, by its number from 0, as if it were the first."""
+    pair = way.bodies.facing(np.zeros(way.bodies.indented.shape), way.shifts[number])
+    terms = way.terms_of(way.stages[number], way.lowered(pair))
+    return _pressed(pair, replace(terms, ceiling=ceiling), None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +174,16 @@ class _Way:
     stages: tuple[Stage, ...]
     shifts: list[tuple[int, int]]
     reference: float
+
+    def largest(self) -> list[int]:
+        """Return which stages, from 0, have the largest load and the largest approach."""
+        found = []
+        for control in ("load", "approach"):
+            asked = {n: getattr(stage, control) for n, stage in enumerate(self.stages)}
+            wanted = {n: value for n, value in asked.items() if value is not None}
+            if wanted:
+                found.append(max(wanted, key=wanted.__getitem__))
+        return found
 
     def lowered(self, pair: Pair) -> float:
         """Return by how much later than at first the bodies touch [m]."""

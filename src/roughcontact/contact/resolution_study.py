@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.checks import check
 from roughcontact.contact.memory import Room
@@ -62,7 +63,7 @@ def resolution_study(
     ----------
     surface, material, load, counter_material, counter_surface, ceiling, boundary, tolerance, \
 precision
-        As for `solve`.
+        As for `solve`. All solves have the ceiling that is recommended on the map itself.
     progress : callable, optional
         Called with a `Progress`: the number of the solve, its name and the solver's `Step`.
 
@@ -105,7 +106,10 @@ contact area, contact area without rim excess, maximum pressure, mean pressure.
         )
     terms = Terms(load=load, ceiling=ceiling, tolerance=tolerance, precision=precision)
     check(pair, terms)
-    study = _Study(pair, replace(terms, ceiling=resolved_ceiling(ceiling, pair)), progress)
+    limit = resolved_ceiling(ceiling, pair)
+    if isinstance(ceiling, str) and ceiling == RECOMMENDED:
+        limit = press(pair, terms).ceiling
+    study = _Study(pair, replace(terms, ceiling=limit), progress)
     grids = study.grids()
     return ResolutionStudy(
         grids=tuple(grid for grid, _ in grids),
@@ -182,12 +186,16 @@ class _Study:
         """Return the solves with other ceilings."""
         found = []
         limit: Any = self.terms.ceiling
-        for factor in self.ceiling_factors:
+        body = self.pair.softer
+        usual = limit if body is None or body.ceiling is None else body.ceiling
+        for part in self.ceiling_factors:
             self.number += 1
-            label, ceiling = f"ceiling factor {factor:g}", limit * factor / CEILING_FACTOR
+            # A ceiling that is not three yield strengths is varied by the same parts of itself.
+            factor, ceiling = part * (limit / usual), limit * part / CEILING_FACTOR
+            label = f"ceiling factor {factor:.3g}"
             if self.terms.target > ceiling * self.pair.size[0] * self.pair.size[1]:
                 self.notes.append(
-                    f"With a ceiling factor of {factor:g} the load cannot be carried."
+                    f"With a ceiling factor of {factor:.3g} the load cannot be carried."
                 )
                 continue
             result = self.pressed(label, self.pair, replace(self.terms, ceiling=ceiling))

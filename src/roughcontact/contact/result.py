@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact import area, spots
+from roughcontact.contact.advice import AgreedCeiling
 from roughcontact.contact.cautions import Caution
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.study import ResolutionStudy
@@ -84,6 +85,8 @@ class ContactResult:
         where the bodies do not tilt.
     unsealed : bool
         Whether it was read from a file without checksums, in which damage goes unseen.
+    recommended : AgreedCeiling or None
+        How the ceiling was found, if it is one that was recommended.
     remarks : tuple of Caution
         What else is known of the numbers, from the measurement of the maps or a study of the
         resolution; ``cautions`` tells it with what the result shows by itself.
@@ -108,6 +111,7 @@ class ContactResult:
     tilt: tuple[float, float] = (0.0, 0.0)
     moments: tuple[float, float] | None = None
     unsealed: bool = False
+    recommended: AgreedCeiling | None = None
     remarks: tuple[Caution, ...] = ()
 
     def __post_init__(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._version import __version__
 from roughcontact.contact import checks
+from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.area import centre_of_pressure
+from roughcontact.contact.ceiling import agreed, resolved_ceiling
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.scale import Scale
@@ -74,10 +77,13 @@ def solve(
     counter_surface : Surface, optional
         Heights of the counter-body on the same grid, laid on the first map point by point
         (mirror a map that was measured from its own front); a flat without it.
-    ceiling : "auto", float, array_like or None
+    ceiling : "auto", "recommended", float, array_like or None
         Largest pressure [Pa], one for all or one a pixel. ``"auto"`` is the smaller of the
         bodies' ceilings, three times the yield strength or, without one, the hardness; no ceiling
-        where none is known. ``None`` is purely elastic.
+        where none is known. ``"recommended"`` begins with that and solves again until the ceiling
+        is the one that gives the contact area of plasticity in the volume, see
+        `recommended_ceiling`; a contact below first yield keeps the first. ``None`` is purely
+        elastic.
     boundary : {"free", "periodic", "periodic-x", "periodic-y"}
         Whether the map is all there is, or one period of an endless surface, or of a strip that
         is endless along one axis and ends along the other; see `Boundary`.
@@ -106,8 +112,8 @@ def solve(
     InputError
         If an argument cannot be used; the message names it and its value.
     CapacityError
-        If the load exceeds the ceiling times the area, nothing can touch, or no pressure
-        balances the moments.
+        If the load exceeds the ceiling times the area, the recommended one included, nothing can
+        touch, or no pressure balances the moments.
     InsufficientMemoryError
         If the problem does not fit into the memory that is free.
     ConvergenceError
@@ -154,8 +160,10 @@ def press(
     progress : callable, optional
         Called with a `Step` every time the solver has looked at the whole map.
     """
-    began = time.perf_counter()
     require_choice(("raise", "return"), on_failure=on_failure)
+    if isinstance(terms.ceiling, str) and terms.ceiling == RECOMMENDED:
+        return _agreed(pair, terms, start, on_failure, progress)
+    began = time.perf_counter()
     stated = checks.stated(pair, terms, start)
     solution, slope = _solved(pair, terms, stated, start, progress)
     # An error that is kept would keep the memory of the solve with it.
@@ -164,6 +172,31 @@ def press(
     if not result.converged and on_failure == "raise":
         raise _unsolved(result)
     return result
+
+
+def _agreed(
+    pair: Pair,
+    terms: Terms,
+    start: ContactResult | ArrayLike | None,
+    on_failure: str,
+    progress: Callable[[Step], None] | None,
+) -> ContactResult:
+    """Return the contact under the ceiling that it recommends, with the cost of all its solves."""
+    solves: list[ContactResult] = []
+
+    def solved(ceiling: Any, start: ContactResult | ArrayLike | None) -> ContactResult:
+        fixed = replace(terms, ceiling=ceiling)
+        found = press(pair, fixed, start=start, on_failure=on_failure, progress=progress)
+        solves.append(found)
+        return found
+
+    found = agreed(solved(resolved_ceiling(terms.ceiling, pair), start), solved)
+    return replace(
+        found,
+        iterations=sum(one.iterations for one in solves),
+        convolutions=sum(one.convolutions for one in solves),
+        seconds=sum(one.seconds for one in solves),
+    )
 
 
 def _solved(
@@ -290,12 +323,33 @@ def elastic(result: ContactResult) -> ContactResult:
     ConvergenceError
         If the tolerance was not reached.
     """
-    if result.ceiling is None:
-        return result
+    return result if result.ceiling is None else under(result, None)
+
+
+def under(result: ContactResult, ceiling: str | float | ArrayLike | None) -> ContactResult:
+    """Return the solution of the same problem with another ceiling.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+    ceiling : "auto", "recommended", float, array_like or None
+        As for `solve`.
+
+    Returns
+    -------
+    ContactResult
+        A new solve under the same load.
+
+    Raises
+    ------
+    InputError, CapacityError, ConvergenceError
+        As for `solve`.
+    """
     terms = Terms(
         load=result.load,
         moments=result.moments,
-        ceiling=None,
+        ceiling=ceiling,
         tolerance=result.tolerance,
         precision=result.precision,
     )

@@ -78,8 +78,8 @@ class ResolutionStudy:
     cutoffs : tuple of Variant
         The map without waves shorter than a cut-off, the longest first.
     ceilings : tuple of Variant
-        Ceilings of 2.8 to 3.2 yield strengths; empty for an elastic contact or a ceiling that
-        differs from pixel to pixel.
+        Ceilings of 2.8 to 3.2 yield strengths, or the same parts of another one; empty for an
+        elastic contact or a ceiling that differs from pixel to pixel.
     at_ceiling : bool
         Whether the largest pressure is the ceiling on each of the three finest grids.
     notes : tuple of str
@@ -180,7 +180,7 @@ class ResolutionStudy:
         """Return every solve with what it is called."""
         names = [(f"pixel {engineering(max(v.pixel), 'm')}", v) for v in self.grids]
         names += [(f"S-filter {engineering(v.value, 'm')}", v) for v in self.cutoffs]
-        return names + [(f"ceiling {v.value:g} × yield", v) for v in self.ceilings]
+        return names + [(f"ceiling {v.value:.3g} × yield", v) for v in self.ceilings]
 
     def summary(self) -> dict[str, Any]:
         """Return the study by name, in SI units, ready for JSON."""
@@ -199,7 +199,7 @@ def _span(
     what: str, argument: str, variants: tuple[Variant, ...], names: Sequence[str], unit: str
 ) -> str:
     first, last = variants[0], variants[-1]
-    ends = [engineering(v.value, unit) if unit else f"{v.value:g}" for v in (first, last)]
+    ends = [engineering(v.value, unit) if unit else f"{v.value:.3g}" for v in (first, last)]
     parts = [
         f"{QUANTITIES[name]} {changed_by(_change(getattr(first, name), getattr(last, name)))}"
         for name in names

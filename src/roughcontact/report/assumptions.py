@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from roughcontact.contact import imprint, judgment
 from roughcontact.contact.cautions import Caution, Kind
 from roughcontact.contact.history import VOLUME_ACCOUNT, LoadHistory
 from roughcontact.contact.judgment import (
@@ -228,10 +229,21 @@ def _yielding(result: ContactResult, history: LoadHistory | None) -> Statement:
             "and 2.77 yield strengths at 40, 120, 300 and 700 times the load of first yield. In "
             "this transition a ceiling of three yield strengths is up to 35 % too high, and the "
             "contact area up to 26 % too small; three are right to 5 % where E*a/(σ_Y R) exceeds "
-            "about 47 (a: radius of a spot, R: radius of its summit). "
+            "about 56 (a: radius of a spot, R: radius of its summit). "
             + _first_yield(body)
+            + _left_behind(result)
         )  # fmt: skip
     return Statement("The ceiling stands in for plasticity", text.strip(), (Kind.CEILING,))
+
+
+def _left_behind(result: ContactResult) -> str:
+    """Return how far permanent indentation and dissipation are from plasticity of the volume."""
+    advice = judgment.advice(result)
+    if advice is None or not isinstance(result.ceiling, float):
+        return ""
+    bodies = (result.material, result.counter_material)
+    found = imprint.doubt(advice, result.ceiling, any(body.hardening for body in bodies))
+    return "" if found is None else f" {sentence(found.text)}"
 
 
 def _first_yield(body: Material) -> str:

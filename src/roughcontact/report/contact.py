@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import datetime
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from roughcontact.contact import judgment
 from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.solve import under
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError
 from roughcontact.files import write
@@ -38,6 +39,7 @@ def render(
     result: ContactResult,
     *,
     elastic: ContactResult | None = None,
+    usual: ContactResult | None = None,
     curve: LoadCurve | None = None,
     study: ResolutionStudy | None = None,
     additions: Sequence[Addition] = (),
@@ -53,6 +55,8 @@ def render(
     elastic : ContactResult, optional
         The same problem without a ceiling, to stand beside it; see `ContactResult.elastic`. It
         is left out where the ceiling is reached nowhere.
+    usual : ContactResult, optional
+        The same problem with three yield strengths, where the ceiling was recommended.
     curve : LoadCurve, optional
         The same contact under other loads, for a chapter of its own.
     study : ResolutionStudy, optional
@@ -75,8 +79,8 @@ def render(
     InputError
         If the elastic result has another grid.
     """
-    _check_alike(result, elastic)
-    found = _chapters(result, elastic, study)
+    _check_alike(result, elastic=elastic, usual=usual)
+    found = _chapters(result, elastic, usual, study)
     if curve is not None:
         found.append(chapters.load_curve(curve))
     if study is not None:
@@ -100,7 +104,10 @@ def render(
 
 
 def _chapters(
-    result: ContactResult, elastic: ContactResult | None, study: ResolutionStudy | None
+    result: ContactResult,
+    elastic: ContactResult | None,
+    usual: ContactResult | None,
+    study: ResolutionStudy | None,
 ) -> list[Chapter]:
     """Return what every report on a contact has."""
     spots = result.spots()
@@ -115,17 +122,18 @@ def _chapters(
         chapters.contact_spots(result, spots),
     ]
     if result.saturated_fraction > 0:
-        found.append(comparison(result, elastic))
+        found.append(comparison(result, elastic, usual))
     return found
 
 
-def _check_alike(result: ContactResult, elastic: ContactResult | None) -> None:
-    if elastic is not None and elastic.pressure.shape != result.pressure.shape:
-        raise InputError(
-            f"has {elastic.pressure.shape} pixels and the result {result.pressure.shape}; "
-            "give the solution of the same problem, result.elastic()",
-            argument="elastic",
-        )
+def _check_alike(result: ContactResult, **others: ContactResult | None) -> None:
+    for name, other in others.items():
+        if other is not None and other.pressure.shape != result.pressure.shape:
+            raise InputError(
+                f"has {other.pressure.shape} pixels and the result {result.pressure.shape}; "
+                "give the solution of the same problem, such as result.elastic()",
+                argument=name,
+            )
 
 
 def save(
@@ -133,6 +141,7 @@ def save(
     path: str | os.PathLike[str],
     *,
     elastic: ContactResult | None = None,
+    usual: ContactResult | None = None,
     curve: LoadCurve | None = None,
     study: ResolutionStudy | None = None,
     additions: Sequence[Addition] = (),
@@ -143,7 +152,7 @@ def save(
 
     Parameters
     ----------
-    result, elastic, curve, study, additions, command, date
+    result, elastic, usual, curve, study, additions, command, date
         As for `render`.
     path : str or path
         File to write, ``.html`` or ``.htm``; it appears only once it is complete, and a file
@@ -161,6 +170,7 @@ def save(
     text = render(
         result,
         elastic=elastic,
+        usual=usual,
         curve=curve,
         study=study,
         additions=additions,
@@ -182,20 +192,35 @@ def save_compared(
     Parameters
     ----------
     result, path, command, additions, study
-        As for `save`.
+        As for `save`. One with a recommended ceiling is solved with three yield strengths, too.
     """
     page.check_path(path)
-    elastic = None
+    elastic = usual = None
     if result.saturated_fraction > 0:
-        try:
-            elastic = result.elastic()
-        except ConvergenceError as error:
-            # The chapter shows it as what it is.
-            elastic = error.result if isinstance(error.result, ContactResult) else None
-        except InsufficientMemoryError:
-            # The chapter says that there is none; the report stays worth having.
-            pass
-    save(result, path, elastic=elastic, command=command, additions=additions, study=study)
+        elastic = _best(result.elastic)
+        if result.recommended is not None:
+            usual = _best(lambda: under(result, "auto"))
+    save(
+        result,
+        path,
+        elastic=elastic,
+        usual=usual,
+        command=command,
+        additions=additions,
+        study=study,
+    )
+
+
+def _best(solve: Callable[[], ContactResult]) -> ContactResult | None:
+    """Return the same problem under another ceiling, or the best that was found of it."""
+    try:
+        return solve()
+    except ConvergenceError as error:
+        # The chapter shows it as what it is.
+        return error.result if isinstance(error.result, ContactResult) else None
+    except InsufficientMemoryError:
+        # The chapter says that there is none; the report stays worth having.
+        return None
 
 
 def _title(result: ContactResult) -> str:
@@ -249,8 +274,10 @@ def sections(result: ContactResult) -> Chapter:
     return chapter
 
 
-def comparison(result: ContactResult, elastic: ContactResult | None) -> Chapter:
-    """Return the chapter that sets the same problem without a ceiling beside it."""
+def comparison(
+    result: ContactResult, elastic: ContactResult | None, usual: ContactResult | None = None
+) -> Chapter:
+    """Return the chapter that sets the same problem under other ceilings beside it."""
     chapter = Chapter("Elastic beside ceiling")
     if elastic is None:
         chapter.add(
@@ -258,36 +285,44 @@ def comparison(result: ContactResult, elastic: ContactResult | None) -> Chapter:
             "No solution of the same problem without a ceiling was given to this report.",
         )
         return chapter
-    label = "with ceiling"
-    if not isinstance(result.ceiling, np.ndarray):
-        label = f"ceiling {engineering(float(result.ceiling or 0), 'Pa', 3)}"
     chapter.add(
         "text",
         "The same surfaces under the same load, once without a ceiling, once with it. The ceiling "
         "takes load from the highest peaks and lays it on their surroundings: the contact grows, "
-        "and the bodies come closer.",
+        "and the bodies come closer."
+        + (" Between them stands the usual ceiling, three yield strengths." if usual else ""),
     )
-    if not elastic.converged:
-        chapter.add(
-            "warning",
-            "The elastic solution did not converge: certificate "
-            f"{elastic.certificate:.1e}, asked for {elastic.tolerance:.0e} ({elastic.status}). Its "
-            "column and its maps show the best that was found, not a solution.",
-        )
+    between = {} if usual is None else {_label(usual): usual}
+    shown = {"elastic": elastic, **between, _label(result): result}
+    for name, other in (("elastic solution", elastic), ("solution with three", usual)):
+        if other is not None and not other.converged:
+            chapter.add(
+                "warning",
+                f"The {name} did not converge: certificate {other.certificate:.1e}, asked for "
+                f"{other.tolerance:.0e} ({other.status}). Its column and its maps show the best "
+                "that was found, not a solution.",
+            )
     inside = int(np.count_nonzero(elastic.contact & result.contact))
     touching = int(np.count_nonzero(elastic.contact))
-    pair = (elastic, result)
-    told = [*_beside(pair, ANSWER), *_beside(pair, TRUST)]
-    chapter.add("table", Table(told, ("", "elastic", label)))
+    several = tuple(shown.values())
+    told = [*_beside(several, ANSWER), *_beside(several, TRUST)]
+    chapter.add("table", Table(told, ("", *shown)))
     if touching:
         chapter.add(
             "text",
             f"{percent(inside / touching)} of the elastic contact also touches with the ceiling.",
         )
+    _draw_comparison(chapter, shown)
+    return chapter
+
+
+def _draw_comparison(chapter: Chapter, shown: dict[str, ContactResult]) -> None:
+    """Add maps of the first and the last of some solutions, and histograms of all."""
+    (name, elastic), *_, (label, result) = shown.items()
     chapter.add(
         "figure",
         page.picture(
-            maps.comparison(pair, ["elastic", label]),
+            maps.comparison((elastic, result), [name, label]),
             "Maps of pressure and contact, elastic on the left and with the ceiling on the right.",
             "Pressure above, contact below; elastic on the left, with the ceiling on the right. "
             "Both pressures have the same colours; where the elastic pressure exceeds what the "
@@ -299,19 +334,25 @@ def comparison(result: ContactResult, elastic: ContactResult | None) -> Chapter:
         "figure",
         page.picture(
             profiles.pressure_histogram(
-                pair, ["elastic", label], scale="log" if wide else "linear"
+                list(shown.values()), list(shown), scale="log" if wide else "linear"
             ),
             "Histograms of the contact pressure, elastic and with the ceiling.",
             "How the contact area is spread over the pressure, without and with the ceiling"
             + (", on a logarithmic pressure axis." if wide else "."),
         ),
     )  # fmt: skip
-    return chapter
+
+
+def _label(result: ContactResult) -> str:
+    if isinstance(result.ceiling, np.ndarray):
+        return "with ceiling"
+    return f"ceiling {engineering(float(result.ceiling or 0), 'Pa', 3)}"
 
 
 def _beside(pair: Sequence[ContactResult], part: str) -> list[Cells]:
     told = beside(tables.CONTACT, pair, part, brief=True)
-    return [(capital(row.name), *texts) for row, texts in told]
+    # What three yield strengths gave has a column of its own.
+    return [(capital(row.name), *texts) for row, texts in told if row.key != "recommended"]
 
 
 # Elastic over limited pressure from which a linear axis would squeeze one of them.

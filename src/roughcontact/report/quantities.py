@@ -133,7 +133,7 @@ class Column:
         ``form(value)`` puts a value into words.
     shown : callable, optional
         ``shown(result)`` returns what is told in place of the values.
-    brief, stored : bool
+    when, brief, stored
         As for `Quantity`.
     """
 
@@ -145,6 +145,7 @@ class Column:
     digits: int = 4
     form: Callable[[Any], str] | None = None
     shown: Callable[[Any], Sequence[Any]] | None = None
+    when: Callable[[Any], bool] = lambda _: True
     brief: bool = True
     stored: bool = True
 
@@ -262,21 +263,26 @@ def stored(table: Table, result: Any) -> dict[str, Any]:
 
 def stored_columns(columns: Columns, result: Any) -> dict[str, list[float]]:
     """Return what files keep of the steps of a result."""
-    return {c.key: [float(value) for value in c.values(result)] for c in columns if c.stored}
+    kept = [column for column in columns if column.stored and column.when(result)]
+    return {column.key: [float(value) for value in column.values(result)] for column in kept}
 
 
 def listing_of(
     columns: Columns, result: Any, brief: bool = False
 ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return the head and the rows of a table of steps."""
-    told = [column for column in columns if column.name and (column.brief or not brief)]
+    told = [
+        column
+        for column in columns
+        if column.name and (column.brief or not brief) and column.when(result)
+    ]
     texts = (column.texts(result) for column in told)
     return tuple(column.name for column in told), list(zip(*texts, strict=True))
 
 
 def csv_text(columns: Columns, result: Any) -> str:
     """Return the steps of a result as a table in text, units in the head."""
-    kept = [column for column in columns if column.stored]
+    kept = [column for column in columns if column.stored and column.when(result)]
     lines = [",".join(f"{column.key} [{column.unit}]" for column in kept)]
     steps = zip(*(column.values(result) for column in kept), strict=True)
     lines += [",".join(map(repr, step)) for step in steps]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.result import ContactResult
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
@@ -63,9 +64,14 @@ def repeating(result: ContactResult) -> str:
     script = _Script()
     script.add_maps(result)
     ceiling = script.ceiling(result)
+    bodies = _materials(result)
+    if result.recommended is None:
+        # Any other ceiling has no use for a law of hardening, which would have to be imported.
+        bodies = {name: replace(body, hardening=None) for name, body in bodies.items()}
+    script.add_laws(bodies)
     script.lines += [
         "result = rc.solve(",
-        *(f"    {given}," for given in _given(result, ceiling)),
+        *(f"    {given}," for given in _given(result, bodies, ceiling)),
         ")",
     ]
     return script.text()
@@ -118,9 +124,7 @@ def repeating_volume(result: ElastoplasticResult) -> str:
     script = _Script()
     script.add_maps(contact)
     materials = _materials(contact)
-    laws = sorted({type(m.hardening).__name__ for m in materials.values() if m.hardening})
-    if laws:
-        script.imports.add(f"from roughcontact.material.hardening import {', '.join(laws)}")
+    script.add_laws(materials)
     thickness = (_number(value) for value in result.bodies[0].thickness)
     lines = script.lines
     lines.append("layers = [  # from the surface down [m]")
@@ -160,6 +164,12 @@ class _Script:
         printable = "".join(c if c.isprintable() else " " for c in text)
         self.lines.append(f"# {printable}")
 
+    def add_laws(self, bodies: Mapping[str, Material]) -> None:
+        """Import the laws of hardening that bodies have."""
+        laws = sorted({type(m.hardening).__name__ for m in bodies.values() if m.hardening})
+        if laws:
+            self.imports.add(f"from roughcontact.material.hardening import {', '.join(laws)}")
+
     def add_maps(self, result: ContactResult) -> None:
         """Write the lines that make the surfaces of a result."""
         self.add_map("surface", result.surface)
@@ -180,6 +190,8 @@ class _Script:
         """Return the ceiling of a result, after the lines that it takes."""
         if result.ceiling is None:
             return "None"
+        if result.recommended is not None:
+            return _quoted(RECOMMENDED)
         if not isinstance(result.ceiling, np.ndarray):
             return _number(result.ceiling)
         self.comment("One ceiling for each point, from the file that holds the result.")
@@ -256,19 +268,19 @@ class _Script:
         return ", ".join(words)
 
 
-def _given(result: ContactResult, ceiling: str) -> list[str]:
+def _given(result: ContactResult, bodies: Mapping[str, Material], ceiling: str) -> list[str]:
     """Return the arguments of `solve`, but for those that are the default."""
     value = result.load if result.control == "load" else result.approach
     given = [
         "surface",
         f"{result.control}={_number(value)}",
-        f"material={_material(_without_law(result.material))}",
+        f"material={_material(bodies.get('material', result.material))}",
     ]
     if result.moments is not None:
         about_y, about_x = result.moments
         given.append(f"moments=({_number(about_y)}, {_number(about_x)})")
-    if result.counter_material != RIGID:
-        given.append(f"counter_material={_material(_without_law(result.counter_material))}")
+    if "counter_material" in bodies:
+        given.append(f"counter_material={_material(bodies['counter_material'])}")
     if result.counter_surface is not None:
         given.append("counter_surface=counter_surface")
     given.append(f"ceiling={ceiling}")
@@ -313,11 +325,6 @@ def _material(body: Material) -> str:
     if body.name:
         words.append(f"name={_quoted(body.name)}")
     return f"rc.Material({', '.join(words)})"
-
-
-def _without_law(body: Material) -> Material:
-    # The ceiling has no use for it, and its name would have to be imported.
-    return replace(body, hardening=None)
 
 
 def _number(value: float) -> str:

@@ -188,6 +188,12 @@ CONTACT: Table = (
         of=lambda r: float(r.residual_indentation.max()), form=_up_to, when=_limited,
     ),
     Quantity(
+        "recommended", "with three yield strengths",
+        of=lambda r: r.recommended and r.recommended.summary(),
+        meaning="before the ceiling was recommended, and by how much it differs",
+        text=wording.with_usual_ceiling, when=lambda r: r.recommended is not None,
+    ),
+    Quantity(
         "regime", "regime", meaning="how far the softer body is from elastic",
         of=lambda r: str(r.regime),
     ),
@@ -493,6 +499,10 @@ CURVE_COLUMNS: Columns = (
     Column("largest_spot_area", unit="m²"),
     Column("certificate", "certificate", form=tiny, brief=False),
     Column("load_error"),
+    Column(
+        "pressure_ceiling", "ceiling", unit="Pa", of=lambda c: c.column("ceiling"),
+        when=lambda c: isinstance(c.ceiling, str),
+    ),
     Column("convolutions"),
     Column("seconds", unit="s"),
     Column("constriction_length", unit="m", of=lambda c: c.constriction_length.tolist()),
@@ -528,7 +538,11 @@ HISTORY: Table = (
     Quantity("preparation", of=lambda history: list(history.last.surface.provenance.steps)),
     Quantity("boundary", of=lambda history: str(history.last.boundary)),
     Quantity("contact_modulus", unit="Pa", of="last.contact_modulus"),
-    Quantity("ceiling", unit="Pa", of=lambda history: _ceiling_stored(history.last)),
+    Quantity(
+        "ceiling", "pressure ceiling", unit="Pa", of=lambda h: _ceiling_stored(h.last),
+        text=lambda h: wording.ceiling(h.under_largest),
+    ),
+    Quantity("recommended", of=lambda h: h.recommended and h.recommended.summary()),
     Quantity("tolerance", of="last.tolerance"),
     Quantity("indented_body"),
     Quantity("indentation_volume", "indented volume", unit="m³"),

@@ -6,10 +6,12 @@ import math
 
 import numpy as np
 
+from roughcontact.contact.advice import AgreedCeiling
+from roughcontact.contact.ceiling import AGREEMENT
 from roughcontact.contact.result import ContactResult
 from roughcontact.material.hardening import Linear, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer
-from roughcontact.units import engineering
+from roughcontact.units import changed_by, engineering
 
 
 def ceiling(result: ContactResult) -> str:
@@ -40,6 +42,7 @@ def ceiling(result: ContactResult) -> str:
     if body is None or body.ceiling is None:
         return f"{text}, as given"
     automatic = math.isclose(float(ceiling), body.ceiling, rel_tol=1e-9)
+    automatic &= result.recommended is None
     whose = "" if _one_ceiling(result) else " of the softer body"
     if body.yield_strength is None:
         if automatic:
@@ -47,8 +50,59 @@ def ceiling(result: ContactResult) -> str:
         return f"{text}, as given: {float(ceiling) / body.ceiling:.3g} times the hardness{whose}"
     if automatic:
         return f"{text}, three times the yield strength{whose}"
+    if result.recommended is not None:
+        return f"{text}, {recommended(result.recommended)}"
     factor = float(ceiling) / body.yield_strength
     return f"{text}, as given: {factor:.3g} times the yield strength{whose}"
+
+
+def recommended(found: AgreedCeiling) -> str:
+    """Return how a ceiling was found that agrees with itself, in a few words.
+
+    Parameters
+    ----------
+    found : AgreedCeiling
+        How it was found.
+
+    Returns
+    -------
+    str
+        Such as ``"recommended: 2.41 yield strengths at 120 times first yield"``.
+    """
+    text = (
+        f"recommended: {found.factor:.3g} yield strengths at {float(f'{found.load_ratio:.2g}'):g} "
+        "times first yield"
+    )
+    if abs(found.mismatch) > AGREEMENT:
+        text += f", where its own solution recommends {changed_by(found.mismatch)}"
+    return text
+
+
+def with_usual_ceiling(result: ContactResult) -> str:
+    """Return what came out with three yield strengths before a ceiling was recommended.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution whose ceiling was recommended.
+
+    Returns
+    -------
+    str
+        Contact area, approach and residual indentation, each beside what they are now.
+    """
+    found = result.recommended
+    assert found is not None
+    told = (
+        ("contact area", found.usual_contact_area, result.contact_area, "m²"),
+        ("approach", found.usual_approach, result.approach, "m"),
+        ("indentation", found.usual_indentation, float(result.residual_indentation.max()), "m"),
+    )
+    parts = []
+    for name, usual, now, unit in told:
+        change = f" ({changed_by(usual / now - 1)})" if now else ""
+        parts.append(f"{name} {engineering(usual, unit) if usual else 'none'}{change}")
+    return ", ".join(parts)
 
 
 def hardening(body: Material) -> str:

@@ -278,7 +278,9 @@ OPTIONS = (
     Option(
         "ceiling", BODIES, "PRESSURE",
         'Largest pressure, such as "3 GPa", or a hardness, such as "62 HRC"; auto: 3 times the '
-        "smaller yield strength, or else the hardness; none: purely elastic; default: auto.",
+        "smaller yield strength, or else the hardness; recommended: that which gives the contact "
+        "area of plasticity in the volume, found by solving again; none: purely elastic; default: "
+        "auto.",
         parsing.ceiling, default="auto", model=CEILING,
     ),
     Option(

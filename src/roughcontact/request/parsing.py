@@ -94,13 +94,14 @@ def choice(*known: str) -> Callable[[str, str], str]:
 
 
 def ceiling(text: str, argument: str) -> str | float | None:
-    """Return a pressure, ``"auto"``, or None for none; a hardness becomes its pressure."""
+    """Return a pressure, a word for one, or None for none; a hardness becomes its pressure."""
+    from roughcontact.contact.advice import RECOMMENDED
     from roughcontact.material import hardness
 
     plain = text.strip()
     if plain == "none":
         return None
-    if plain == "auto":
+    if plain in ("auto", RECOMMENDED):
         return plain
     if _HARDNESS.search(plain):
         try:

@@ -1,0 +1,125 @@
+"""The recommended ceiling against plasticity of the volume: area, and what stays behind."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import pytest
+
+import ceiling_rule
+import roughcontact as rc
+from roughcontact.contact import imprint
+from roughcontact.contact.ceiling import recommended_ceiling
+from roughcontact.contact.load_history import load_history
+from roughcontact.theory import yielding_sphere
+
+# Quick ones: half a dozen loads, a contact of six pixels in radius whose middle lies on none.
+POINTS, STEP = 26, 1.6
+
+
+def steel(poisson: float) -> rc.Material:
+    return rc.Material(210e9, poisson, 1e9)
+
+
+@lru_cache
+def volume(poisson: float, ratio: float) -> tuple[ceiling_rule.Case, dict[str, Any]]:
+    """Return a sphere at so many loads of first yield, and what the volume gives."""
+    case = ceiling_rule.sphere(
+        ratio, steel(poisson), step=STEP, points=POINTS, kind="sphere", poisson=poisson
+    )
+    return case, list(ceiling_rule.followed(case))[-1]
+
+
+SPHERES = [
+    (0.1, 40),
+    (0.45, 40),
+    pytest.param(0.2, 12, marks=pytest.mark.slow),
+    pytest.param(0.0, 120, marks=pytest.mark.slow),
+    pytest.param(0.3, 40, marks=pytest.mark.slow),
+    pytest.param(0.4, 300, marks=pytest.mark.slow),
+]
+
+
+@pytest.mark.parametrize(("poisson", "ratio"), SPHERES)
+def test_the_area_of_a_sphere_whatever_poissons_ratio(poisson: float, ratio: float) -> None:
+    case, found = volume(poisson, ratio)
+    usual, advised = (ceiling_rule.under(case, found, name) for name in ("auto", "recommended"))
+    # The rule is right to 3 %; steps this large and whole pixels add some. The one before, which
+    # knew ν = 0.3 alone, missed by -11 % at 0.1 and by +9 % at 0.45.
+    assert usual["area"] < -0.1
+    assert abs(advised["area"]) < 0.045
+    assert abs(advised["approach"]) < 0.06
+    assert advised["judged"] == pytest.approx(ratio, rel=0.06)
+
+
+@pytest.mark.parametrize(("poisson", "ratio"), SPHERES[:2])
+def test_what_stays_of_a_sphere_is_what_the_caution_says(poisson: float, ratio: float) -> None:
+    case, found = volume(poisson, ratio)
+    for ceiling in ("auto", "recommended"):
+        told = ceiling_rule.under(case, found, ceiling)
+        advice = recommended_ceiling(
+            rc.solve(case.surface, load=found["load"], ceiling=ceiling, **case.bodies)
+        )
+        limit = 3e9 if ceiling == "auto" else told["factor"] * 1e9
+        depth, energy = imprint.over_volume(advice, limit)
+        assert told["depth"] == pytest.approx(depth, abs=0.1)
+        assert told["energy"] == pytest.approx(energy, abs=0.1)
+    # With the recommended ceiling, as it is told.
+    assert 1 <= told["depth"] <= 1.3
+    assert 1.2 <= told["energy"] <= 1.5
+
+
+def test_a_history_says_what_its_ceiling_leaves_behind() -> None:
+    case, found = volume(0.45, 40)
+    path = [found["load"], 0.0]
+    usual = load_history(case.surface, path, material=case.material)
+    (caution,) = usual.cautions
+    depth = usual.indentation.max() / found["depth"]
+    assert caution.numbers["indentation_over_volume"] == pytest.approx(depth, abs=0.1)
+    energy = usual.dissipated_energy / found["energy"]
+    assert caution.numbers["energy_over_volume"] == pytest.approx(energy, abs=0.1)
+    assert 'ceiling="recommended" brings them to about 1.1 and 1.3' in caution.text
+    assert usual.summary()["warnings"] == [caution.text]
+    better = load_history(case.surface, path, material=case.material, ceiling="recommended")
+    (caution,) = better.cautions
+    assert "brings them" not in caution.text
+    assert better.indentation.max() / found["depth"] == pytest.approx(1.1, abs=0.1)
+
+
+def test_a_path_that_indented_before_its_largest_load_is_judged_by_the_untouched_bodies() -> None:
+    case = ceiling_rule.sphere(40, steel(0.3), points=POINTS)
+    load = case.path[-1]
+    at_once, in_steps = (
+        load_history(case.surface, path, material=case.material)
+        for path in ([load, 0.0], [load / 2, 0.0, 0.8 * load, load, load])
+    )
+    assert in_steps.advice.load_ratio == pytest.approx(at_once.advice.load_ratio, rel=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["both yield, 1 : 1.15", "elastic counter-body, E"])
+def test_two_bodies(name: str) -> None:
+    counter, _, _ = ceiling_rule.PAIRS[name]
+    case = ceiling_rule.sphere(40, steel(0.3), counter, step=STEP, points=POINTS, kind=name)
+    found = list(ceiling_rule.followed(case))[-1]
+    # The rule before knew only the softer body: -4 % and -8 % in the plateau.
+    assert abs(ceiling_rule.under(case, found, "recommended")["area"]) < 0.04
+
+
+@pytest.mark.slow
+def test_a_line_contact() -> None:
+    case = ceiling_rule.line(0.3, 10, points=96)
+    found = list(ceiling_rule.followed(case))[-1]
+    assert ceiling_rule.under(case, found, "auto")["area"] < -0.15
+    assert abs(ceiling_rule.under(case, found, "recommended")["area"]) < 0.06
+
+
+def test_the_law_begins_with_hertz_and_ends_at_three() -> None:
+    assert yielding_sphere.mean_pressure(1.0) == 4 / (3 * math.pi)
+    assert yielding_sphere.mean_pressure(1e6) == pytest.approx(3, abs=1e-9)
+    for first in (1.295, 1.615, 1.87):
+        means = [yielding_sphere.mean_pressure(1.05**n, first) for n in range(150)]
+        assert means == sorted(means)
+        assert all(m <= 4 * 1.05**n / (3 * math.pi) + 1e-12 for n, m in enumerate(means))
