@@ -12,11 +12,14 @@ import scipy.integrate
 import scipy.optimize
 
 import ceiling_error
+import ceiling_rule
 import roughcontact as rc
+from roughcontact.contact import imprint
+from roughcontact.contact.advice import RecommendedCeiling
 from roughcontact.contact.ceiling import ceiling_factor
 from roughcontact.material.hardening import Perfect
 from roughcontact.surface import shapes
-from roughcontact.theory import hertz
+from roughcontact.theory import hertz, yielding_sphere
 
 NU = 0.3
 STEEL = rc.Material(young=210e9, poisson=NU, yield_strength=1e9)
@@ -205,16 +208,26 @@ def test_friction_brings_first_yield_to_the_surface() -> None:
 
 def test_the_tables_of_ceilings_are_those_of_the_stored_comparison() -> None:
     page = PAGE.read_text(encoding="utf-8")
-    for name, table in ceiling_error.tables(ceiling_error.stored()).items():
-        start, end = ceiling_error.MARKS[name]
-        assert page[page.index(start) + len(start) : page.index(end)].strip() == table
+    for script, stored in (
+        (ceiling_error, ceiling_error.stored()),
+        (ceiling_rule, ceiling_rule.stored()["rows"]),
+    ):
+        for name, table in script.tables(stored).items():
+            start, end = script.MARKS[name]
+            assert page[page.index(start) + len(start) : page.index(end)].strip() == table
 
 
 def test_the_regimes_have_the_ceilings_of_the_rule() -> None:
-    formula = re.search(r"f = ([\d.]+) \+ ([\d.]+) log₁₀\(P/P_c\)", TEXT)
-    start, slope = float(formula[1]), float(formula[2])
-    assert ceiling_factor(10) == pytest.approx(start + slope, rel=1e-12)
-    assert ceiling_error.stored()["fit"] == pytest.approx([start, slope], abs=0.02)
+    number = r"([\d.]+)"
+    formula = re.search(rf"exp\(−{number} n l \+ {number} l² − {number} l³\)", TEXT)
+    told = np.array([float(formula[1]), -float(formula[2]), float(formula[3])])
+    assert told == pytest.approx(ceiling_rule.stored()["fit"], rel=0.005)
+    assert ceiling_rule.fitted(ceiling_rule.stored()["rows"]) == pytest.approx(told, rel=0.005)
+    way, steepness = math.log(10), 2 * 1.615 / 3 / (3 - 2 * 1.615 / 3)
+    fall = told @ [steepness * way, way**2, way**3]
+    assert yielding_sphere.mean_pressure(10 * math.pi * 1.615 / 2) == pytest.approx(
+        3 - (3 - 2 * 1.615 / 3) * math.exp(-fall), rel=1e-9
+    )
     # E*a/(σ_Y R) of a sphere whose mean pressure is the ceiling.
     first = 1.295 * math.exp(0.736 * NU)
     for words in re.findall(
@@ -231,9 +244,8 @@ def test_the_regimes_have_the_ceilings_of_the_rule() -> None:
             rel=0.1,
         )
     # Three yield strengths are right to 5 % from here on.
-    edge = 10 ** ((3 / 1.05 - start) / slope)
-    assert edge == pytest.approx(900, rel=0.02)
-    assert math.sqrt(edge * math.pi**2 * first**3 / (6 * 3 / 1.05)) == pytest.approx(47, abs=0.5)
+    assert ceiling_factor(1300) == pytest.approx(3 / 1.05, rel=0.002)
+    assert math.sqrt(1300 * math.pi**2 * first**3 / (6 * 3 / 1.05)) == pytest.approx(56, abs=0.5)
 
 
 def test_what_the_recommended_ceiling_leaves() -> None:
@@ -246,9 +258,9 @@ def test_what_the_recommended_ceiling_leaves() -> None:
         ]
         for same, low, high in ((True, 0, 700), (True, 700, 3000), (False, 0, 700))
     )
-    assert max(abs(row["contact_area"]) for row in perfect) < 0.015
-    assert max(abs(row["contact_area"]) for row in beyond) < 0.045
-    assert 0.1 < max(abs(row["approach"]) for row in beyond) < 0.125
+    assert max(abs(row["contact_area"]) for row in perfect) < 0.035
+    assert max(abs(row["contact_area"]) for row in beyond) < 0.035
+    assert 0.1 < max(abs(row["approach"]) for row in beyond) < 0.145
     assert max(abs(row["contact_area"]) for row in hard) < 0.075
     assert max(abs(row["approach"]) for row in perfect + hard) < 0.075
     rough = [row for row in found["maps"] if row["nominal"] > 0.05]
@@ -259,6 +271,35 @@ def test_what_the_recommended_ceiling_leaves() -> None:
              for law in ("perfect", "Swift")}  # fmt: skip
     assert min(usual["perfect"]) == pytest.approx(-0.25, abs=0.03)
     assert max(usual["Swift"]) == pytest.approx(0.55, abs=0.1)
+
+
+def test_what_the_rule_is_shown_on() -> None:
+    rows = ceiling_rule.stored()["rows"]
+    found = {
+        kind: [row for row in rows if row["kind"] == kind] for kind in ("sphere", "line", "map")
+    }
+    others = ("finer", *found)
+    found["pair"] = [row for row in rows if row["kind"] not in others]
+    assert {row["poisson"] for row in found["sphere"]} == {0.0, 0.15, 0.3, 0.45, 0.49}
+    for kind, most in (("sphere", 0.035), ("pair", 0.03), ("line", 0.05), ("map", 0.09)):
+        assert max(abs(row["recommended"]["area"]) for row in found[kind]) < most, kind
+    assert np.mean([abs(row["recommended"]["area"]) < 0.055 for row in found["map"]]) > 0.7
+    assert min(row["auto"]["area"] for row in found["sphere"]) == pytest.approx(-0.35, abs=0.03)
+
+
+def test_what_a_ceiling_leaves_behind_is_foretold() -> None:
+    rows = [row for row in ceiling_rule.stored()["rows"] if row["kind"] in ("sphere", "map")]
+    left = [(row["recommended"]["depth"], row["recommended"]["energy"]) for row in rows]
+    assert (np.min(left, axis=0) > (1, 1.2)).all()
+    assert (np.max(left, axis=0) < (1.32, 1.55)).all()
+    for row in rows:
+        first = 1.295 * math.exp(0.736 * row["poisson"])
+        if row["kind"] == "sphere":
+            factor = ceiling_factor(row["load_ratio"], first)
+            advice = RecommendedCeiling(row["load_ratio"], 0.0, 1.0, first, factor, factor)
+            depth, energy = imprint.over_volume(advice, 3.0)
+            assert row["auto"]["depth"] == pytest.approx(depth, abs=0.06)
+            assert row["auto"]["energy"] == pytest.approx(energy, abs=0.06)
 
 
 def test_the_stored_comparison_can_be_computed_again() -> None:
