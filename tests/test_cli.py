@@ -235,12 +235,35 @@ def test_a_ceiling_that_does_not_fit_is_a_warning(capsys: Capture) -> None:
     ball = ("--body", "sphere 1 mm", "--points", "64", "--size", "150 um", "--load", "10 N")
     assert app.main(["solve", *ball, *YIELDING]) == app.SOLVED
     told = " ".join(capsys.readouterr().out.split())
-    assert told.count("warning:") == 1
+    assert told.count("caution:") == 1
     ceiling = re.search(r"than the ([\d.]+) yield strengths", told)
     assert 2 < float(ceiling[1]) < 2.2
-    better = ("--ceiling", f"{float(ceiling[1])} GPa")
-    assert app.main(["solve", *ball, *YIELDING, *better]) == app.SOLVED
-    assert "warning" not in capsys.readouterr().out
+    assert "solve again with that ceiling, --ceiling recommended" in told
+    for better in (f"{float(ceiling[1])} GPa", "recommended"):
+        assert app.main(["solve", *ball, *YIELDING, "--ceiling", better]) == app.SOLVED
+        assert "caution" not in capsys.readouterr().out
+
+
+def test_a_recommended_ceiling_is_told_beside_three(tmp_path: Path, capsys: Capture) -> None:
+    ball = ("--body", "sphere 1 mm", "--points", "64", "--size", "150 um")
+    more = (*ball, *YIELDING, "--ceiling", "recommended")
+    assert app.main(["solve", *more, "--load", "10 N"]) == app.SOLVED
+    told = " ".join(capsys.readouterr().out.split())
+    assert re.search(r"2\.\d+ GPa, recommended: 2\.\d+ yield strengths at \d+ times first", told)
+    assert re.search(r"with three yield strengths contact area [^(]+µm² \(-\d+ %\), appr", told)
+    sweep = ("--from", "5 N", "--to", "10 N", "--steps", "2", "--output", str(tmp_path / "c.csv"))
+    assert app.main(["sweep", *more, *sweep]) == app.SOLVED
+    assert "pressure_ceiling [Pa]" in (tmp_path / "c.csv").read_text(encoding="utf-8")
+    capsys.readouterr()
+    assert app.main(["history", *more, "--path", "10 N, 0 N", "--json"]) == app.SOLVED
+    found = json.loads(capsys.readouterr().out)
+    assert found["recommended"]["factor"] == pytest.approx(found["ceiling"] / 1e9)
+    assert any("permanent indentation" in text for text in found["warnings"])
+    assert app.main(["stress", *more, "--load", "10 N", "--json"]) == app.SOLVED
+    assert json.loads(capsys.readouterr().out)["recommended"]["load"] == 10
+    words = "--ceiling recommended is read from the yield strength of the softer body"
+    assert app.main(["solve", *ball, *STEEL, "--ceiling", "recommended", "--load", "10 N"]) == 2
+    assert words in " ".join(capsys.readouterr().err.split())
 
 
 def test_quiet_prints_nothing(rough: Path, tmp_path: Path, capsys: Capture) -> None:

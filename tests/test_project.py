@@ -69,6 +69,15 @@ def widest(out: str) -> int:
     return max(len(line) for line in out.splitlines() if not line.startswith("/"))
 
 
+def test_a_ceiling_can_be_recommended(folder: Path, capsys: Capture) -> None:
+    path = changed(folder, 'ceiling = "none"', 'ceiling = "recommended"')
+    assert app.main(["run", str(path), "--json"]) == app.SOLVED
+    two = next(c for c in json.loads(capsys.readouterr().out)["contacts"] if c["name"] == "two")
+    assert two["state"] == "solved"
+    found = rc.load_result(folder / "results" / "two.nc")
+    assert found.recommended.factor == pytest.approx(found.ceiling / 1e9)
+
+
 def line_of(text: str) -> int:
     return PROJECT[: PROJECT.index(text)].count("\n") + 1
 

@@ -11,6 +11,7 @@ import pytest
 import ceiling_rule
 import roughcontact as rc
 from roughcontact.contact import imprint
+from roughcontact.contact.cautions import Caution, Kind
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.load_history import load_history
 from roughcontact.theory import yielding_sphere
@@ -30,6 +31,12 @@ def volume(poisson: float, ratio: float) -> tuple[ceiling_rule.Case, dict[str, A
         ratio, steel(poisson), step=STEP, points=POINTS, kind="sphere", poisson=poisson
     )
     return case, list(ceiling_rule.followed(case))[-1]
+
+
+def imprint_caution(history: rc.LoadHistory) -> Caution:
+    """Return the caution on what the ceiling leaves behind."""
+    (caution,) = (caution for caution in history.cautions if caution.kind == Kind.IMPRINT)
+    return caution
 
 
 SPHERES = [
@@ -75,16 +82,15 @@ def test_a_history_says_what_its_ceiling_leaves_behind() -> None:
     case, found = volume(0.45, 40)
     path = [found["load"], 0.0]
     usual = load_history(case.surface, path, material=case.material)
-    (caution,) = usual.cautions
+    caution = imprint_caution(usual)
     depth = usual.indentation.max() / found["depth"]
     assert caution.numbers["indentation_over_volume"] == pytest.approx(depth, abs=0.1)
     energy = usual.dissipated_energy / found["energy"]
     assert caution.numbers["energy_over_volume"] == pytest.approx(energy, abs=0.1)
     assert 'ceiling="recommended" brings them to about 1.1 and 1.3' in caution.text
-    assert usual.summary()["warnings"] == [caution.text]
+    assert caution.text in usual.summary()["warnings"]
     better = load_history(case.surface, path, material=case.material, ceiling="recommended")
-    (caution,) = better.cautions
-    assert "brings them" not in caution.text
+    assert "brings them" not in imprint_caution(better).text
     assert better.indentation.max() / found["depth"] == pytest.approx(1.1, abs=0.1)
 
 
@@ -95,7 +101,8 @@ def test_a_path_that_indented_before_its_largest_load_is_judged_by_the_untouched
         load_history(case.surface, path, material=case.material)
         for path in ([load, 0.0], [load / 2, 0.0, 0.8 * load, load, load])
     )
-    assert in_steps.advice.load_ratio == pytest.approx(at_once.advice.load_ratio, rel=0.01)
+    ratios = [imprint_caution(one).numbers["load_ratio"] for one in (at_once, in_steps)]
+    assert ratios[1] == pytest.approx(ratios[0], rel=0.01)
 
 
 @pytest.mark.slow
