@@ -14,7 +14,7 @@ README = Path(__file__).parents[1] / "README.md"
 SOURCE = Path(rc.__file__).parents[1]
 # Seconds each, or not needed by those who only solve.
 LATE = (
-    "matplotlib", "pint", "xarray", "h5netcdf", "SurfaceTopography", "scipy.sparse", "typer",
+    "matplotlib", "pint", "xarray", "h5netcdf", "SurfaceTopography", "scipy.sparse", "typer", "ast",
     "rich", "jinja2", "roughcontact.cli.app", "roughcontact.plots.maps",
     "roughcontact.report.contact",
 )  # fmt: skip

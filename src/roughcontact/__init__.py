@@ -1,9 +1,18 @@
 """Contact of measured rough surfaces: pressure, real contact area, saturated area and gap."""
 
-import lazy_loader
-
 from roughcontact._version import __version__ as __version__
 
-# The names stand in `__init__.pyi`; a module is imported when the first of its names is used.
-__getattr__, __dir__, _offered = lazy_loader.attach_stub(__name__, __file__)
-__all__ = ["__version__", *_offered]
+
+def __getattr__(name):
+    # The names stand in `__init__.pyi`; a module is imported when the first of its names is used.
+    # So is what does that: until the command line has seen to Ctrl-C, little may be loaded.
+    import lazy_loader
+
+    offered, listed, names = lazy_loader.attach_stub(__name__, __file__)
+    globals().update(__getattr__=offered, __dir__=listed, __all__=["__version__", *names])
+    return globals()[name] if name in globals() else offered(name)
+
+
+def __dir__():
+    __getattr__("__all__")
+    return globals()["__dir__"]()

@@ -1,8 +1,55 @@
-"""``python -m roughcontact`` is the command line."""
+"""The command line as a process of its own: ``roughcontact``, or ``python -m roughcontact``."""
 
+# As little as may be: what is loaded here cannot be interrupted without a word from Python.
+import importlib.util
+import os
+import signal
 import sys
 
-from roughcontact.cli.app import main
+# As a shell reports a program that SIGINT ended.
+_INTERRUPTED = 130
+
+
+def main() -> int:
+    """Run the command line; return its exit status.
+
+    Ctrl-C ends it in one line from here on, while modules are still being loaded, and the user's
+    settings of Matplotlib, which may ask for what is not there, do not reach it.
+    """
+    heard = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if heard:
+        signal.signal(signal.SIGINT, lambda number, frame: _leave())
+    _settle_figures()
+    from roughcontact.cli import app
+
+    try:
+        if heard:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        return app.main()
+    except KeyboardInterrupt:
+        _leave()
+        raise
+    finally:
+        # What is left is the interpreter's to clear up.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _leave() -> None:
+    """End at once, where nothing has been written yet."""
+    try:
+        os.write(2, b"roughcontact: interrupted; nothing was written\n")
+    finally:
+        os._exit(_INTERRUPTED)
+
+
+def _settle_figures() -> None:
+    """Have figures drawn into files alone, with Matplotlib's own settings."""
+    os.environ["MPLBACKEND"] = "agg"
+    found = importlib.util.find_spec("matplotlib")
+    if found is not None and found.origin is not None:
+        own = os.path.join(os.path.dirname(found.origin), "mpl-data", "matplotlibrc")
+        os.environ["MATPLOTLIBRC"] = own
+
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import functools
 import inspect
@@ -64,13 +63,10 @@ def main(argv: list[str] | None = None) -> int:
     -------
     int
         Exit status: 0 solved, 1 not converged, 2 bad input or usage, 130 interrupted (143 by
-        SIGTERM).
+        SIGTERM), 141 where nobody reads what is printed.
     """
     arguments = sys.argv[1:] if argv is None else list(argv)
-    for stream in (sys.stdout, sys.stderr):
-        # File names need not be text in the encoding of the terminal.
-        with contextlib.suppress(AttributeError, ValueError):
-            stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    terminal.open_streams()
     # Libraries log what they do not like in a damaged file; one sentence says what it means.
     logging.basicConfig(handlers=[logging.NullHandler()])
     with terminal.stoppable() as stopped:
@@ -82,8 +78,13 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
     written: Sequence[Path] = ()
     try:
         status = _app(arguments or ["--help"], prog_name="roughcontact", standalone_mode=False)
+        sys.stdout.flush()
     except SystemExit as stop:
-        status = stop.code
+        # Typer and Rich end the program where a pipe is closed, as one that has failed.
+        unwritten = stop.__context__
+        status = _unwritten(unwritten) if isinstance(unwritten, OSError) else stop.code
+    except OSError as error:
+        status = _unwritten(error)
     except UnfinishedError as stop:
         status, written = INTERRUPTED, stop.written
     except (KeyboardInterrupt, typer.Abort):
@@ -152,18 +153,21 @@ def _reported(command: str, work: Command, subject: Subject, given: Given) -> No
     except MemoryError:
         terminal.complain(f"error: {terminal.spelled(_NO_MEMORY)}")
         raise typer.Exit(BAD_INPUT) from None
-    except BrokenPipeError:
-        terminal.discard_output()
-        raise typer.Exit(PIPE_CLOSED) from None
     except OSError as error:
-        terminal.complain(
-            f"error: {error.filename or 'standard output'}: {error.strerror or error}"
-        )
-        terminal.discard_output()
-        raise typer.Exit(BAD_INPUT) from None
+        raise typer.Exit(_unwritten(error)) from None
     except KeyboardInterrupt:
         # Versions of Typer differ in what they make of it; `main` says what happened.
         raise UnfinishedError(()) from None
+
+
+def _unwritten(error: OSError) -> int:
+    """Say what could not be written; nothing where a pipe is closed. Return the exit status."""
+    if not isinstance(error, BrokenPipeError):
+        terminal.complain(
+            f"error: {error.filename or 'standard output'}: {error.strerror or error}"
+        )
+    terminal.discard_output()
+    return PIPE_CLOSED if isinstance(error, BrokenPipeError) else BAD_INPUT
 
 
 def _command(

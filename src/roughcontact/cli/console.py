@@ -107,7 +107,7 @@ def show_reports(reports: Sequence[Report]) -> None:
             told["saturated_fraction"] = ABSENT
         rows.append((report.name, report.state, *(told.get(key, "") for key in keys)))
     heads = ("contact", "state", *(quantity.name for quantity in quantities))
-    _print_table(rows, heads=heads)
+    _print_table(rows, heads=heads, fold=True)
     _print_shared(
         (report.name, caution) for report in reports for caution in report.told.get("cautions", ())
     )
@@ -314,11 +314,12 @@ def _print_steps(result: LoadCurve | LoadHistory | ResolutionStudy) -> None:
 # Printing
 
 
-def _print_table(*blocks: Sequence[Cells], heads: Cells = ()) -> None:
+def _print_table(*blocks: Sequence[Cells], heads: Cells = (), fold: bool = False) -> None:
+    """Print rows under their heads; ``fold`` where the first column may take several lines."""
     table = Table(box=box.SIMPLE, show_header=bool(heads), pad_edge=False, show_edge=False)
     names = heads or ("",) * len(blocks[0][0])
     for index, head in enumerate(names):
-        table.add_column(head, overflow="fold", no_wrap=index == 0)
+        table.add_column(head, overflow="fold", no_wrap=index == 0 and not fold)
     for block in blocks:
         if not block:
             continue

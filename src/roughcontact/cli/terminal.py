@@ -9,7 +9,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 from rich.console import Console
 from rich.text import Text
@@ -22,6 +22,27 @@ from roughcontact.solvers.progress import Progress, Step
 if TYPE_CHECKING:
     from roughcontact.request.outputs import Say
     from roughcontact.volume.loop import Look
+
+# Descriptors up to this one are standard input, output and error.
+_LAST_STREAM = 2
+
+
+def open_streams() -> None:
+    """Give standard streams that were closed a place that takes everything.
+
+    Else the first file that is opened would take their place, and all that is printed with it.
+    """
+    if sys.stdin is None or sys.stdout is None or sys.stderr is None:
+        while (null := os.open(os.devnull, os.O_RDWR)) <= _LAST_STREAM:
+            os.set_inheritable(null, True)
+        os.close(null)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
+    for stream in (sys.stdout, sys.stderr):
+        # File names need not be text in the encoding of the terminal.
+        with contextlib.suppress(AttributeError, ValueError):
+            stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
 
 
 @contextlib.contextmanager
@@ -98,8 +119,10 @@ def spelled(text: str, command: str = SOLVE) -> str:
 
 def complain(sentence: str) -> None:
     """Print one sentence on standard error."""
-    with contextlib.suppress(OSError):
+    try:
         print(f"roughcontact: {one_line(sentence)}", file=sys.stderr, flush=True)
+    except (OSError, ValueError):
+        _discard(sys.stderr)
 
 
 def one_line(text: str) -> str:
@@ -116,10 +139,12 @@ def discard_output() -> None:
     """Turn standard output away if it takes no more, or it would fail again at the end."""
     try:
         sys.stdout.flush()
-        return
     except (OSError, ValueError):
-        pass
+        _discard(sys.stdout)
+
+
+def _discard(stream: TextIO) -> None:
     with contextlib.suppress(OSError, ValueError, AttributeError):
         null = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(null, sys.stdout.fileno())
+        os.dup2(null, stream.fileno())
         os.close(null)

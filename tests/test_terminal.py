@@ -1,0 +1,150 @@
+"""Standard streams, interruptions and settings of the process, as a terminal or a pipe has them."""
+
+import os
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.cli import app, console
+from roughcontact.fleet.plan import Report
+
+SOURCE = Path(rc.__file__).parents[1]
+SOLVE = 'solve map.npy --unit m --size "24 um" --load "1 mN" --young "210 GPa" --poisson 0.3'
+UNIX = pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+
+# Loaded wherever it lies on the path, before anything else: sends Ctrl-C when a module is sought.
+HOOK = """
+import os, signal, sys
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == os.environ.get("STOP_AT"):
+            del os.environ["STOP_AT"]
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Finder())
+"""
+
+Ran = subprocess.CompletedProcess[str]
+Run = Callable[..., Ran]
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Run:
+    """Run the program in a shell, in a folder of its own that holds a map."""
+    heights = np.random.default_rng(0).standard_normal((24, 24)).cumsum(axis=0)
+    np.save(tmp_path / "map.npy", 1e-8 * heights)
+
+    def run(arguments: str, streams: str = "", **settings: str) -> Ran:
+        path = os.pathsep.join([str(tmp_path), str(SOURCE)])
+        return subprocess.run(
+            f"{shlex.quote(sys.executable)} -m roughcontact {arguments} {streams}",
+            shell=True, cwd=tmp_path, capture_output=True, text=True, check=False,
+            env={**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1", **settings},
+        )  # fmt: skip
+
+    return run
+
+
+@UNIX
+@pytest.mark.parametrize(
+    ("arguments", "streams", "status", "told"),
+    [
+        (SOLVE, ">&-", app.SOLVED, ""),
+        (SOLVE, "2>&-", app.SOLVED, None),
+        (f"{SOLVE} --output out.nc --quiet", "<&- >&- 2>&-", app.SOLVED, ""),
+        ("--help", ">/dev/full", app.BAD_INPUT, "standard output: No space left on device"),
+        ("--version", ">/dev/full", app.BAD_INPUT, "standard output: No space left on device"),
+        ("info none.npy", "2>/dev/full", app.BAD_INPUT, ""),
+        ("solve --laod 1", "2>/dev/full >&-", app.BAD_INPUT, ""),
+    ],
+)
+def test_streams_that_are_closed_or_full(
+    run: Run, tmp_path: Path, arguments: str, streams: str, status: int, told: str | None
+) -> None:
+    done = run(arguments, streams)
+    assert done.returncode == status
+    if told is not None:
+        error = f"roughcontact: error: {told}\n" if told else ""
+        assert (done.stdout, done.stderr) == ("", error)
+    if "out.nc" in arguments:
+        # Nothing that was printed has gone into the file.
+        assert rc.load_result(tmp_path / "out.nc").converged
+
+
+@pytest.mark.parametrize("arguments", ["--help", "materials"])
+def test_nobody_reads_what_is_printed(arguments: str) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run(
+        [sys.executable, "-m", "roughcontact", *arguments.split()],
+        stdout=writing, stderr=subprocess.PIPE, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": str(SOURCE)},
+    )  # fmt: skip
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (app.PIPE_CLOSED, "")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no process can send Ctrl-C to itself there")
+@pytest.mark.parametrize(
+    "module", ["roughcontact.cli", "numpy", "roughcontact.request.run", "xarray"]
+)
+def test_ctrl_c_while_modules_are_loaded(run: Run, tmp_path: Path, module: str) -> None:
+    (tmp_path / "sitecustomize.py").write_text(HOOK)
+    before = set(tmp_path.iterdir())
+    done = run(f"{SOLVE} --quiet --output out.nc", STOP_AT=module)
+    # As a shell has it; a process that has died of the signal itself counts as the same.
+    assert done.returncode in (app.INTERRUPTED, -2)
+    assert (done.stdout, done.stderr) == ("", "roughcontact: interrupted; nothing was written\n")
+    assert set(tmp_path.iterdir()) == before
+
+
+def test_settings_of_matplotlib_do_not_reach_the_program(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "settings").write_text("text.usetex: True\nbackend: nonsense\n")
+    options = "--points 128 --folder out"
+    done = run(f"demo {options}", MATPLOTLIBRC="settings", MPLBACKEND="nonsense")
+    assert (done.returncode, done.stderr) == (app.SOLVED, "")
+    assert (tmp_path / "out" / "overview.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"LC_ALL": "C", "PYTHONIOENCODING": "ascii:strict"},
+        {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
+        {"COLUMNS": "1", "TERM": "dumb", "NO_COLOR": "1"},
+    ],
+    ids=str,
+)
+def test_poor_terminals(run: Run, settings: dict[str, str]) -> None:
+    done = run(
+        f"{SOLVE} && {shlex.quote(sys.executable)} -m roughcontact info grüße.npy", **settings
+    )
+    assert done.returncode == app.BAD_INPUT
+    assert "largest pressure" in done.stdout
+    assert done.stderr.startswith("roughcontact: error: gr")
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_long_name_leaves_room_for_the_numbers(capsys: pytest.CaptureFixture[str]) -> None:
+    told = {
+        "load": 0.0123, "max_pressure": 3.1e9, "contact_fraction": 0.0123, "ceiling": 3e9,
+        "saturated_fraction": 0.00456, "certificate": 1e-7,
+    }  # fmt: skip
+    long = "the sample that was ground twice, lapped once and measured in the middle"
+    names = ["short", "x" * 45, long, "é" * 200]
+    console.show_reports([Report(name, "solved", told) for name in names])
+    out = capsys.readouterr().out
+    assert max(map(len, out.splitlines())) <= 80
+    numbers = ("solved", "12.3 mN", "3.1 GPa", "1.23 %", "0.456 %", "1e-07")
+    rows = [line for line in out.splitlines() if "1e-07" in line]
+    assert len(rows) == len(names)
+    assert all(number in row for row in rows for number in numbers)
+    assert "".join(out.split()).count("x") == 45
+    assert all(word in out for word in long.replace(",", "").split())
