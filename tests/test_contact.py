@@ -758,7 +758,7 @@ def test_contact_at_the_edge_is_flagged_on_a_free_map_only():
     ball = np.zeros((9, 9))
     ball[4, 4] = 1e-6
     inner = rc.solve(rc.Surface(ball, (1e-6, 1e-6)), material=STEEL, load=1e-3)
-    assert inner.warnings == ()
+    assert not any("edge" in note for note in inner.warnings)
 
 
 # --- bad input: what, got, do ----------------------------------------------------------------

@@ -1,6 +1,6 @@
 """Files that ask for more than any machine has are refused at once, whatever it is that asks.
 
-They are read by a second process under a limit of time and of memory, see `test_reader_fuzz`.
+They are read by a second process under a limit of time and of memory, see `bounded_reader`.
 """
 
 import re
@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import samples
+from bounded_reader import Reader, wrong_in_message
 from samples import Sample
-from test_reader_fuzz import Reader, wrong_in_message
 
 NUMBERS = (2**15 - 1, 2**16 - 1, 2**31 - 1, 2**32 - 1, 2**48)
 

@@ -16,7 +16,17 @@ import pytest
 import roughcontact as rc
 from roughcontact.cli import console
 from roughcontact.formats import tables as files
-from roughcontact.report import additions, contact, figures, inputs, page, results, tables, volume
+from roughcontact.report import (
+    additions,
+    contact,
+    figures,
+    inputs,
+    page,
+    results,
+    steps,
+    tables,
+    volume,
+)
 from roughcontact.report.quantities import (
     ABSENT,
     ANSWER,
@@ -96,14 +106,14 @@ def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple
         console.show_solution(outcome)  # type: ignore[arg-type]
         report = lambda: text_of(contact.render(result))  # noqa: E731
     elif kind == "pressed":
-        console.show_volume(result, (), ())
+        console.show_volume(result, ())
         report = lambda: text_of(volume.render(result))  # noqa: E731
     elif kind == "below":
         console.show_stress(result, None, ())
         report = lambda: text_with(solved, additions.of_stress(result))  # noqa: E731
     elif kind == "history":
         console.show_history(result, ())
-        report = lambda: text_with(solved, additions.of_history(result))  # noqa: E731
+        report = lambda: text_of(steps.render_history(result))  # noqa: E731
     else:
         console.show_curve(result, ())
         report = lambda: text_of(contact.render(solved, curve=result))  # noqa: E731

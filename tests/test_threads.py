@@ -22,6 +22,7 @@ BLAS = {
 
 # Functions that may, and why it is never much: room -> function -> reason.
 FEW = {
+    "contact.verification": {"verify": "a gap that is compared with a bound only"},
     "contact.curve": {"low_load_slope": "the loads of a curve"},
     "halfspace.images": {
         "_restricted": "a sparse matrix, no BLAS",

@@ -75,6 +75,6 @@ panels[0].legend(frameon=False, fontsize=9)
 # pressure belongs to the surface, both belong to the instrument. With the ceiling the contact
 # area is one that can be quoted.
 
-steady = {name: found.independent("contact_fraction") for name, found in studies.items()}
+steady = {name: found.independent("corrected_fraction") for name, found in studies.items()}
 for name, answer in steady.items():
     print(f"contact area of the {name}: {'independent of' if answer else 'depends on'} the grid")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.contact.cautions import Kind
 from roughcontact.material.hardening import Swift
 from roughcontact.theory import yielding_sphere
 from roughcontact.volume.solve import solve_elastoplastic
@@ -79,7 +80,7 @@ def test_perfectly_plastic_sphere(load) -> None:
     result = solve_elastoplastic(
         sphere(64, 4.6 * radius, RADIUS), material=steel, load=load * CRITICAL_LOAD, increments=5
     )
-    assert result.warnings == ()
+    assert {caution.kind for caution in result.cautions} <= {Kind.SCATTER}
     approach = result.contact.approach / CRITICAL_APPROACH
     area = result.contact.contact_area / CRITICAL_AREA
     for fit in fits:
@@ -118,7 +119,7 @@ def case(points, loads, **more):
 @pytest.mark.slow
 def test_sphere_with_swift_hardening() -> None:
     result = case(64, dict(load=0.65))
-    assert result.warnings == ()
+    assert {caution.kind for caution in result.cautions} <= {Kind.SCATTER}
     assert abs(result.yield_excess) < 1e-3
     # Values of an independent prototype of the same model at finer grids: 5.594 GPa, 1.70 % at
     # 0.56 to 0.59 Hertz radii (6.053 µm) below the surface.

@@ -271,7 +271,7 @@ def recommended_ceiling(result: ContactResult) -> RecommendedCeiling | None:
     >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1e9)
     >>> found = recommended_ceiling(solve(ball, material=steel, load=2.5))
     >>> round(found.load_ratio), round(found.factor, 1)
-    (6, 1.9)
+    (6, 1.8)
     """
     body = result.pair.softer
     if body is None or body.yield_strength is None:

@@ -31,6 +31,7 @@ _SUMMARY_UNITS = {
     "contact_modulus": "Pa",
     "ceiling": "Pa",
     "contact_area": "m2",
+    "corrected_contact_area": "m2",
     "contact_fraction": "1",
     "saturated_fraction": "1",
     "max_pressure": "Pa",
