@@ -73,7 +73,7 @@ def cases() -> dict[str, dict[str, Any]]:
         "solve free double sphere light": {"map": "sphere", "pressure": 1e7, "ceiling": None},
         "solve free double sphere half": {"map": "sphere", "pressure": 1e9, "ceiling": None},
         "solve free double flat full": {"map": "flat", "pressure": 1e9, "ceiling": None},
-        "solve free double strip half": {**half, "rows": 0.125},
+        "solve free double strip half": {**half, "rows": 0.5},
         "sweep free double light": {**light, "task": "sweep"},
         "sweep free double half": {**half, "task": "sweep"},
         "history free double light": {**light, "task": "history"},
@@ -151,6 +151,7 @@ def task_of(
     if task in ("solve", "sweep", "history"):
         stated = checks.stated(pair, terms)
         fraction = memory.scouted(pair, stated.problem, stated.scale)
+        fraction = max(fraction, memory.started(stated.problem, None, task == "sweep"))
         del stated
         held = {"solve": 0, "sweep": 3, "history": 6}[task]
         estimate = memory.Room.of(pair, terms, held).estimate(fraction)

@@ -310,7 +310,7 @@ def test_scarce_memory_is_judged_by_the_contact(
     np.testing.assert_array_equal(again.pressure, result.pressure)
     with pytest.raises(rc.InsufficientMemoryError) as caught:
         rc.solve(surface, **given, load=1e4)
-    assert "96 × 96 points in contact on 1e+02 % of it needs about" in str(caught.value)
+    assert "96 × 96 points in contact on 100 % of it needs about" in str(caught.value)
 
 
 def test_a_start_is_part_of_the_contact(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -319,6 +319,27 @@ def test_a_start_is_part_of_the_contact(monkeypatch: pytest.MonkeyPatch) -> None
     rc.solve(surface, material=STEEL, load=0.1)
     with pytest.raises(rc.InsufficientMemoryError, match="in contact on"):
         rc.solve(surface, material=STEEL, load=0.1, start=np.ones(surface.shape))
+
+
+@pytest.mark.parametrize(("ceiling", "fits"), [(None, True), (3e9, False)])
+def test_a_start_that_cannot_carry_the_load_takes_all_of_the_map(
+    ceiling: float | None, fits: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    surface, given = rough(), {"material": STEEL, "ceiling": ceiling}
+    start = rc.solve(surface, load=0.1, **given)
+    leave(monkeypatch, memory_estimate(surface.shape, contact_fraction=0.6, maps=3))
+    rc.solve(surface, load=0.2, **given)
+    if fits:
+        rc.solve(surface, load=0.2, start=start, **given)
+        rc.load_curve(surface, loads=[0.1, 0.2], **given)
+        return
+    with pytest.raises(rc.InsufficientMemoryError, match="in contact on 100 %"):
+        rc.solve(surface, load=0.2, start=start, **given)
+    # Said before the first step.
+    monkeypatch.setattr(solve.bounded, "solve", lambda *_, **__: pytest.fail("solved"))
+    monkeypatch.setattr(contact_memory, "scouted", lambda *_: 0.01)
+    with pytest.raises(rc.InsufficientMemoryError, match="in contact on 100 %"):
+        rc.load_curve(surface, loads=[0.1, 0.2], **given)
 
 
 @pytest.mark.parametrize("ceiling", [None, 3e9])

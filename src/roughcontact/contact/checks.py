@@ -60,7 +60,12 @@ class Stated:
 
 
 def stated(
-    pair: Pair, terms: Terms, start: ContactResult | ArrayLike | None = None, *, held: int = 0
+    pair: Pair,
+    terms: Terms,
+    start: ContactResult | ArrayLike | None = None,
+    *,
+    held: int = 0,
+    series: bool = False,
 ) -> Stated:
     """Return the problem that a solve is given, or raise what is wrong with it.
 
@@ -74,6 +79,8 @@ def stated(
         As for `roughcontact.solve`.
     held : int
         Maps that will be held besides, for which there has to be memory, too.
+    series : bool
+        Whether it will start from the pressure of a smaller load.
 
     Raises
     ------
@@ -114,19 +121,12 @@ def stated(
         approach=None if terms.approach is None else terms.approach / units.length,
     )
     if room.is_tight():
-        room.require(max(memory.scouted(pair, problem, units), _started(start)))
+        touching = memory.started(problem, start, series)
+        room.require(max(touching, memory.scouted(pair, problem, units)))
     return Stated(problem, units, ceiling, holes, target)
 
 
-def _started(start: ContactResult | ArrayLike | None) -> float:
-    """Return the part of the map that touches where a solve starts from."""
-    if start is None:
-        return 0.0
-    pressure = start.pressure if isinstance(start, ContactResult) else np.asarray(start)
-    return int(np.count_nonzero(pressure)) / pressure.size
-
-
-def check(pair: Pair, terms: Terms, *, held: int = 0) -> None:
+def check(pair: Pair, terms: Terms, *, held: int = 0, series: bool = False) -> None:
     """Raise what a solve would raise before it starts.
 
     Parameters
@@ -135,15 +135,15 @@ def check(pair: Pair, terms: Terms, *, held: int = 0) -> None:
         The bodies.
     terms : Terms
         How they are pressed together.
-    held : int
-        Maps that will be held besides.
+    held, series
+        As for `stated`.
 
     Raises
     ------
     InputError, CapacityError, InsufficientMemoryError
         As for `roughcontact.solve`.
     """
-    stated(pair, terms, held=held)
+    stated(pair, terms, held=held, series=series)
 
 
 def check_terms(terms: Terms) -> None:

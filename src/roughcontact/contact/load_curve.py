@@ -128,7 +128,8 @@ max_iterations, precision
         "load" if approaches is None else "approach",
         _ascending("loads" if approaches is None else "approaches", loads, approaches),
     )
-    check(sweep.pair, sweep.terms_at(sweep.values[-1]), held=HELD)
+    series = len(sweep.values) > 1
+    check(sweep.pair, sweep.terms_at(sweep.values[-1]), held=HELD, series=series)
     if folder is None:
         return sweep.curve(_steps(sweep, None, progress))
     with resume.claimed(

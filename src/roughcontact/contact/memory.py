@@ -6,9 +6,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from roughcontact import memory
 from roughcontact.contact.pair import Pair
+from roughcontact.contact.result import ContactResult
 from roughcontact.contact.scale import Scale
 from roughcontact.contact.terms import Terms
 from roughcontact.errors import Mention, Part
@@ -23,7 +25,7 @@ from roughcontact.solvers.problem import Problem, coarsened
 # padded rows, block and weight of the preconditioner, what it is given, what it makes of it, and
 # the part of the spots. Projected gradients have up to twenty-one: four iterates, the step, and
 # the eight of a look at the whole map. The allocator leaves gaps between arrays below 32 MiB.
-_TOUCHING = 24
+_TOUCHING = 23
 # Maps more where the bodies tilt: what can be balanced is asked before, and each tilt has a gap of
 # its own beside that of the last; and where every pixel has its ceiling.
 _TILTED, _CEILINGS = 5, 2
@@ -132,7 +134,7 @@ class Room:
         side = memory.square_side(needed, self.shape, overhead())
         advice: tuple[Part, ...] = (f"a square grid of up to about {side} × {side} points fits",)
         if contact_fraction:
-            what += f" in contact on {100 * contact_fraction:.2g} % of it"
+            what += f" in contact on {100 * contact_fraction:.3g} % of it"
         else:
             full = self.estimate(1.0)
             side = memory.square_side(full, self.shape, overhead())
@@ -141,6 +143,35 @@ class Room:
         if self.precision == "double" and single.estimate(contact_fraction) <= there:
             advice += ("; ", Mention("precision", "single"), " fits the whole map")
         memory.require(needed, f"{what} needs", most=("in full contact", full), advice=advice)
+
+
+def started(problem: Problem, start: ContactResult | ArrayLike | None, series: bool) -> float:
+    """Return the part of a map that a solve starts from.
+
+    Parameters
+    ----------
+    problem : Problem
+        The problem on the grid of the map.
+    start : ContactResult or array_like of shape (ny, nx), optional
+        What it starts from.
+    series : bool
+        Whether it will start from a smaller load instead.
+
+    Returns
+    -------
+    float
+        All of the map where the ceiling lets the pixels of the start not carry the load: the
+        solver then starts from whatever can touch.
+    """
+    limited = problem.total is not None and not np.isinf(problem.limit).all()
+    if start is None:
+        return 1.0 if series and limited else 0.0
+    pressure = start.pressure if isinstance(start, ContactResult) else np.asarray(start)
+    loaded = pressure > 0
+    limit = np.broadcast_to(problem.limit, pressure.shape)[loaded]
+    if limited and float(limit.sum()) < (problem.total or 0.0):
+        return 1.0
+    return limit.size / pressure.size
 
 
 def scouted(pair: Pair, problem: Problem, units: Scale) -> float:

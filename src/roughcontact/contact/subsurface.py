@@ -21,6 +21,10 @@ from roughcontact.contact.stress import StressResult
 from roughcontact.errors import InputError
 from roughcontact.halfspace import stress, stress_summary
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.fft import default_workers
+
+# Bytes of the blocks that a thread works on, beyond those of a solve.
+_THREAD = 2**23
 
 
 def subsurface_stress(
@@ -165,7 +169,7 @@ def memory_estimate(
     ny, nx = shape
     pixels, real = ny * nx, 4 if precision == "single" else 8
     # Scaled pressure and largest stress over depth; row spectra of six components.
-    maps = 8 * pixels + real * pixels + overhead()
+    maps = 8 * pixels + real * pixels + overhead() + _THREAD * default_workers()
     if not Boundary(boundary).free_axes:
         return maps + (6 + 1) * real * ny * (nx + 2)
     padded = (2 * ny) * (2 * nx + 2)
