@@ -189,10 +189,10 @@ def task_of(
     estimate = volume_memory.memory_estimate(pair.shape, layers, boundary=pair.boundary)
 
     def volume() -> float:
-        thickness = np.full(layers, 1e-7)
+        thickness = np.full(layers, 8e-7)
         found = rc.solve_elastoplastic(
-            pair.surface, load=terms.load, increments=2, layers=thickness, on_failure="return",
-            **options,
+            pair.surface, load=terms.load, increments=2, layers=thickness, tolerance=1e-3,
+            on_failure="return", **options,
         )  # fmt: skip
         return found.solution.contact_fraction
 
