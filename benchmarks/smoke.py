@@ -31,6 +31,7 @@ def main() -> None:
     for script, *options in (
         ("peers.py", "--cases", "smoke"),
         ("volume.py", "--quick"),
+        ("memory.py", "--quick"),
         ("robustness.py", "--problems", "10", "--files", "100", "--kills", "5"),
     ):
         path = Path(__file__).with_name(script)

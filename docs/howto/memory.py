@@ -1,11 +1,19 @@
-"""Print the memory that a solve needs, over the grid."""
+"""Print the memory that a solve needs, over the grid and the part of it that touches."""
 
-from roughcontact.contact import checks
+from roughcontact.contact import memory
 
-print("points            double    single")
+PARTS = (0.01, 0.1, 1.0)
+
+print(
+    "points           ", *(f"{100 * part:5.0f} %" for part in PARTS), "   1 % in single precision"
+)
 for points in (1024, 2048, 4096, 8192, 16384):
-    double, single = (
-        checks.memory_estimate((points, points), precision=precision) / 2**30
-        for precision in ("double", "single")
+    double = [
+        memory.memory_estimate((points, points), contact_fraction=part) / 2**30 for part in PARTS
+    ]
+    single = memory.memory_estimate((points, points), precision="single", contact_fraction=0.01)
+    print(
+        f"{points:6d} × {points:<6d}  ",
+        *(f"{size:7.2f}" for size in double),
+        f"{single / 2**30:9.2f} GiB",
     )
-    print(f"{points:6d} × {points:<6d} {double:6.2f}    {single:6.2f} GiB")
