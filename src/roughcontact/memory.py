@@ -11,6 +11,9 @@ from roughcontact.errors import InsufficientMemoryError, Part
 
 GIB = 2**30
 
+# Version 1 has a number for no limit, the largest one in whole pages.
+_NO_LIMIT = 2**62
+
 
 class _Group(NamedTuple):
     """Where a version of Linux's control groups keeps what it knows of a container's memory."""
@@ -85,10 +88,10 @@ def left_in_containers(root: Path) -> Iterator[int]:
 
 def _left_in(folder: Path, group: _Group) -> Iterator[int]:
     """Yield what one control group leaves, if it has a limit."""
-    limits = [limit for name in group.limits if (limit := _number(folder / name)) is not None]
-    used = _number(folder / group.used)
-    if limits and used is not None:
-        yield min(limits) - used + _droppable(folder / "memory.stat", group.droppable)
+    known = (_number(folder / name) for name in group.limits)
+    limit = min((limit for limit in known if limit is not None), default=_NO_LIMIT)
+    if limit < _NO_LIMIT and (used := _number(folder / group.used)) is not None:
+        yield limit - used + _droppable(folder / "memory.stat", group.droppable)
 
 
 def _number(file: Path) -> int | None:

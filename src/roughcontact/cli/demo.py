@@ -40,12 +40,16 @@ def run(folder: Path, points: int) -> None:
 
 
 def _solved(points: int, say: outputs.Say) -> list[ContactResult]:
+    from roughcontact.contact.memory import Room
     from roughcontact.contact.solve import solve
+    from roughcontact.halfspace.boundary import Boundary
     from roughcontact.material.material import Material
     from roughcontact.surface import synthetic
     from roughcontact.surface.provenance import Operation, Provenance
     from roughcontact.surface.surface import Surface
 
+    # A map and the first result are held while the second is sought.
+    Room((points, points), Boundary.FREE, maps=3).require()
     steel = Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel")
     heights, pixel = synthetic.reference_map(points)
     made = Operation("reference_map", {"n": points})

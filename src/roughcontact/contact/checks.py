@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import limits
+from roughcontact import limits, memory as ground
 from roughcontact.contact import memory, scale
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.pair import Pair
@@ -89,8 +89,8 @@ def stated(
     """
     check_terms(terms)
     # First what any contact on this grid needs: nothing large has been made yet.
-    room = memory.Room.of(pair, terms, held)
-    room.require()
+    room, there = memory.Room.of(pair, terms, held), ground.free()
+    room.require(there=there)
     if terms.moments is not None:
         terms = replace(terms, moments=checked_moments(terms, pair.boundary))
     check_holes(pair)
@@ -120,9 +120,10 @@ def stated(
         total=None if total is None else total / units.pressure,
         approach=None if terms.approach is None else terms.approach / units.length,
     )
-    if room.is_tight():
+    # Where a light contact fits and a full one does not, it depends on this one.
+    if room.estimate(1.0) > there:
         touching = memory.started(problem, start, series)
-        room.require(max(touching, memory.scouted(pair, problem, units)))
+        room.require(max(touching, memory.scouted(pair, problem, units)), there)
     return Stated(problem, units, ceiling, holes, target)
 
 

@@ -110,24 +110,24 @@ class Room:
             maps=self.maps,
         )
 
-    def is_tight(self) -> bool:
-        """Return whether it depends on the part that touches if the solve fits."""
-        return self.estimate(1.0) > memory.free()
-
-    def require(self, contact_fraction: float = 0.0) -> None:
+    def require(self, contact_fraction: float = 0.0, there: int | None = None) -> None:
         """Raise an error with a suggestion if the solve would not fit.
 
         Parameters
         ----------
         contact_fraction : float
             Part of the map that touches; 0 where it is not known: what every contact needs.
+        there : int, optional
+            Bytes that were free before any of it was made; by default those that are free now.
 
         Raises
         ------
         InsufficientMemoryError
             If the estimate exceeds the memory that is free.
         """
-        needed, there = self.estimate(contact_fraction), memory.free()
+        needed = self.estimate(contact_fraction)
+        if there is None:
+            there = memory.free()
         if needed <= there:
             return
         what, full = f"a map of {self.shape[0]} × {self.shape[1]} points", 0

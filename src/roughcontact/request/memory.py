@@ -22,7 +22,7 @@ def require_prepared(request: Request, shape: tuple[int, int]) -> None:
         Points ``(ny, nx)`` in the file.
     """
     grid = cropped(request, shape)
-    memory.require(grid, memory.PREPARED)
+    memory.require(grid, memory.PREPARED, "preparing a map")
     # Where heights or sides decide it, the grid is known once the map is there.
     if request["holes"] == "crop" or request["pixel"] is not None or request.aligned:
         return
@@ -57,7 +57,7 @@ def require(request: Request, shape: tuple[int, int]) -> None:
     if request.kind == STRESS:
         subsurface.require_memory(shape, boundary=boundary, friction=request["friction"])
     if request["report"] is not None:
-        memory.require(shape, bodies + _REPORTED)
+        memory.require(shape, bodies + _REPORTED, "the report on a map")
 
 
 def cropped(request: Request, shape: tuple[int, int]) -> tuple[int, int]:

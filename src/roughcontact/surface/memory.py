@@ -26,7 +26,7 @@ PREPARED = 8
 _TRIFLE = 2**20
 
 
-def require(shape: tuple[int, ...], maps: int) -> None:
+def require(shape: tuple[int, ...], maps: int, what: str = "a map") -> None:
     """Raise an error with advice unless so many maps in double precision fit into the memory.
 
     Parameters
@@ -35,6 +35,8 @@ def require(shape: tuple[int, ...], maps: int) -> None:
         Grid points ``(ny, nx)``.
     maps : int
         How many.
+    what : str
+        What is to be made of so many points.
 
     Raises
     ------
@@ -48,6 +50,6 @@ def require(shape: tuple[int, ...], maps: int) -> None:
     side = memory.square_side(needed, (ny, nx))
     memory.require(
         needed,
-        f"a map of {ny} × {nx} points needs",
+        f"{what} of {ny} × {nx} points needs",
         advice=(f"a square grid of up to about {side} × {side} points fits",),
     )

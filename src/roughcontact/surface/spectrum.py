@@ -59,7 +59,7 @@ def autocorrelation(heights: Array) -> Array:
     array([ 1., -1.,  1.])
     """
     ny, nx = heights.shape
-    memory.require((ny, nx), memory.CORRELATED)
+    memory.require((ny, nx), memory.CORRELATED, "the autocorrelation of a map")
     half_y, half_x = ny // 2, nx // 2
     mean, count = mean_and_count(heights)
     Sq = rms_height(heights)
