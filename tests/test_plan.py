@@ -122,3 +122,17 @@ def test_content_and_options_decide(change: Callable[[Path], object], moved: Pat
     change(moved)
     (entry,) = project.load(moved / "p.toml")
     assert plan.digest_of(entry) != before
+
+
+def test_a_file_that_cannot_be_read_fails_alone(
+    moved: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (entry,) = project.load(moved / "p.toml")
+    before = plan.digest_of(entry)
+
+    def refused(path: Path) -> str:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr("roughcontact.checksums.of_file", refused)
+    assert plan.digest_of(entry) != before
+    assert plan.complete(entry, before) is None

@@ -113,7 +113,7 @@ def test_a_ceiling_too_low_for_the_load_is_said() -> None:
 
 
 def test_a_grid_that_does_not_fit_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    def small(room: Room, contact_fraction: float = 0.0) -> None:
+    def small(room: Room, contact_fraction: float = 0.0, there: int | None = None) -> None:
         if room.shape[0] > 128:
             raise rc.InsufficientMemoryError("too much")
 

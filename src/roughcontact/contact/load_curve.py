@@ -128,8 +128,7 @@ max_iterations, precision
         "load" if approaches is None else "approach",
         _ascending("loads" if approaches is None else "approaches", loads, approaches),
     )
-    series = len(sweep.values) > 1
-    check(sweep.pair, sweep.terms_at(sweep.values[-1]), held=HELD, series=series)
+    sweep.check()
     if folder is None:
         return sweep.curve(_steps(sweep, None, progress))
     with resume.claimed(
@@ -158,6 +157,11 @@ class _Sweep:
         """Whether each load has a ceiling of its own."""
         ceiling = self.terms.ceiling
         return isinstance(ceiling, str) and ceiling == RECOMMENDED
+
+    def check(self) -> None:
+        """Raise what any step would raise; the largest asks for the most."""
+        largest = self.terms_at(self.values[-1])
+        check(self.pair, largest, held=HELD, series=len(self.values) > 1)
 
     def record(self) -> dict[str, Any]:
         """Return what the steps depend on."""

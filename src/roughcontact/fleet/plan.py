@@ -161,13 +161,19 @@ def digest_of(entry: Entry) -> str:
             "version": __version__,
             "task": request.task,
             "options": given,
-            # The suffix tells the format. Reading will say what is wrong with what is no file.
-            "inputs": [
-                [path.suffix.lower(), checksums.of_file(path) if path.is_file() else None]
-                for path in request.inputs
-            ],
+            # The suffix tells the format.
+            "inputs": [[path.suffix.lower(), _content(path)] for path in request.inputs],
         }
     )
+
+
+def _content(path: Path) -> str | None:
+    """Return the checksum of a file; nothing where reading will say what is wrong."""
+    try:
+        # What a device or a pipe gives has no end, or is gone then.
+        return checksums.of_file(path) if path.is_file() else None
+    except OSError:
+        return None
 
 
 def _placeless(value: str | bool | list[str]) -> str | bool | list[str]:
