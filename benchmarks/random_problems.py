@@ -161,8 +161,10 @@ def _given_up(case: Case, error: rc.ConvergenceError, seconds: float) -> Outcome
     if result.converged or case.expected is not None or not found.bounded:
         verdict = WRONG
     elif "rounding" in result.status:
-        # Found too early only if the digits would have held a tenth of the tolerance.
-        verdict = ROUNDED if found.doubt > 0.1 * result.tolerance else WRONG
+        # Found too early only if the digits would have held a tenth of the tolerance: that of the
+        # certificate, or of moments.
+        held = result.tolerance if result.certificate > result.tolerance else 1e-8
+        verdict = ROUNDED if found.doubt > 0.1 * held else WRONG
     return Outcome(case, verdict, str(error), found.certificate, result.convolutions, seconds)
 
 

@@ -131,13 +131,16 @@ def _norm(values):
     return float(np.linalg.norm(values / largest)) * largest if largest else 0.0
 
 
-def judge_fields(pressure, h0, limit, approach, pixel, modulus, boundary, digits=np.float64):
+def judge_fields(
+    pressure, h0, limit, approach, pixel, modulus, boundary, digits=np.float64, summed=None
+):
     """Certificate ε and the worst breach of a condition, from the bare fields.
 
     ``h0`` is infinite where the bodies never touch. ``breach`` is in units of ε: a single pixel
     may violate a condition by no more than the whole norm. ``doubt`` is what ε could become if
-    displacement and initial gap were known to the last of their digits only. ``scale`` is what
-    the gap is rounded to some digits of.
+    displacement and initial gap were known to the last of their digits only; ``summed`` is what
+    the initial gap is a sum of, each without its sign. ``scale`` is what the gap is rounded to
+    some digits of.
     """
     displacement, unit = _displacement(boundary, pressure, pixel, modulus)
     gap = displacement + h0 - approach
@@ -149,11 +152,14 @@ def judge_fields(pressure, h0, limit, approach, pixel, modulus, boundary, digits
     # The last pixel to fill takes up what the sum of all others is rounded by.
     between = ~empty & (pressure < limit - 1e-12 * pressure.sum())
     touchable = np.isfinite(h0)
-    lost = np.finfo(digits).eps * np.where(touchable, np.abs(displacement) + h0, 0)
+    summed = h0 if summed is None else summed
+    lost = np.finfo(digits).eps * np.where(touchable, np.abs(displacement) + summed, 0)
     reach = pressure - gap / unit
     doubt = np.clip(reach + lost / unit, 0, limit) - np.clip(reach - lost / unit, 0, limit)
     breach = np.where(empty, -gap, 0) + np.where(full, gap, 0) + np.where(between, np.abs(gap), 0)
-    breach = np.max(breach[touchable] - lost[touchable], initial=0)
+    # Single precision promises 1e-4 of ‖p‖: it does not tell where less than that belongs.
+    counted = touchable if digits is np.float64 else touchable & (limit > 1e-4 * norm)
+    breach = np.max(breach[counted] - lost[counted], initial=0)
     # Displacements cancel: to less than K₀₀ p, and on a periodic map to less than the longest wave.
     side = max(edge * points for edge, points in zip(pixel, pressure.shape, strict=True))
     scale = np.abs(gap[touchable]).max() + np.abs(displacement).max()
@@ -178,11 +184,13 @@ def judge(result):
     if result.counter_surface is not None:
         heights = heights + result.counter_surface.heights
     h0 = np.nanmax(heights) - heights
+    summed = h0
     for axis, (points, edge, slope) in enumerate(
         zip(h0.shape, result.surface.pixel, result.tilt, strict=True)
     ):
         plane = slope * (np.arange(points) - (points - 1) / 2) * edge
-        h0 = h0 + (plane[:, None] if axis == 0 else plane)
+        plane = plane[:, None] if axis == 0 else plane
+        h0, summed = h0 + plane, summed + np.abs(plane)
     compliance = sum(
         (1 - body.poisson**2) / body.young for body in (result.material, result.counter_material)
     )
@@ -195,7 +203,20 @@ def judge(result):
         1 / compliance,
         result.boundary,
         np.float64 if result.precision == "double" else np.float32,
+        np.where(np.isnan(h0), np.inf, summed),
     )
+
+
+def moment_error(result):
+    """Distance of the resultant from where the load acts, along y or x, over the longer side."""
+    side = max(e * n for e, n in zip(result.surface.pixel, result.pressure.shape, strict=True))
+    load = math.fsum(result.pressure.ravel())
+    worst = 0.0
+    for axis, (edge, moment) in enumerate(zip(result.surface.pixel, result.moments, strict=True)):
+        line = result.pressure.sum(axis=1 - axis)
+        place = (np.arange(line.size) - (line.size - 1) / 2) * edge
+        worst = max(worst, abs(math.fsum(line * place) / load - moment / result.load) / side)
+    return worst
 
 
 def faults(result, load=None, tolerance=1e-6):
@@ -213,7 +234,7 @@ def faults(result, load=None, tolerance=1e-6):
         (seen <= tolerance + slack, f"certificate {seen:.3e} above {tolerance:.0e}"),
         (said <= tolerance, f"certificate said to be {said:.3e}, above {tolerance:.0e}"),
         (
-            abs(said - seen) <= max(1e-2 * seen, slack),
+            abs(said - seen) <= max(1e-2 * seen, slack, found.doubt),
             f"certificate said to be {said:.3e}, found {seen:.3e}",
         ),
         (found.breach <= tolerance + slack, f"a pixel breaks its condition by {found.breach:.3e}"),
@@ -229,6 +250,14 @@ def faults(result, load=None, tolerance=1e-6):
             (result.load == load, f"load {result.load!r} instead of {load!r}"),
             (error <= 1e-10, f"load error {error:.3e}"),
             (result.load_error <= 1e-10, f"load error said to be {result.load_error:.3e}"),
+        ]
+    if result.moments is None:
+        statements.append((result.tilt == (0, 0), f"tilted by {result.tilt} without moments"))
+    else:
+        off = moment_error(result)
+        statements += [
+            (off <= 1e-8 + 1e-12, f"moment error {off:.3e}"),
+            (abs(result.moment_error - off) <= 1e-12, f"said to be {result.moment_error:.3e}"),
         ]
     return [fault for holds, fault in statements if not holds]
 

@@ -361,12 +361,16 @@ ALLOWED = {
         "apply": "parts that `added` sums over the processes",
         "_product": "blocks of the map, which all processes hold",
     },
+    "rest": {
+        "rigid_tilt": "a whole map: one on several processes is left out",
+    },
     "tilt": {
         "_outermost": "what a whole map can balance, asked before the solver runs",
         "_nearest": "a handful of moments",
         "excess": "two components",
         "_guess": "parts that `added` sums over the processes, and two angles",
         "balance": "two angles",
+        "search": "two components",
         "_updated": "two angles",
     },
 }

@@ -24,23 +24,28 @@ def test_random_problems_are_certified_or_refused(first):
 
 
 # Seed and size of problems that were not solved once, or not rightly, and what was the matter.
-FOUND = [
-    # Very narrow pixels near full contact: hardly anything resists what differs between two.
-    (375, 1024),
-    (645, 300),
-    (970, 300),
-    (2641, 150),
-    (3775, 150),
-    (4638, 150),
-    # A ceiling so low that the square of the pressure is no number.
-    (661, 300),
-]
+FOUND = {
+    "very narrow pixels near full contact: hardly anything resists what differs between two": [
+        (375, 1024), (645, 300), (970, 300), (2641, 150), (3775, 150), (4638, 150),
+    ],
+    "a ceiling so low that the square of the pressure is no number": [(661, 300)],
+    "a moment that is a staircase over the tilt": [(843, 300), (1913, 150), (1932, 150)],
+    "a tilt so steep that judge and program round the gap differently": [(2878, 150)],
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(("seed", "largest"), FOUND)
+@pytest.mark.parametrize(("seed", "largest"), [case for cases in FOUND.values() for case in cases])
 def test_problems_that_once_failed(seed, largest):
     outcome = random_problems.attempt(random_problems.draw(seed, largest))
     assert outcome.verdict == random_problems.CERTIFIED, str(outcome)
+
+
+# Of a tilt: the displacement was lost in the rounding of the gap, and divided by; the tilt was
+# too steep for its own digits, which was not said.
+@pytest.mark.parametrize(("seed", "largest"), [(1595, 150), (983, 300)])
+def test_what_the_digits_do_not_hold_is_said(seed, largest):
+    outcome = random_problems.attempt(random_problems.draw(seed, largest))
+    assert outcome.verdict == random_problems.ROUNDED, str(outcome)
 
 
 def test_the_problems_are_of_all_kinds():

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import assume, given, settings, strategies as st
 from numpy.typing import NDArray
 
+import judge
 import roughcontact as rc
 from roughcontact.contact import solve
 from roughcontact.contact.checks import check
@@ -16,6 +17,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.sums import LocalSums
 from roughcontact.solvers import bounded, tilt
 from roughcontact.solvers.problem import Problem
+from roughcontact.solvers.rest import rigid_tilt
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 Array = NDArray[np.float64]
@@ -172,7 +174,7 @@ def test_the_first_guess_is_exact_for_a_circle() -> None:
         bounded.Status.CONVERGED, 0, 0, (),
     )  # fmt: skip
     problem = Problem(np.where(np.isnan(punch), np.inf, 0.0), np.inf, 1.0)
-    operator = SimpleNamespace(rows=slice(0, n), sums=LocalSums())
+    operator = SimpleNamespace(rows=slice(0, n), sums=LocalSums(), self_displacement=0.0)
     levers = tilt.levers((n, n), (pixel, pixel))
     steepness, reach = tilt._guess(problem, solution, np.zeros(2), *levers, operator)
     exact = 4 / 3 * flat.contact_modulus * a**3 / (2.0 * (n * pixel) ** 2)
@@ -360,6 +362,80 @@ def test_a_load_on_the_last_pixel_is_carried_by_it() -> None:
         surface, load=1e-3, moments=(1e-3 * edge, 1e-3 * edge), material=STEEL, ceiling=None
     )
     assert result.pressure[-1, -1] * result.pixel_area == pytest.approx(1e-3, rel=1e-6)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    shape=st.tuples(st.integers(2, 9), st.integers(2, 9)),
+    depth=st.sampled_from([1.0, 1e-20, 1e20]),
+    filling=st.sampled_from([0.0, 0.3, 0.9]),
+)
+def test_rigid_bodies_rest_on_points_around_the_load(
+    seed: int, shape: tuple[int, int], depth: float, filling: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    gap = depth * rng.random(shape)
+    gap[rng.random(shape) < 0.2] = np.inf
+    touchable = np.isfinite(gap)
+    assume(touchable.any())
+    part = rng.random(np.count_nonzero(touchable)) ** 4
+    # What each can carry: everything, or little more than it takes.
+    part = np.maximum(part / part.sum(), 1e-6)
+    part /= part.sum()
+    limit = np.full(shape, np.inf)
+    if filling:
+        limit[touchable] = part / filling
+    levers = tilt.levers(shape, (1e-6, 3e-6))
+    y, x = (np.broadcast_to(lever, shape)[touchable] for lever in levers)
+    target = np.array([part @ y, part @ x])
+    problem = Problem(gap, limit, 1.0)
+    found = rigid_tilt(problem, levers, target)
+    assert found is not None
+    # Those above the plane at rest carry nothing, those below it all that they can.
+    opened = gap[touchable] + found[0] * y + found[1] * x
+    share = limit[touchable]
+    order = np.sort(np.unique(opened))
+    held = False
+    for at in order:
+        on, full = np.abs(opened - at) <= 1e-9 * depth, opened < at - 1e-9 * depth
+        rest = 1 - share[full].sum()
+        if not 0 < rest <= share[on].sum() * (1 + 1e-9):
+            continue
+        carried = np.array([share[full] @ y[full], share[full] @ x[full]]) if full.any() else 0.0
+        missing = (target - carried) / rest
+        held |= tilt.excess(missing, y[on], x[on], share[on] / rest) < 1e-6
+    assert held
+
+
+def test_no_rigid_rest_is_sought_on_parts_of_a_map_or_without_points() -> None:
+    levers = tilt.levers((4, 4), (1.0, 1.0))
+    apart = Problem(np.zeros((2, 4)), np.inf, 1.0, whole=(4, 4))
+    assert rigid_tilt(apart, levers, np.zeros(2)) is None
+    assert rigid_tilt(Problem(np.full((4, 4), np.inf), np.inf, 1.0), levers, np.zeros(2)) is None
+    # Where no pressure has the moment there is no rest either.
+    flat = Problem(np.zeros((4, 4)), np.inf, 1.0)
+    assert rigid_tilt(flat, levers, np.array([0.9, 0.0])) is None
+
+
+def test_a_tripod_far_steeper_than_its_displacement() -> None:
+    heights = np.zeros((12, 16))
+    heights[[1, 10, 5], [2, 3, 13]] = 1e-3, 1.1e-3, 0.9e-3
+    surface = rc.Surface(heights, (1e-6, 1e-6))
+    result = rc.solve(surface, load=1e-6, moments=(0.0, 1e-12), material=STEEL, ceiling=None)
+    judge.assert_solved(result, 1e-6)
+    assert np.count_nonzero(result.contact) == 3
+
+
+def test_a_tilt_too_steep_for_its_digits_is_said() -> None:
+    heights = np.zeros((12, 16))
+    heights[[1, 10, 5], [2, 3, 13]] = 1e3, 1.1e3, 0.9e3
+    result = rc.solve(
+        rc.Surface(heights, (1e-6, 1e-6)), load=1e-6, moments=(0.0, 1e-12), material=STEEL,
+        ceiling=None, on_failure="return",
+    )  # fmt: skip
+    assert "rounding error" in result.status
+    assert not result.converged
 
 
 def test_bodies_that_do_not_come_to_rest(monkeypatch: pytest.MonkeyPatch) -> None:

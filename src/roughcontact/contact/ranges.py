@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE, UNBALANCED
+from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE, TOO_STEEP, UNBALANCED
 from roughcontact.errors import InputError, require_choice, require_positive
 from roughcontact.solvers.bounded import Status
 
 Array = NDArray[Any]
 
 # How a solve may end; files hold these words.
-_STATUSES = (*(str(status.value) for status in Status), UNBALANCED)
+_STATUSES = (*(str(status.value) for status in Status), UNBALANCED, TOO_STEEP)
 # Sums and differences of the same numbers agree to this, in other orders and versions.
 _ROUNDING = 1e-12
 

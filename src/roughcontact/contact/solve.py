@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -38,6 +39,12 @@ UNBALANCED = (
     "moments not balanced; the point of the load may lie too near to the edge of the contact"
 )
 """Status of a result whose bodies did not come to rest at any tilt."""
+
+TOO_STEEP = (
+    "moments not balanced; at this tilt the rounding error of the gap moves the pressure by more "
+    "than their tolerance"
+)
+"""Status of one whose heights differ so far that the digits of a tilt do not balance moments."""
 
 
 def solve(
@@ -267,7 +274,7 @@ def _result(
         gap=gap,
         certificate=solution.certificate,
         load_error=load_error,
-        status=_status(pair, stated, solution, pressure, load_error),
+        status=_status(pair, stated, solution, slope, pressure, load_error),
         iterations=solution.iterations,
         convolutions=solution.convolutions,
         seconds=time.perf_counter() - began,
@@ -281,6 +288,7 @@ def _status(
     pair: Pair,
     stated: checks.Stated,
     solution: bounded.Solution,
+    slope: tuple[float, float],
     pressure: NDArray[np.float64],
     load_error: float,
 ) -> str:
@@ -292,8 +300,19 @@ def _status(
     if status is bounded.Status.CONVERGED and stated.target is not None:
         centre = np.array(centre_of_pressure(pressure, pair.pixel)) / max(pair.size)
         if np.abs(centre - stated.target).max() > MOMENT_TOLERANCE:
-            words = UNBALANCED
+            steep = _rounding(pair, slope, pressure) > MOMENT_TOLERANCE
+            words = TOO_STEEP if steep else UNBALANCED
     return words
+
+
+def _rounding(pair: Pair, slope: tuple[float, float], pressure: NDArray[np.float64]) -> float:
+    """Return what part of the load the last digits of gap and tilt may move."""
+    loaded = np.nonzero(pressure)
+    sizes = np.abs(pair.initial_gap[loaded])
+    for place, points, edge, angle in zip(loaded, pair.shape, pair.pixel, slope, strict=True):
+        sizes += np.abs((place - (points - 1) / 2) * edge * angle)
+    sizes *= np.finfo(np.float64).eps * pair.contact_modulus / math.sqrt(pair.pixel_area)
+    return float(np.linalg.norm(sizes / pressure.max()) / np.linalg.norm(pressure / pressure.max()))
 
 
 def _unsolved(result: ContactResult) -> ConvergenceError:

@@ -19,6 +19,7 @@ from roughcontact.solvers.bounded import Solution, Status
 from roughcontact.solvers.operator import Family, Operator
 from roughcontact.solvers.problem import Loaded, Problem
 from roughcontact.solvers.progress import Step
+from roughcontact.solvers.rest import rigid_tilt
 
 Array = NDArray[np.float64]
 
@@ -172,6 +173,7 @@ def solve(
     -------
     Solution
         The solution at that tilt, with the work of all; the last one tried if none balances.
+        The search starts again from where rigid bodies rest if it fails from ``slope``.
     (float, float)
         Slopes of the gap along y and x that the tilt adds.
     """
@@ -180,11 +182,12 @@ def solve(
         problem, family, levers(problem.shape, pixel), target,
         tolerance=tolerance, max_iterations=max_iterations, start=start, progress=progress,
     )  # fmt: skip
-    tilt = np.array(slope) * side
-    error = response(tilt, tolerance)
-    if error is not None:
-        steepness, reach = response.guess()
-        balance(response, tilt, error, steepness, reach, tolerance=0.9 * moment_tolerance)
+    tolerable = 0.9 * moment_tolerance
+    found = response.search(np.array(slope) * side, tolerable)
+    if not found and response.solution().status is not Status.CONVOLUTION_LIMIT:
+        tilt = rigid_tilt(problem, levers(problem.shape, pixel), target)
+        if tilt is not None:
+            response.search(tilt, tolerable)
     tilt = response.tilt
     return response.solution(), (float(tilt[0]) / side, float(tilt[1]) / side)
 
@@ -210,6 +213,7 @@ class _Response:
         # Made once for all tilts.
         self._finest = family(problem.shape, (1, 1))
         self._last: Solution
+        self._error: Array | None = None
         self._iterations = self._convolutions = 0
         self.tilt = np.zeros(2)
 
@@ -220,7 +224,7 @@ class _Response:
     def __call__(self, tilt: Array, accuracy: float) -> Array | None:
         """Return the error of the moment, or None where no pressure was found; see `balance`."""
         (y, x), tolerance = self._levers, self._tolerance
-        self.tilt = tilt
+        self.tilt, self._error = tilt, None
         gap = self._problem.initial_gap + tilt[0] * y[self._finest.rows] + tilt[1] * x
         last = self._last = bounded.solve(
             replace(self._problem, initial_gap=gap),
@@ -237,12 +241,17 @@ class _Response:
         if last.certificate > tolerance:
             return None
         moment = _mean(last, y, x, self._finest)
-        error: Array = moment - self._target
-        return error
+        self._error = moment - self._target
+        return self._error
 
-    def guess(self) -> tuple[Array, float]:
-        """Return how fast the moment may fall with the tilt, and how far that may hold."""
-        return _guess(self._problem, self._last, self.tilt, *self._levers, self._finest)
+    def search(self, tilt: Array, moment_tolerance: float) -> bool:
+        """Change the tilt from here on until the moment is right; return whether it is."""
+        error = self(tilt, self._tolerance)
+        if error is None:
+            return False
+        steepness, reach = _guess(self._problem, self._last, self.tilt, *self._levers, self._finest)
+        balance(self, tilt, error, steepness, reach, tolerance=moment_tolerance)
+        return self._error is not None and float(np.abs(self._error).max()) <= moment_tolerance
 
     def solution(self) -> Solution:
         """Return the last solution, with the work of all."""
@@ -281,7 +290,9 @@ def _guess(
     arms = np.stack(levers_of_pixels)
     opened = problem.initial_gap.ravel()[solution.index] + tilt[0] * arms[0] + tilt[1] * arms[1]
     displacement = solution.gap.ravel()[solution.index] + solution.approach - opened
-    sunk = operator.sums.dot(share, displacement)
+    # A pixel sinks by its own pressure at least; the difference loses that on steep heights.
+    alone = operator.self_displacement * operator.sums.dot(share, solution.pressure)
+    sunk = max(operator.sums.dot(share, displacement), alone)
     arms = arms - added(np.einsum("pn,n->p", arms, share))[:, None]
     # A pixel has some width even where it is alone.
     width = np.diag([np.ptp(y) / y.size, np.ptp(x) / x.size])
