@@ -10,7 +10,7 @@ from roughcontact.surface.surface import Surface
 
 LENGTHS = {"Sq", "Sa", "Sp", "Sv", "Sz", "Sk", "Spk", "Svk", "Vmp", "Vmc", "Vvc", "Vvv"}
 
-PURE = {"Ssk", "Sku", "Str", "Smr1", "Smr2"}
+PURE = {"Ssk", "Sku", "Str", "Str_max", "Smr1", "Smr2"}
 
 
 def gaussian_map(
@@ -84,7 +84,7 @@ def test_peaks_become_dales_upside_down(seed: int, shift: float) -> None:
     heights = small_map(seed, holes=True)
     before = parameters.summary(heights, (1.0, 1.0))
     after = parameters.summary(shift - heights, (1.0, 1.0))
-    for name in ("Sq", "Sa", "Sku", "Sz", "Sdq", "Sdr", "Sal", "Str"):
+    for name in ("Sq", "Sa", "Sku", "Sz", "Sdq", "Sdr", "Sal", "Str", "Str_max"):
         assert after[name] == pytest.approx(before[name], rel=1e-9, abs=1e-9, nan_ok=True)
     assert after["Ssk"] == pytest.approx(-before["Ssk"], abs=1e-9)
     for name, other in (("Sp", "Sv"), ("Spk", "Svk")):
@@ -95,7 +95,7 @@ def test_peaks_become_dales_upside_down(seed: int, shift: float) -> None:
 def test_summary_of_a_flat_map() -> None:
     values = parameters.summary(np.full((5, 6), 0.1), (1.0, 1.0))
     unknown = {name for name, value in values.items() if math.isnan(value)}
-    assert unknown == {"Ssk", "Sku", "Sal", "Str"}
+    assert unknown == {"Ssk", "Sku", "Sal", "Str", "Str_max"}
     assert {values[name] for name in LENGTHS - {"Sq"}} | {values["Sdq"], values["Sdr"]} <= {0.0}
     assert values["Sq"] == pytest.approx(0, abs=1e-16)
 

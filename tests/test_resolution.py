@@ -256,6 +256,7 @@ def test_notes_of_an_atomic_force_microscope() -> None:
         ("JPK image scan", True), ("Nanosurf easyScan", True), ("NT-MDT", True),
         ("Park Systems TIFF", True), ("WSxM", True), ("Igor binary wave", True),
         ("Molecular Imaging (MI)", True), ("Digital Surf SUR (Digital Surf AFM 5500)", True),
+        ("BCR-STM", False), ("BCR-STM (Omicron STM 1)", True),
         ("Digital Surf SUR (Digital Surf)", False), ("Wyko OPD", False), ("Gwyddion", False),
         ("", False),
     ],
@@ -263,6 +264,12 @@ def test_notes_of_an_atomic_force_microscope() -> None:
 def test_which_files_are_a_scanning_probes(instrument: str, is_probe: bool) -> None:
     surface = Surface(np.zeros((4, 4)), PIXEL, Provenance("a", instrument))
     assert bool(surface.resolution_notes()) is is_probe
+
+
+def test_pixels_that_no_tip_can_be_seen_on_ask_for_none() -> None:
+    about = Provenance("a", "WSxM")
+    for pixel in ((1.85e-6, 1.85e-6), (1e-8, 2e-6)):
+        assert Surface(np.zeros((4, 4)), pixel, about).resolution_notes() == ()
 
 
 def test_notes_of_noise_and_smoothing() -> None:

@@ -49,7 +49,24 @@ def test_correlation_lengths_of_a_cosine() -> None:
     assert slowest == math.inf
     values = parameters.summary(wave, (2e-6, 5e-6))
     assert values["Sal"] == fastest
-    assert values["Str"] == 0.0
+    # Along the grooves nothing decays within the four points of half the map.
+    assert math.isnan(values["Str"])
+    assert values["Str_max"] <= 1
+
+
+def test_a_texture_that_the_map_is_too_short_for_is_not_determined() -> None:
+    # Hills longer than half the map: nothing decays along them on it.
+    heights = gaussian_map((64, 640), (24.0, 3.0), seed=5)
+    Sal, Str, largest = spectrum.texture(heights, (1.0, 1.0))
+    assert math.isfinite(Sal)
+    assert math.isnan(Str)
+    # Along y the function stays above the threshold over the 32 points of half the map.
+    assert Sal / 60 < largest <= Sal / 32 < 1
+    assert parameters.summary(heights, (1.0, 1.0))["Str_max"] == largest
+    # The whole of a map that shows it lies below the bound.
+    longer = gaussian_map((640, 640), (24.0, 3.0), seed=5)
+    _, whole, same = spectrum.texture(longer, (1.0, 1.0))
+    assert whole == same < largest
 
 
 def test_correlation_lengths_of_an_isotropic_surface() -> None:

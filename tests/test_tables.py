@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -265,3 +266,13 @@ def test_figures_are_named_after_those_of_the_report(
 def test_a_table_for_everything_that_has_a_summary() -> None:
     with pytest.raises(TypeError, match="no table for a int"):
         results.table_of(3)
+
+
+def test_a_texture_that_is_not_determined_says_what_is_known() -> None:
+    unknown = {"Sal": 1e-6, "Str": math.nan, "Str_max": 0.3123}
+    assert inputs.parameter("Str", unknown) == "not determined, at most 0.31"
+    assert inputs.parameter("Str", {**unknown, "Str": 0.25}) == "0.25"
+    assert inputs.parameter("Str", {"Str": math.nan, "Str_max": math.nan}) == (
+        "not defined on this map"
+    )
+    assert inputs.parameter("Sq", {}) == "not defined on this map"

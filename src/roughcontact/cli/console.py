@@ -203,7 +203,7 @@ def show_info(measured: Measured, channels: Sequence[Channel]) -> None:
     _print_table(_cells(rows_of(inputs.FILE, measured)), listed)
     values = measured.leveled.roughness()
     roughness = [
-        (name, inputs.parameter(name, values[name]), meaning)
+        (name, inputs.parameter(name, values), meaning)
         for name, (_, meaning) in inputs.ROUGHNESS.items()
     ]
     _print_table(roughness, heads=("after plane", "", ""))

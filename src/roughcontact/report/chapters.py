@@ -102,10 +102,7 @@ def _roughness_table(surfaces: Sequence[Surface], names: Sequence[str]) -> Table
     rows = [
         (
             name,
-            *(
-                inputs.parameter(name, value)
-                for value in (values.get(name, math.nan) for values in columns)
-            ),
+            *(inputs.parameter(name, values) for values in columns),
             meaning,
         )
         for name, (_, meaning) in inputs.ROUGHNESS.items()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -157,14 +157,15 @@ ROUGHNESS = {
 """Unit and meaning of the parameters of `Surface.roughness`."""
 
 
-def parameter(name: str, value: float) -> str:
-    """Return a roughness parameter as text, in its unit of `ROUGHNESS`."""
+def parameter(name: str, values: Mapping[str, float]) -> str:
+    """Return one of the parameters of `Surface.roughness` as text, in its unit of `ROUGHNESS`."""
     unit, _ = ROUGHNESS[name]
+    value = values.get(name, math.nan)
     if math.isnan(value):
-        return "not defined on this map"
-    # Str is 0 where heights stay alike along one direction across all of the map.
-    if name == "Str" and value == 0:
-        return "near 0"
+        largest = values.get(f"{name}_max", math.nan)
+        if math.isnan(largest):
+            return "not defined on this map"
+        return f"not determined, at most {engineering(largest, unit, 2)}"
     if unit == "%":
         return f"{100 * value:.4g} %"
     if unit == "ml/m²":

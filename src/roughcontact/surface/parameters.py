@@ -8,15 +8,13 @@ fractions, not per cent.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import require_pixel
 from roughcontact.surface.bearing import core_parameters, material_ratio_curve, volume_parameters
 from roughcontact.surface.roughness import developed_area_ratio, height_parameters, rms_gradient
-from roughcontact.surface.spectrum import autocorrelation_lengths
+from roughcontact.surface.spectrum import texture
 
 Array = NDArray[np.float64]
 
@@ -35,13 +33,15 @@ def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
     -------
     dict
         ``Sq, Sa, Sp, Sv, Sz`` [m], ``Ssk, Sku`` (`height_parameters`); ``Sdq`` (`rms_gradient`),
-        ``Sdr`` (`developed_area_ratio`); ``Sal`` [m], ``Str`` (`autocorrelation_lengths`);
+        ``Sdr`` (`developed_area_ratio`); ``Sal`` [m], ``Str`` and its upper bound ``Str_max``
+        (`spectrum.texture`);
         ``Sk, Spk, Svk`` [m], ``Smr1, Smr2`` (`core_parameters`); ``Vmp, Vmc, Vvc, Vvv``
         [m³/m²] (`volume_parameters`).
 
         Ssk, Sku, Sal and Str of a flat map are NaN. Sal and Str are NaN too if the
-        correlation decays in no direction on this map. Str is 0 if it decays in some directions
-        but not in all: the ratio is then smaller than this map can show.
+        correlation decays in no direction on this map. Str alone is NaN if it decays in some
+        directions but not in all within half the map: it is then not determined, and known to be
+        at most ``Str_max``.
 
     Raises
     ------
@@ -57,18 +57,18 @@ def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
     >>> wave = np.cos(2 * np.pi * np.arange(64) / 16) * np.ones((64, 1))
     >>> values = summary(wave, (1.0, 1.0))
     >>> round(values["Sq"], 6), round(values["Sku"], 6), values["Str"]
-    (0.707107, 1.5, 0.0)
+    (0.707107, 1.5, nan)
     """
     require_pixel(pixel)
-    fastest, slowest = autocorrelation_lengths(heights, pixel)
-    decays = math.isfinite(fastest)
+    sal, ratio, largest = texture(heights, pixel)
     curve = material_ratio_curve(heights)
     return {
         **height_parameters(heights),
         "Sdq": rms_gradient(heights, pixel),
         "Sdr": developed_area_ratio(heights, pixel),
-        "Sal": fastest if decays else math.nan,
-        "Str": fastest / slowest if decays else math.nan,
+        "Sal": sal,
+        "Str": ratio,
+        "Str_max": largest,
         **core_parameters(*curve),
         **volume_parameters(*curve),
     }

@@ -20,6 +20,9 @@ Array = NDArray[np.float64]
 # Peaks sharper than this share of the tip's curvature are the tip's (Sanner et al. 2022).
 _SAFETY = 0.5
 
+# Largest pixel [m] of which a tip of usual size can be seen: scanning probes reach some 0.1 mm.
+_PROBED = 1e-6
+
 # Local exponents of the spectrum. Self-affine surfaces have -2 (H = 0) to -4 (H = 1), white noise
 # 0; the margins are for the scatter of one map, and for surfaces that are only nearly self-affine.
 _NOISE_EXPONENT = -1.0
@@ -31,10 +34,11 @@ _BINS = 6
 # Fewest points along a side whose spectrum has octaves to compare.
 _LEAST_POINTS = 32
 
-# Names of formats that only scanning probes write, and what files of other formats may say.
+# Names of formats that only scanning probes write, and what files of other formats may say. BCR-STM
+# is a format of exchange, which profilometers write as well.
 _SCANNING_PROBE = re.compile(
     r"nanoscope|igor binary wave|jpk image scan|nt-mdt|nanosurf|molecular imaging|park systems"
-    r"|wsxm|\bafm\b|\bspm\b|\bstm\b|atomic force|scanning probe|scanning tunnel",
+    r"|wsxm|\bafm\b|\bspm\b|(?<!bcr-)\bstm\b|atomic force|scanning probe|scanning tunnel",
     re.IGNORECASE,
 )
 
@@ -325,7 +329,7 @@ def _tip_notes(
     heights: Array, pixel: tuple[float, float], tip_radius: float | None, instrument: str
 ) -> list[str]:
     if tip_radius is None:
-        if not _SCANNING_PROBE.search(instrument):
+        if max(pixel) > _PROBED or not _SCANNING_PROBE.search(instrument):
             return []
         return [
             Sentence(

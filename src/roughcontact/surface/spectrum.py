@@ -129,6 +129,62 @@ def autocorrelation_lengths(
     >>> round(fastest / 64, 3), round(float(np.arccos(0.2)) / (2 * np.pi), 3), slowest
     (0.218, 0.218, inf)
     """
+    lengths, _ = _decay(heights, pixel, threshold)
+    return float(lengths.min()), float(lengths.max())
+
+
+def texture(
+    heights: Array, pixel: tuple[float, float], threshold: float = 0.2
+) -> tuple[float, float, float]:
+    """Return autocorrelation length and texture aspect ratio, with what bounds the ratio.
+
+    Parameters
+    ----------
+    heights, pixel, threshold
+        As for `autocorrelation_lengths`.
+
+    Returns
+    -------
+    Sal : float
+        Distance of the fastest decay [m]; NaN if the function decays in no direction.
+    Str : float
+        Sal over the distance of the slowest decay; NaN unless the function decays in every
+        direction within half the map.
+    largest : float
+        The largest value that Str can have: Str itself where it is determined, else Sal over the
+        greatest distance up to which the function was seen to stay above the threshold. NaN where
+        Sal is.
+
+    Raises
+    ------
+    InputError
+        As for `autocorrelation_lengths`.
+
+    References
+    ----------
+    ISO 25178-2:2021, section 4.3
+
+    Examples
+    --------
+    Grooves along y, whose correlation across them falls within 4 of 128 pixels and along them
+    not within the 64 that half of the map shows: the ratio is below 4/64.
+
+    >>> wave = np.cos(2 * np.pi * np.arange(128) / 16) * np.ones((128, 1))
+    >>> Sal, Str, largest = texture(wave, (1.0, 1.0))
+    >>> round(Sal, 1), Str, round(largest, 3)
+    (3.4, nan, 0.054)
+    """
+    lengths, reached = _decay(heights, pixel, threshold)
+    fastest, slowest = float(lengths.min()), float(lengths.max())
+    if not math.isfinite(fastest):
+        return math.nan, math.nan, math.nan
+    determined = math.isfinite(slowest)
+    largest = fastest / max(float(reached.max()), fastest)
+    return fastest, fastest / slowest if determined else math.nan, largest
+
+
+def _decay(heights: Array, pixel: tuple[float, float], threshold: float) -> tuple[Array, Array]:
+    """Return where each ray from zero lag meets the threshold, and how far it stays above it."""
     require_pixel(pixel)
     if not 0 < threshold < 1:
         raise InputError(
@@ -136,9 +192,8 @@ def autocorrelation_lengths(
         )
     function = autocorrelation(heights)
     if np.isnan(function[function.shape[0] // 2, 0]):
-        return math.nan, math.nan
-    lengths = _crossings(function, pixel, threshold)
-    return float(lengths.min()), float(lengths.max())
+        return np.full(1, math.nan), np.full(1, math.nan)
+    return _crossings(function, pixel, threshold)
 
 
 def radial_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array, Array, Array]:
@@ -249,8 +304,13 @@ def _sums_over_pairs(padded: Array, half_y: int, half_x: int) -> Array:
                            sums[: half_y + 1, : half_x + 1]])  # fmt: skip
 
 
-def _crossings(function: Array, pixel: tuple[float, float], threshold: float) -> Array:
-    """Return the distance [m] at which each ray from zero lag meets the threshold, else inf."""
+def _crossings(
+    function: Array, pixel: tuple[float, float], threshold: float
+) -> tuple[Array, Array]:
+    """Return the distances [m] of each ray from zero lag.
+
+    That at which it meets the threshold, else inf, and that up to which it is known to lie above.
+    """
     half_y, half_x = function.shape[0] // 2, function.shape[1] - 1
     # Rays advance by one pixel along the axis they are closer to.
     y, x = _border(half_y, half_x)
@@ -259,6 +319,7 @@ def _crossings(function: Array, pixel: tuple[float, float], threshold: float) ->
     uy, ux = y / reach, x / reach
     stride = np.hypot(uy * pixel[0], ux * pixel[1])
     lengths = np.full(reach.size, math.inf)
+    reached = np.zeros(reach.size)
     live, before = np.arange(reach.size), np.ones(reach.size)
     for step in range(1, max(half_y, half_x) + 1):
         inside = reach[live] >= step
@@ -266,13 +327,14 @@ def _crossings(function: Array, pixel: tuple[float, float], threshold: float) ->
         value = _bilinear(function, half_y + step * uy[live], step * ux[live])
         low = value <= threshold
         crossing = step - (threshold - value[low]) / (before[low] - value[low])
-        lengths[live[low]] = crossing * stride[live[low]]
+        lengths[live[low]] = reached[live[low]] = crossing * stride[live[low]]
         # A ray that runs into lags without enough pairs ends there, undecided.
         high = value > threshold
         live, before = live[high], value[high]
+        reached[live] = step * stride[live]
         if live.size == 0:
             break
-    return lengths
+    return lengths, reached
 
 
 def _border(half_y: int, half_x: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -99,9 +99,10 @@ class Surface:
         -------
         dict
             ``Sq``, ``Sa``, ``Ssk``, ``Sku``, ``Sp``, ``Sv``, ``Sz``, ``Sdq``, ``Sdr``, ``Sal``,
-            ``Str``, ``Sk``, ``Spk``, ``Svk``, ``Smr1``, ``Smr2``, ``Vmp``, ``Vmc``, ``Vvc``,
-            ``Vvv``: see `roughcontact.surface.parameters.summary`. Nothing is leveled or
-            filtered first; missing points are left out.
+            ``Str``, ``Str_max`` (what Str can be at most), ``Sk``, ``Spk``, ``Svk``, ``Smr1``,
+            ``Smr2``, ``Vmp``, ``Vmc``, ``Vvc``, ``Vvv``: see
+            `roughcontact.surface.parameters.summary`. Nothing is leveled or filtered first;
+            missing points are left out.
         """
         return parameters.summary(self.heights, self.pixel)
 
