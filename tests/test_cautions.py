@@ -8,12 +8,14 @@ import pytest
 import xarray
 
 import roughcontact as rc
+from reading import measurement
+from roughcontact.contact import judgment
 from roughcontact.contact.cautions import Caution, Kind, Severity, noted, ordered, warned
 from roughcontact.contact.result import Regime
 from roughcontact.errors import Mention, worded
 from roughcontact.report import regimes
 from roughcontact.report.page import sentence
-from roughcontact.surface import shapes
+from roughcontact.surface import shapes, synthetic
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 PIXEL = (1e-6, 1e-6)
@@ -160,3 +162,48 @@ def test_a_contact_at_the_edge_says_what_it_means_and_what_to_do() -> None:
     assert Mention("boundary", "periodic") in caution.parts
     inner = float(result.pressure[1:-1, 1:-1].sum() / result.pressure.sum())
     assert caution.numbers["edge_load"] == pytest.approx(1 - inner)
+
+
+def rough() -> np.ndarray:
+    waves = {"rms_height": 1e-7, "rolloff_wavelength": 3e-5, "cutoff_wavelength": 4e-6}
+    return synthetic.self_affine((128, 128), PIXEL, **waves, rng=np.random.default_rng(3))
+
+
+def test_spikes_of_a_measurement_are_told_with_what_takes_them_out() -> None:
+    heights = rough()
+    heights[20:30:3, 40] += 1e-5
+    pressed = {"material": STEEL, "load": 0.1, "boundary": "periodic", "ceiling": None}
+    spiky = rc.solve(rc.Surface(heights, PIXEL), **pressed)
+    (caution,) = (c for c in spiky.cautions if c.kind == Kind.SPIKES)
+    assert Mention("outliers", 6.0) in caution.parts
+    assert caution.numbers["kurtosis"] > 20
+    assert caution.numbers["peak"] > 10
+    cleaned = rc.Surface(heights, PIXEL).without_outliers(6.0).filled()
+    sound = rc.solve(cleaned, **pressed)
+    assert Kind.SPIKES not in kinds(sound)
+    # The spikes alone carry a light load.
+    assert sound.contact_fraction > 10 * spiky.contact_fraction
+
+
+def test_pits_and_single_bumps_are_no_spikes() -> None:
+    pitted = rough()
+    pitted[20:30:3, 40] -= 1e-5
+    bump = np.zeros((128, 128))
+    bump[60:64, 60:64] = 1e-6
+    for heights in (rough(), pitted, bump):
+        assert judgment.spikes(rc.Surface(heights, PIXEL)) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "spiky"),
+    [
+        ("sur-2.sur", True), ("metropro-1.dat", True), ("mnt-1.mnt", True),
+        ("wyko_nt1100_test_1.opd", False), ("x3p-2.x3p", False), ("opd-1.opd", False),
+        ("bullet_land_fixed.x3p", False), ("dvd_afm.sur", False), ("uncd_afm.001", False),
+    ],
+)  # fmt: skip
+def test_measured_maps_are_spiky_only_until_their_outliers_are_out(name: str, spiky: bool) -> None:
+    surface = rc.read_surface(measurement(name)).leveled()
+    assert (judgment.spikes(surface) is not None) == spiky
+    if spiky:
+        assert judgment.spikes(surface.without_outliers(6.0).leveled()) is None

@@ -23,6 +23,7 @@ class Kind(StrEnum):
     STRAINS = "strains not small"
     CEILING = "ceiling off the recommended one"
     IMPRINT = "permanent indentation of a ceiling"
+    SPIKES = "spikes of the measurement"
     FILLED = "filled points"
     MISSING = "missing points"
     MEASUREMENT = "lateral resolution of the measurement"

@@ -42,6 +42,20 @@ SHOWN_CONTACT = 0.3
 MANY_FILLED = 0.05
 """Share of a map that is filled from which its numbers are estimates."""
 
+SPIKY_KURTOSIS = 20.0
+"""Kurtosis of heights that no process of manufacture gives.
+
+It is 3 of Gaussian heights, 2 to 10 of machined and worn surfaces, some 15 where deep grooves are
+honed into a plateau; nine real maps have 2 to 5 without their spikes, and 52 to 811 with them.
+"""
+
+SPIKY_PEAK = 10.0
+"""Robust standard deviations that the highest of spiky heights stands above their median.
+
+The highest of 10⁹ Gaussian heights stands 6 above it. Pits make a large kurtosis as well, but do
+not touch.
+"""
+
 _LIMITS = {
     Regime.BEYOND_CEILING: "three times the yield strength",
     Regime.BEYOND_HARDNESS: "the hardness",
@@ -318,6 +332,54 @@ def _shown(result: ContactResult) -> str:
     return "to 3 % on spheres, 9 % on rough maps"
 
 
+def _spikes(result: ContactResult) -> Caution | None:
+    for surface, whose in (
+        (result.surface, "the map"),
+        (result.counter_surface, "the map of the counter-body"),
+    ):
+        found = None if surface is None else spikes(surface)
+        if found is not None:
+            kurtosis, peak = found
+            return careful(
+                Kind.SPIKES,
+                f"the heights of {whose} have a kurtosis of {kurtosis:.3g} (3 if Gaussian, some 2 "
+                f"to 10 of machined surfaces), and the highest stands {peak:.3g} robust standard "
+                "deviations above the median: unless the body has such peaks, spikes of the "
+                "measurement touch in its place; take them out (without_outliers of the map, ",
+                Mention("outliers", 6.0),
+                ") and solve again",
+                kurtosis=kurtosis,
+                peak=peak,
+            )
+    return None
+
+
+def spikes(surface: Surface) -> tuple[float, float] | None:
+    """Return kurtosis and highest peak of a map whose heights look like spikes on a surface.
+
+    Parameters
+    ----------
+    surface : Surface
+        A rough map.
+
+    Returns
+    -------
+    (float, float) or None
+        Sku, and the highest point above the median in robust standard deviations; None where
+        either is that of a surface, or most of the map is flat and hence no measurement.
+    """
+    heights = surface.heights
+    kurtosis = roughness.height_parameters(heights)["Sku"]
+    if not kurtosis > SPIKY_KURTOSIS:
+        return None
+    middle = float(np.nanmedian(heights))
+    deviation = 1.4826 * float(np.nanmedian(np.abs(heights - middle)))
+    if deviation == 0:
+        return None
+    peak = (float(np.nanmax(heights)) - middle) / deviation
+    return (kurtosis, peak) if peak > SPIKY_PEAK else None
+
+
 def _filled(result: ContactResult) -> Caution | None:
     bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
     share = max(filled_share(body) for body in bodies)
@@ -368,6 +430,7 @@ CHECKS = (
         _ceiling,
         lambda r: r.ceiling is not None and not isinstance(r.ceiling, np.ndarray),
     ),
+    Check("spikes of the measurement", _spikes),
     Check("filled points", _filled),
     Check("missing points", _missing),
     Check("checksums of its file", _sealed, lambda r: r.unsealed),

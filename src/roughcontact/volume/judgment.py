@@ -57,7 +57,13 @@ def checked(result: ElastoplasticResult) -> tuple[str, ...]:
     ]  # fmt: skip
     if result.solution.boundary.free_axes:
         subjects.append("contact at the edges of the map")
-    return (*subjects, "size of the spots in pixels", "slopes", "filled and missing points")
+    return (
+        *subjects,
+        "size of the spots in pixels",
+        "slopes",
+        "spikes of the measurement",
+        "filled and missing points",
+    )
 
 
 def slope_under(result: ElastoplasticResult) -> float:
