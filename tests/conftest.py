@@ -1,5 +1,7 @@
 """What the tests share."""
 
+import signal
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,19 @@ import judge
 
 # Scripts for other environments.
 collect_ignore_glob = ["data/*"]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def in_a_terminal():
+    """Children can be interrupted where the tests run in the background or under `nohup`, too."""
+    names = [name for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)]
+    ignored = [n for n in names if signal.getsignal(getattr(signal, n)) is signal.SIG_IGN]
+    for name in ignored:
+        handler = signal.default_int_handler if name == "SIGINT" else signal.SIG_DFL
+        signal.signal(getattr(signal, name), handler)
+    yield
+    for name in ignored:
+        signal.signal(getattr(signal, name), signal.SIG_IGN)
 
 
 @pytest.fixture(scope="session")
