@@ -100,6 +100,15 @@ def drawn(axes: Axes) -> Any:
     return axes.images[0].get_array()
 
 
+def shares(axes: Axes) -> NDArray[np.float64]:
+    """Return what is drawn of each class, (ny, nx, 4): open, elastic, saturated, missing."""
+    names = (style.OPEN, style.ELASTIC, style.SATURATED, style.MISSING)
+    mixing = np.array([[*mpl.colors.to_rgb(name), 1.0] for name in names]).T
+    seen = np.asarray(drawn(axes)) - style.HALF_A_STEP
+    seen = np.concatenate([seen, np.ones((*seen.shape[:-1], 1))], axis=-1)
+    return np.asarray(seen @ np.linalg.inv(mixing).T)
+
+
 def texts(figure: Figure) -> str:
     from matplotlib.text import Text
 
@@ -188,9 +197,9 @@ def test_single_point_of_contact_survives(shape: tuple[int, int]) -> None:
         assert values.count() == len(where)
         assert values.max() == pytest.approx(3)
     (axes,) = maps(plots.contact(result))
-    assert np.count_nonzero(drawn(axes) == 2) == len(where)
+    assert np.count_nonzero(shares(axes)[..., 2] > 0.01) == len(where)
     gap = maps(plots.gap(result))[0]
-    assert gap.images[1].get_array().count() == len(where)
+    assert np.count_nonzero(gap.images[1].get_array()[..., 3] > 0.01) == len(where)
 
 
 @pytest.mark.parametrize("shape", [(1024, 1024), (300, 1100)])
@@ -207,9 +216,77 @@ def test_single_points_reach_the_picture(shape: tuple[int, int]) -> None:
     picture = rendered(figure)
     height = picture.shape[0]
     inside = picture[height - int(box.y1) : height - int(box.y0), int(box.x0) : int(box.x1)]
-    red = mpl.colors.to_rgb(style.SATURATED)
-    _, count = scipy.ndimage.label(np.abs(inside - red).max(axis=2) < 0.02)
+    # A quarter of such a cell is red; ground and frame are grey.
+    _, count = scipy.ndimage.label(inside[..., 0] - inside[..., 2] > 0.05)
     assert count == np.count_nonzero(pressure)
+
+
+def rough(shape: tuple[int, int], missing: NDArray[np.bool_] | None = None) -> ContactResult:
+    """Return a contact of many small spots, 11 % of the map, a third of it saturated."""
+    field = np.random.default_rng(5).normal(size=shape)
+    pressure = np.clip(2.5 * (field - 1.2) * GIGA, 0, 3 * GIGA)
+    return result_of(pressure if missing is None else np.where(missing, 0.0, pressure),
+                     missing=missing)  # fmt: skip
+
+
+@pytest.mark.parametrize("shape", [(1300, 1300), (700, 1900)])
+@pytest.mark.parametrize("holes", [False, True])
+def test_area_in_the_picture_is_area(shape: tuple[int, int], holes: bool) -> None:
+    # Larger than what is drawn, and with cells at the far edges that reach beyond the map.
+    missing = np.zeros(shape, bool)
+    missing[100:163, 200:417] = holes
+    result = rough(shape, missing)
+    touching, saturated = result.contact_fraction, result.saturated_fraction
+    lost = missing.mean()
+    expected = (1 - touching - lost, touching - saturated, saturated, lost)
+    panels = (
+        maps(plots.contact(result))[0],
+        maps(plots.overview(result))[2],
+        maps(plots.comparison([result, result], ["a", "b"]))[2],
+    )
+    for axes in panels:
+        cells = shares(axes)
+        assert cells.shape[0] * cells.shape[1] < result.pressure.size / 4
+        blocks = [-(-n // m) for n, m in zip(shape, cells.shape[:2], strict=True)]
+        points = style.cell_points(shape, (blocks[0], blocks[1]))
+        found = (cells * points[..., None]).sum(axis=(0, 1)) / points.sum()
+        np.testing.assert_allclose(found, expected, atol=1e-9)
+    (axes,) = maps(plots.gap(result))
+    closed = axes.images[1].get_array()[..., 3] - style.HALF_A_STEP
+    blocks = [-(-n // m) for n, m in zip(shape, closed.shape, strict=True)]
+    points = style.cell_points(shape, (blocks[0], blocks[1]))
+    assert (closed * points).sum() / points.sum() == pytest.approx(touching + lost, abs=1e-4)
+
+
+def test_the_rendered_picture_shows_the_share_that_touches() -> None:
+    result = rough((1210, 1210))
+    figure = plots.contact(result)
+    (axes,) = maps(figure)
+    figure.draw_without_rendering()
+    box = axes.get_window_extent().shrunk(0.99, 0.99)
+    picture = rendered(figure)
+    height = picture.shape[0]
+    inside = picture[height - int(box.y1) : height - int(box.y0), int(box.x0) : int(box.x1)]
+    ground, elastic, saturated = (
+        np.array(mpl.colors.to_rgb(c)) for c in (style.OPEN, style.ELASTIC, style.SATURATED)
+    )
+    mixing = np.stack([elastic - ground, saturated - ground]).T
+    found, *_ = np.linalg.lstsq(mixing, inside.mean(axis=(0, 1)) - ground)
+    # The colours are in steps of 1/255.
+    assert found.sum() == pytest.approx(result.contact_fraction, rel=0.03)
+    assert found[1] == pytest.approx(result.saturated_fraction, abs=1e-3)
+
+
+def test_pressures_say_how_much_of_the_picture_they_mark() -> None:
+    result = rough((1300, 1300))
+    figure = plots.pressure(result)
+    (axes,) = maps(figure)
+    cells = style.cell_points(result.pressure.shape, (3, 3))
+    marked = float(cells[~np.ma.getmaskarray(drawn(axes))].sum()) / result.pressure.size
+    assert marked > 2 * result.contact_fraction
+    assert f"marks {percent(marked)} of the picture" in texts(figure)
+    assert f"{percent(result.contact_fraction)} of the map touches" in texts(figure)
+    assert "of the picture" not in texts(plots.pressure(result_of(spotted())))
 
 
 @pytest.mark.parametrize("aspect", [0.05, 0.3, 0.76, 1.0, 1.5, 4.0])
@@ -226,18 +303,30 @@ def test_maps_have_more_dots_than_cells(aspect: float) -> None:
                 assert max(box.width, box.height) >= cells
 
 
-def test_reduction_shows_the_most_severe_class_and_says_so() -> None:
+def test_cells_show_the_classes_in_their_shares_and_say_so() -> None:
     pressure = np.zeros((1200, 1200))
     pressure[0, 0], pressure[0, 1] = 3 * GIGA, GIGA
     pressure[600, 600] = GIGA
     figure = plots.contact(result_of(pressure))
     (axes,) = maps(figure)
-    classes = drawn(axes)
-    assert classes[0, 0] == 2
-    assert classes[300, 300] == 1
-    assert np.count_nonzero(classes) == 2
+    cells = shares(axes)
+    np.testing.assert_allclose(cells[0, 0], [0.5, 0.25, 0.25, 0], atol=0.01)
+    np.testing.assert_allclose(cells[300, 300], [0.75, 0.25, 0, 0], atol=0.01)
+    assert np.count_nonzero(cells[..., 0] < 0.99) == 2
     assert "cells of 2 × 2 points" in texts(figure)
+    assert "in their shares" in texts(figure)
     assert "cells of" not in texts(plots.contact(result_of(spotted())))
+
+
+def test_the_open_gap_of_a_cell_is_that_of_its_open_points() -> None:
+    pressure = np.zeros((1200, 1200))
+    pressure[0, :2] = GIGA
+    result = result_of(pressure)
+    (axes,) = maps(plots.gap(result))
+    values = drawn(axes)
+    expected = result.gap[1, :2].mean() * 1e9
+    assert values[0, 0] == pytest.approx(expected)
+    assert axes.images[1].get_array()[0, 0, 3] == pytest.approx(0.5 + style.HALF_A_STEP)
 
 
 def test_mean_of_cells_passes_over_missing_points() -> None:
@@ -264,7 +353,7 @@ def test_contact_legend_gives_the_shares_of_the_points() -> None:
     assert [text.get_text() for text in legend.get_texts()] == [
         "no contact\n94.50 %", "elastic\n4.00 %", "saturated\n1.00 %", "missing\n0.500 %",
     ]  # fmt: skip
-    assert np.count_nonzero(drawn(axes) == 3) == 12
+    assert np.count_nonzero(shares(axes)[..., 3] > 0.99) == 12
 
 
 def test_classes_differ_in_grey_print() -> None:
@@ -594,7 +683,7 @@ def test_close_up_shows_the_points_of_its_part() -> None:
     )  # fmt: skip
     assert left.get_xlim() == pytest.approx((18, 30))
     assert left.get_ylim() == pytest.approx((30, 18))
-    classes = drawn(right)
+    classes = shares(right).argmax(axis=-1)
     assert classes[3, 6] == 2
     assert classes[2, 6] == 1
     assert classes[0, 0] == 0

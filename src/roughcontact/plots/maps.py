@@ -3,10 +3,11 @@
 Every function returns a `matplotlib.figure.Figure` that belongs to the caller: no pyplot, no
 global state. Maps keep their true aspect, with row 0 at the top as in an image.
 
-A map with more points than a figure has dots is drawn in cells of several points. A cell shows the
-largest pressure, or the most severe class of contact, of its points, so that the smallest spot
-stays visible; spots then look larger than they are, which a note below the map says. Percentages
-and areas are always counted on the points.
+A map with more points than a figure has dots is drawn in cells of several points. Where maps tell
+touching from open points, a cell has the colours of both in their shares of its points: area in the
+picture is area of contact. In a map of the pressure a cell shows the largest of its points, so that
+no peak is lost; a note below it says how much of the picture that marks, and how much touches.
+Percentages and areas are always counted on the points.
 """
 
 from __future__ import annotations
@@ -37,20 +38,23 @@ from roughcontact.plots.style import (
     SERIES,
     TITLE,
     UPRIGHT,
-    cell_any,
     cell_max,
     cell_mean,
     cell_note,
+    cell_points,
+    cell_share,
     cell_size,
     colour_bar,
     draw_map,
     layout,
     legend_below,
     listed,
+    mixed,
     patch_legend,
     plain_axes,
     prefixed,
     prefixed_area,
+    reduced,
     shown_aspect,
     single_axes,
 )
@@ -83,7 +87,7 @@ def surface(surface: Surface) -> Figure:
     figure, axes = single_axes(surface.size, legend=surface.missing > 0)
     drawn = _draw_surface(axes, surface, CELLS_ALONE)
     axes.set_title(f"Surface heights, Sq {engineering(surface.Sq, 'm', 3)}", fontsize=TITLE)
-    cell_note(figure, drawn.cell, "the mean height")
+    cell_note(figure, drawn.cell, "the mean height in it")
     return figure
 
 
@@ -119,7 +123,7 @@ def pressure(result: ContactResult, limit: float | None = None) -> Figure:
         f"{engineering(result.max_pressure, 'Pa', 3)}{doubt(result)}",
         fontsize=TITLE,
     )
-    cell_note(figure, drawn.cell, "the largest pressure")
+    cell_note(figure, drawn.cell, "the largest pressure in it", _marked(result, drawn.cell))
     return figure
 
 
@@ -135,12 +139,13 @@ def contact(result: ContactResult) -> Figure:
     -------
     Figure
         Three classes: no contact, elastic contact, saturated; and a fourth for missing points.
-        The legend gives their shares of the map, counted on the points.
+        A cell of several points has their colours in their shares of it; the legend gives the
+        shares of the map, counted on the points.
     """
     figure, axes = single_axes(result.surface.size, bar=False)
     drawn = _draw_contact(axes, result, CELLS_ALONE)
     axes.set_title(f"Contact at {load_text(result)}{doubt(result)}", fontsize=TITLE)
-    cell_note(figure, drawn.cell, "the most severe class")
+    cell_note(figure, drawn.cell, _IN_SHARES)
     return figure
 
 
@@ -156,16 +161,16 @@ def gap(result: ContactResult) -> Figure:
     -------
     Figure
         Open gap, linear from zero up to the 99.5th percentile; closed points (those with
-        pressure) and missing ones have colours of their own.
+        pressure) and missing ones have colours of their own. Of a cell of several points it is
+        the mean gap of the open ones, covered with the colour of the closed ones in their share.
     """
     from matplotlib import colormaps
 
     figure, axes = single_axes(result.surface.size)
     size = result.surface.size
     blocks = cell_size(result.gap.shape, size, CELLS_ALONE)
-    values = cell_mean(np.maximum(result.gap, 0), blocks)
-    closed = cell_any(result.contact, blocks)
-    values[closed] = np.nan
+    closed = cell_share(result.contact, blocks)
+    values = _open_gap(result, blocks)
     there = values[np.isfinite(values)]
     top = float(np.percentile(there, 99.5)) if there.size else 0.0
     top = top or float(there.max(initial=0.0)) or 1e-9
@@ -173,20 +178,22 @@ def gap(result: ContactResult) -> Figure:
     image = draw_map(axes, values * factor, size, blocks, result.gap.shape)
     image.set_cmap(colormaps["Blues"].with_extremes(bad=MISSING))
     image.set_clim(0, top * factor)
-    marks = draw_map(axes, np.where(closed, 1.0, np.nan), size, blocks, result.gap.shape)
-    marks.set_cmap(listed([CLOSED]))
+    missing = cell_share(np.isnan(result.gap) & ~result.contact, blocks)
+    covered = closed + missing
+    cover = mixed([(MISSING, missing / np.where(covered > 0, covered, 1.0))], CLOSED)
+    draw_map(axes, np.dstack([cover, covered]), size, blocks, result.gap.shape)
     colour_bar(axes, image, f"open gap [{unit}]", "max" if (there > top).any() else "neither")
     entries = [(CLOSED, f"closed {percent(result.contact_fraction)}")]
-    missing = int(np.count_nonzero(np.isnan(result.gap)))
-    if missing:
-        entries.append((MISSING, f"missing {percent(missing / result.gap.size)}"))
+    lost = float(np.count_nonzero(np.isnan(result.gap))) / result.gap.size
+    if lost:
+        entries.append((MISSING, f"missing {percent(lost)}"))
     patch_legend(axes, entries)
     axes.set_title(
         f"Open gap at {load_text(result)}, mean {engineering(result.mean_gap, 'm', 3)}"
         f"{doubt(result)}",
         fontsize=TITLE,
     )
-    cell_note(figure, blocks, "the mean gap, or closed for any closed point")
+    cell_note(figure, blocks, "the mean of its open gap, and its closed share")
     return figure
 
 
@@ -237,7 +244,7 @@ def comparison(
         if column == len(results) - 1:
             _pressure_bar(upper, drawn.image, top, over=over)
         cells.append(_draw_contact(lower, result, CELLS_IN_PANEL).cell)
-    cell_note(figure, max(cells), "the largest pressure or the most severe class")
+    cell_note(figure, max(cells), _PRESSURE_OR_SHARES)
     return figure
 
 
@@ -282,8 +289,8 @@ def overview(result: ContactResult) -> Figure:
     figure.suptitle(
         "  ·  ".join(words) + f"\nregime: {result.regime}", fontsize=TITLE + 1, linespacing=1.4
     )
-    shown = "the mean height, the largest pressure or the most severe class"
-    cell_note(figure, drawn.cell, shown)
+    shown = f"the mean height, {_PRESSURE_OR_SHARES}"
+    cell_note(figure, drawn.cell, shown, _marked(result, pressures.cell))
     return figure
 
 
@@ -340,12 +347,12 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     left.set_title("Contact pressure", fontsize=TITLE)
     gap = result.gap[rows, columns]
     classes = _classes(part > 0, result.saturated[rows, columns], gap, blocks)
-    _colour_classes(draw_map(right, classes, size, blocks, part.shape, corner))
+    draw_map(right, classes, size, blocks, part.shape, corner)
     entries = [(OPEN, "no contact"), (ELASTIC, "elastic"), (SATURATED, "saturated")]
     patch_legend(right, entries + [(MISSING, "missing")] * bool(np.isnan(gap).any()))
     right.set_title("Contact", fontsize=TITLE)
     figure.suptitle(f"Part of the contact at {load_text(result)}{doubt(result)}", fontsize=TITLE)
-    cell_note(figure, blocks, "the largest pressure or the most severe class")
+    cell_note(figure, blocks, _PRESSURE_OR_SHARES)
     return figure
 
 
@@ -468,7 +475,6 @@ def _draw_contact(axes: Axes, result: ContactResult, cells: int) -> _Drawn:
     missing = int(np.count_nonzero(np.isnan(result.gap)))
     classes = _classes(result.contact, result.saturated, result.gap, blocks)
     image = draw_map(axes, classes, size, blocks, shape)
-    _colour_classes(image)
     lost = missing / result.pressure.size
     touching, saturated = result.contact_fraction, result.saturated_fraction
     entries = [
@@ -483,18 +489,37 @@ def _draw_contact(axes: Axes, result: ContactResult, cells: int) -> _Drawn:
 
 
 def _classes(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
-    touching = cell_any(contact, blocks)
-    classes = np.zeros(touching.shape)
-    if np.isnan(gap).any():
-        classes[np.isnan(cell_mean(gap, blocks))] = 3
-    classes[touching] = 1
-    classes[cell_any(saturated, blocks)] = 2
-    return classes
+    """Return the colours of the classes, in their shares of each cell."""
+    shares = [
+        (ELASTIC, cell_share(contact & ~saturated, blocks)),
+        (SATURATED, cell_share(saturated, blocks)),
+        (MISSING, cell_share(np.isnan(gap) & ~contact, blocks)),
+    ]
+    return mixed(shares, OPEN)
 
 
-def _colour_classes(image: AxesImage) -> None:
-    image.set_cmap(listed([OPEN, ELASTIC, SATURATED, MISSING]))
-    image.set_clim(-0.5, 3.5)
+def _open_gap(result: ContactResult, blocks: tuple[int, int]) -> Array:
+    """Return the mean gap of the open points of each cell [m]; NaN where none is open."""
+    gap = result.gap
+    is_open = ~result.contact & np.isfinite(gap)
+    number = reduced(np.add, is_open, blocks, np.float64)
+    total = reduced(np.add, np.where(is_open, np.maximum(gap, 0), 0.0), blocks)
+    mean: Array = np.where(number > 0, total / np.maximum(number, 1), np.nan)
+    return mean
+
+
+_IN_SHARES = "the classes in their shares"
+_PRESSURE_OR_SHARES = f"the largest pressure in it or {_IN_SHARES}"
+
+
+def _marked(result: ContactResult, blocks: tuple[int, int]) -> str:
+    """Say how much of a map of the largest pressures is marked, and how much touches."""
+    cells = cell_max(result.pressure, blocks) > 0
+    marked = float(cell_points(result.pressure.shape, blocks)[cells].sum()) / result.pressure.size
+    return (
+        f"That marks {percent(marked)} of the picture of the pressure, where "
+        f"{percent(result.contact_fraction)} of the map touches."
+    )
 
 
 # Share of the contact that lies within the scale of a pressure map.

@@ -234,7 +234,7 @@ def stress_map(result: StressResult) -> Figure:
         share = percent(float(np.count_nonzero(peak > strength)) / peak.size)
         patch_legend(axes, [(OVER, f"yield strength exceeded below {share} of the map")])
     axes.set_title(_stress_title(result), fontsize=TITLE)
-    cell_note(figure, blocks, "the largest stress")
+    cell_note(figure, blocks, "the largest stress in it")
     return figure
 
 

@@ -44,6 +44,9 @@ MISSING, OPEN, CLOSED, OVER, NEUTRAL = "#c4c4c4", "#f1f1ee", "#d55e00", "#000000
 ELASTIC, SATURATED = "#4aa3df", "#7f0d1b"
 """Light, middle and dark grey when printed without colour; blue and dark red for all eyes."""
 
+HALF_A_STEP = 0.5 / 255
+"""Added to colours that are drawn."""
+
 SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 """Okabe and Ito's colours for all kinds of colour vision, darkest first."""
 
@@ -131,9 +134,32 @@ def cell_max(values: Array, blocks: tuple[int, int]) -> Array:
     return reduced(np.maximum, values, blocks)
 
 
-def cell_any(mask: Mask, blocks: tuple[int, int]) -> Mask:
-    """Return whether any point of each cell is marked."""
-    return reduced(np.logical_or, mask, blocks)
+def cell_points(shape: tuple[int, ...], blocks: tuple[int, int]) -> Array:
+    """Return how many points each cell has; the last ones may have fewer."""
+    rows, columns = (
+        np.diff([*range(0, points, block), points])
+        for points, block in zip(shape, blocks, strict=True)
+    )
+    return np.outer(rows, columns).astype(np.float64)
+
+
+def cell_share(mask: Mask, blocks: tuple[int, int]) -> Array:
+    """Return the share of the points of each cell that are marked."""
+    marked = np.asarray(reduced(np.add, mask, blocks, np.float64), dtype=np.float64)
+    return marked / cell_points(mask.shape, blocks)
+
+
+def mixed(shares: Sequence[tuple[str, Array]], ground: str) -> Array:
+    """Return colours in their shares of each cell, over a ground: red, green, blue along the end.
+
+    The mean of the picture is then that of the points, whatever the size of the cells.
+    """
+    from matplotlib.colors import to_rgb
+
+    found = np.full((*shares[0][1].shape, 3), to_rgb(ground))
+    for colour, share in shares:
+        found += share[..., None] * (np.array(to_rgb(colour)) - to_rgb(ground))
+    return np.clip(found, 0.0, 1.0)
 
 
 def cell_mean(values: Array, blocks: tuple[int, int]) -> Array:
@@ -143,11 +169,7 @@ def cell_mean(values: Array, blocks: tuple[int, int]) -> Array:
     there = np.isfinite(values)
     count = reduced(np.add, there, blocks, np.float64)
     total = reduced(np.add, values if there.all() else np.where(there, values, 0.0), blocks)
-    rows, columns = (
-        np.diff([*range(0, points, block), points])
-        for points, block in zip(values.shape, blocks, strict=True)
-    )
-    most = np.outer(rows, columns)
+    most = cell_points(values.shape, blocks)
     mean: Array = np.where(2 * count > most, total / np.maximum(count, 1), np.nan)
     return mean
 
@@ -162,6 +184,7 @@ def draw_map(
 ) -> AxesImage:
     """Draw a map in cells, true to scale, with axes in metres.
 
+    The values of a cell are one that takes a colour of a scale, or red, green, blue and opacity.
     Size and shape are those of the part that is drawn, which begins at the corner.
     """
     factor, unit = prefixed(max(size), "m")
@@ -170,8 +193,11 @@ def draw_map(
     # Cells at the far edges may reach beyond the map; the limits cut them off.
     bottom = top + values.shape[0] * blocks[0] * height / shape[0]
     right = left + values.shape[1] * blocks[1] * width / shape[1]
+    # Matplotlib cuts colours off to steps of 1/255, which would shift their mean: half a step more
+    # has them rounded.
+    coloured = values.ndim == 3
     image = axes.imshow(
-        np.ma.masked_invalid(values),
+        np.minimum(values + HALF_A_STEP, 1.0) if coloured else np.ma.masked_invalid(values),
         extent=(left, right, bottom, top),
         interpolation="nearest",
         aspect="equal",
@@ -291,12 +317,13 @@ def legend_below(axes: Axes, columns: int = 1) -> None:
     )
 
 
-def cell_note(figure: Figure, cell: tuple[int, int], shown: str) -> None:
+def cell_note(figure: Figure, cell: tuple[int, int], shown: str, more: str = "") -> None:
     """Say below a figure what its cells show; nothing where a cell is a point."""
     if cell == (1, 1):
         return
+    text = f"Drawn in cells of {cell[0]} × {cell[1]} points (y × x): a cell shows {shown}."
     figure.supxlabel(
-        f"Drawn in cells of {cell[0]} × {cell[1]} points (y × x): a cell shows {shown} in it.",
+        f"{text}\n{more}" if more else text,
         fontsize=NOTE,
         color=NEUTRAL,
     )

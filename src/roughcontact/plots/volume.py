@@ -24,9 +24,9 @@ from roughcontact.plots.style import (
     SERIES,
     TICK,
     TITLE,
-    cell_any,
     cell_mean,
     cell_note,
+    cell_share,
     cell_size,
     colour_bar,
     draw_map,
@@ -98,7 +98,8 @@ def residual_displacement(result: ElastoplasticResult) -> Figure:
         image.set_cmap(listed(colormaps["RdBu_r"](np.linspace(0.5, 1, 256))))
         image.set_clim(0, top)
     colour_bar(axes, image, f"residual displacement [{unit}]", "neither")
-    touching = cell_any(contact.contact, blocks)
+    # A cell lies inside the line if half of it touches: the line then encloses about the area.
+    touching = cell_share(contact.contact, blocks) >= 0.5
     length, _ = prefixed(max(size), "m")
     y, x = (
         np.append(np.arange(0, points, block), points) * edge * length
@@ -107,7 +108,7 @@ def residual_displacement(result: ElastoplasticResult) -> Figure:
     outline(axes, touching, y, x, NEUTRAL)
     largest = engineering(float(values.max()), "m", 3)
     axes.set_title(f"Residual displacement, up to {largest}{doubt(result)}", fontsize=TITLE)
-    cell_note(figure, blocks, "the mean displacement")
+    cell_note(figure, blocks, "the mean displacement in it")
     return figure
 
 
