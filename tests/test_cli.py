@@ -714,6 +714,22 @@ def test_a_closed_pipe_is_quiet(rough: Path) -> None:
 # Measured files
 
 
+def test_a_wrong_size_in_a_file_is_replaced(rough: Path, tmp_path: Path, capsys: Capture) -> None:
+    path = tmp_path / "wrong.nc"
+    roughcontact.read_surface(rough, unit="um", size=(1e-2, 2e-2)).save(path)
+    size = ("--size", "0.1 mm x 0.2 mm")
+    words = ("--load", "1 N", *STEEL)
+    refused(capsys, app.main(["solve", str(path), *words, *size]), "--override-size as well")
+    refused(capsys, app.main(["solve", str(path), *words, "--override-size"]), "needs a FILE")
+    command = ["solve", str(path), *words, *size, "--override-size"]
+    assert app.main(command) == app.SOLVED
+    told = " ".join(capsys.readouterr().out.split())
+    assert "size (y × x) 100 µm × 200 µm" in told
+    assert "10 mm × 20 mm, as the file gives them" in told
+    assert app.main(["info", str(path), *size, "--override-size", "--json"]) == app.SOLVED
+    assert json.loads(capsys.readouterr().out)["size"] == pytest.approx([1e-4, 2e-4])
+
+
 def test_info_tells_size_and_roughness(holed: Path, capsys: Capture) -> None:
     assert app.main(["info", str(holed), *SCALE, "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)

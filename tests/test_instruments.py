@@ -1,4 +1,5 @@
 import itertools
+import struct
 import sys
 import warnings
 from decimal import Decimal
@@ -8,11 +9,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import vendors
 from reading import HEIGHTS, measurement, needs_reader, refused, write
 from roughcontact.errors import InputError
 from roughcontact.formats import instruments
 from roughcontact.formats.read import SUFFIXES, channels, read_surface
 from roughcontact.formats.source import Channel
+from roughcontact.report import script
 
 # Measured files: the table of shared/measurements/README.md, in µm, columns × rows
 
@@ -104,6 +107,26 @@ def test_unit_and_size_in_the_file_are_not_overruled() -> None:
     path = measurement("opd-1.opd")
     refused(path, "gives its unit itself", unit="um", kind=InputError)
     refused(path, "gives its size itself", size="1 mm x 1 mm", kind=InputError)
+
+
+@needs_reader
+def test_a_size_a_million_times_too_large_is_replaced(tmp_path: Path) -> None:
+    content, _, _ = vendors.nms()
+    path = write(tmp_path, "map.nms", content)
+    sound = read_surface(path)
+    for old, axis in ((1e3 * vendors.PIXEL[1], 1), (1e3 * vendors.PIXEL[0], 0)):
+        content = content.replace(
+            struct.pack("<d", old), struct.pack("<d", 1e9 * vendors.PIXEL[axis])
+        )
+    path = write(tmp_path, "map.nms", content)
+    refused(path, "sides (y, x) of 30 m × 44 m", 'size="0.1 mm x 0.2 mm" and override_size=True')
+    refused(path, "leave out size", size="30 um x 44 um", kind=InputError)
+    surface = read_surface(path, size="30 um x 44 um", override_size=True)
+    assert surface.pixel == pytest.approx(sound.pixel)
+    np.testing.assert_array_equal(surface.heights, sound.heights)
+    (step,) = surface.provenance.steps
+    assert "30 m × 44 m, as the file gives them, replaced by 30 µm × 44 µm" in step
+    assert 'size="30 um x 44 um", override_size=True)' in script.preparing(surface)
 
 
 @needs_reader

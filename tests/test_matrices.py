@@ -7,6 +7,7 @@ from reading import HEIGHTS, refused, write
 from roughcontact.errors import InputError
 from roughcontact.formats.read import channels, read_surface
 from roughcontact.formats.source import Channel
+from roughcontact.surface import provenance
 
 TEXTS = {
     "comma": "0,1,2,3\n4,nan,6,7\n8,9,10,11.5\n",
@@ -191,6 +192,40 @@ def test_a_head_that_comes_later_is_a_remark(tmp_path: Path) -> None:
 def test_a_matrix_with_a_head_is_no_list_of_points(tmp_path: Path) -> None:
     text = "".join(f"{x} {y} 0.5\n" for y in range(3) for x in range(4))
     assert read_surface(write(tmp_path, "map.csv", HEAD + text)).shape == (12, 3)
+
+
+@pytest.mark.parametrize("falling", [False, True])
+def test_a_profile_is_no_map(tmp_path: Path, falling: bool) -> None:
+    x = np.arange(400.0)[:: -1 if falling else 1]
+    profile = np.column_stack([x, np.sin(x)])
+    words = ("looks like a profile, 400 points x, z", "equal rows", 'boundary="periodic-y"')
+    for name, points in (("rows", profile), ("columns", profile.T)):
+        np.savetxt(tmp_path / f"{name}.txt", points)
+        np.save(tmp_path / f"{name}.npy", points)
+        for path in (tmp_path / f"{name}.txt", tmp_path / f"{name}.npy"):
+            refused(path, path.name, *words, unit="um", size="1 mm x 2 um")
+    # A narrow map that is one keeps to be read, and so does one that says so.
+    np.save(tmp_path / "map.npy", np.sin(profile))
+    assert read_surface(tmp_path / "map.npy", unit="nm", size="1 mm x 5 um").shape == (400, 2)
+    head = HEAD + "\n".join(f"{a} {b}" for a, b in profile)
+    assert read_surface(write(tmp_path, "map.csv", head)).shape == (400, 2)
+    assert channels(tmp_path / "map.csv")[0].shape == (400, 2)
+
+
+def test_a_size_that_the_file_has_wrong_is_replaced_and_told(tmp_path: Path) -> None:
+    path = write(tmp_path, "map.csv", HEAD + TEXTS["semicolon"])
+    refused(path, "leave out size", "override_size=True", size=(6e-6, 4e-6), kind=InputError)
+    refused(path, "override_size needs a size", override_size=True, kind=InputError)
+    surface = read_surface(path, size="3 um x 8 um", override_size=True)
+    assert surface.pixel == pytest.approx((1e-6, 2e-6))
+    (step,) = surface.provenance.steps
+    assert step == ("read: sides of 6 µm × 4 µm, as the file gives them, replaced by 3 µm × 8 µm")
+    # The size is a measure of the map: heights keep the unit of the file.
+    np.testing.assert_array_equal(surface.heights, read_surface(path).heights)
+    assert provenance.from_text(provenance.to_text(surface.provenance)) == surface.provenance
+    again = tmp_path / "map.nc"
+    surface.save(again)
+    assert read_surface(again, size="1 um x 1 um", override_size=True).size == (1e-6, 1e-6)
 
 
 def test_numpy_archive_with_unit_and_pixel(tmp_path: Path) -> None:

@@ -417,8 +417,9 @@ def _info(file: Path | str | None, given: Given) -> None:
     from roughcontact.report import inputs
     from roughcontact.report.quantities import stored
 
-    reading = (given.get(name) for name in ("format", "channel", "unit", "size"))
-    surface, channels = read.read_with_channels(str(file), *reading)
+    names = ("format", "channel", "unit", "size", "override-size")
+    reading = {name.replace("-", "_"): given[name] for name in names if name in given}
+    surface, channels = read.read_with_channels(str(file), **reading)
     measured = inputs.measured(surface)
     if "json" in given:
         listed = [

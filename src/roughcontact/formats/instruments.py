@@ -18,7 +18,13 @@ from numpy.typing import NDArray
 from roughcontact import hdf5, limits
 from roughcontact.errors import FormatError, InputError, Mention, RoughcontactError
 from roughcontact.formats import archives, metrology
-from roughcontact.formats.scale import in_metres, is_length, pixel_of, refuse_given, unit_in_metres
+from roughcontact.formats.scale import (
+    asked_pixel,
+    in_metres,
+    is_length,
+    refuse_unit,
+    unit_in_metres,
+)
 from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
@@ -104,11 +110,10 @@ def read(path: Path, name: str, asked: Asked) -> Surface:
         _check_grid(path, described)
         asked.expect(described.shape)
         if described.unit:
-            refuse_given(path, unit=asked.unit)
-        if entry.physical_sizes is not None:
-            refuse_given(path, size=asked.size)
+            refuse_unit(path, asked)
         metre = unit_in_metres(path, described.unit or asked.unit)
-        topography, pixel = _sized(path, entry, described, asked, metre)
+        topography, stated = _sized(entry, metre)
+        pixel = asked_pixel(path, stated, described.shape, asked)
         values = np.ma.filled(np.ma.asarray(topography.heights(), dtype=np.float64), np.nan)
         contradiction = _contradiction(path, name, entry, values)
         if contradiction:
@@ -123,7 +128,7 @@ def read(path: Path, name: str, asked: Asked) -> Surface:
         instrument=instrument,
         channel=described.name if len(found) > 1 else "",
     )
-    return surface_of(path, heights, pixel, provenance, metre)
+    return surface_of(path, heights, pixel, provenance, metre, stated)
 
 
 def channels(path: Path, name: str) -> tuple[Channel, ...]:
@@ -132,16 +137,11 @@ def channels(path: Path, name: str) -> tuple[Channel, ...]:
         return tuple(_described(path, entry) for entry in reader.channels)
 
 
-def _sized(
-    path: Path, entry: Any, described: Channel, asked: Asked, metre: float
-) -> tuple[Any, tuple[float, float]]:
-    """Return SurfaceTopography's map of a channel, and its pixel [m]."""
+def _sized(entry: Any, metre: float) -> tuple[Any, tuple[float, float] | None]:
+    """Return SurfaceTopography's map of a channel, and the pixel [m] that its file gives."""
     if entry.physical_sizes is None:
-        ny, nx = described.shape
         # Any size will do for the reader; ours is in metres whatever its unit.
-        return entry.topography(physical_sizes=(1.0, 1.0)), pixel_of(
-            asked.size, (ny, nx), path.name
-        )
+        return entry.topography(physical_sizes=(1.0, 1.0)), None
     topography = entry.topography()
     along_x, along_y = (float(edge) for edge in topography.pixel_size)
     return topography, (along_y * metre, along_x * metre)

@@ -18,7 +18,7 @@ from roughcontact import limits, units
 from roughcontact.errors import FormatError, InputError, Mention
 from roughcontact.formats import numpy_files
 from roughcontact.formats.numpy_files import Arrays
-from roughcontact.formats.scale import in_metres, pixel_of, refuse_given, unit_in_metres
+from roughcontact.formats.scale import asked_pixel, in_metres, refuse_unit, unit_in_metres
 from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
@@ -55,7 +55,8 @@ def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
     stated = _head_of_text(path)
     quantity, unit = stated.get("quantity", ""), stated.get("unit", "")
     is_height = not stated or quantity == "height"
-    return (Channel(quantity, unit, is_height, _read_text(path)[0].shape),)
+    values, _ = _read_text(path, points_possible=not stated)
+    return (Channel(quantity, unit, is_height, values.shape),)
 
 
 def read_arrays(path: Path, name: str, asked: Asked) -> Surface:
@@ -68,7 +69,10 @@ def read_arrays(path: Path, name: str, asked: Asked) -> Surface:
     limits.require_points(path.name, head.shape, _EACH)
     asked.expect(head.shape)
     provenance = Provenance(path.name, f"matrix ({name})", channel)
-    return _scaled(path, arrays.read(channel), provenance, scale, asked)
+    values = arrays.read(channel)
+    if scale is None:
+        _refuse_points(path, values)
+    return _scaled(path, values, provenance, scale, asked)
 
 
 def array_channels(path: Path, name: str) -> tuple[Channel, ...]:
@@ -93,13 +97,12 @@ def _scaled(
     """Return the map of numbers whose scale the file states, or whoever reads it."""
     _require_map(path, values.shape, values.dtype)
     if scale is None:
-        metre = unit_in_metres(path, asked.unit)
-        ny, nx = values.shape
-        pixel = pixel_of(asked.size, (ny, nx), path.name)
+        metre, stated = unit_in_metres(path, asked.unit), None
     else:
-        refuse_given(path, unit=asked.unit, size=asked.size)
-        metre, pixel = scale
-    return surface_of(path, in_metres(values, metre), pixel, provenance, metre)
+        refuse_unit(path, asked)
+        metre, stated = scale
+    pixel = asked_pixel(path, stated, values.shape, asked)
+    return surface_of(path, in_metres(values, metre), pixel, provenance, metre, stated)
 
 
 @contextlib.contextmanager
@@ -254,7 +257,7 @@ def _judged(
         # all of them.
         steps += ("read: the last row has no line end; check that the file was not cut off",)
     if points_possible:
-        _refuse_point_list(path, matrix)
+        _refuse_points(path, matrix)
     return matrix, steps
 
 
@@ -301,7 +304,15 @@ def _comma_error(path: Path, word: str, number: int) -> FormatError:
     )
 
 
-def _refuse_point_list(path: Path, matrix: Array) -> None:
+def _refuse_points(path: Path, matrix: NDArray[Any]) -> None:
+    """Refuse coordinates beside the heights, which would pass for heights of a narrow map."""
+    for pairs in (matrix, matrix.T):
+        if pairs.shape[1] == 2 and pairs.shape[0] >= 9 and any(map(_advances, pairs.T)):
+            raise FormatError(
+                f"{path.name} looks like a profile, {pairs.shape[0]} points x, z: what is pressed "
+                "is a map; for a body that is the same all along y write the heights alone, as "
+                "several equal rows, and solve with ", Mention("boundary", "periodic-y"),
+            )  # fmt: skip
     # Three columns of which two count through a grid would pass for a narrow map.
     if matrix.shape[1] == 3 and matrix.shape[0] >= 9:
         first, second = (np.unique(matrix[:, column]).size for column in (0, 1))
@@ -310,3 +321,9 @@ def _refuse_point_list(path: Path, matrix: Array) -> None:
                 f"{path.name} looks like a list of points x, y, z; write the heights as a matrix "
                 "with one row of the map per line"
             )
+
+
+def _advances(values: NDArray[Any]) -> bool:
+    """Return whether numbers only rise, or only fall."""
+    steps = np.diff(values.astype(np.float64))
+    return bool((steps > 0).all() or (steps < 0).all())

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from roughcontact import limits, netcdf
 from roughcontact.contact.archive import surface_to_dataset
 from roughcontact.errors import FormatError, RoughcontactError
-from roughcontact.formats.scale import refuse_given
+from roughcontact.formats.scale import asked_pixel, refuse_unit
 from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
@@ -45,7 +45,7 @@ def save(surface: Surface, path: str | os.PathLike[str]) -> None:
 
 def read(path: Path, name: str, asked: Asked) -> Surface:
     """Return the variable ``height`` [m] over ``y`` and ``x`` [m] of a NetCDF file."""
-    refuse_given(path, unit=asked.unit, size=asked.size)
+    refuse_unit(path, asked)
     return _map(path, asked)
 
 
@@ -93,7 +93,9 @@ def _map(path: Path, asked: Asked) -> Surface:
             f"{path.name} has neither attributes pixel_y and pixel_x [m] nor evenly spaced "
             f"coordinates y and x; {expected}"
         ) from None
-    return surface_of(path, values, pixel, Provenance(path.name, "roughcontact NetCDF"))
+    chosen = asked_pixel(path, pixel, values.shape, asked)
+    about = Provenance(path.name, "roughcontact NetCDF")
+    return surface_of(path, values, chosen, about, stated=pixel)
 
 
 def _spacing(centres: Array) -> float:

@@ -43,6 +43,7 @@ def read_surface(
     channel: str | int | None = None,
     unit: str | None = None,
     size: tuple[float, float] | str | None = None,
+    override_size: bool = False,
 ) -> Surface:
     """Read a height map from a file.
 
@@ -62,7 +63,11 @@ def read_surface(
         an instrument file gives lengths of its sides but no unit, they are in this unit as well.
     size : (float, float) or str, optional
         Lengths of the sides ``(y, x)`` [m], or as text in the same order, ``"0.1 mm x 0.2 mm"``;
-        one length for a square grid. For files that do not give it, and only these.
+        one length for a square grid. For files that do not give it, and only these unless
+        ``override_size``.
+    override_size : bool
+        Whether ``size`` counts although the file gives one itself, as is needed where that is
+        wrong; the provenance keeps both.
 
     Returns
     -------
@@ -94,7 +99,7 @@ def read_surface(
     that the reader would take as 1 (opd).
     """
     with _opened(path, format) as (file, known):
-        return _read(file, known, format, Asked(channel, unit, size))
+        return _read(file, known, format, Asked(channel, unit, size, override_size))
 
 
 def read_announced(
@@ -104,12 +109,13 @@ def read_announced(
     channel: str | int | None = None,
     unit: str | None = None,
     size: tuple[float, float] | str | None = None,
+    override_size: bool = False,
 ) -> Surface:
     """Return what `read_surface` does, of a file whose size may be refused before it is read.
 
     Parameters
     ----------
-    path, format, channel, unit, size
+    path, format, channel, unit, size, override_size
         As in `read_surface`.
     announced : callable
         ``announced((ny, nx))`` is called with the points that the header names; what it raises
@@ -126,7 +132,7 @@ def read_announced(
         As in `read_surface`.
     """
     with _opened(path, format) as (file, known):
-        return _read(file, known, format, Asked(channel, unit, size, announced))
+        return _read(file, known, format, Asked(channel, unit, size, override_size, announced))
 
 
 def read_with_channels(
@@ -135,12 +141,13 @@ def read_with_channels(
     channel: str | int | None = None,
     unit: str | None = None,
     size: tuple[float, float] | str | None = None,
+    override_size: bool = False,
 ) -> tuple[Surface, tuple[Channel, ...]]:
     """Return what `read_surface` and `channels` do, of a pipe as well, which can be read once.
 
     Parameters
     ----------
-    path, format, channel, unit, size
+    path, format, channel, unit, size, override_size
         As in `read_surface`.
 
     Returns
@@ -156,7 +163,7 @@ def read_with_channels(
         As in `read_surface`.
     """
     with _opened(path, format) as (file, known):
-        surface = _read(file, known, format, Asked(channel, unit, size))
+        surface = _read(file, known, format, Asked(channel, unit, size, override_size))
         return surface, known.channels(file, known.name)
 
 
@@ -196,13 +203,18 @@ def _opened(path: str | os.PathLike[str], wanted: str | None) -> Iterator[tuple[
 
 def _read(file: Path, known: InputFormat, wanted: str | None, asked: Asked) -> Surface:
     """Return the map in a file, with how it was read in its provenance."""
+    if asked.override_size and asked.size is None:
+        raise InputError("needs a ", Mention("size"), argument="override_size")
     surface = known.read(file, known.name, asked)
     check_scale(file, surface)
     said = {"channel": asked.channel, "unit": asked.unit, "size": asked.size}
+    if asked.override_size:
+        said["override_size"] = True
     given = {"path": file.name, "format": wanted, **said}
     about = surface.provenance
     read = {} if about.origin is None else about.origin.found
-    found = {"format": known.name, "size": surface.size, "notes": about.steps, **read}
+    notes = replace(about, origin=None).steps
+    found = {"format": known.name, "size": surface.size, "notes": notes, **read}
     origin = Operation("read_surface", given, found)
     return replace(surface, provenance=replace(about, origin=origin, operations=()))
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from roughcontact import units
 from roughcontact.errors import FormatError, InputError, Mention
+from roughcontact.formats.source import Asked
 from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
@@ -26,13 +27,49 @@ _PIXEL_RANGE = (1e-12, 1e-2)
 _HEIGHT_OVER_SIDE = 100.0
 
 
-def refuse_given(path: Path, **given: object) -> None:
-    """Raise `InputError` where something is given that a file says itself."""
-    for name, value in given.items():
-        if value is not None:
-            raise InputError(
-                f"{path.name} gives its {name} itself; leave out ", Mention(name, value)
-            )
+def refuse_unit(path: Path, asked: Asked) -> None:
+    """Raise `InputError` where a unit is given that a file says itself."""
+    if asked.unit is not None:
+        raise InputError(
+            f"{path.name} gives its unit itself; leave out ", Mention("unit", asked.unit)
+        )
+
+
+def asked_pixel(
+    path: Path, stated: tuple[float, float] | None, shape: tuple[int, ...], asked: Asked
+) -> tuple[float, float]:
+    """Return the pixel of a map, from its file or from whoever reads it.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    stated : (float, float) or None
+        Pixel edges ``(dy, dx)`` [m] that it gives.
+    shape : (int, int)
+        Points ``(ny, nx)``.
+    asked : Asked
+        What is said of it.
+
+    Returns
+    -------
+    (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+
+    Raises
+    ------
+    InputError
+        If both give a size and that of the file is not to be overridden, or neither gives one.
+    """
+    if stated is not None and asked.size is None:
+        return stated
+    if stated is not None and not asked.override_size:
+        raise InputError(
+            f"{path.name} gives its size itself; leave out ", Mention("size", asked.size),
+            ", or give ", Mention("override_size", True), " as well if the file is wrong",
+        )  # fmt: skip
+    ny, nx = shape
+    return pixel_of(asked.size, (ny, nx), path.name)
 
 
 def unit_in_metres(path: Path, unit: str | None) -> float:
@@ -129,8 +166,10 @@ def check_scale(path: Path, surface: Surface) -> None:
             first, second = (units.engineering(value, "m") for value in values)
             raise FormatError(
                 f"{path.name} was read with {name} of {first} × {second}, which is outside "
-                f"{units.engineering(low, 'm')} to {units.engineering(high, 'm')}; {what}"
-            )
+                f"{units.engineering(low, 'm')} to {units.engineering(high, 'm')}; {what}, or "
+                "replace a size that the file has wrong by ", Mention("size", "0.1 mm x 0.2 mm"),
+                " and ", Mention("override_size", True),
+            )  # fmt: skip
     top, bottom = float(np.nanmax(surface.heights)), float(np.nanmin(surface.heights))
     span = top - bottom
     if span > _HEIGHT_OVER_SIDE * max(surface.size):

@@ -46,13 +46,15 @@ class Channel:
 class Asked:
     """What is said of a file beside its name; see `roughcontact.read_surface`.
 
-    ``announced`` is called with the points ``(ny, nx)`` that the header of a file names, before
-    its heights are read, and may refuse them; text has no header, and is judged once it is read.
+    ``override_size`` says that ``size`` counts where the file gives one as well. ``announced`` is
+    called with the points ``(ny, nx)`` that the header of a file names, before its heights are
+    read, and may refuse them; text has no header, and is judged once it is read.
     """
 
     channel: str | int | None = None
     unit: str | None = None
     size: tuple[float, float] | str | None = None
+    override_size: bool = False
     announced: Callable[[tuple[int, int]], None] | None = None
 
     def expect(self, shape: tuple[int, ...]) -> None:
@@ -116,9 +118,16 @@ def surface_of(
     pixel: tuple[float, float],
     provenance: Provenance,
     metre: float = 1.0,
+    stated: tuple[float, float] | None = None,
 ) -> Surface:
-    """Return a map, or complain of the file that it is from; ``metre`` is the file's unit [m]."""
-    origin = Operation("read_surface", {"path": path.name}, {"unit": metre})
+    """Return a map, or complain of the file that it is from.
+
+    ``metre`` is the file's unit [m], ``stated`` the pixel [m] that it gives, if it gives one.
+    """
+    found: dict[str, object] = {"unit": metre}
+    if stated is not None and stated != pixel:
+        found["stated_size"] = [n * edge for n, edge in zip(heights.shape, stated, strict=True)]
+    origin = Operation("read_surface", {"path": path.name}, found)
     try:
         return Surface(heights, pixel, replace(provenance, origin=origin))
     except InputError as error:

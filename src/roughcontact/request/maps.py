@@ -36,7 +36,7 @@ def surfaces(request: Request, say: Say) -> list[Surface]:
     form = request["body"]
     for path in request.inputs:
         say(f"reading {path.name}")
-        reading = (request[name] for name in ("format", "channel", "unit", "size"))
+        reading = (request[name] for name in ("format", "channel", "unit", "size", "override-size"))
         fits = partial(memory.require_prepared, request)
         maps.append(_prepared(request, read.read_announced(path, fits, *reading), path))
     if request.file is None:

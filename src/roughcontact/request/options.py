@@ -121,6 +121,11 @@ OPTIONS = (
         parsing.words, fits=(*TASKS, INFO),
     ),
     Option(
+        "override-size", MAP, "",
+        "Take --size though the file gives one, where that is wrong; the preparation records both.",
+        fits=(*TASKS, INFO), default=False,
+    ),
+    Option(
         "tip-radius", MAP, "LENGTH",
         'Radius of the tip of a scanning probe, such as "10 nm", to tell below which scale the map '
         "shows the tip.", LENGTH,

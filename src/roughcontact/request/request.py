@@ -169,6 +169,10 @@ class Request:
                 ", ", Mention("points"), " and ", Mention("size"),
                 " for a nominal body without roughness", argument="file",
             )  # fmt: skip
+        if self["override-size"] and (self.file is None or self["size"] is None):
+            raise InputError(
+                "needs a ", Mention("file"), " and a ", Mention("size"), argument="override_size"
+            )
         if self.file is not None and self["points"] is not None:
             raise InputError(
                 "goes with a nominal ", Mention("body"), " without ", Mention("file"), "; see ",

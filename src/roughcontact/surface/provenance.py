@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from roughcontact.units import engineering
+
 NOTE = "note"
 """Method of an `Operation` that is known by a sentence only, and hence cannot be repeated."""
 
@@ -210,6 +212,12 @@ _Words = Callable[[_Said, _Said], tuple[str, ...]]
 
 def _read(given: _Said, found: _Said) -> tuple[str, ...]:
     notes: tuple[str, ...] = found.get("notes", ())
+    if "stated_size" in found:
+        stated, size = (
+            " × ".join(engineering(side, "m") for side in found[name])
+            for name in ("stated_size", "size")
+        )
+        notes += (f"read: sides of {stated}, as the file gives them, replaced by {size}",)
     return notes
 
 
