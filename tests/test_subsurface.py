@@ -183,7 +183,7 @@ def test_memory_estimate_is_what_is_allocated(boundary, precision, friction):
     pressure[100:180, 100:250] = 1e9
     tracemalloc.start()
     stress_summary.summarise(
-        pressure, PIXEL, 0.3, depths=[1e-7, 3e-5, 2e-4], direction=0.5, workers=1, **options
+        pressure, PIXEL, 0.3, depths=[0.0, 1e-7, 3e-5, 2e-4], direction=0.5, workers=1, **options
     )
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()

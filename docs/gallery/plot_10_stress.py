@@ -59,7 +59,7 @@ figure.colorbar(image, ax=panels, label="von Mises stress / $p_H$")
 
 # %%
 # Friction pulls the maximum towards the surface and to the side of the traction: from a coefficient
-# of about one third on first yield happens at the surface itself.
+# of 0.31 on first yield happens at the surface itself, at the trailing rim.
 #
 # First yield
 # -----------

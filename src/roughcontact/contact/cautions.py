@@ -29,7 +29,7 @@ class Kind(StrEnum):
     MEASUREMENT = "lateral resolution of the measurement"
     BEYOND_YIELD = "stress beyond the yield strength"
     DEEPEST = "largest stress at the greatest depth"
-    SHALLOW = "largest stress within two pixels of the surface"
+    SHALLOW = "largest stress near the surface"
     PLASTIC_EDGE = "plastic strain at the edge of the volume"
     PLASTIC_BOTTOM = "plastic strain in the lowest layer"
     UNSEALED = "file without checksums"

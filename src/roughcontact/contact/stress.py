@@ -30,6 +30,11 @@ _OF_THE_RESOLUTION = (
     "the largest stress lies within two pixels of the surface: it is one of the "
     "resolution of the map"
 )
+_AT_THE_SURFACE = (
+    "the largest stress lies at the surface: at the rim of a spot that slides it is right to 1 % "
+    "from 20 pixels a radius on, to 6 % at 6 pixels, and one of the resolution of the map below"
+)
+_NOT_SHALLOW_ENOUGH = "the largest stress lies at the least depth: look nearer to the surface"
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +101,7 @@ class StressResult:
 
     @property
     def place(self) -> tuple[float, float, float]:
-        """Where it is: depth, y and x [m], counted from the corner of the map."""
+        """Where it is: depth, y and x of its pixel [m], counted from the corner of the map."""
         (row, column), (dy, dx) = self.profile.pixel_of_max, self.solution.surface.pixel
         return self.profile.depth_of_max, (row + 0.5) * dy, (column + 0.5) * dx
 
@@ -123,9 +128,19 @@ class StressResult:
         if self.max_von_mises > 0 and self.profile.depth_of_max == self.profile.depths[-1]:
             text = "the largest stress lies at the greatest depth: look deeper"
             found.append(warned(Kind.DEEPEST, text, depth=self.profile.depth_of_max))
-        if 0 < self.profile.depth_of_max < 2 * max(self.solution.pair.pixel):
-            found.append(careful(Kind.SHALLOW, _OF_THE_RESOLUTION, depth=self.profile.depth_of_max))
+        if self.max_von_mises > 0:
+            found += self._shallow()
         return (*self.solution.cautions, *found)
+
+    def _shallow(self) -> list[Caution]:
+        depth = self.profile.depth_of_max
+        if depth == 0:
+            return [careful(Kind.SHALLOW, _AT_THE_SURFACE, depth=depth)]
+        if depth < 2 * max(self.solution.pair.pixel):
+            return [careful(Kind.SHALLOW, _OF_THE_RESOLUTION, depth=depth)]
+        if depth == self.profile.depths[0]:
+            return [warned(Kind.SHALLOW, _NOT_SHALLOW_ENOUGH, depth=depth)]
+        return []
 
     @property
     def warnings(self) -> tuple[str, ...]:

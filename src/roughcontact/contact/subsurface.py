@@ -170,6 +170,10 @@ def memory_estimate(
     pixels, real = ny * nx, 4 if precision == "single" else 8
     # Scaled pressure and largest stress over depth; row spectra of six components.
     maps = 8 * pixels + real * pixels + overhead() + _THREAD * default_workers()
+    if friction != 0:
+        # For the rims: scaled pressure, displacement, and the stress along the surface.
+        maps += (8 + 8 + 3 * real) * pixels
+        maps += max(Boundary(boundary).operator_memory(shape, "double") - 6 * real * pixels, 0)
     if not Boundary(boundary).free_axes:
         return maps + (6 + 1) * real * ny * (nx + 2)
     padded = (2 * ny) * (2 * nx + 2)

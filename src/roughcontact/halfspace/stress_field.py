@@ -69,7 +69,7 @@ def field_of(
     boundary.require_stress()
     require_choice(("double", "single"), precision=precision)
     source = _checked_source(pressure)
-    pulls = _pulls(friction, direction)
+    pulls = pulls_of(friction, direction)
     terms = _terms(pulls)
     unit = float(np.abs(source).max()) or 1.0
     source = source / unit
@@ -115,8 +115,19 @@ def _checked_source(pressure: ArrayLike) -> Array:
     return source
 
 
-def _pulls(friction: float, direction: float) -> list[tuple[str, float]]:
-    """Return the tractions along x and y per pressure, those that are none left out."""
+def pulls_of(friction: float, direction: float) -> list[tuple[str, float]]:
+    """Return the tractions along x and y per pressure, those that are none left out.
+
+    Parameters
+    ----------
+    friction, direction : float
+        As for `stress.slices`.
+
+    Raises
+    ------
+    InputError
+        If one of them is not finite.
+    """
     for name, number in (("friction", friction), ("direction", direction)):
         if not math.isfinite(number):
             raise InputError(f"must be finite, got {number!r}", argument=name, value=number)

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.errors import require_positive
+from roughcontact.halfspace import rims
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.stress import depth_list, graded_depths
-from roughcontact.halfspace.stress_field import Field, field_of
-from roughcontact.halfspace.tensors import XZ, YZ, tresca, von_mises_squared
+from roughcontact.halfspace.stress_field import Field, field_of, pulls_of
+from roughcontact.halfspace.tensors import XX, XY, XZ, YY, YZ, tresca, von_mises_squared
 
 Array = NDArray[np.float64]
 
@@ -24,6 +28,9 @@ _REFINEMENTS = 4
 @dataclass(frozen=True, eq=False)
 class Summary:
     """The largest stresses of a volume, depth by depth, and their places.
+
+    They are those at the pixel centres; with friction, those at the surface are also looked for
+    between them, at the rims of spots (`rims.largest`).
 
     Parameters
     ----------
@@ -146,12 +153,13 @@ def summarise(
     >>> round(found.max_von_mises, 2), round(found.depth_of_max / 20, 2)
     (0.62, 0.48)
     """
-    field = field_of(
-        pressure, pixel, poisson, boundary, friction, direction, precision, Workspace(workers)
-    )
+    workspace = Workspace(workers)
+    field = field_of(pressure, pixel, poisson, boundary, friction, direction, precision, workspace)
     if yield_strength is not None:
         require_positive(yield_strength=yield_strength)
-    passage = _Passage(field, yield_strength, np.asarray(pressure))
+    pulls = pulls_of(friction, direction)
+    rim = partial(_rim, field, pressure, pixel, poisson, Boundary(boundary), pulls, workspace)
+    passage = _Passage(field, yield_strength, np.asarray(pressure), rim if pulls else None)
     if depths is None:
         passage.look(graded_depths(np.asarray(pressure), pixel, boundary=boundary))
         passage.close_in()
@@ -163,8 +171,14 @@ def summarise(
 class _Passage:
     """The depths of one stress field as they pass, and what is kept of them."""
 
-    def __init__(self, field: Field, yield_strength: float | None, pressure: NDArray[Any]) -> None:
-        self._field, self._strength = field, yield_strength
+    def __init__(
+        self,
+        field: Field,
+        yield_strength: float | None,
+        pressure: NDArray[Any],
+        rim: Callable[[], rims.Rim | None] | None,
+    ) -> None:
+        self._field, self._strength, self._rim = field, yield_strength, rim
         self._limit = None if yield_strength is None else (yield_strength / field.unit) ** 2
         self._peak: NDArray[Any] = np.zeros(field.shape, field.real)
         self._layers: dict[float, _Layer] = {}
@@ -186,7 +200,20 @@ class _Passage:
             self._layers[depth] = self._layer(depth)
 
     def _layer(self, depth: float) -> _Layer:
-        return _layer(self._field, depth, self._peak, self._limit, self._row)
+        layer = _layer(self._field, depth, self._peak, self._limit, self._row)
+        rim = None if depth > 0 or self._rim is None else self._rim()
+        return layer if rim is None else self._with_rim(layer, rim)
+
+    def _with_rim(self, layer: _Layer, rim: rims.Rim) -> _Layer:
+        """Return the layer at the surface with what lies between its pixels."""
+        squared = rim.von_mises**2
+        self._peak[rim.pixel] = max(self._peak[rim.pixel], squared)
+        if self._limit is not None and squared > self._limit:
+            layer = replace(layer, yielded=max(layer.yielded, 1))
+        layer = replace(layer, tresca=max(layer.tresca, rim.tresca))
+        if rim.von_mises <= layer.von_mises:
+            return layer
+        return replace(layer, von_mises=rim.von_mises, pixel=rim.pixel)
 
     def summary(self, cell: float) -> Summary:
         """Return what was found, with pixels of this area; nothing can be looked at afterwards."""
@@ -205,6 +232,59 @@ class _Passage:
             yield_strength=self._strength,
             yielded_area=None if self._strength is None else area,
         )
+
+
+def _rim(
+    field: Field,
+    pressure: ArrayLike,
+    pixel: tuple[float, float],
+    poisson: float,
+    boundary: Boundary,
+    pulls: list[tuple[str, float]],
+    workspace: Workspace,
+) -> rims.Rim | None:
+    """Return the largest stress at the rims of spots, in units of the largest pressure."""
+    source = np.asarray(pressure, dtype=np.float64) / field.unit
+    return rims.largest(
+        rims.Sliding(
+            pressure=source,
+            displacement=_displacement(source, pixel, boundary, workspace),
+            stress=_along_surface(field),
+            pixel=pixel,
+            poisson=poisson,
+            pulls=pulls,
+            periodic=not boundary.free_axes,
+        )
+    )
+
+
+def _displacement(
+    pressure: Array, pixel: tuple[float, float], boundary: Boundary, workspace: Workspace
+) -> Array:
+    """Return the normal displacement times E* [m] under a pressure without unit."""
+    operator = boundary.operator(
+        (pressure.shape[0], pressure.shape[1]), pixel, 1.0, workspace=workspace
+    )
+    loaded = np.flatnonzero(pressure)
+    found: Array = np.empty(pressure.shape)
+
+    def keep(_: int, rows: slice, displacement: NDArray[Any]) -> None:
+        found[rows] = displacement
+
+    operator.spread(operator.support(loaded), pressure.flat[loaded], keep)
+    return found
+
+
+def _along_surface(field: Field) -> NDArray[Any]:
+    """Return xx, yy and xy at the surface, per largest pressure."""
+    found: NDArray[Any] = np.empty((3, *field.shape), field.real)
+
+    def keep(rows: slice, stress: NDArray[Any]) -> None:
+        found[:, rows] = stress[[XX, YY, XY]]
+
+    responses, symbols = field.at(0.0)
+    responses.stream(symbols, keep)
+    return found
 
 
 @dataclass(frozen=True)
