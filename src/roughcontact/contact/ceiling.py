@@ -283,6 +283,46 @@ def recommended_ceiling(result: ContactResult) -> RecommendedCeiling | None:
     return _judged(result.pair, body, slope, mean)
 
 
+def area_change(advice: RecommendedCeiling, ceiling: float | None, modulus: float) -> float:
+    """Return how much larger the contact area is with plasticity in the volume.
+
+    Parameters
+    ----------
+    advice : RecommendedCeiling
+        What `recommended_ceiling` read from a solution.
+    ceiling : float or None
+        Ceiling of the solution [Pa], None without one.
+    modulus : float
+        Contact modulus [Pa].
+
+    Returns
+    -------
+    float
+        Relative change of the area from that under ``ceiling``.
+
+    Notes
+    -----
+    Of one sphere under the same load: the areas are as 1 over the mean pressures, and that under
+    a ceiling is `yielding_sphere.mean_under_ceiling` of it.
+
+    Examples
+    --------
+    >>> advice = RecommendedCeiling(40, 0.0526, 1e9, 1.615e9, 2.21e9, 2.21)
+    >>> round(area_change(advice, 3e9, 210e9), 2)
+    0.32
+    """
+
+    def mean(slope: float, limit: float | None) -> float:
+        if limit is None:
+            return 4 * modulus * slope / (3 * math.pi)
+        return limit * yielding_sphere.mean_under_ceiling(modulus * slope / limit)
+
+    known = mean(advice.slope, advice.ceiling)
+    load = advice.slope**2 * known
+    slope = _loaded(load, lambda slope: mean(slope, ceiling))
+    return mean(slope, ceiling) / known - 1
+
+
 def _judged(pair: Pair, softer: Material, slope: float, mean: float) -> RecommendedCeiling:
     """Return what is recommended for a sphere with this a/R and mean pressure [Pa]."""
     bodies = [one for one in (pair.material, pair.counter_material) if one.compliance > 0]

@@ -1,8 +1,8 @@
 """How sure the headline numbers of a contact are: an interval for each, and what it comes from.
 
 The certificate says how exactly the problem as stated is solved. It knows nothing of the pixel,
-of the rim of spots and of the ceiling, which move the numbers far more; what is known of these
-is gathered here.
+of the rim of spots and of what the ceiling stands in for, which move the numbers far more; what is
+known of these is gathered here.
 """
 
 from __future__ import annotations
@@ -12,8 +12,15 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from roughcontact.contact.result import ContactResult
+import numpy as np
+
+from roughcontact.contact import judgment
+from roughcontact.contact.ceiling import area_change
+from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.study import ResolutionStudy
+
+# What the change of one sphere is wrong by itself, beside what the rule is.
+_ONE_SPHERE = 0.02
 
 QUANTITIES = ("max_pressure", "contact_fraction", "saturated_fraction", "mean_gap", "approach")
 """Names of the numbers that get an interval."""
@@ -24,6 +31,7 @@ class Cause(StrEnum):
 
     RIM = "rim of the spots"
     PIXEL = "pixel"
+    YIELDING = "ceiling against plasticity of the volume"
     TOLERANCE = "tolerance"
 
 
@@ -111,8 +119,12 @@ def intervals(result: ContactResult, study: ResolutionStudy | None = None) -> tu
     Rim: pixels that the rim of a spot crosses count in full; the lower end is
     `ContactResult.corrected_contact_area`. Pixel: the change from the pixel of the map to half of
     it, which is the error of the grid, and that from twice the pixel to the pixel, taken as what
-    a measurement twice as fine would change once more. Tolerance: the certificate.
+    a measurement twice as fine would change once more. Yielding: `ceiling.area_change`, give or
+    take what the recommended ceiling was wrong by on contacts of this kind; known of the contact
+    area alone, no cause below first yield or where no strength is known. Tolerance: the
+    certificate.
     """
+    yields = result.regime not in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN)
     found = []
     for name in QUANTITIES:
         value = float(getattr(result, name))
@@ -122,15 +134,33 @@ def intervals(result: ContactResult, study: ResolutionStudy | None = None) -> tu
             _pixel(name, study),
             Doubt(Cause.TOLERANCE, -result.certificate, result.certificate),
         ]
+        if yields:
+            doubts.insert(0, _yielding(name, result))
         if name == "contact_fraction":
             doubts.insert(0, _rim(result))
-        if name != result.control:
-            found.append(Interval(name, value, tuple(doubts)))
+        found.append(Interval(name, value, tuple(doubts)))
     return tuple(found)
 
 
 def _rim(result: ContactResult) -> Doubt:
     return Doubt(Cause.RIM, result.corrected_contact_area / result.contact_area - 1, 0.0)
+
+
+def _yielding(name: str, result: ContactResult) -> Doubt:
+    advice = judgment.advice(result) if name == "contact_fraction" else None
+    if advice is None or isinstance(result.ceiling, np.ndarray):
+        return Doubt(Cause.YIELDING, math.nan, math.nan)
+    change = area_change(advice, result.ceiling, result.contact_modulus)
+    error = judgment.shown_error(result) + _ONE_SPHERE
+    # Both NaN where the rule was never tried.
+    return Doubt(Cause.YIELDING, *_around(change, error * (1 + change)))
+
+
+def _around(change: float, error: float) -> tuple[float, float]:
+    """Return how far a value may move that changes by so much, give or take an error."""
+    if math.isnan(change + error):
+        return math.nan, math.nan
+    return min(0.0, change - error), max(0.0, change + error)
 
 
 def _pixel(name: str, study: ResolutionStudy | None) -> Doubt:

@@ -39,6 +39,9 @@ LARGE_STRAIN = 0.1
 SHOWN_CONTACT = 0.3
 """Share of a rough map in contact up to which the recommended ceiling was tried."""
 
+SHOWN_SPHERE, SHOWN_ROUGH, SHOWN_HARDENING = 0.05, 0.09, 0.08
+"""Largest errors of the area with the recommended ceiling: spheres and lines, maps, hardening."""
+
 MANY_FILLED = 0.05
 """Share of a map that is filled from which its numbers are estimates."""
 
@@ -319,17 +322,41 @@ def _ceiling(result: ContactResult) -> Caution | None:
     )
 
 
+def shown_error(result: ContactResult) -> float:
+    """Return how well the recommended ceiling gives the contact area, as a part of it.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+
+    Returns
+    -------
+    float
+        Largest error of the area that was found beside plasticity of the volume, on contacts of
+        its kind (see the page of assumptions); NaN where none was tried.
+    """
+    bodies = [body for body in (result.material, result.counter_material) if body.yield_strength]
+    rough = result.spots().count > 1
+    if any(body.poisson < 0 for body in bodies):
+        return math.nan
+    if rough and result.contact_fraction > SHOWN_CONTACT:
+        return math.nan
+    if any(body.hardening for body in bodies):
+        return SHOWN_HARDENING
+    return SHOWN_ROUGH if rough else SHOWN_SPHERE
+
+
 def _shown(result: ContactResult) -> str:
     """Return how well the recommended ceiling does, or what keeps it from being known."""
-    bodies = [body for body in (result.material, result.counter_material) if body.yield_strength]
-    if any(body.poisson < 0 for body in bodies):
-        return "shown for Poisson's ratios from 0 to 0.5 only, so here a guess"
+    error = shown_error(result)
+    if not math.isnan(error):
+        which = {SHOWN_SPHERE: "contacts of one spot", SHOWN_ROUGH: "rough maps"}
+        return f"to {100 * error:.0f} % on {which.get(error, 'contacts that harden')}"
     if result.contact_fraction > SHOWN_CONTACT and result.spots().count > 1:
         part = f"{100 * SHOWN_CONTACT:.0f} %"
         return f"shown for maps with up to {part} in contact only, so here a guess"
-    if any(body.hardening for body in bodies):
-        return "to 8 % on spheres and rough maps that harden"
-    return "to 3 % on spheres, 9 % on rough maps"
+    return "shown for Poisson's ratios from 0 to 0.5 only, so here a guess"
 
 
 def _spikes(result: ContactResult) -> Caution | None:

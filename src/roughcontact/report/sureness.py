@@ -14,7 +14,7 @@ HEADS = ("how sure", "between", "because of")
 
 WHAT = (
     "How sure the numbers are, as far as it is known: what whole pixels at the rim of spots add, "
-    "what finer pixels change, and the tolerance."
+    "what finer pixels change, what yielding in the volume changes, and the tolerance."
 )
 
 NOT_BOUNDED = (
@@ -52,7 +52,8 @@ def _causes(interval: Interval) -> list[str]:
     found = []
     for doubt in interval.doubts:
         if not doubt.known:
-            found.append(f"{doubt.cause} not studied")
+            unknown = "not studied" if doubt.cause is Cause.PIXEL else "not known"
+            found.append(f"{doubt.cause} {unknown}")
         elif max(-doubt.low, doubt.high) >= _LEAST:
             ends = [changed_by(end) for end in (doubt.low, doubt.high) if abs(end) >= _LEAST]
             found.append(f"{doubt.cause} {' to '.join(ends)}")
