@@ -226,9 +226,9 @@ def _yielding(result: ContactResult, history: LoadHistory | None) -> Statement:
         text += (
             "That the pressure levels off near three yield strengths is Tabor's finding (1951) for "
             "full indentation. The mean pressure on a perfectly plastic sphere of Poisson's "
-            "ratio 0.3 is 2.17, 2.41, 2.61 and 2.77 yield strengths at 40, 120, 300 and 700 times the "
-            "load of first yield. In this transition a ceiling of three yield strengths is up to "
-            "35 % too high, and the contact area up to 26 % too small; three are right to 5 % "
+            "ratio 0.3 is 2.17, 2.41, 2.61 and 2.77 yield strengths at 40, 120, 300 and 700 times "
+            "the load of first yield. In this transition a ceiling of three yield strengths is up "
+            "to 35 % too high, and the contact area up to 26 % too small; three are right to 5 % "
             "where E*a/(σ_Y R) exceeds about 56 (a: radius of a spot, R: radius of its summit). "
             + _first_yield(body)
             + _left_behind(result)
