@@ -171,6 +171,26 @@ def test_axes_are_true_in_engineering_units() -> None:
     assert axes.get_xlabel() == "x [mm]"
 
 
+def test_a_figure_has_one_unit() -> None:
+    # Sq 779 nm below colours in micrometres; a close-up far out on a map of millimetres.
+    heights = np.random.default_rng(2).normal(scale=779e-9, size=(60, 60))
+    figure = plots.surface(Surface(heights, (1e-6, 1e-6)))
+    assert "Sq 0.7" in texts(figure)
+    assert "height above mean [µm]" in texts(figure)
+    assert "nm" not in texts(figure)
+    # A mean spot of 0.5 µm² on an axis in square micrometres.
+    pressure = np.zeros((20, 40))
+    pressure[2, [2, 3, 4, 8, 10, 12]] = GIGA
+    figure = plots.spots(result_of(pressure, pixel=(0.5e-6, 0.6e-6)))
+    assert "mean area 0.45 µm²" in texts(figure)
+    # 3.9 µm around a point 1 mm from the corner.
+    small = np.zeros((4, 8000))
+    small[2, 7990] = GIGA
+    left, _ = maps(plots.close_up(result_of(small, pixel=(130e-9, 130e-9)), (2, 7990), 0.9e-6))
+    assert left.get_xlabel() == "x [µm]"
+    assert left.get_xlim()[1] == pytest.approx(1039.0, abs=0.5)
+
+
 def test_block_reduction_keeps_the_axes_true() -> None:
     # 1301 points do not divide into cells: the last ones reach beyond the map and are cut off.
     result = result_of(np.pad(spotted(), ((0, 0), (1301 - 60, 0))))

@@ -112,6 +112,45 @@ def test_default_section_holds_what_is_strong(light):
     assert plots.stress_section(shallow, depth=1.0).axes[0].get_ylim()[0] == pytest.approx(2)
 
 
+@pytest.mark.parametrize("along", ["x", "y"])
+def test_section_zooms_to_where_the_stress_is(along):
+    # A contact of 3 µm radius on a map of 120 × 200 µm, off its middle.
+    y, x = np.mgrid[:120, :200] * 1e-6
+    surface = rc.Surface(-((x - 50e-6) ** 2 + (y - 90e-6) ** 2) / 1e-3, PIXEL)
+    result = subsurface.subsurface_stress(rc.solve(surface, material=STEEL, load=0.01))
+    axes = plots.stress_section(result, along).axes[0]
+    (first, last), deep = axes.get_xlim(), axes.get_ylim()[0]
+    middle = 50 if along == "x" else 90
+    assert 20 <= last - first <= 40
+    assert (first + last) / 2 == pytest.approx(middle, abs=2)
+    assert 0.3 * (last - first) < deep < 20
+    # What is strong keeps within it, and fills a good part of it.
+    seen = np.asarray(axes.collections[0].get_array())
+    strong = seen > 0.25 * seen.max()
+    assert not strong[:, [0, -1]].any()
+    assert np.mean(strong.any(axis=0)) > 0.25
+    whole = plots.stress_section(result, along, width=1.0).axes[0]
+    assert whole.get_xlim() == pytest.approx((0, 200 if along == "x" else 120))
+    narrow = plots.stress_section(result, along, width=10e-6).axes[0]
+    assert np.diff(narrow.get_xlim()) == pytest.approx(10)
+
+
+def test_units_are_those_of_what_is_shown():
+    # The largest stress lies 1 µm deep; depths go on to 2 mm.
+    near = below(0.2, friction=0.6, depths=[3e-7, 1e-6, 1e-5, 1e-4, 2e-3])
+    axes = plots.stress_depth(near).axes[0]
+    assert axes.get_xlabel() == "depth [µm]"
+    assert "nm" not in axes.get_title()
+    y, x = np.mgrid[:60, :1200] * 1e-6
+    surface = rc.Surface(-((x - 600e-6) ** 2 + (y - 30e-6) ** 2) / 1e-3, PIXEL)
+    result = subsurface.subsurface_stress(rc.solve(surface, material=STEEL, load=1e-4))
+    axes = plots.stress_section(result).axes[0]
+    assert axes.get_xlabel() == "x [µm]"
+    assert axes.get_ylabel() == "depth [µm]"
+    assert "µm" in axes.get_title()
+    assert "nm" not in axes.get_title()
+
+
 def test_map_shows_the_peak_and_what_yields(light, heavy):
     figure = plots.stress_map(light)
     image = figure.axes[0].images[0]
@@ -136,6 +175,8 @@ def test_bodies_are_told_apart(light):
 def test_bad_arguments(light):
     with pytest.raises(rc.InputError, match=r"along.*'z'"):
         plots.stress_section(light, "z")
+    with pytest.raises(rc.InputError, match="width must be positive"):
+        plots.stress_section(light, width=0.0)
     for depth in (0.0, -1e-6, math.inf):
         with pytest.raises(rc.InputError, match="depth must be positive"):
             plots.stress_section(light, depth=depth)

@@ -46,6 +46,7 @@ from roughcontact.plots.style import (
     cell_size,
     colour_bar,
     draw_map,
+    in_unit,
     layout,
     legend_below,
     listed,
@@ -86,7 +87,7 @@ def surface(surface: Surface) -> Figure:
     """
     figure, axes = single_axes(surface.size, legend=surface.missing > 0)
     drawn = _draw_surface(axes, surface, CELLS_ALONE)
-    axes.set_title(f"Surface heights, Sq {engineering(surface.Sq, 'm', 3)}", fontsize=TITLE)
+    axes.set_title(f"Surface heights, Sq {in_unit(surface.Sq, drawn.scale, 'm')}", fontsize=TITLE)
     cell_note(figure, drawn.cell, "the mean height in it")
     return figure
 
@@ -120,7 +121,7 @@ def pressure(result: ContactResult, limit: float | None = None) -> Figure:
     _pressure_bar(axes, drawn.image, top, over=result.max_pressure > top)
     axes.set_title(
         f"Contact pressure at {load_text(result)}, largest "
-        f"{engineering(result.max_pressure, 'Pa', 3)}{doubt(result)}",
+        f"{in_unit(result.max_pressure, drawn.scale, 'Pa')}{doubt(result)}",
         fontsize=TITLE,
     )
     cell_note(figure, drawn.cell, "the largest pressure in it", _marked(result, drawn.cell))
@@ -189,7 +190,7 @@ def gap(result: ContactResult) -> Figure:
         entries.append((MISSING, f"missing {percent(lost)}"))
     patch_legend(axes, entries)
     axes.set_title(
-        f"Open gap at {load_text(result)}, mean {engineering(result.mean_gap, 'm', 3)}"
+        f"Open gap at {load_text(result)}, mean {in_unit(result.mean_gap, (factor, unit), 'm')}"
         f"{doubt(result)}",
         fontsize=TITLE,
     )
@@ -236,7 +237,7 @@ def comparison(
     for column, (result, name) in enumerate(zip(results, names, strict=True)):
         upper, lower = grid[:, column]
         drawn = _draw_pressure(upper, result, top, CELLS_IN_PANEL)
-        largest = engineering(result.max_pressure, "Pa", 3)
+        largest = in_unit(result.max_pressure, drawn.scale, "Pa")
         upper.set_title(
             f"{name}{doubt(result)}\n{load_text(result)}, largest pressure {largest}",
             fontsize=TITLE,
@@ -269,7 +270,8 @@ def overview(result: ContactResult) -> Figure:
     top = _limit([result], None)
     drawn = _draw_surface(grid[0, 0], result.surface, CELLS_IN_PANEL)
     name = "Surface" if result.counter_surface is None else "Surface of the body"
-    grid[0, 0].set_title(f"{name}, Sq {engineering(result.surface.Sq, 'm', 3)}", fontsize=TITLE)
+    rms = in_unit(result.surface.Sq, drawn.scale, "m")
+    grid[0, 0].set_title(f"{name}, Sq {rms}", fontsize=TITLE)
     pressures = _draw_pressure(grid[0, 1], result, top, CELLS_IN_PANEL)
     _pressure_bar(grid[0, 1], pressures.image, top, over=result.max_pressure > top)
     grid[0, 1].set_title("Contact pressure", fontsize=TITLE)
@@ -395,7 +397,7 @@ def spots(result: ContactResult) -> Figure:
             color=SERIES[1],
             linestyle=(0, (5, 3)),
             linewidth=1.6,
-            label=f"mean area {engineering(mean, 'm²', 3)}",
+            label=f"mean area {in_unit(mean, (factor, unit), 'm²')}",
         )
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -415,6 +417,7 @@ def spots(result: ContactResult) -> Figure:
 class _Drawn(NamedTuple):
     image: AxesImage
     cell: tuple[int, int]
+    scale: tuple[float, str] = (1.0, "")
 
 
 def _draw_surface(axes: Axes, surface: Surface, cells: int) -> _Drawn:
@@ -442,17 +445,17 @@ def _draw_surface(axes: Axes, surface: Surface, cells: int) -> _Drawn:
     if surface.missing:
         share = percent(surface.missing / surface.heights.size)
         patch_legend(axes, [(MISSING, f"missing {share}")])
-    return _Drawn(image, blocks)
+    return _Drawn(image, blocks, (factor, unit))
 
 
 def _draw_pressure(axes: Axes, result: ContactResult, top: float, cells: int) -> _Drawn:
     size, shape = result.surface.size, result.pressure.shape
     blocks = cell_size(shape, size, cells)
     values = cell_max(result.pressure, blocks)
-    factor, _ = prefixed(top, "Pa")
+    factor, unit = prefixed(top, "Pa")
     image = draw_map(axes, np.where(values > 0, values * factor, np.nan), size, blocks, shape)
     _colour_pressure(image, top * factor)
-    return _Drawn(image, blocks)
+    return _Drawn(image, blocks, (factor, unit))
 
 
 def _colour_pressure(image: AxesImage, top: float) -> None:

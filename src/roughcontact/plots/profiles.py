@@ -21,10 +21,12 @@ from roughcontact.plots.style import (
     SERIES,
     TICK,
     TITLE,
+    in_unit,
     layout,
     legend_below,
     plain_axes,
     prefixed,
+    prefixed_window,
     shared_legend,
 )
 from roughcontact.solvers import tilt
@@ -112,8 +114,9 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
     before = result.initial_gap
     peak = _highest(before)
     length = min(width or math.inf, max(result.surface.size))
-    factor, unit = prefixed(length, "m")
     lines = [_line(result, before, peak, axis, width or math.inf) for axis in (1, 0)]
+    far = max(line.limits[1] for line in lines)
+    factor, unit = prefixed_window(far - length, far)
     figure = Figure(figsize=(10.6, 7.2), dpi=DPI, layout=layout())
     grid = figure.subplots(2, 2, sharex="col", sharey="row", height_ratios=(1.25, 1))
     tall = max(_largest(line.before, line.under) for line in lines)
@@ -128,7 +131,8 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
         _draw_profile(upper, line, factor, height_factor)
         _draw_line_pressure(lower, line, top, factor, pressure_factor)
         upper.set_title(
-            f"along {name}, at {other} = {engineering(line.across, 'm', 4)}", fontsize=TITLE
+            f"along {name}, at {other} = {in_unit(line.across, (factor, unit), 'm')}",
+            fontsize=TITLE,
         )
         lower.set_xlabel(f"{name} [{unit}]", fontsize=LABEL)
         lower.set_xlim(line.limits[0] * factor, line.limits[1] * factor)
@@ -174,7 +178,7 @@ def bearing_curve(surface: Surface) -> Figure:
     else:
         upper = core["Sk"] / 2
     lower = upper - core["Sk"]
-    factor, unit = prefixed(float(np.abs(height).max()), "m")
+    scale = factor, unit = prefixed(float(np.abs(height).max()), "m")
     figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
     axes = figure.subplots()
     first, second = 100 * core["Smr1"], 100 * core["Smr2"]
@@ -183,7 +187,7 @@ def bearing_curve(surface: Surface) -> Figure:
         [0, 0, first],
         [upper * factor, (upper + core["Spk"]) * factor, upper * factor],
         color=SERIES[4],
-        label=f"reduced peaks: Spk {engineering(core['Spk'], 'm', 3)}, Smr1 {first:.1f} %",
+        label=f"reduced peaks: Spk {in_unit(core['Spk'], scale, 'm')}, Smr1 {first:.1f} %",
     )
     axes.plot(
         [0, 100],
@@ -191,13 +195,13 @@ def bearing_curve(surface: Surface) -> Figure:
         color=NEUTRAL,
         linestyle=(0, (5, 3)),
         linewidth=1.5,
-        label=f"core: Sk {engineering(core['Sk'], 'm', 3)}",
+        label=f"core: Sk {in_unit(core['Sk'], scale, 'm')}",
     )
     axes.fill(
         [100, 100, second],
         [lower * factor, (lower - core["Svk"]) * factor, lower * factor],
         color=SERIES[5],
-        label=f"reduced dales: Svk {engineering(core['Svk'], 'm', 3)}, Smr2 {second:.1f} %",
+        label=f"reduced dales: Svk {in_unit(core['Svk'], scale, 'm')}, Smr2 {second:.1f} %",
     )
     for value in (upper, lower):
         axes.axhline(value * factor, color=NEUTRAL, linewidth=0.8, linestyle=":")

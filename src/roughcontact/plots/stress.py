@@ -10,6 +10,7 @@ import numpy as np
 from roughcontact.contact.stress import StressResult
 from roughcontact.errors import InputError
 from roughcontact.plots.labels import doubt, load_text
+from roughcontact.plots.profiles import window
 from roughcontact.plots.style import (
     CELLS_ALONE,
     DPI,
@@ -19,22 +20,26 @@ from roughcontact.plots.style import (
     SERIES,
     TICK,
     TITLE,
+    UPRIGHT,
     cell_max,
     cell_note,
+    cell_points,
     cell_size,
     colour_bar,
     draw_map,
     few_ticks,
+    in_unit,
     layout,
     legend_below,
     listed,
     patch_legend,
     plain_axes,
     prefixed,
+    prefixed_window,
     reduced,
     single_axes,
 )
-from roughcontact.units import engineering, percent
+from roughcontact.units import percent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,6 +47,15 @@ if TYPE_CHECKING:
 
 
 _SECTION_ROWS = 400
+
+# Stress counts as strong down to this part of the largest. A section is so many times as wide as
+# what is strong without a break around the maximum, no fewer pixels, all of the map where that is
+# most of it, and no less deep than this part of its width.
+_STRONG = 0.25
+_AROUND = 2.5
+_FEWEST_PIXELS = 24
+_MOST_OF_THE_MAP = 0.5
+_SHALLOWEST = 0.4
 
 
 def stress_depth(result: StressResult) -> Figure:
@@ -66,8 +80,13 @@ def stress_depth(result: StressResult) -> Figure:
     axes = figure.subplots()
     strength = profile.yield_strength or 0.0
     factor, unit = prefixed(max(profile.max_tresca, strength), "Pa")
-    length_factor, length_unit = prefixed(float(profile.depths[-1]), "m")
-    depths = profile.depths * length_factor
+    near = profile.depths.size > 2 and profile.depth_of_max < 0.05 * profile.depths[-1]
+    # On a logarithmic axis the unit is that of its middle.
+    ends = (
+        math.sqrt(float(profile.depths[profile.depths > 0][0] * profile.depths[-1])) if near else 0
+    )
+    length = prefixed(ends or float(profile.depths[-1]), "m")
+    depths = profile.depths * length[0]
     for (values, name), colour, line in zip(
         (
             (profile.von_mises, "largest von Mises stress"),
@@ -84,7 +103,7 @@ def stress_depth(result: StressResult) -> Figure:
     if strength:
         axes.axhline(strength * factor, color=NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
         axes.annotate(
-            f"yield strength {engineering(strength, 'Pa', 3)}",
+            f"yield strength {in_unit(strength, (factor, unit), 'Pa')}",
             (1, strength * factor),
             xycoords=axes.get_yaxis_transform(),
             xytext=(-3, 3),
@@ -93,21 +112,26 @@ def stress_depth(result: StressResult) -> Figure:
             fontsize=TICK,
             color=NEUTRAL,
         )
-    if depths.size > 2 and profile.depth_of_max < 0.05 * profile.depths[-1]:
+    if near:
         first = 10.0 ** math.ceil(math.log10(float(depths[depths > 0][0])))
         axes.set_xscale("symlog", linthresh=first, linscale=0.5)
     axes.set_xlim(0, float(depths[-1]) or None)
     axes.set_ylim(bottom=0)
     axes.margins(y=0.1)
-    axes.set_xlabel(f"depth [{length_unit}]", fontsize=LABEL)
+    axes.set_xlabel(f"depth [{length[1]}]", fontsize=LABEL)
     axes.set_ylabel(f"stress [{unit}]", fontsize=LABEL)
     plain_axes(axes)
     legend_below(axes)
-    axes.set_title(_stress_title(result), fontsize=TITLE)
+    axes.set_title(_stress_title(result, (factor, unit), length), fontsize=TITLE)
     return figure
 
 
-def stress_section(result: StressResult, along: str = "x", depth: float | None = None) -> Figure:
+def stress_section(
+    result: StressResult,
+    along: str = "x",
+    depth: float | None = None,
+    width: float | None = None,
+) -> Figure:
     """Draw the von Mises stress on a vertical plane through its maximum.
 
     Parameters
@@ -118,7 +142,11 @@ def stress_section(result: StressResult, along: str = "x", depth: float | None =
         The horizontal axis of the plane.
     depth : float, optional
         How deep to draw [m]; by default to where a quarter of the largest stress is left, but no
-        less than a fifth of the side of the map; never deeper than there are depths.
+        less than two fifths of the width; never deeper than there are depths.
+    width : float, optional
+        Length that is drawn [m], around the maximum but within the map; by default two and a half
+        times that over which a quarter of the largest stress is reached without a break, and all
+        of the map where that is more than half of it.
 
     Returns
     -------
@@ -129,63 +157,76 @@ def stress_section(result: StressResult, along: str = "x", depth: float | None =
     Raises
     ------
     InputError
-        If ``along`` is something else, the depth is not positive, or there is but one.
+        If ``along`` is something else, depth or width is not positive, or there is but one depth.
     """
     from matplotlib.figure import Figure
 
     values = result.von_mises_section(along)
-    profile, surface = result.profile, result.solution.surface
     axis = 1 if along == "x" else 0
-    side, edge = surface.size[axis], surface.pixel[axis]
-    depth = _shown_depth(result, values, depth, side)
+    edge = result.solution.surface.pixel[axis]
+    columns = _shown_columns(result, values, edge, width)
+    values = values[:, columns]
+    first, last = columns.start * edge, columns.stop * edge
+    depth = _shown_depth(result, values, depth, last - first)
     block = max(math.ceil(values.shape[1] / CELLS_ALONE), 1)
-    rows = _rows(reduced(np.maximum, values, (1, block)), profile.depths, depth)
-    factor, unit = prefixed(side, "m")
-    across = np.append(np.arange(0, values.shape[1], block), values.shape[1]) * edge * factor
-    aspect = depth / side
-    height = max(5.8 * min(aspect, 1.6), 0.4) + (3.0 if aspect <= 0.45 else 1.8)
+    rows = _rows(reduced(np.maximum, values, (1, block)), result.profile.depths, depth)
+    length = factor, unit = prefixed_window(first, last)
+    across = np.append(np.arange(columns.start, columns.stop, block), columns.stop) * edge * factor
+    aspect = depth / (last - first)
+    height = max(5.8 * min(aspect, 1.6), 0.4) + (3.0 if aspect <= UPRIGHT else 1.8)
     figure = Figure(figsize=(7.2, height), dpi=DPI, layout=layout())
     axes = figure.subplots()
-    top, stress_factor, stress_unit = _stress_scale(result)
+    top, scale = _stress_scale(result)
     mesh = axes.pcolormesh(
         across,
         np.linspace(0, depth * factor, _SECTION_ROWS + 1),
-        rows * stress_factor,
+        rows * scale[0],
         rasterized=True,
     )
     mesh.set_cmap(_stress_colours())
-    mesh.set_clim(0, top * stress_factor)
+    mesh.set_clim(0, top * scale[0])
     place = result.place
     axes.plot(
-        [place[2 if along == "x" else 1] * factor],
-        [place[0] * factor],
-        "+",
-        color=SERIES[0],
-        markersize=11,
-        markeredgewidth=2,
-        clip_on=False,
-    )
+        [place[1 + axis] * factor], [place[0] * factor], "+",
+        color=SERIES[0], markersize=11, markeredgewidth=2, clip_on=False,
+    )  # fmt: skip
     axes.set_aspect("equal")
-    axes.set_xlim(0, side * factor)
+    axes.set_xlim(first * factor, last * factor)
     axes.set_ylim(depth * factor, 0)
     axes.set_xlabel(f"{along} [{unit}]", fontsize=LABEL)
     axes.set_ylabel(f"depth [{unit}]", fontsize=LABEL)
     axes.tick_params(labelsize=TICK)
     few_ticks(axes, aspect)
-    _stress_bar(axes, mesh, result, stress_unit)
-    axes.set_title(_stress_title(result), fontsize=TITLE)
+    _stress_bar(axes, mesh, result, scale[1])
+    axes.set_title(_stress_title(result, scale, length), fontsize=TITLE)
     return figure
 
 
-def _shown_depth(result: StressResult, values: Any, depth: float | None, side: float) -> float:
+def _shown_columns(result: StressResult, values: Any, edge: float, width: float | None) -> slice:
+    """Return the pixels of a section that are drawn."""
+    strongest = values.max(axis=0)
+    middle, points = int(strongest.argmax()), values.shape[1]
+    if width is None:
+        weak = np.flatnonzero(strongest < _STRONG * strongest[middle])
+        first = int(weak[weak < middle].max(initial=-1)) + 1
+        last = int(weak[weak > middle].min(initial=points))
+        middle = (first + last) // 2
+        wide = max(math.ceil(_AROUND * (last - first)), _FEWEST_PIXELS)
+        width = wide * edge if wide < _MOST_OF_THE_MAP * points else math.inf
+    elif not width > 0:
+        raise InputError(f"must be positive [m], got {width!r}", argument="width", value=width)
+    return slice(*window(middle, edge, points, width))
+
+
+def _shown_depth(result: StressResult, values: Any, depth: float | None, width: float) -> float:
     """Return how deep a section is drawn [m]; `InputError` where it cannot be."""
     depths = result.profile.depths
     if depths.size < 2:
         raise InputError("a section needs two depths or more, and the result has one")
     if depth is None:
-        strong = int(np.flatnonzero(values.max(axis=1) >= 0.25 * values.max())[-1])
+        strong = int(np.flatnonzero(values.max(axis=1) >= _STRONG * values.max())[-1])
         weak = min(strong + 1, depths.size - 1)
-        depth = max(float(depths[weak]), 0.2 * side)
+        depth = max(float(depths[weak]), _SHALLOWEST * width)
     if not 0 < depth < math.inf:
         raise InputError(
             f"must be positive and finite [m], got {depth!r}", argument="depth", value=depth
@@ -219,29 +260,33 @@ def stress_map(result: StressResult) -> Figure:
     over = strength is not None and result.max_von_mises > strength
     figure, axes = single_axes(size, legend=over)
     blocks = cell_size(peak.shape, size, CELLS_ALONE)
-    _, factor, unit = _stress_scale(result)
-    image = draw_map(axes, cell_max(peak, blocks) * factor, size, blocks, peak.shape)
+    top, (factor, unit) = _stress_scale(result)
+    cells = cell_max(peak, blocks)
+    image = draw_map(axes, cells * factor, size, blocks, peak.shape)
     image.set_cmap(_stress_colours())
-    image.set_clim(0, _stress_scale(result)[0] * factor)
-    length_factor, _ = prefixed(max(size), "m")
+    image.set_clim(0, top * factor)
+    length = prefixed(max(size), "m")
     _, y, x = result.place
     axes.plot(
-        [x * length_factor], [y * length_factor], "+",
+        [x * length[0]], [y * length[0]], "+",
         color=SERIES[0], markersize=11, markeredgewidth=2,
     )  # fmt: skip
     _stress_bar(axes, image, result, unit)
-    if over:
+    more = ""
+    if over and strength is not None:
         share = percent(float(np.count_nonzero(peak > strength)) / peak.size)
         patch_legend(axes, [(OVER, f"yield strength exceeded below {share} of the map")])
-    axes.set_title(_stress_title(result), fontsize=TITLE)
-    cell_note(figure, blocks, "the largest stress in it")
+        black = float(cell_points(peak.shape, blocks)[cells > strength].sum()) / peak.size
+        more = f"That makes {percent(black)} of the picture black."
+    axes.set_title(_stress_title(result, (factor, unit), length), fontsize=TITLE)
+    cell_note(figure, blocks, "the largest stress in it", more)
     return figure
 
 
-def _stress_title(result: StressResult) -> str:
-    stress = engineering(result.max_von_mises, "Pa", 3)
+def _stress_title(result: StressResult, scale: tuple[float, str], length: tuple[float, str]) -> str:
+    stress = in_unit(result.max_von_mises, scale, "Pa")
     depth = result.place[0]
-    where = f"at depth {engineering(depth, 'm', 3)}" if depth > 0 else "at the surface"
+    where = f"at depth {in_unit(depth, length, 'm')}" if depth > 0 else "at the surface"
     which = "" if result.body == "body" else " in the counter-body"
     return (
         f"Von Mises stress{which} at {load_text(result.solution)}, largest\n"
@@ -249,11 +294,11 @@ def _stress_title(result: StressResult) -> str:
     )
 
 
-def _stress_scale(result: StressResult) -> tuple[float, float, str]:
-    # Top of the colours, which end at the yield strength, and the unit.
+def _stress_scale(result: StressResult) -> tuple[float, tuple[float, str]]:
+    # Top of the colours, which end at the yield strength, and their factor and unit.
     strength = result.profile.yield_strength
     top = result.max_von_mises if strength is None else min(result.max_von_mises, strength)
-    return top or 1.0, *prefixed(top, "Pa")
+    return top or 1.0, prefixed(top, "Pa")
 
 
 def _stress_colours() -> Any:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.units import engineering
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import ListedColormap
@@ -61,9 +63,30 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
     return float(10.0**-exponent), _PREFIXES[exponent] + unit
 
 
+def prefixed_window(first: float, last: float) -> tuple[float, str]:
+    """Return factor and unit for an axis of lengths between two places [m].
+
+    They are those of what is shown, unless that lies so far out that places had too many digits.
+    """
+    return prefixed(max(last - first, 0.1 * abs(last)), "m")
+
+
+def in_unit(value: float, scale: tuple[float, str], symbol: str) -> str:
+    """Return a quantity [SI] with three digits in the unit of an axis: its factor and name.
+
+    The symbol is that of the unit without a prefix; where the value were too small or too large
+    for the axis, it has the prefix that fits.
+    """
+    factor, unit = scale
+    scaled = float(f"{value * factor:.3g}")
+    fits = scaled == 0 or 1e-3 <= abs(scaled) < 1e4
+    return f"{scaled:.7g} {unit}" if fits else engineering(value, symbol, 3)
+
+
 def prefixed_area(largest: float) -> tuple[float, str]:
     """Return what an area is multiplied with for an axis, and the unit with its prefix."""
-    exponent = min(max(3 * math.floor(math.log10(largest * (1 + 1e-9)) / 6), -12), 0)
+    # From a tenth of the next one on: its steps are of a million.
+    exponent = min(max(3 * math.floor(math.log10(10 * largest * (1 + 1e-9)) / 6), -12), 0)
     return float(10.0 ** (-2 * exponent)), _PREFIXES[exponent] + "m²"
 
 
@@ -187,7 +210,8 @@ def draw_map(
     The values of a cell are one that takes a colour of a scale, or red, green, blue and opacity.
     Size and shape are those of the part that is drawn, which begins at the corner.
     """
-    factor, unit = prefixed(max(size), "m")
+    far = max(begin + side for begin, side in zip(corner, size, strict=True))
+    factor, unit = prefixed_window(far - max(size), far)
     height, width = size[0] * factor, size[1] * factor
     top, left = corner[0] * factor, corner[1] * factor
     # Cells at the far edges may reach beyond the map; the limits cut them off.

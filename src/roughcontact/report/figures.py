@@ -478,9 +478,16 @@ def _plain(name: str, draw: Callable[[Any], Figure], caption: str) -> Illustrati
 STRESS: Illustrations = (
     _plain("stress-depth", stress.stress_depth, "Largest equivalent stresses at each depth."),
     _plain(
-        "stress-section", stress.stress_section, "Von Mises stress on planes through its maximum."
+        "stress-section",
+        stress.stress_section,
+        "Von Mises stress on a plane along x through its maximum, which the cross marks: the part "
+        "around it where it is strong, true to scale.",
     ),
-    _plain("stress-map", stress.stress_map, "Largest von Mises stress over all depths."),
+    _plain(
+        "stress-map",
+        stress.stress_map,
+        "Largest von Mises stress over all depths, from above; the cross marks the largest of all.",
+    ),
 )
 """Of a `StressResult`."""
 
