@@ -1,5 +1,6 @@
 import dataclasses
 import io
+import itertools
 import subprocess
 import sys
 from pathlib import Path
@@ -441,6 +442,34 @@ def test_histogram_integrates_to_the_area_below_the_ceiling() -> None:
         assert f"{percent(share)} of it at the 3 GPa ceiling" in texts(figure)
 
 
+@pytest.mark.parametrize("spike", [20, 100])
+@pytest.mark.parametrize("ceiling", [None, 150 * GIGA])
+def test_histogram_is_of_the_pressures_that_occur(spike: float, ceiling: float | None) -> None:
+    # Nearly full contact with one spike far above: over the whole range nearly all bins are empty.
+    rng = np.random.default_rng(3)
+    pressure = np.maximum(rng.normal(0.8, 0.12, (80, 90)), 1e-3) * GIGA
+    pressure[40, 40] = spike * GIGA
+    result = result_of(pressure, ceiling)
+    figure = plots.pressure_histogram(result)
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    stairs = axes.patches[0].get_data()
+    seen = stairs.edges[1:] <= axes.get_xlim()[1]
+    assert np.count_nonzero(stairs.values[seen]) > 0.7 * np.count_nonzero(seen) > 15
+    # Nothing is lost: what lies beyond the axis is one bin more, and said.
+    assert np.sum(stairs.values * np.diff(stairs.edges)) == pytest.approx(100)
+    assert f"up to {spike} GPa (beyond the axis)" in texts(figure)
+
+
+def test_histogram_of_pressures_far_from_zero_begins_with_them() -> None:
+    pressure = np.random.default_rng(3).normal(50, 1, (80, 90)) * GIGA
+    axes = plots.pressure_histogram(result_of(pressure, None)).axes[0]
+    assert 40 < axes.get_xlim()[0] < 48.5
+    assert 51.5 < axes.get_xlim()[1] < 60
+    stairs = axes.patches[0].get_data()
+    assert np.sum(stairs.values * np.diff(stairs.edges)) == pytest.approx(100)
+
+
 def test_far_ceiling_does_not_stretch_the_histogram() -> None:
     figure = plots.pressure_histogram(result_of(spotted() / 100))
     assert figure.axes[0].get_xlim()[1] < 40
@@ -828,13 +857,58 @@ def test_hysteresis_shows_the_loop_and_what_it_costs() -> None:
     # The path starts at first touch; the loads are in mN, two steps indent and two do not.
     through = lines[next(name for name in lines if name.startswith("_"))].get_xydata()
     np.testing.assert_allclose(through[:, 1], [0, 100, 200, 0, 200])
-    for name, parts in (("new indentation", 2), ("elastic", 2)):
-        assert np.isfinite(lines[name].get_xydata()).all(axis=1).sum() == 2 * parts
+    # From first touch over the first indentation to the second; elastic down and up again.
+    for name, dots in (("new indentation", [0, 100, 100, 200]), ("elastic", [0, 200, 200])):
+        loads = np.asarray(lines[name].get_ydata())
+        np.testing.assert_allclose(loads[np.isfinite(loads)], dots)
     energy = history.column("dissipated_energy")
     heights_of_bars = [patch.get_height() for patch in bars.patches]
     np.testing.assert_allclose(np.array(heights_of_bars) / heights_of_bars[0], energy / energy[0])
     volume = total.lines[0].get_ydata()
     assert volume[-1] == pytest.approx(history.indentation_volume * 1e18)
+
+
+def test_no_hysteresis_is_drawn_where_there_is_none() -> None:
+    heights = np.random.default_rng(3).random((16, 16)) * 1e-7
+    surface = Surface(heights, (1e-6, 1e-6))
+    history = load_history(surface, [0.1, 0.04, 0.0, 0.1], material=Material(210e9, 0.3))
+    assert history.dissipated_energy == 0
+    loop = plots.hysteresis(history).axes[0]
+    (line,) = (line for line in loop.lines if line.get_label() == "elastic")
+    # One curve, up and down: every load has one approach.
+    loads = np.asarray(line.get_ydata())
+    assert np.all(np.diff(loads[np.isfinite(loads)]) >= 0)
+    np.testing.assert_allclose(loads[np.isfinite(loads)], [0, 0, 40, 100, 100], atol=1e-9)
+
+
+def test_nothing_joins_different_positions() -> None:
+    heights = np.random.default_rng(3).random((16, 16)) * 1e-7
+    surface = Surface(heights, (1e-6, 1e-6))
+    aside = Stage(load=0.1, shift=(0.0, 3e-6))
+    path = [0.1, aside, 0.1, Stage(load=0.05, shift=(0.0, 3e-6))]
+    counter = Surface(np.random.default_rng(4).random((16, 16)) * 1e-7, (1e-6, 1e-6))
+    history = load_history(
+        surface, path, material=Material(210e9, 0.3), counter_surface=counter,
+        boundary="periodic",
+    )  # fmt: skip
+    loop = plots.hysteresis(history).axes[0]
+    approach = history.column("approach") * 1e9
+    assert abs(approach[0] - approach[1]) > 1
+    (line,) = (line for line in loop.lines if line.get_label() == "elastic")
+    points = np.asarray(line.get_xydata())
+    for one, other in itertools.pairwise(points):
+        if np.isfinite([one, other]).all() and one[1] == other[1]:
+            assert one[0] == pytest.approx(other[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("ceiling", [None, GIGA])
+def test_theory_does_not_stretch_the_axis_of_areas(ceiling: float | None) -> None:
+    # Persson's saturated area falls without end towards small loads.
+    one = curve(ceiling, [0, 0, 0.01] if ceiling else [0, 0, 0])
+    axes = plots.load_curve(dataclasses.replace(one, rms_gradient=2e-3)).axes[0]
+    low, high = axes.get_ylim()
+    assert 1e-3 < low <= 0.1
+    assert 10 <= high <= 150
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -17,11 +18,12 @@ from roughcontact.plots.style import (
     SERIES,
     TICK,
     TITLE,
+    in_unit,
     layout,
     plain_axes,
     prefixed,
 )
-from roughcontact.units import engineering
+from roughcontact.units import counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,8 +41,9 @@ def hysteresis(history: LoadHistory) -> Figure:
     Returns
     -------
     Figure
-        The loop, with the parts that indent in another colour than the elastic ones; below it
-        the dissipated energy of every step and the volume indented so far.
+        The computed points, joined where they lie on one curve: those of one shape of the bodies
+        at one position are elastic, in one colour, and a new indentation has another. Below it the
+        dissipated energy of every step and the volume indented so far.
     """
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
@@ -68,7 +71,7 @@ def hysteresis(history: LoadHistory) -> Figure:
         axes.tick_params(labelsize=TICK)
         axes.spines["top"].set_visible(False)
     lower.set_title(
-        f"{engineering(history.dissipated_energy, 'J', 3)} dissipated, "
+        f"{in_unit(history.dissipated_energy, (factor, unit), 'J')} dissipated, "
         + ("shaken down" if history.shaken_down else "shakedown not shown"),
         fontsize=TITLE,
     )
@@ -145,35 +148,86 @@ def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
         (contact, "o-", SERIES[0], "contact"),
         (saturated, "s-", SATURATED, "saturated"),
     ]
+    computed = 100 * np.concatenate([contact, saturated]) / nominal
+    computed = computed[computed > 0]
+    # What was computed sets the axis: theory has shares of the area down to 1e-300.
+    lowest = 0.5 * float(computed.min(initial=100.0))
     for values, marker, colour, name in lines:
         share = 100 * values / nominal
         share[~((share > 0) & (share <= 100 * (1 + 1e-9)))] = np.nan
-        if np.isfinite(share).any():
+        if (share >= lowest).any():
             axes.plot(load * factor, share, marker, color=colour, label=name)
     axes.set_yscale("log")
+    if computed.size:
+        axes.set_ylim(lowest, min(2.5 * float(computed.max()), 150.0))
     axes.set_ylabel("share of the map [%]", fontsize=LABEL)
     axes.set_title("Contact and saturated area", fontsize=TITLE)
 
 
-def _draw_loop(axes: Axes, history: LoadHistory) -> None:
-    approach, load = history.hysteresis
+class _State(NamedTuple):
+    """A computed point of a path, or its first touch: where it is, and which shape it has."""
+
+    approach: float
+    load: float
+    shift: tuple[float, float]
+    shape: int
+
+
+def _states(history: LoadHistory) -> list[_State]:
+    """Return the points of a path in order; every new indentation gives a new shape."""
     indents = history.column("indentation_volume") > SHAKEN_DOWN * history.indentation_volume
+    found = []
     if not any(history.path[0].shift):
         # The bodies touch at the first position before the first step.
-        approach, load = np.append(0.0, approach), np.append(0.0, load)
-    else:
-        indents = indents[1:]
+        found.append(_State(0.0, 0.0, history.path[0].shift, 0))
+    for step, stage, shape in zip(history.steps, history.path, np.cumsum(indents), strict=True):
+        found.append(_State(step.approach, step.load, stage.shift, int(shape)))
+    return found
+
+
+def _branches(states: list[_State]) -> dict[str, list[list[_State]]]:
+    """Return which points lie on one curve, whatever their order along the path.
+
+    Elastic ones are those of one shape at one position, the way down that up again. A new
+    indentation goes on from where the shape before it was loaded most.
+    """
+    elastic: dict[tuple[int, tuple[float, float]], list[_State]] = {}
+    indenting = []
+    shape = 0
+    for state in states:
+        if state.shape > shape:
+            before = elastic.get((shape, state.shift))
+            shape = state.shape
+            if before:
+                indenting.append([max(before, key=_by_load), state])
+        elastic.setdefault((state.shape, state.shift), []).append(state)
+    several = [sorted(branch, key=_by_load) for branch in elastic.values() if len(branch) > 1]
+    return {"elastic": several, "new indentation": indenting}
+
+
+def _by_load(state: _State) -> tuple[float, float]:
+    return state.load, state.approach
+
+
+def _draw_loop(axes: Axes, history: LoadHistory) -> None:
+    states = _states(history)
+    approach, load = (
+        np.array([getattr(state, name) for state in states]) for name in ("approach", "load")
+    )
     across, unit_across = prefixed(float(np.abs(approach).max()), "m")
     up, unit_up = prefixed(float(load.max()), "N")
     x, y = approach * across, load * up
-    for kind, colour, name in ((False, ELASTIC, "elastic"), (True, SATURATED, "new indentation")):
-        if not (indents == kind).any():
+    branches = _branches(states)
+    for name, colour, width in (("elastic", ELASTIC, 1.8), ("new indentation", SATURATED, 2.2)):
+        if not branches[name]:
             continue
         # One line with gaps, so that the legend names each kind once.
-        gaps = np.full(indents.size, np.nan)
-        parts = np.where(indents == kind, [x[:-1], x[1:], gaps], np.nan)
-        axes.plot(parts.T.ravel(), np.array([y[:-1], y[1:], gaps]).T.ravel(),
-                  color=colour, linewidth=2.2 if kind else 1.8, label=name)  # fmt: skip
+        points = [
+            (state.approach * across, state.load * up) if state else (math.nan, math.nan)
+            for branch in branches[name]
+            for state in (*branch, None)
+        ]
+        axes.plot(*np.array(points).T, color=colour, linewidth=width, label=name)
     axes.plot(x, y, "o", color=NEUTRAL, markersize=4)
     for place, text, side in ((0, "start ", "right"), (-1, " end", "left")):
         axes.annotate(
@@ -185,8 +239,9 @@ def _draw_loop(axes: Axes, history: LoadHistory) -> None:
     axes.set_ylabel(f"load [{unit_up}]", fontsize=LABEL)
     axes.set_ylim(bottom=0)
     plain_axes(axes)
-    if indents.size:
+    if any(branches.values()):
         axes.legend(fontsize=TICK, frameon=False, loc="upper left")
     positions = len({stage.shift for stage in history.path})
     where = f", {positions} lateral positions" if positions > 1 else ""
-    axes.set_title(f"Load history, {len(history.steps)} steps{where}", fontsize=TITLE)
+    steps = counted(len(history.steps), "step")
+    axes.set_title(f"Load history, {steps}{where}", fontsize=TITLE)

@@ -317,13 +317,9 @@ def draw_histogram(
 ) -> None:
     """Draw the distributions of pressures into axes; see `pressure_histogram`."""
     below = [result.pressure[result.contact & ~result.saturated] for result in results]
-    largest = max(result.max_pressure for result in results) or 1.0
-    # Ceilings far above all pressures are named but do not stretch the axis.
-    ceilings = sorted({_uniform_ceiling(r) for r in results} - {math.inf})
-    shown = [ceiling for ceiling in ceilings if ceiling <= 2 * largest]
-    top = max([largest, *shown])
-    factor, unit = prefixed(top, "Pa")
-    edges = _edges(below, shown, top, scale)
+    bins = (_logarithmic if scale == "log" else _linear)(results, below)
+    edges, shown, (_, last) = bins
+    factor, unit = prefixed(last, "Pa")
     widths, per = np.diff(edges) * factor, unit
     if scale == "log":
         widths, per = np.diff(np.log10(edges)), "decade"
@@ -337,10 +333,10 @@ def draw_histogram(
             linewidth=1.8,
             linestyle=("-", "--", ":")[index // len(SERIES) % 3],
             fill=len(results) == 1,
-            label=_histogram_label(result, name),
+            label=_histogram_label(result, name, values, bins.limits, (factor, unit)),
         )
     for row, ceiling in enumerate(shown):
-        text = f"ceiling {engineering(ceiling, 'Pa', 3)}"
+        text = f"ceiling {in_unit(ceiling, (factor, unit), 'Pa')}"
         if len(results) == 1 and results[0].saturated_fraction > 0:
             text = f"{_share_at_ceiling(results[0])} at the {text}"
         axes.axvline(ceiling * factor, color=NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
@@ -350,14 +346,15 @@ def draw_histogram(
             xycoords=axes.get_xaxis_transform(),
             xytext=(0, 3 + 14 * (row % 2)),
             textcoords="offset points",
-            ha="right" if ceiling > 0.85 * top else "center",
+            ha="right" if ceiling > 0.85 * last else "center",
             fontsize=TICK,
             color=NEUTRAL,
         )
     if scale == "log":
         axes.set_xscale("log")
     else:
-        axes.set_xlim(0, 1.03 * float(edges[-1]) * factor)
+        begin, end = bins.limits
+        axes.set_xlim(begin * factor, (end + 0.03 * (end - begin)) * factor)
     axes.set_ylim(bottom=0)
     axes.margins(y=0.1)
     axes.set_xlabel(f"pressure [{unit}]", fontsize=LABEL)
@@ -366,36 +363,94 @@ def draw_histogram(
     legend_below(axes)
 
 
-def _edges(pressures: Sequence[Array], ceilings: Sequence[float], top: float, scale: str) -> Array:
-    # About as many bins as the points bear (Rice's rule); the lowest ceiling is an edge, so that
-    # no bin seems to reach beyond it.
-    count = min(max(2 * max(p.size for p in pressures) ** (1 / 3), 10), 60)
-    if scale == "log":
-        lowest = min((float(p.min()) for p in pressures if p.size), default=0.1 * top)
-        decades = min(max(math.log10(top / lowest), 0.5), 4.0)
-        step, anchor = decades / count, math.log10(ceilings[0] if ceilings else top)
-        before = math.ceil((decades - math.log10(top) + anchor) / step)
-        after = math.ceil((math.log10(top) - anchor) / step - 1e-9)
-        exponents = anchor + step * np.arange(-max(before, 1), after + 1)
-        return np.asarray(10.0**exponents)
-    step = top / count
-    # Far below the others it would take a bin for every multiple of it.
-    if ceilings and 2 * ceilings[0] >= step:
-        step = ceilings[0] / max(round(ceilings[0] / step), 1)
-    edges: Array = step * np.arange(math.ceil(top / step - 1e-9) + 1)
-    return edges
+# A linear axis shows the pressures of the contact between these two parts of it.
+_RARE = 0.005
+# It goes on to a ceiling so far above them, to the largest pressure where that is so near, and
+# begins at zero unless all of them lie higher than this part of its end.
+_NEAR_CEILING, _NEAR_END, _FAR_FROM_ZERO = 1.3, 2.0, 1 / 3
 
 
-def _histogram_label(result: ContactResult, name: str) -> str:
+class _Bins(NamedTuple):
+    """Edges of the bins, ceilings that are drawn, and the limits of the axis [Pa]."""
+
+    edges: Array
+    ceilings: list[float]
+    limits: tuple[float, float]
+
+
+def _number_of_bins(pressures: Sequence[Array]) -> float:
+    # About as many as the points bear (Rice's rule).
+    return float(min(max(2 * max(p.size for p in pressures) ** (1 / 3), 10), 60))
+
+
+def _ceilings(results: Sequence[ContactResult]) -> list[float]:
+    return sorted({_uniform_ceiling(r) for r in results} - {math.inf})
+
+
+def _linear(results: Sequence[ContactResult], pressures: Sequence[Array]) -> _Bins:
+    """Return equal bins where the pressures are, and one more for the rest on each side."""
+    touching = [r.pressure[r.contact] for r in results if r.contact.any()]
+    ends = [np.quantile(p, (_RARE, 1 - _RARE)) for p in touching]
+    largest = max(r.max_pressure for r in results) or 1.0
+    last = max((float(high) for _, high in ends), default=largest)
+    first = min((float(low) for low, _ in ends), default=0.0)
+    last = largest if largest <= _NEAR_END * last else last
+    first = first if _FAR_FROM_ZERO * last < first < (1 - 1e-9) * last else 0.0
+    ceilings = [ceiling for ceiling in _ceilings(results) if ceiling > first]
+    shown = [ceiling for ceiling in ceilings if ceiling <= _NEAR_CEILING * last]
+    last = max([last, *shown])
+    step = (last - first) / _number_of_bins(pressures)
+    # The lowest ceiling is an edge, so that no bin seems to reach beyond it; far below the others
+    # it would take a bin for every multiple of it.
+    if shown and 2 * (shown[0] - first) >= step:
+        step = (shown[0] - first) / max(round((shown[0] - first) / step), 1)
+    equal = first + step * np.arange(math.ceil((last - first) / step - 1e-9) + 1)
+    beyond = {p for p in (*ceilings, largest) if equal[-1] * (1 + 1e-9) < p <= largest}
+    edges = [*[0.0] * (first > 0), *equal.tolist(), *sorted(beyond)]
+    return _Bins(np.array(edges, dtype=np.float64), shown, (first, last))
+
+
+def _logarithmic(results: Sequence[ContactResult], pressures: Sequence[Array]) -> _Bins:
+    """Return equal bins of the logarithm over the decades of the pressures, four at most."""
+    largest = max(r.max_pressure for r in results) or 1.0
+    # Ceilings far above all pressures are named but do not stretch the axis.
+    shown = [ceiling for ceiling in _ceilings(results) if ceiling <= 2 * largest]
+    top = max([largest, *shown])
+    lowest = min((float(p.min()) for p in pressures if p.size), default=0.1 * top)
+    decades = min(max(math.log10(top / lowest), 0.5), 4.0)
+    step = decades / _number_of_bins(pressures)
+    # The lowest ceiling is an edge.
+    anchor = math.log10(shown[0] if shown else top)
+    before = math.ceil((decades - math.log10(top) + anchor) / step)
+    after = math.ceil((math.log10(top) - anchor) / step - 1e-9)
+    exponents = anchor + step * np.arange(-max(before, 1), after + 1)
+    return _Bins(np.asarray(10.0**exponents), shown, (0.0, top))
+
+
+def _histogram_label(
+    result: ContactResult,
+    name: str,
+    values: Array,
+    limits: tuple[float, float],
+    scale: tuple[float, str],
+) -> str:
     text = f"{name}: " if name else ""
     text += f"{percent(result.contact_fraction)} of the map in contact{doubt(result)}"
-    if result.ceiling is None:
-        return text
-    ceiling = _uniform_ceiling(result)
-    which = "its" if math.isinf(ceiling) else f"the {engineering(ceiling, 'Pa', 3)}"
-    if result.saturated_fraction == 0:
-        return f"{text},\nnone of it at {which} ceiling"
-    return f"{text},\n{_share_at_ceiling(result)} of it at {which} ceiling (not drawn)"
+    if result.ceiling is not None:
+        ceiling = _uniform_ceiling(result)
+        which = "its" if math.isinf(ceiling) else f"the {engineering(ceiling, 'Pa', 3)}"
+        if result.saturated_fraction == 0:
+            text += f",\nnone of it at {which} ceiling"
+        else:
+            text += f",\n{_share_at_ceiling(result)} of it at {which} ceiling (not drawn)"
+    rare = values[(values < limits[0]) | (values > limits[1] * (1 + 1e-9))]
+    if rare.size:
+        share = percent(rare.size / int(np.count_nonzero(result.contact)))
+        end = f"down to {in_unit(float(rare.min()), scale, 'Pa')}"
+        if rare.max() > limits[1]:
+            end = f"up to {in_unit(float(rare.max()), scale, 'Pa')}"
+        text += f",\n{share} of it {end} (beyond the axis)"
+    return text
 
 
 def _share_at_ceiling(result: ContactResult) -> str:

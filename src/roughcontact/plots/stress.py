@@ -170,36 +170,39 @@ def stress_section(
     depth = _shown_depth(result, values, depth, last - first)
     block = max(math.ceil(values.shape[1] / CELLS_ALONE), 1)
     rows = _rows(reduced(np.maximum, values, (1, block)), result.profile.depths, depth)
-    length = factor, unit = prefixed_window(first, last)
-    across = np.append(np.arange(columns.start, columns.stop, block), columns.stop) * edge * factor
+    across = np.append(np.arange(columns.start, columns.stop, block), columns.stop) * edge
     aspect = depth / (last - first)
     height = max(5.8 * min(aspect, 1.6), 0.4) + (3.0 if aspect <= UPRIGHT else 1.8)
     figure = Figure(figsize=(7.2, height), dpi=DPI, layout=layout())
     axes = figure.subplots()
     top, scale = _stress_scale(result)
-    mesh = axes.pcolormesh(
-        across,
-        np.linspace(0, depth * factor, _SECTION_ROWS + 1),
-        rows * scale[0],
-        rasterized=True,
-    )
-    mesh.set_cmap(_stress_colours())
+    length = prefixed_window(first, last)
+    mesh = _draw_section(axes, across * length[0], depth * length[0], rows * scale[0])
     mesh.set_clim(0, top * scale[0])
-    place = result.place
+    place = result.place[1 + axis] * length[0], result.place[0] * length[0]
     axes.plot(
-        [place[1 + axis] * factor], [place[0] * factor], "+",
+        [place[0]], [place[1]], "+",
         color=SERIES[0], markersize=11, markeredgewidth=2, clip_on=False,
     )  # fmt: skip
-    axes.set_aspect("equal")
-    axes.set_xlim(first * factor, last * factor)
-    axes.set_ylim(depth * factor, 0)
-    axes.set_xlabel(f"{along} [{unit}]", fontsize=LABEL)
-    axes.set_ylabel(f"depth [{unit}]", fontsize=LABEL)
-    axes.tick_params(labelsize=TICK)
+    axes.set_xlabel(f"{along} [{length[1]}]", fontsize=LABEL)
+    axes.set_ylabel(f"depth [{length[1]}]", fontsize=LABEL)
     few_ticks(axes, aspect)
     _stress_bar(axes, mesh, result, scale[1])
     axes.set_title(_stress_title(result, scale, length), fontsize=TITLE)
     return figure
+
+
+def _draw_section(axes: Axes, across: Any, depth: float, rows: Any) -> Any:
+    """Draw rows of stress down to a depth, true to scale, and return what a colour bar needs."""
+    mesh = axes.pcolormesh(
+        across, np.linspace(0, depth, _SECTION_ROWS + 1), rows, cmap=_stress_colours(),
+        rasterized=True,
+    )  # fmt: skip
+    axes.set_aspect("equal")
+    axes.set_xlim(across[0], across[-1])
+    axes.set_ylim(depth, 0)
+    axes.tick_params(labelsize=TICK)
+    return mesh
 
 
 def _shown_columns(result: StressResult, values: Any, edge: float, width: float | None) -> slice:

@@ -279,7 +279,7 @@ def _spread(scene: ContactScene) -> str:
     return "How the contact area is spread over the pressure. " + (
         "The share at the ceiling has no width on this axis and is stated instead of drawn."
         if scene.result.saturated_fraction > 0
-        else "The right end is the largest pressure of any pixel."
+        else "What lies beyond the axis is stated below it."
     )
 
 
@@ -492,7 +492,14 @@ STRESS: Illustrations = (
 """Of a `StressResult`."""
 
 HISTORY: Illustrations = (
-    _plain("history", curves.hysteresis, "Load against approach, and what each step costs."),
+    Illustration(
+        "history",
+        curves.hysteresis,
+        "Load over approach along the path; energy dissipated and volume indented, step by step.",
+        "Above: load over approach. The dots are computed; lines join those that lie on one curve, "
+        "straight for want of dots between them, so that the area they enclose is no measure of "
+        "the energy. Below: what each step dissipates, and the volume indented so far.",
+    ),
 )
 """Of a `LoadHistory`."""
 
