@@ -1266,6 +1266,22 @@ BALL = (
 )  # fmt: skip
 
 
+def test_a_sweep_says_what_it_took_from_before(
+    rough: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    folder = tmp_path / "kept"
+    sweep = ["sweep", str(rough), *SCALE, *STEEL, "--from", "10 mN", "--to", "1 N", "--steps", "3"]
+    sweep += ["--folder", str(folder)]
+    assert app.main(sweep) == app.SOLVED
+    assert "earlier run" not in capsys.readouterr().out
+    (folder / "step-0002.npz").unlink()
+    assert app.main(sweep) == app.SOLVED
+    out = capsys.readouterr().out
+    assert f"taken from {folder}, solved by an earlier run: 2 loads\n" in out
+    assert app.main([*sweep, "--json"]) == app.SOLVED
+    assert json.loads(capsys.readouterr().out)["reused"] == 3
+
+
 def test_a_volume_run_is_kept_and_goes_on(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -1298,6 +1314,7 @@ def test_a_volume_run_is_kept_and_goes_on(
         assert app.main([*again, "--output", str(output), "--json"]) == app.SOLVED
     assert calls[3:] == ["step-0003.nc"]
     shown = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert shown["reused"] == 2
     whole, resumed = (volume_archive.load_elastoplastic(path) for path in (outputs[0], output))
     assert resumed.contact.pressure.tobytes() == whole.contact.pressure.tobytes()
     assert resumed.increments == whole.increments

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
+from roughcontact import units
 from roughcontact._version import __version__
 from roughcontact.cli import console, demo, terminal
 from roughcontact.errors import ConvergenceError, Mention, RoughcontactError, Sentence
@@ -258,6 +259,9 @@ def _carry_out(task: str, file: Path | str | None, given: Given) -> None:
         print(to_json(outcome.record()))
     elif not quiet:
         _show(outcome)
+        if outcome.reused:
+            loads = units.counted(outcome.reused, "load")
+            print(f"taken from {request['folder']}, solved by an earlier run: {loads}")
     if outcome.failure is not None:
         raise outcome.failure
     if not outcome.converged:

@@ -95,6 +95,8 @@ def described(at: Progress) -> str:
     """Return what a solver is doing, in one line."""
     part = f"{at.number} of {at.count}: " if at.count > 1 else ""
     label = f"{at.label}: " if at.label else ""
+    if at.kept:
+        return f"{label}{part}kept from before"
     return f"{label}{part}{_step(at.step) if isinstance(at.step, Step) else _look(at.step)}"
 
 
@@ -107,9 +109,8 @@ def _step(step: Step) -> str:
 
 
 def _look(look: Look) -> str:
-    state = f"iteration {look.iteration}, residual {look.residual:.1e}"
     load = units.engineering(look.load, "N")
-    return f"at {load}: {state if look.iteration else 'kept from before'}"
+    return f"at {load}: iteration {look.iteration}, residual {look.residual:.1e}"
 
 
 def spelled(text: str, command: str = SOLVE) -> str:

@@ -231,6 +231,8 @@ def _steps(
         mark = {} if place is None else {"problem": place.problem, "asked": value}
         if path is not None and path.exists():
             step, pressure = _read_step(path, sweep.pair.shape, mark)
+            if progress is not None:
+                progress(Progress(number, len(sweep.values), None, kept=True))
         else:
             try:
                 step, pressure = _solved_step(sweep, number, pressure, progress)

@@ -50,6 +50,8 @@ class Outcome:
         The same on other grids, if it was asked for.
     first_yield : StressResult or None
         The contact at the load of first yield, if it was asked for.
+    reused : int
+        Loads that stood in the folder from an earlier run.
     written : tuple of Path
         Files that are complete.
     failure : RoughcontactError or None
@@ -64,6 +66,7 @@ class Outcome:
     history: LoadHistory | None = None
     study: ResolutionStudy | None = None
     first_yield: StressResult | None = None
+    reused: int = 0
     written: tuple[Path, ...] = ()
     failure: RoughcontactError | None = None
 
@@ -136,6 +139,8 @@ class Outcome:
         if self.result is not None and self.found is self.result:
             found = certainty.intervals(self.result, self.study)
             told["intervals"] = {interval.name: interval.summary() for interval in found}
+        if self.request["folder"] is not None:
+            told["reused"] = self.reused
         return {**told, "written": [str(path) for path in self.written]}
 
 
@@ -246,16 +251,17 @@ def _volume(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> 
     loads = [*(load * i / steps for i in range(1, steps)), load, *([0.0] * request["unload"])]
     problem = _problem(request, maps, "tolerance", "max-iterations", "precision")
     del problem["ceiling"]
-    with _kept(request, "step-*.nc"):
+    with _kept(request, "step-*.nc", look) as (watch, reused):
         found = solve_elastoplastic(
             maps[0],
             **problem,
             loads=loads,
             on_failure="return",
             folder=request["folder"],
-            progress=look,
+            progress=watch,
         )
-    return Outcome(request, found.solution, volume=found)
+    # The last of them is told of.
+    return Outcome(request, found.solution, volume=found, reused=max(reused, default=0))
 
 
 def _stress(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
@@ -284,16 +290,16 @@ def _sweep(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> O
     from roughcontact.contact.load_curve import load_curve
 
     control, values = request.steps
-    with _kept(request, "step-*.npz"):
+    with _kept(request, "step-*.npz", look) as (watch, reused):
         curve = load_curve(
             maps[0],
             **_problem(request, maps, "tolerance", "max-iterations", "precision"),
             loads=values if control == "load" else None,
             approaches=values if control == "approach" else None,
             folder=request["folder"],
-            progress=look,
+            progress=watch,
         )
-    return Outcome(request, curve=curve)
+    return Outcome(request, curve=curve, reused=len(reused))
 
 
 def _history(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
@@ -330,10 +336,17 @@ _TASKS: dict[str, Callable[[Request, Sequence[Surface], Say, Look], Outcome]] = 
 
 
 @contextmanager
-def _kept(request: Request, pattern: str) -> Iterator[None]:
-    """After Ctrl-C, tell which steps stand complete in the folder."""
+def _kept(request: Request, pattern: str, look: Look) -> Iterator[tuple[Look, list[int]]]:
+    """Note which loads stood in the folder; after Ctrl-C, tell which stand complete in it."""
+    reused: list[int] = []
+
+    def watch(at: Progress) -> None:
+        if at.kept:
+            reused.append(at.number)
+        look(at)
+
     try:
-        yield
+        yield watch, reused
     except KeyboardInterrupt:
         folder = request["folder"]
         kept = () if folder is None else sorted(folder.glob(pattern))

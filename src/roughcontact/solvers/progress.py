@@ -42,16 +42,19 @@ class Progress:
         The load, stage or variant at work, from 1 on.
     count : int
         How many there are.
-    step : Step or volume.loop.Look
+    step : Step, volume.loop.Look or None
         What its solver looked at last.
     label : str
         A name of the part for whoever reads along.
+    kept : bool
+        Whether this part stood in a folder already, and those before it if they are not told of.
     """
 
     number: int
     count: int
     step: Any
     label: str = ""
+    kept: bool = False
 
 
 def numbered(

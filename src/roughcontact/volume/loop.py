@@ -48,7 +48,7 @@ class Look:
     target : float
         Last load of the path [N].
     iteration : int
-        Iterations at this load so far; 0 if this load and those before it stood in the folder.
+        Iterations at this load so far.
     residual : float
         See `Increment`.
     tolerance : float

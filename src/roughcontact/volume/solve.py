@@ -229,7 +229,8 @@ class _Run:
         if kept is not None:
             self.began -= kept.seconds
             extent = Extent.of(kept)
-            self._watch(number - 1)(kept.solution.load, 0, kept.increments[-1].residual)
+            if self.progress is not None:
+                self.progress(Progress(number, len(self.path), None, kept=True))
             if number == len(self.path):
                 return kept
         loop, before = loop_in(extent), kept or start
