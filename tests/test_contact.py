@@ -768,7 +768,7 @@ BAD_SOLVE = [
     ({"load": -2.5}, "load.*-2.5"),
     ({"load": math.nan}, "load.*nan"),
     ({"load": math.inf}, "load.*inf"),
-    ({"load": "1 N"}, "load.*1 N"),
+    ({"load": "1 m"}, "load.*1 m"),
     ({"load": None}, "load or approach"),
     ({"load": 1.0, "approach": 1e-9}, "load or approach"),
     ({"load": None, "approach": -1e-9}, "approach.*-1e-09"),

@@ -439,7 +439,8 @@ def test_progress_names_the_step() -> None:
          r"stage 2.*no whole number.*nearest is \(4.16666667e-06, 0\)"),
         ([1.0, -1.0], rc.InputError, "stage 2: load must be finite and not negative"),
         ([1.0, math.nan], rc.InputError, "stage 2: load must be finite"),
-        ([1.0, "heavy"], rc.InputError, "stage 2 must be a Stage or a load"),
+        ([1.0, None], rc.InputError, "stage 2: must be a Stage or a load"),
+        ([1.0, "heavy"], rc.InputError, "stage 2: load needs a force with its unit"),
         ([], rc.InputError, "path is empty"),
     ],
 )  # fmt: skip
@@ -465,7 +466,7 @@ def test_a_path_that_cannot_be_walked_is_refused_before_it_begins(
         {"load": 1.0, "approach": 1e-7},
         {"load": -1.0},
         {"load": math.inf},
-        {"load": "1 N"},
+        {"load": "1"},
         {"approach": math.nan},
         {"load": 1.0, "shift": (1e-6,)},
         {"load": 1.0, "shift": 1e-6},

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from decimal import Decimal
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from roughcontact.errors import InputError
 
 if TYPE_CHECKING:
     import pint
 
-_SI_UNITS = {"length": "m", "force": "N", "pressure": "Pa"}
-_EXAMPLES = {"length": "'0.1 mm'", "force": "'1 N'", "pressure": "'210 GPa'"}
+_SI_UNITS = {"length": "m", "force": "N", "pressure": "Pa", "moment": "N m"}
+_EXAMPLES = {
+    "length": "'0.1 mm'", "force": "'1 N'", "pressure": "'210 GPa'", "moment": "'1 N mm'",
+}  # fmt: skip
 _NAMED_DIMENSIONS = {
     "": "a pure number",
     "[length]": "a length",
@@ -28,7 +30,26 @@ _NAMED_DIMENSIONS = {
     "[length] * [mass] / [time] ** 2": "a force",
     "[mass] / [length] / [time] ** 2": "a pressure",
     "[mass] / [time] ** 2": "a force per length",
+    "[length] ** 2 * [mass] / [time] ** 2": "a moment or an energy",
 }
+
+
+class WithUnit(Protocol):
+    """A quantity of pint."""
+
+    @property
+    def units(self) -> Any:
+        """Its unit."""
+
+    def m_as(self, units: str, /) -> Any:
+        """Return its number or its numbers in another unit."""
+
+
+Quantity = float | str | WithUnit
+"""A number in SI units, or one with its unit: a text such as ``"50 N"``, or a quantity of pint."""
+
+Quantities = Sequence[Quantity] | WithUnit
+"""Several of them, one by one or together."""
 
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 _NOT_FINITE = re.compile(r"[+-]?(?:inf(?:inity)?|nan)\b", re.IGNORECASE)
@@ -58,7 +79,7 @@ def parse(
     text : str
         A number and a unit, such as ``"1e3 N"``, ``"210 GPa"``, ``"5 µm"`` or ``"3 N/mm^2"``.
         The case of the letters counts: ``mPa`` is a thousandth of a pascal.
-    dimension : {"length", "force", "pressure"}
+    dimension : {"length", "force", "pressure", "moment"}
         What the quantity must be.
     name : str
         The argument that it is given for, which errors carry.
@@ -94,12 +115,7 @@ def parse(
         raise refused(f"{text!r} which has no unit")
     shown = repr(text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…")
     number, unit = _apart(_plain(text), shown, refused)
-    factor = Decimal(repr(_factor(unit, dimension, shown, refused)))
-    value = float(number)
-    # In decimal, so that 300 nm is 3e-07 m and not 3.0000000000000004e-07 m. Exponents that no
-    # float has are left out: decimals overflow with an exception.
-    if value != 0 and math.isfinite(value):
-        value = float(Decimal(number) * factor)
+    value = _times(number, _factor(unit, dimension, shown, refused))
     if not math.isfinite(value):
         raise refused(f"{shown} which is not a finite number")
     if positive and not value > 0:
@@ -109,6 +125,71 @@ def parse(
             value=text,
         )
     return value
+
+
+def quantity(value: Any, dimension: str, name: str) -> Any:
+    """Return what was given for an argument in SI units: the one door of the public face.
+
+    Parameters
+    ----------
+    value : object
+        A number or an array in SI units, a text with a unit, a quantity of pint, or a list or
+        tuple of these.
+    dimension : {"length", "force", "pressure", "moment"}
+        What it must be.
+    name : str
+        The argument, which errors carry.
+
+    Returns
+    -------
+    object
+        Text and quantities as numbers [m], [N], [Pa] or [N m], all else as it was given, for the
+        checks of whoever takes it.
+
+    Raises
+    ------
+    InputError
+        If a text is not one number with a unit, or the dimension is another.
+
+    Examples
+    --------
+    >>> quantity("50 N", "force", "load"), quantity(50.0, "force", "load")
+    (50.0, 50.0)
+    >>> quantity(("0 um", 5e-6), "length", "shift")
+    (0.0, 5e-06)
+    """
+    if isinstance(value, (list, tuple)):
+        return type(value)(_single(one, dimension, name) for one in value)
+    return _single(value, dimension, name)
+
+
+def _single(value: Any, dimension: str, name: str) -> Any:
+    if isinstance(value, str):
+        return parse(value, dimension, name, positive=False)
+    if not hasattr(value, "m_as"):
+        return value
+    try:
+        # The factor alone, so that 300 nm is 3e-07 m here as in a text.
+        factor = float((1.0 * value.units).m_as(_SI_UNITS[dimension]))
+        numbers = value.m_as(value.units)
+    # pint's errors share no base class, and its classes are not known here.
+    except (AttributeError, ValueError, TypeError):
+        raise InputError(
+            f"needs a {dimension} with its unit such as {_EXAMPLES[dimension]}, got "
+            f"a quantity in {value.units}",
+            argument=name,
+            value=value,
+        ) from None
+    return _times(numbers, factor) if isinstance(numbers, (int, float)) else numbers * factor
+
+
+def _times(number: float | str, factor: float) -> float:
+    """Return a product rounded once, where both are what they read as in decimals."""
+    value = float(number)
+    if value == 0 or not math.isfinite(value):
+        return value
+    # Exponents that no float has are left out: decimals overflow with an exception.
+    return float(Decimal(str(number)) * Decimal(repr(factor)))
 
 
 def engineering(value: float, unit: str, digits: int = 4) -> str:

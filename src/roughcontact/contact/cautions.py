@@ -21,6 +21,7 @@ class Kind(StrEnum):
     STUDY = "depends on the grid"
     SLOPES = "slopes not small"
     STRAINS = "strains not small"
+    UNITS = "numbers that suggest another unit"
     CEILING = "ceiling off the recommended one"
     IMPRINT = "permanent indentation of a ceiling"
     SPIKES = "spikes of the measurement"

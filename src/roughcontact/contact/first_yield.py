@@ -15,6 +15,7 @@ from roughcontact.halfspace import stress_summary
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
 from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantity, quantity
 
 # Largest step of the search for first yield, and most contacts that it solves.
 _STEP = 1000.0
@@ -31,7 +32,7 @@ def yield_onset(
     friction: float = 0.0,
     direction: float = 0.0,
     boundary: str = "free",
-    start: float | None = None,
+    start: Quantity | None = None,
     tolerance: float = 1e-3,
 ) -> StressResult:
     """Return the contact at the load at which the first point of a body yields.
@@ -76,7 +77,7 @@ def onset(
     friction: float = 0.0,
     direction: float = 0.0,
     *,
-    start: float | None = None,
+    start: Quantity | None = None,
     tolerance: float = 1e-3,
 ) -> StressResult:
     """Return the contact of two bodies at which the first point of one yields; see `yield_onset`.
@@ -90,10 +91,11 @@ def onset(
     """
     require_positive(tolerance=tolerance)
     pair.boundary.require_stress()
-    if start is not None:
-        require_positive(start=start)
+    first = quantity(start, "force", "start")
+    if first is not None:
+        require_positive(start=first)
     strength = _yield_strength(pair, body)
-    load = start or 1.6 * strength * pair.pixel[0] * pair.pixel[1]
+    load: float = first or 1.6 * strength * pair.pixel[0] * pair.pixel[1]
     known: list[tuple[float, float]] = []
     last: ContactResult | None = None
     for _ in range(_SOLVES):

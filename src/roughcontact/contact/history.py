@@ -21,6 +21,7 @@ from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, require_count
 from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities, Quantity, quantity
 
 Array = NDArray[np.float64]
 
@@ -44,9 +45,9 @@ class Stage:
 
     Parameters
     ----------
-    load : float, optional
+    load : float, str or quantity of pint, optional
         Normal load W [N], 0 for bodies that just touch; give either this or ``approach``.
-    approach : float, optional
+    approach : float, str or quantity of pint, optional
         Approach ω from the first touch of the undeformed bodies at the first position [m]; where
         they do not touch at it the load is 0.
     shift : (float, float)
@@ -63,7 +64,18 @@ class Stage:
     approach: float | None = None
     shift: tuple[float, float] = (0.0, 0.0)
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        load: Quantity | None = None,
+        approach: Quantity | None = None,
+        shift: Quantities = (0.0, 0.0),
+    ) -> None:
+        object.__setattr__(self, "load", quantity(load, "force", "load"))
+        object.__setattr__(self, "approach", quantity(approach, "length", "approach"))
+        object.__setattr__(self, "shift", quantity(shift, "length", "shift"))
+        self._check()
+
+    def _check(self) -> None:
         """Refuse what is no point of a path."""
         if (self.load is None) == (self.approach is None):
             raise InputError("a stage needs either a load or an approach, and only one of them")

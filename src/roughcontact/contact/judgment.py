@@ -33,6 +33,18 @@ TRANSITION = 2.0
 CEILING_ERROR = 0.05
 """Distance of a ceiling from the recommended one that is worth a word."""
 
+IMPLAUSIBLE_SLOPE = 3.0
+"""Root-mean-square slope that no measured map has: it is steeper than 70 degrees all over."""
+
+MODULI = (1e6, 2e12)
+"""Young's moduli of solids [Pa], from soft rubber to beyond diamond."""
+
+STRENGTHS = (1e-6, 0.3)
+"""Yield strengths over Young's modulus, from pure soft metal crystals to beyond ideal strength."""
+
+LONGEST_SIDE = 10.0
+"""Side of a map [m] that nothing measures."""
+
 LARGE_STRAIN = 0.1
 """Pressure over contact modulus, which the strain is of the order of; plastic strain."""
 
@@ -266,6 +278,9 @@ def _resolution(result: ContactResult) -> Caution | None:
 
 def _slopes(result: ContactResult) -> Caution | None:
     slope = rms_slope(result)
+    if slope >= IMPLAUSIBLE_SLOPE:
+        what = f"the heights have a root-mean-square slope of {slope:.3g}, as no measured map has"
+        return _mistaken(what, _METRES, rms_slope=slope)
     if not slope >= LARGE_SLOPE:
         return None
     return careful(
@@ -274,6 +289,35 @@ def _slopes(result: ContactResult) -> Caution | None:
         f"{LARGE_SLOPE:g}): read areas and pressures as estimates",
         rms_slope=slope,
     )
+
+
+_METRES = "metres, so 1 µm is 1e-6 or '1 um'"
+
+
+def _units(result: ContactResult) -> Caution | None:
+    """Return which number looks as if it were in another unit than the one it is taken in."""
+    for body, whose in (
+        (result.material, "the body"),
+        (result.counter_material, "the counter-body"),
+    ):
+        E, strength = body.young, body.yield_strength
+        if math.isinf(E):
+            continue
+        if not MODULI[0] <= E <= MODULI[1]:
+            what = f"Young's modulus of {whose} is {engineering(E, 'Pa')}, that of no solid"
+            return _mistaken(what, "pascals, so 210 GPa are 210e9 or '210 GPa'", young=E)
+        share = STRENGTHS[0] if strength is None else strength / E
+        if not STRENGTHS[0] <= share <= STRENGTHS[1]:
+            what = f"the yield strength of {whose} is {share:.2g} of its modulus, as in no solid"
+            return _mistaken(what, "pascals, so 1 GPa is 1e9 or '1 GPa'", yield_over_young=share)
+    side = max(result.surface.size)
+    if side > LONGEST_SIDE:
+        return _mistaken(f"the map is {engineering(side, 'm')} long", _METRES, side=side)
+    return None
+
+
+def _mistaken(what: str, unit: str, **numbers: float) -> Caution:
+    return warned(Kind.UNITS, f"{what}: numbers without a unit are taken in {unit}", **numbers)
 
 
 def _strains(result: ContactResult) -> Caution | None:
@@ -450,6 +494,7 @@ CHECKS = (
         lambda r: r.regime is not Regime.UNKNOWN,
     ),
     Check("size of the spots in pixels", _resolution),
+    Check("units of moduli, strengths and lengths", _units),
     Check("slopes", _slopes),
     Check("strains", _strains),
     Check(

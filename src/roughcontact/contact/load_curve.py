@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import pairwise
 from numbers import Real
@@ -42,6 +42,7 @@ from roughcontact.solvers.bounded import Status
 from roughcontact.solvers.progress import Progress, numbered
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities, Quantity, quantity
 
 Array = NDArray[np.float64]
 
@@ -53,11 +54,11 @@ def load_curve(
     surface: Surface,
     *,
     material: Material,
-    loads: Sequence[float] | None = None,
-    approaches: Sequence[float] | None = None,
+    loads: Quantities | None = None,
+    approaches: Quantities | None = None,
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
-    ceiling: str | float | ArrayLike | None = "auto",
+    ceiling: Quantity | ArrayLike | None = "auto",
     boundary: str = "free",
     tolerance: float | None = None,
     max_iterations: int = 2000,
@@ -72,9 +73,10 @@ def load_curve(
     surface, material, counter_material, counter_surface, ceiling, boundary, tolerance, \
 max_iterations, precision
         As for `solve`. With ``"recommended"`` every load has its own ceiling.
-    loads : sequence of float
-        Normal loads W [N], ascending; give either this or ``approaches``.
-    approaches : sequence of float
+    loads : sequence of float, str or quantity of pint
+        Normal loads W, ascending: numbers in N, or with their units, as ``"1 N"``;
+        give either this or ``approaches``.
+    approaches : sequence of float, str or quantity of pint
         Approaches ω [m], ascending.
     folder : path, optional
         Where every finished step is saved at once; made if it does not exist. The same call on
@@ -309,13 +311,12 @@ def spaced(first: float, last: float, number: int, spacing: str = "log") -> list
     return [float(value) for value in values]
 
 
-def _ascending(
-    name: str, loads: Sequence[float] | None, approaches: Sequence[float] | None
-) -> list[float]:
-    given = list(loads if loads is not None else approaches or ())
+def _ascending(name: str, loads: Quantities | None, approaches: Quantities | None) -> list[float]:
+    dimension = "length" if loads is None else "force"
+    given: list[Any] = list(quantity(approaches if loads is None else loads, dimension, name))
     if not given:
         raise InputError("is empty: give at least one value", argument=name)
-    if not all(isinstance(value, Real) and 0 < value < math.inf for value in given):
+    if not all(isinstance(value, Real) and 0 < float(value) < math.inf for value in given):
         raise InputError(f"must be positive and finite, got {given}", argument=name)
     values = [float(value) for value in given]
     if any(second <= first for first, second in pairwise(values)):

@@ -26,6 +26,7 @@ from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers.bounded import Status
 from roughcontact.solvers.progress import Progress, Step, numbered
 from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantity, quantity
 
 Array = NDArray[np.float64]
 
@@ -49,12 +50,12 @@ _WHOLE = 1e-6
 
 def load_history(
     surface: Surface,
-    path: Sequence[Stage | float],
+    path: Sequence[Stage | Quantity],
     *,
     material: Material,
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
-    ceiling: str | float | ArrayLike | None = "auto",
+    ceiling: Quantity | ArrayLike | None = "auto",
     boundary: str = "free",
     tolerance: float = TOLERANCE,
     max_iterations: int = 2000,
@@ -67,8 +68,9 @@ def load_history(
     surface, material, counter_material, counter_surface, ceiling, boundary, max_iterations
         As for `solve`. A path has one ceiling: ``"recommended"`` is that of a first loading to the
         largest load of the path.
-    path : sequence of Stage or float
-        The stages one after the other; a number is a load [N] at the first position.
+    path : sequence of Stage, float, str or quantity of pint
+        The stages one after the other; a number in N, or a force with its unit, is a load at the
+        first position.
     tolerance : float
         Certificate ε of every step.
     progress : callable, optional
@@ -127,7 +129,7 @@ def load_history(
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
     terms = Terms(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
     check(pair, replace(terms, load=_LEAST), held=HELD)
-    limit = resolved_ceiling(ceiling, pair)
+    limit = resolved_ceiling(terms.ceiling, pair)
     shifts = [_pixels(stage.shift, surface, n) for n, stage in enumerate(stages, start=1)]
     bodies = facing(pair, shifts)
     if bodies.on_counter and isinstance(limit, np.ndarray) and any(map(any, shifts)):
@@ -283,13 +285,14 @@ def _pressed(pair: Pair, terms: Terms, progress: Callable[[Step], None] | None) 
     )
 
 
-def _stages(path: Sequence[Stage | float]) -> tuple[Stage, ...]:
+def _stages(path: Sequence[Stage | Quantity]) -> tuple[Stage, ...]:
     stages = []
     for number, stage in enumerate(path, start=1):
-        if not isinstance(stage, (Stage, Real)):
-            raise InputError(f"stage {number} must be a Stage or a load [N], got {stage!r}")
         try:
-            stages.append(stage if isinstance(stage, Stage) else Stage(load=float(stage)))
+            load = quantity(stage, "force", "load")
+            if not isinstance(load, (Stage, Real)):
+                raise InputError(f"must be a Stage or a load [N], got {stage!r}")
+            stages.append(load if isinstance(load, Stage) else Stage(load=float(load)))
         except InputError as error:
             raise InputError(f"stage {number}: ", *error.sentence) from None
     if not stages:

@@ -26,7 +26,7 @@ from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.solvers.progress import Progress, numbered
 from roughcontact.surface import filters
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering
+from roughcontact.units import Quantity, engineering
 
 Array = NDArray[np.float64]
 
@@ -48,10 +48,10 @@ def resolution_study(
     surface: Surface,
     *,
     material: Material,
-    load: float,
+    load: Quantity,
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
-    ceiling: str | float | ArrayLike | None = "auto",
+    ceiling: Quantity | ArrayLike | None = "auto",
     boundary: str = "free",
     tolerance: float | None = None,
     precision: str = "double",
@@ -106,7 +106,7 @@ contact area, contact area without rim excess, maximum pressure, mean pressure.
         )
     terms = Terms(load=load, ceiling=ceiling, tolerance=tolerance, precision=precision)
     check(pair, terms)
-    limit = resolved_ceiling(ceiling, pair)
+    limit = resolved_ceiling(terms.ceiling, pair)
     if isinstance(ceiling, str) and ceiling == RECOMMENDED:
         limit = press(pair, terms).ceiling
     study = _Study(pair, replace(terms, ceiling=limit), progress)

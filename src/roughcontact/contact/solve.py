@@ -28,6 +28,7 @@ from roughcontact.solvers import bounded, tilt
 from roughcontact.solvers.problem import Loaded
 from roughcontact.solvers.progress import Progress, Step, numbered
 from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities, Quantity
 
 LOAD_TOLERANCE = 1e-10
 """Largest load error of a converged result."""
@@ -51,12 +52,12 @@ def solve(
     surface: Surface,
     *,
     material: Material,
-    load: float | None = None,
-    approach: float | None = None,
-    moments: tuple[float, float] | None = None,
+    load: Quantity | None = None,
+    approach: Quantity | None = None,
+    moments: Quantities | None = None,
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
-    ceiling: str | float | ArrayLike | None = "auto",
+    ceiling: Quantity | ArrayLike | None = "auto",
     boundary: str = "free",
     tolerance: float | None = None,
     max_iterations: int = 2000,
@@ -73,9 +74,10 @@ def solve(
         Heights of the rough body, without unhandled holes.
     material, counter_material : Material
         Of the rough body and of its counter-body.
-    load : float
-        Normal load W [N]; give either this or ``approach``.
-    approach : float
+    load : float, str or quantity of pint
+        Normal load W: a number in N, or with its unit, as ``"50 N"``; give either this or
+        ``approach``. All lengths, forces and pressures are taken like this.
+    approach : float, str or quantity of pint
         Approach ω of the bodies from the first touch [m].
     moments : (float, float), optional
         Moments ``(W y, W x)`` [N·m] of the load about the centre of the map: a load that acts at
@@ -84,10 +86,11 @@ def solve(
     counter_surface : Surface, optional
         Heights of the counter-body on the same grid, laid on the first map point by point
         (mirror a map that was measured from its own front); a flat without it.
-    ceiling : "auto", "recommended", float, array_like or None
-        Largest pressure [Pa], one for all or one a pixel. ``"auto"`` is the smaller of the
-        bodies' ceilings, three times the yield strength or, without one, the hardness; no ceiling
-        where none is known. ``"recommended"`` begins with that and solves again until the ceiling
+    ceiling : "auto", "recommended", float, str, quantity of pint, array_like or None
+        Largest pressure [Pa], one for all or one a pixel; or a hardness, as ``"62 HRC"``.
+        ``"auto"`` is the smaller of the bodies' ceilings, three times the yield strength or,
+        without one, the hardness; no ceiling where none is known. ``"recommended"`` begins with
+        that and solves again until the ceiling
         is the one that gives the contact area of plasticity in the volume, see
         `recommended_ceiling`; a contact below first yield keeps the first. ``None`` is purely
         elastic.

@@ -22,6 +22,7 @@ from roughcontact.errors import InputError
 from roughcontact.halfspace import stress, stress_summary
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import default_workers
+from roughcontact.units import Quantities, quantity
 
 # Bytes of the blocks that a thread works on, beyond those of a solve.
 _THREAD = 2**23
@@ -29,7 +30,7 @@ _THREAD = 2**23
 
 def subsurface_stress(
     result: ContactResult,
-    depths: ArrayLike | None = None,
+    depths: Quantities | ArrayLike | None = None,
     *,
     body: str = "body",
     friction: float = 0.0,
@@ -42,7 +43,7 @@ def subsurface_stress(
     ----------
     result : ContactResult
         The contact; its boundary is kept.
-    depths : array_like, optional
+    depths : array_like, or sequence of str or quantity of pint, optional
         Depths z > 0 [m]; by default the surface and from half a pixel to three contact radii, with
         more around the largest stress (`stress_summary.summarise`).
     body : {"body", "counter_body"}
@@ -85,7 +86,8 @@ def subsurface_stress(
     material = result.pair.material_of(body)
     if math.isinf(material.young):
         raise InputError(f"the {BODIES[body]} is rigid: there is no stress in it to compute")
-    _check_depths(depths)
+    wanted = quantity(depths, "length", "depths")
+    _check_depths(wanted)
     require_memory(
         result.surface.shape, boundary=result.boundary, precision=precision, friction=friction
     )
@@ -93,7 +95,7 @@ def subsurface_stress(
     pressure, pixel = result.pressure, result.pair.pixel
     profile = stress_summary.summarise(
         pressure, pixel, material.poisson,
-        depths=depths, yield_strength=material.yield_strength, **options,
+        depths=wanted, yield_strength=material.yield_strength, **options,
     )  # fmt: skip
     section_x, section_y = stress.sections(
         pressure, pixel, profile.depths, material.poisson, profile.pixel_of_max, **options

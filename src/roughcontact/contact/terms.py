@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
+from roughcontact.material.hardness import stress
+from roughcontact.units import Quantities, Quantity, quantity
+
 
 @dataclass(frozen=True, eq=False)
 class Terms:
@@ -24,6 +27,26 @@ class Terms:
     tolerance: float | None = None
     max_iterations: int = 2000
     precision: str = "double"
+
+    def __init__(
+        self,
+        load: Quantity | None = None,
+        approach: Quantity | None = None,
+        moments: Quantities | None = None,
+        ceiling: Quantity | ArrayLike | None = "auto",
+        tolerance: float | None = None,
+        max_iterations: int = 2000,
+        precision: str = "double",
+    ) -> None:
+        object.__setattr__(self, "load", quantity(load, "force", "load"))
+        object.__setattr__(self, "approach", quantity(approach, "length", "approach"))
+        object.__setattr__(self, "moments", quantity(moments, "moment", "moments"))
+        if not (isinstance(ceiling, str) and ceiling.isalpha()):
+            ceiling = stress(ceiling, "ceiling")
+        object.__setattr__(self, "ceiling", ceiling)
+        object.__setattr__(self, "tolerance", tolerance)
+        object.__setattr__(self, "max_iterations", max_iterations)
+        object.__setattr__(self, "precision", precision)
 
     @property
     def control(self) -> str:

@@ -15,6 +15,7 @@ from roughcontact.formats.scale import check_scale
 from roughcontact.formats.source import Asked, Channel, InputFormat, existing
 from roughcontact.surface.provenance import Operation
 from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities
 
 FORMATS: tuple[InputFormat, ...] = (
     InputFormat("netcdf", (".nc",), netcdf.read, netcdf.channels),
@@ -42,7 +43,7 @@ def read_surface(
     format: str | None = None,  # noqa: A002 - the word a user looks for
     channel: str | int | None = None,
     unit: str | None = None,
-    size: tuple[float, float] | str | None = None,
+    size: Quantities | str | None = None,
     override_size: bool = False,
 ) -> Surface:
     """Read a height map from a file.
@@ -62,7 +63,7 @@ def read_surface(
         Unit of the heights, such as ``"um"``; for files that do not give it, and only these. If
         an instrument file gives lengths of its sides but no unit, they are in this unit as well.
     size : (float, float) or str, optional
-        Lengths of the sides ``(y, x)`` [m], or as text in the same order, ``"0.1 mm x 0.2 mm"``;
+        Lengths of the sides ``(y, x)`` [m], or with their units, ``"0.1 mm x 0.2 mm"``;
         one length for a square grid. For files that do not give it, and only these unless
         ``override_size``.
     override_size : bool
@@ -108,7 +109,7 @@ def read_announced(
     format: str | None = None,  # noqa: A002 - the word a user looks for
     channel: str | int | None = None,
     unit: str | None = None,
-    size: tuple[float, float] | str | None = None,
+    size: Quantities | str | None = None,
     override_size: bool = False,
 ) -> Surface:
     """Return what `read_surface` does, of a file whose size may be refused before it is read.
@@ -140,7 +141,7 @@ def read_with_channels(
     format: str | None = None,  # noqa: A002 - the word a user looks for
     channel: str | int | None = None,
     unit: str | None = None,
-    size: tuple[float, float] | str | None = None,
+    size: Quantities | str | None = None,
     override_size: bool = False,
 ) -> tuple[Surface, tuple[Channel, ...]]:
     """Return what `read_surface` and `channels` do, of a pipe as well, which can be read once.

@@ -91,7 +91,7 @@ def is_length(path: Path, unit: str) -> bool:
 
 
 def pixel_of(
-    size: tuple[float, float] | str | None, shape: tuple[int, int], name: str = "the map"
+    size: units.Quantities | str | None, shape: tuple[int, int], name: str = "the map"
 ) -> tuple[float, float]:
     """Return the pixel of a grid over an outline.
 
@@ -126,7 +126,8 @@ def pixel_of(
         sides = tuple(units.parse(part, "length", "size") for part in parts)
     else:
         try:
-            sides = tuple(float(side) for side in np.atleast_1d(np.asarray(size, dtype=float)))
+            given = np.asarray(units.quantity(size, "length", "size"), dtype=float)
+            sides = tuple(float(side) for side in np.atleast_1d(given))
         except (TypeError, ValueError):
             raise InputError(
                 f"must be a pair (y, x) in metres, got {size!r}", argument="size", value=size

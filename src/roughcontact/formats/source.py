@@ -16,6 +16,7 @@ from roughcontact import pipes
 from roughcontact.errors import FormatError, InputError
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities, quantity
 
 Array = NDArray[np.float64]
 
@@ -53,9 +54,14 @@ class Asked:
 
     channel: str | int | None = None
     unit: str | None = None
-    size: tuple[float, float] | str | None = None
+    size: Quantities | str | None = None
     override_size: bool = False
     announced: Callable[[tuple[int, int]], None] | None = None
+
+    def __post_init__(self) -> None:
+        """Keep a text as it was given, and anything else in metres."""
+        if not isinstance(self.size, str):
+            object.__setattr__(self, "size", quantity(self.size, "length", "size"))
 
     def expect(self, shape: tuple[int, ...]) -> None:
         """Tell how large the map will be."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import InputError, Mention, require_positive
+from roughcontact.units import Quantities, Quantity, quantity
 
 Array = NDArray[Any]
 
@@ -40,8 +42,8 @@ class Perfect:
 
     initial: float
 
-    def __post_init__(self) -> None:
-        """Refuse a strength that no material has."""
+    def __init__(self, initial: Quantity) -> None:
+        object.__setattr__(self, "initial", quantity(initial, "pressure", "initial"))
         require_positive(initial=self.initial)
 
     def strength(self, strain: Array) -> Array:
@@ -79,8 +81,9 @@ class Linear:
     initial: float
     modulus: float
 
-    def __post_init__(self) -> None:
-        """Refuse a softening material."""
+    def __init__(self, initial: Quantity, modulus: Quantity) -> None:
+        object.__setattr__(self, "initial", quantity(initial, "pressure", "initial"))
+        object.__setattr__(self, "modulus", quantity(modulus, "pressure", "modulus"))
         require_positive(initial=self.initial)
         if not isinstance(self.modulus, Real) or not 0 <= self.modulus < math.inf:
             raise InputError(
@@ -134,8 +137,10 @@ class Swift:
     offset: float
     exponent: float
 
-    def __post_init__(self) -> None:
-        """Refuse constants that no material has."""
+    def __init__(self, coefficient: Quantity, offset: float, exponent: float) -> None:
+        object.__setattr__(self, "coefficient", quantity(coefficient, "pressure", "coefficient"))
+        object.__setattr__(self, "offset", offset)
+        object.__setattr__(self, "exponent", exponent)
         require_positive(coefficient=self.coefficient, offset=self.offset)
         if not isinstance(self.exponent, Real) or not 0 <= self.exponent <= 1:
             raise InputError(
@@ -187,7 +192,12 @@ class Tabulated:
     strain: tuple[float, ...]
     stress: tuple[float, ...]
 
-    def __post_init__(self) -> None:
+    def __init__(self, strain: Sequence[float], stress: Quantities) -> None:
+        object.__setattr__(self, "strain", strain)
+        object.__setattr__(self, "stress", quantity(stress, "pressure", "stress"))
+        self._check()
+
+    def _check(self) -> None:
         """Refuse a table that is too short, out of order or not positive."""
         try:
             strain, stress = (np.array(row, float) for row in (self.strain, self.stress))

@@ -18,11 +18,12 @@ from __future__ import annotations
 
 import math
 import re
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from roughcontact.errors import InputError, require_positive
+from roughcontact import units
+from roughcontact.errors import InputError, Mention, require_positive
 
 STANDARD_GRAVITY = 9.80665
 """Force of one kilogram-force [N]."""
@@ -65,6 +66,7 @@ _SPELLINGS = {
 }  # fmt: skip
 _NUMBER = r"\d+(?:\.\d+)?"
 _SCALE = r"(?P<scale>HV|HBW|HB|HRBW|HRB|HRC)"
+_SCALED = re.compile(r"\bH(V|B|BW|RB|RC)\d*\b", re.IGNORECASE)
 _TEST = rf"(?P<test>{_NUMBER}(?:/{_NUMBER})*)?"
 _VALUE_FIRST = re.compile(rf"(?P<value>{_NUMBER})\s*{_SCALE}\s*{_TEST}", re.IGNORECASE)
 _VALUE_LAST = re.compile(rf"{_SCALE}{_TEST}\s+(?P<value>{_NUMBER})", re.IGNORECASE)
@@ -283,6 +285,42 @@ def brinell_pressure(brinell: float, force_index: float = 30.0) -> float:
             "than 0.6 of the ball; give ball and load, as in '60 HBW 10/1000'"
         )
     return brinell * STANDARD_GRAVITY * 1e6 / (1 - depth)
+
+
+def stress(value: Any, name: str) -> Any:
+    """Return a pressure that may be given as a hardness, in the scale of a test.
+
+    Parameters
+    ----------
+    value : object
+        A number in Pa, a pressure with its unit, or a hardness such as ``"62 HRC"``.
+    name : str
+        The argument that it is given for, which errors carry.
+
+    Returns
+    -------
+    object
+        Texts and quantities of pint as numbers [Pa], all else as it was given.
+
+    Raises
+    ------
+    InputError
+        If a text is neither.
+
+    Examples
+    --------
+    >>> round(stress("700 HV", "ceiling") / 1e9, 2), stress("3 GPa", "ceiling")
+    (7.4, 3000000000.0)
+    """
+    if not isinstance(value, str):
+        return units.quantity(value, "pressure", name)
+    if not _SCALED.search(value):
+        return units.parse(value, "pressure", name)
+    try:
+        return ceiling(value)
+    except InputError as error:
+        own = () if error.argument in (None, name) else (Mention(str(error.argument)), " ")
+        raise InputError(Mention(name), ": ", *own, *error.parts) from None
 
 
 def ceiling(hardness: str | float) -> float:

@@ -8,6 +8,8 @@ from numbers import Real
 
 from roughcontact.errors import InputError, Mention
 from roughcontact.material.hardening import Hardening, Linear, Perfect, Swift, Tabulated
+from roughcontact.material.hardness import stress
+from roughcontact.units import Quantity, quantity
 
 CEILING_FACTOR = 3.0
 """Pressure ceiling over yield strength of the softer body (Tabor 1951: H ≈ 3 σ_Y)."""
@@ -19,17 +21,19 @@ class Material:
 
     Parameters
     ----------
-    young : float
-        Young's modulus E [Pa]; ``inf`` for a rigid body.
+    young : float, str or quantity of pint
+        Young's modulus E: a number in Pa, or with its unit, as ``"210 GPa"``; ``inf`` for a rigid
+        body.
     poisson : float
         Poisson's ratio ν, in (-1, 0.5].
-    yield_strength : float, optional
+    yield_strength : float, str or quantity of pint, optional
         Uniaxial yield strength σ_Y [Pa]; ``None`` if unknown or if the body never yields.
     name : str
         A name for reports.
-    hardness : float, optional
-        Mean pressure under an indenter over its projected area [Pa], see `hardness.ceiling`; the
-        ceiling where there is no yield strength, as for ceramics.
+    hardness : float, str or quantity of pint, optional
+        Mean pressure under an indenter over its projected area [Pa], or the number of a test
+        such as ``"62 HRC"``, see `hardness.ceiling`; the ceiling where there is no yield strength,
+        as for ceramics.
     hardening : Perfect, Linear, Swift or Tabulated, optional
         How the yield strength grows with the plastic strain; its first value is taken for
         ``yield_strength``. Without it a body with a yield strength is perfectly plastic.
@@ -47,7 +51,25 @@ class Material:
     hardness: float | None = None
     hardening: Hardening | None = None
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        young: Quantity,
+        poisson: float,
+        yield_strength: Quantity | None = None,
+        name: str = "",
+        hardness: Quantity | None = None,
+        hardening: Hardening | None = None,
+    ) -> None:
+        strength = quantity(yield_strength, "pressure", "yield_strength")
+        object.__setattr__(self, "young", quantity(young, "pressure", "young"))
+        object.__setattr__(self, "poisson", poisson)
+        object.__setattr__(self, "yield_strength", strength)
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "hardness", stress(hardness, "hardness"))
+        object.__setattr__(self, "hardening", hardening)
+        self._check()
+
+    def _check(self) -> None:
         """Refuse constants that no material has."""
         for name in ("young", "poisson", "yield_strength", "hardness"):
             value = getattr(self, name)

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from roughcontact.material.material import Material
     from roughcontact.surface.nominal import Body
 
-_HARDNESS = re.compile(r"\bH(V|B|BW|RB|RC)\d*\b", re.IGNORECASE)
 _NO_FORCE = re.compile(r"0+(\.0*)?\s*\w*N")
 
 
@@ -103,12 +102,8 @@ def ceiling(text: str, argument: str) -> str | float | None:
         return None
     if plain in ("auto", RECOMMENDED):
         return plain
-    if _HARDNESS.search(plain):
-        try:
-            return hardness.ceiling(plain)
-        except InputError as error:
-            raise about(argument, error) from None
-    return units.parse(text, "pressure", argument)
+    found: float = hardness.stress(plain, argument)
+    return found
 
 
 def material(text: str, argument: str) -> Material:

@@ -15,6 +15,7 @@ from roughcontact.errors import InputError, Mention
 from roughcontact.surface import shapes
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities, Quantity, quantity
 
 Array = NDArray[np.float64]
 
@@ -50,7 +51,7 @@ class Body(Protocol):
 def flat(
     *,
     shape: tuple[int, int],
-    pixel: tuple[float, float],
+    pixel: Quantities,
     center: tuple[float, float] | None = None,
 ) -> Surface:
     """Return a flat body.
@@ -72,15 +73,16 @@ def flat(
     InputError
         As for `shapes.flat`.
     """
-    origin = Operation("nominal.flat", {"shape": shape, "pixel": pixel})
-    return Surface(shapes.flat(shape, pixel), pixel, Provenance("nominal flat", origin=origin))
+    edges = quantity(pixel, "length", "pixel")
+    origin = Operation("nominal.flat", {"shape": shape, "pixel": edges})
+    return Surface(shapes.flat(shape, edges), edges, Provenance("nominal flat", origin=origin))
 
 
 def sphere(
     *,
-    radius: float,
+    radius: Quantity,
     shape: tuple[int, int],
-    pixel: tuple[float, float],
+    pixel: Quantities,
     center: tuple[float, float] | None = None,
 ) -> Surface:
     """Return an exact sphere.
@@ -110,24 +112,26 @@ def sphere(
     >>> ball.provenance.source
     'nominal sphere of radius 10 mm'
     """
-    heights = shapes.sphere(shape, pixel, radius, center)
+    edges = quantity(pixel, "length", "pixel")
+    R = quantity(radius, "length", "radius")
+    heights = shapes.sphere(shape, edges, R, center)
     return _nominal(
         "sphere",
         heights,
-        f"sphere of radius {_length(radius)}",
-        radius=radius,
+        f"sphere of radius {_length(R)}",
+        radius=R,
         shape=shape,
-        pixel=pixel,
+        pixel=edges,
         center=center,
     )
 
 
 def ellipsoid(
     *,
-    radii: tuple[float, float],
+    radii: Quantities,
     angle: float = 0.0,
     shape: tuple[int, int],
-    pixel: tuple[float, float],
+    pixel: Quantities,
     center: tuple[float, float] | None = None,
 ) -> Surface:
     """Return an ellipsoid near its summit: Hertz's paraboloid with two radii of curvature.
@@ -153,10 +157,12 @@ def ellipsoid(
     InputError
         As for `shapes.ellipsoid`.
     """
-    heights = shapes.ellipsoid(shape, pixel, radii, angle, center)
+    edges = quantity(pixel, "length", "pixel")
+    both = quantity(radii, "length", "radii")
+    heights = shapes.ellipsoid(shape, edges, both, angle, center)
     name = (
-        f"ellipsoid of the radii of curvature {_length(radii[0])} along y and "
-        f"{_length(radii[1])} along x"
+        f"ellipsoid of the radii of curvature {_length(both[0])} along y and "
+        f"{_length(both[1])} along x"
     )
     if angle:
         name += f", turned by {angle:g} degrees counter-clockwise"
@@ -164,20 +170,20 @@ def ellipsoid(
         "ellipsoid",
         heights,
         name,
-        radii=radii,
+        radii=both,
         angle=angle,
         shape=shape,
-        pixel=pixel,
+        pixel=edges,
         center=center,
     )
 
 
 def cylinder(
     *,
-    radius: float,
+    radius: Quantity,
     angle: float = 0.0,
     shape: tuple[int, int],
-    pixel: tuple[float, float],
+    pixel: Quantities,
     center: tuple[float, float] | None = None,
 ) -> Surface:
     """Return an exact lying cylinder; one on each body gives crossed or parallel cylinders.
@@ -203,28 +209,28 @@ def cylinder(
     InputError
         As for `shapes.cylinder`.
     """
-    heights = shapes.cylinder(shape, pixel, radius, angle, center)
-    name = (
-        f"cylinder of radius {_length(radius)}, axis at {angle:g} degrees counter-clockwise from x"
-    )
+    edges = quantity(pixel, "length", "pixel")
+    R = quantity(radius, "length", "radius")
+    heights = shapes.cylinder(shape, edges, R, angle, center)
+    name = f"cylinder of radius {_length(R)}, axis at {angle:g} degrees counter-clockwise from x"
     return _nominal(
         "cylinder",
         heights,
         name,
-        radius=radius,
+        radius=R,
         angle=angle,
         shape=shape,
-        pixel=pixel,
+        pixel=edges,
         center=center,
     )
 
 
 def punch(
     *,
-    radius: float,
-    edge_radius: float = 0.0,
+    radius: Quantity,
+    edge_radius: Quantity = 0.0,
     shape: tuple[int, int],
-    pixel: tuple[float, float],
+    pixel: Quantities,
     center: tuple[float, float] | None = None,
 ) -> Surface:
     """Return a flat-ended round punch.
@@ -250,26 +256,29 @@ def punch(
     InputError
         As for `shapes.punch`.
     """
-    heights = shapes.punch(shape, pixel, radius, edge_radius, center)
-    name = f"round punch of radius {_length(radius)}{_edge(edge_radius)}"
+    edges = quantity(pixel, "length", "pixel")
+    R = quantity(radius, "length", "radius")
+    rho = quantity(edge_radius, "length", "edge_radius")
+    heights = shapes.punch(shape, edges, R, rho, center)
+    name = f"round punch of radius {_length(R)}{_edge(rho)}"
     return _nominal(
         "punch",
         heights,
         name,
-        radius=radius,
-        edge_radius=edge_radius,
+        radius=R,
+        edge_radius=rho,
         shape=shape,
-        pixel=pixel,
+        pixel=edges,
         center=center,
     )
 
 
 def rectangular_punch(
     *,
-    sides: tuple[float, float],
-    edge_radius: float = 0.0,
+    sides: Quantities,
+    edge_radius: Quantity = 0.0,
     shape: tuple[int, int],
-    pixel: tuple[float, float],
+    pixel: Quantities,
     center: tuple[float, float] | None = None,
 ) -> Surface:
     """Return a flat-ended punch with sides along y and x.
@@ -295,19 +304,21 @@ def rectangular_punch(
     InputError
         As for `shapes.rectangular_punch`.
     """
-    heights = shapes.rectangular_punch(shape, pixel, sides, edge_radius, center)
+    edges = quantity(pixel, "length", "pixel")
+    rho = quantity(edge_radius, "length", "edge_radius")
+    both = quantity(sides, "length", "sides")
+    heights = shapes.rectangular_punch(shape, edges, both, rho, center)
     name = (
-        f"rectangular punch of {_length(sides[0])} along y by {_length(sides[1])} along x"
-        f"{_edge(edge_radius)}"
+        f"rectangular punch of {_length(both[0])} along y by {_length(both[1])} along x{_edge(rho)}"
     )
     return _nominal(
         "rectangular_punch",
         heights,
         name,
-        sides=sides,
-        edge_radius=edge_radius,
+        sides=both,
+        edge_radius=rho,
         shape=shape,
-        pixel=pixel,
+        pixel=edges,
         center=center,
     )
 
@@ -316,7 +327,7 @@ def cone(
     *,
     slope: float,
     shape: tuple[int, int],
-    pixel: tuple[float, float],
+    pixel: Quantities,
     center: tuple[float, float] | None = None,
 ) -> Surface:
     """Return a cone.
@@ -340,14 +351,15 @@ def cone(
     InputError
         As for `shapes.cone`.
     """
-    heights = shapes.cone(shape, pixel, slope, center)
+    edges = quantity(pixel, "length", "pixel")
+    heights = shapes.cone(shape, edges, slope, center)
     return _nominal(
         "cone",
         heights,
         f"cone of slope {slope:g}",
         slope=slope,
         shape=shape,
-        pixel=pixel,
+        pixel=edges,
         center=center,
     )
 
@@ -357,7 +369,7 @@ def wedge(
     slope: float,
     angle: float = 0.0,
     shape: tuple[int, int],
-    pixel: tuple[float, float],
+    pixel: Quantities,
     center: tuple[float, float] | None = None,
 ) -> Surface:
     """Return a symmetric wedge.
@@ -383,10 +395,11 @@ def wedge(
     InputError
         As for `shapes.wedge`.
     """
-    heights = shapes.wedge(shape, pixel, slope, angle, center)
+    edges = quantity(pixel, "length", "pixel")
+    heights = shapes.wedge(shape, edges, slope, angle, center)
     name = f"wedge of slope {slope:g}, ridge at {angle:g} degrees counter-clockwise from x"
     return _nominal(
-        "wedge", heights, name, slope=slope, angle=angle, shape=shape, pixel=pixel, center=center
+        "wedge", heights, name, slope=slope, angle=angle, shape=shape, pixel=edges, center=center
     )
 
 

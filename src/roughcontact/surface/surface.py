@@ -25,6 +25,7 @@ from roughcontact.surface import (
 )
 from roughcontact.surface.form import remove_form
 from roughcontact.surface.provenance import Operation, Provenance
+from roughcontact.units import Quantities, Quantity, WithUnit, quantity
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,10 +34,10 @@ class Surface:
 
     Parameters
     ----------
-    heights : array_like, shape (ny, nx)
+    heights : array_like or quantity of pint, shape (ny, nx)
         Heights [m], ``heights[y, x]``; NaN where missing. Kept as read-only float64.
     pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
+        Pixel edges ``(dy, dx)`` [m], or with their units, as ``("1 um", "2 um")``.
     provenance : Provenance
         Where the map came from.
     holes_masked : bool
@@ -56,12 +57,13 @@ class Surface:
 
     def __init__(
         self,
-        heights: ArrayLike,
-        pixel: tuple[float, float],
+        heights: ArrayLike | WithUnit,
+        pixel: Quantities,
         provenance: Provenance | None = None,
         holes_masked: bool = False,
     ) -> None:
-        object.__setattr__(self, "heights", _checked_heights(heights))
+        taken = _checked_heights(quantity(heights, "length", "heights"))
+        object.__setattr__(self, "heights", taken)
         object.__setattr__(self, "pixel", _checked_pixel(pixel))
         object.__setattr__(self, "provenance", provenance or Provenance())
         object.__setattr__(self, "holes_masked", bool(holes_masked))
@@ -106,7 +108,7 @@ class Surface:
         """
         return parameters.summary(self.heights, self.pixel)
 
-    def resolution_notes(self, tip_radius: float | None = None) -> tuple[str, ...]:
+    def resolution_notes(self, tip_radius: Quantity | None = None) -> tuple[str, ...]:
         """Return what limits the lateral resolution of the map, each in one sentence.
 
         Parameters
@@ -128,7 +130,8 @@ class Surface:
         InputError
             If the radius is not positive.
         """
-        return resolution.notes(self.heights, self.pixel, tip_radius, self.provenance.instrument)
+        radius = quantity(tip_radius, "length", "tip_radius")
+        return resolution.notes(self.heights, self.pixel, radius, self.provenance.instrument)
 
     def leveled(
         self, form: str = "plane", points: Sequence[tuple[int, int]] | None = None
@@ -290,7 +293,7 @@ class Surface:
         self,
         shape: tuple[int, int] | None = None,
         *,
-        pixel: tuple[float, float] | None = None,
+        pixel: Quantities | None = None,
         method: str = "bandlimited",
     ) -> Surface:
         """Return the map on another grid over the same outline.
@@ -316,17 +319,17 @@ class Surface:
         InputError
             If there are missing points, or if not exactly one of shape and pixel is given.
         """
-        given = {"shape": shape, "pixel": pixel, "method": method}
+        wanted = quantity(pixel, "length", "pixel")
+        given = {"shape": shape, "pixel": wanted, "method": method}
         if shape is None:
-            if pixel is None:
+            if wanted is None:
                 raise InputError(
                     "or ", Mention("pixel"), " of the new grid must be given", argument="shape"
                 )
-            require_pixel(pixel)
-            limits.require_grid(
-                "pixel", [s / p for s, p in zip(self.size, pixel, strict=True)], pixel
-            )
-            shape = (round(self.size[0] / pixel[0]), round(self.size[1] / pixel[1]))
+            require_pixel(wanted)
+            ratios = [side / edge for side, edge in zip(self.size, wanted, strict=True)]
+            limits.require_grid("pixel", ratios, wanted)
+            shape = (round(ratios[0]), round(ratios[1]))
             if min(shape) < 2:
                 raise InputError(
                     f"must be at most half the size of the map, {self.size} m, got {pixel!r}",
@@ -342,7 +345,11 @@ class Surface:
         found = {"from": self.shape, "to": heights.shape, "pixel": edges}
         return self._after(Operation("resampled", given, found), heights, pixel=edges)
 
-    def filtered(self, s: float | None = None, l: float | None = None) -> Surface:  # noqa: E741
+    def filtered(
+        self,
+        s: Quantity | None = None,
+        l: Quantity | None = None,  # noqa: E741 - the standard's letter
+    ) -> Surface:
         """Return a copy without its short waves, its long waves, or both (ISO 16610-61).
 
         Parameters
@@ -364,8 +371,9 @@ class Surface:
         InputError
             If neither is given, or a cut-off is below two pixels or above a side of the map.
         """
-        heights = filters.band(self.heights, self.pixel, s, l)
-        return self._after(Operation("filtered", {"s": s, "l": l}), heights)
+        given = {name: quantity(cut, "length", name) for name, cut in (("s", s), ("l", l))}
+        heights = filters.band(self.heights, self.pixel, **given)
+        return self._after(Operation("filtered", given), heights)
 
     def with_form(self, form: Surface) -> Surface:
         """Return a copy with the heights of a body added: roughness on a nominal form.
@@ -416,7 +424,7 @@ class Surface:
     def aligned(
         self,
         grid: Surface,
-        offset: tuple[float, float] = (0.0, 0.0),
+        offset: Quantities = (0.0, 0.0),
         angle: float = 0.0,
         mirrored: bool = False,
     ) -> Surface:
@@ -451,7 +459,8 @@ class Surface:
         """
         if not isinstance(grid, Surface):
             raise InputError(f"must be a Surface, got {type(grid).__name__}", argument="grid")
-        motion = (grid.shape, grid.pixel, offset, angle, mirrored)
+        shift = quantity(offset, "length", "offset")
+        motion = (grid.shape, grid.pixel, shift, angle, mirrored)
         heights = alignment.align(self.heights, self.pixel, *motion)
         placement = alignment.place(self.shape, self.pixel, *motion)
         first, last = alignment.spans(self.shape, placement, grid.shape)
@@ -463,7 +472,7 @@ class Surface:
             "aligned",
             {
                 "grid": Provenance("nominal flat", origin=flat),
-                "offset": offset,
+                "offset": shift,
                 "angle": angle,
                 "mirrored": mirrored,
             },
@@ -573,9 +582,9 @@ def _checked_heights(heights: ArrayLike) -> NDArray[np.float64]:
     return copy
 
 
-def _checked_pixel(pixel: tuple[float, float]) -> tuple[float, float]:
+def _checked_pixel(pixel: Quantities) -> tuple[float, float]:
     try:
-        dy, dx = (float(edge) for edge in pixel)
+        dy, dx = (float(edge) for edge in quantity(pixel, "length", "pixel"))
     except (TypeError, ValueError):
         raise InputError(
             f"must be a pair (dy, dx) in metres, got {pixel!r}", argument="pixel", value=pixel

@@ -14,6 +14,7 @@ from roughcontact.errors import InputError, require_positive
 from roughcontact.halfspace import fft
 from roughcontact.surface import memory
 from roughcontact.surface.shapes import require_grid
+from roughcontact.units import Quantities, Quantity, quantity
 
 Array = NDArray[np.float64]
 
@@ -23,11 +24,11 @@ _SLACK = 1e-9
 
 def self_affine(
     shape: tuple[int, int],
-    pixel: tuple[float, float],
+    pixel: Quantities,
     *,
-    rms_height: float,
-    rolloff_wavelength: float,
-    cutoff_wavelength: float,
+    rms_height: Quantity,
+    rolloff_wavelength: Quantity,
+    cutoff_wavelength: Quantity,
     hurst: float = 0.8,
     rng: np.random.Generator,
 ) -> Array:
@@ -85,11 +86,14 @@ def self_affine(
     >>> bool(np.allclose(fine[::2, ::2], coarse, rtol=0, atol=1e-20))
     True
     """
-    require_grid(shape, pixel, memory.GENERATED)
-    require_positive(rms_height=rms_height)
-    _check_waves(pixel, rolloff_wavelength, cutoff_wavelength, hurst)
-    spectrum = _spectrum(shape, pixel, rolloff_wavelength, cutoff_wavelength, hurst, rng)
-    return _heights(spectrum, shape[1], rms_height)
+    edges = quantity(pixel, "length", "pixel")
+    Sq = quantity(rms_height, "length", "rms_height")
+    longest = quantity(rolloff_wavelength, "length", "rolloff_wavelength")
+    shortest = quantity(cutoff_wavelength, "length", "cutoff_wavelength")
+    require_grid(shape, edges, memory.GENERATED)
+    require_positive(rms_height=Sq)
+    _check_waves(edges, longest, shortest, hurst)
+    return _heights(_spectrum(shape, edges, longest, shortest, hurst, rng), shape[1], Sq)
 
 
 def reference_map(n: int, rng_seed: int = 0) -> tuple[Array, tuple[float, float]]:

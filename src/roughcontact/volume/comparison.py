@@ -28,6 +28,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.solvers.progress import Progress
 from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities, quantity
 from roughcontact.volume import solve as elastoplastic
 from roughcontact.volume.result import ElastoplasticResult
 
@@ -230,7 +231,7 @@ def compare_models(
     surface: Surface,
     *,
     material: Material,
-    loads: Sequence[float],
+    loads: Quantities,
     factors: Sequence[float] = (CEILING_FACTOR,),
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
@@ -243,7 +244,7 @@ def compare_models(
     ----------
     surface, material, counter_material, counter_surface, boundary
         As for `solve`; at least one body has a yield strength.
-    loads : sequence of float
+    loads : sequence of float, str or quantity of pint
         Normal loads [N], ascending. The volume model follows them one after the other: a first
         load far beyond first yield wants smaller ones before it.
     factors : sequence of float
@@ -277,7 +278,7 @@ def compare_models(
     body = pair.softer
     if body is None or body.yield_strength is None:
         raise InputError("no body has a yield strength: there is no plasticity to compare")
-    given = _ascending("loads", loads)
+    given = _ascending("loads", quantity(loads, "force", "loads"))
     tried = _ascending("factors", factors)
     strength = body.yield_strength
     check(pair, Terms(load=given[-1], ceiling=tried[0] * strength))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -27,6 +27,7 @@ from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers import bounded
 from roughcontact.solvers.progress import Progress
 from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities, Quantity, quantity
 from roughcontact.volume import checks, memory
 from roughcontact.volume.contact_solver import CONTACT_TOLERANCE, ContactSolver, untouched
 from roughcontact.volume.extent import LEAST_LAYERS, Extent, first_extent
@@ -45,14 +46,14 @@ def solve_elastoplastic(
     surface: Surface,
     *,
     material: Material,
-    load: float | None = None,
-    loads: Sequence[float] | None = None,
+    load: Quantity | None = None,
+    loads: Quantities | None = None,
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
     boundary: str = "free",
     increments: int = 10,
-    depth: float | None = None,
-    layers: ArrayLike | None = None,
+    depth: Quantity | None = None,
+    layers: Quantities | ArrayLike | None = None,
     tolerance: float = TOLERANCE,
     max_iterations: int = 150,
     precision: str = "single",
@@ -70,7 +71,7 @@ def solve_elastoplastic(
     material, counter_material : Material
         Of the rough body and of its counter-body: elastic without a yield strength, perfectly
         plastic with one, hardening with ``hardening``. At least one yields.
-    load : float
+    load : float, str or quantity of pint
         Last load [N], reached in ``increments`` equal steps; give either this or ``loads``.
     loads : sequence of float
         Loads one after the other [N]; zero separates the bodies.
@@ -149,19 +150,21 @@ def solve_elastoplastic(
     ('converged', 'plastic up to the surface')
     """
     began = time.perf_counter()
+    volume = quantity(depth, "length", "depth"), quantity(layers, "length", "layers")
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
     problem = Problem(pair, tolerance, max_iterations, precision)
-    checks.check_arguments(problem, increments, depth, layers, start, on_failure)
+    checks.check_arguments(problem, increments, *volume, start, on_failure)
     first = 0.0 if start is None else start.solution.load
-    path = checks.path_of(load, loads, int(increments), first)
+    asked = quantity(load, "force", "load"), quantity(loads, "force", "loads")
+    path = checks.path_of(*asked, int(increments), first)
     # Before anything of the size of the map is made; again once the volume is known.
-    least = LEAST_LAYERS if layers is None else np.size(layers)
+    least = LEAST_LAYERS if layers is None else np.size(volume[1])
     memory.require(pair.shape, least, **memory.given(problem))
     workspace = Workspace()
-    solver, extent = _prepared(problem, max(path), depth, layers, start, workspace)
-    volume = [extent.margin, layers is None, *extent.thickness]
+    solver, extent = _prepared(problem, max(path), *volume, start, workspace)
+    layered = [extent.margin, layers is None, *extent.thickness]
     loop_in = partial(Loop, problem, solver, workspace, deepen=layers is None)
-    with kept(folder, problem, path, start, volume) as steps:
+    with kept(folder, problem, path, start, layered) as steps:
         run = _Run(problem, path, steps, progress, began)
         result = run.finished(start, extent, loop_in)
     return _judged(result, on_failure, folder)
