@@ -17,6 +17,7 @@ from roughcontact.material.hardening import Linear, Tabulated
 from roughcontact.plots import volume as volume_plots
 from roughcontact.report import (
     assumptions_volume,
+    figures,
     page as layout,
     regimes,
     volume as volume_report,
@@ -112,6 +113,27 @@ def test_unloaded_it_tells_what_is_left(released) -> None:
     assert f"Residual stress {engineering(stress, 'Pa')}" in page
     assert "Largest von Mises stress under load" not in page
     assert "Contact spots" not in page
+    assert "Under the largest load of the path, 350 mN, which is gone. Contact pressure" in page
+
+
+def test_unloaded_the_pressure_is_that_of_the_largest_load(pressed, released, tmp_path) -> None:
+    np.testing.assert_array_equal(released.largest_pressure, pressed.solution.pressure)
+    assert pressed.largest_pressure is None
+    path = tmp_path / "released.nc"
+    released.save(path)
+    for result in (released, rc.load_result(path)):
+        drawings = figures.drawings(result)
+        (axes,) = (axes for axes in drawings["pressure"]().axes if axes.images)
+        assert "at 350 mN, largest" in axes.get_title()
+        drawn = axes.images[0].get_array()
+        assert drawn.max() == pytest.approx(pressed.solution.max_pressure / 1e9)
+        assert drawings["histogram"]().axes[0].patches[0].get_data().values.max() > 0
+    # In one run, too, and the end is the same.
+    surface, material = pressed.solution.surface, pressed.solution.material
+    loads = [0.1, 0.2, 0.35]
+    end = rc.solve_elastoplastic(surface, material=material, loads=[*loads, 0.0])
+    np.testing.assert_array_equal(end.largest_pressure, pressed.solution.pressure)
+    np.testing.assert_array_equal(end.residual_displacement, released.residual_displacement)
 
 
 def test_the_file_stands_alone(pressed, tmp_path: Path) -> None:

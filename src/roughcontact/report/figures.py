@@ -142,6 +142,20 @@ class VolumeScene:
         return ContactScene(self.result.solution)
 
     @property
+    def pressed(self) -> ContactScene:
+        """The contact in the end, or under the largest load where none is left; no gap of it."""
+        load, pressure = self.result.largest
+        solution = self.result.solution
+        if self.loaded or not load:
+            return self.contact
+        return ContactScene(replace(solution, load=load, pressure=pressure))
+
+    @property
+    def known(self) -> bool:
+        """Whether there is a pressure to draw."""
+        return bool(self.result.largest[0])
+
+    @property
     def loaded(self) -> bool:
         """Whether there is a load in the end."""
         return bool(self.result.solution.load)
@@ -375,10 +389,33 @@ CONTACT: Illustrations = (
 # The volume model
 
 
-def _of_contact(name: str, loaded: bool = False) -> Illustration:
-    """Return a figure of the contact as one of the volume model, if need be only under load."""
-    entry = _of("contact", next(entry for entry in CONTACT if entry.name == name))
-    return replace(entry, when=lambda scene: scene.loaded) if loaded else entry
+def _of_contact(name: str) -> Illustration:
+    """Return a figure of the contact as one of the volume model."""
+    return _of("contact", _in_contact(name))
+
+
+def _of_pressure(name: str) -> Illustration:
+    """Return a figure of the pressure, under the largest load where there is none in the end."""
+    entry = _of("pressed", _in_contact(name))
+
+    def words(scene: VolumeScene) -> tuple[str, str]:
+        alt, caption = entry.words(scene)
+        if scene.loaded:
+            return alt, caption
+        load = engineering(scene.pressed.result.load, "N", 3)
+        under = f"Under the largest load of the path, {load}, which is gone"
+        return f"{under}: {alt}", f"{under}. {caption}"
+
+    return replace(
+        entry,
+        alt=lambda scene: words(scene)[0],
+        caption=lambda scene: words(scene)[1],
+        when=lambda scene: scene.known,
+    )
+
+
+def _in_contact(name: str) -> Illustration:
+    return next(entry for entry in CONTACT if entry.name == name)
 
 
 def _displacement(scene: VolumeScene) -> str:
@@ -420,7 +457,7 @@ def _dent(scene: VolumeScene) -> str:
 
 VOLUME: Illustrations = (
     _of_contact("surface"),
-    _of_contact("pressure", loaded=True),
+    _of_pressure("pressure"),
     Illustration(
         "displacement",
         lambda scene: volume.residual_displacement(scene.result),
@@ -428,7 +465,7 @@ VOLUME: Illustrations = (
         _displacement,
     ),
     _of_contact("gap"),
-    _of_contact("histogram", loaded=True),
+    _of_pressure("histogram"),
     _cut("x"),
     _cut("y"),
     Illustration(

@@ -87,6 +87,10 @@ def _to_dataset(result: ElastoplasticResult) -> tuple[xarray.Dataset, dict[str, 
     unit = {"units": "m", "long_name": "displacement of the surface by plastic strain"}
     dataset["residual_displacement"] = (("y", "x"), result.residual_displacement, unit)
     packed = {"pressure": _PACKED}
+    if result.largest_pressure is not None:
+        about = {"units": "Pa", "long_name": "contact pressure at the largest load of the path"}
+        dataset["largest_pressure"] = (("y", "x"), result.largest_pressure, about)
+        packed["largest_pressure"] = _PACKED
     for name, body in zip(_yielding(result.solution), result.bodies, strict=True):
         packed |= _add_body(dataset, name, body)
     dataset["component"] = ("component", list(_COMPONENTS))
@@ -274,6 +278,7 @@ def _from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
         tuple(islice(residuals, count)) for count in dataset["increment_iterations"].values.tolist()
     ]
     rows = zip(*columns.values(), strict=True)
+    largest = dataset.get("largest_pressure")
     result = ElastoplasticResult(
         solution=pressed,
         residual_displacement=np.array(dataset["residual_displacement"].values),
@@ -285,6 +290,7 @@ def _from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
         status=str(attributes["elastoplastic_status"]),
         seconds=float(attributes["elastoplastic_seconds"]),
         version=str(attributes["elastoplastic_version"]),
+        largest_pressure=None if largest is None else np.array(largest.values),
     )
     ranges.check(result)
     return result

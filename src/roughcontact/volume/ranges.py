@@ -34,6 +34,10 @@ def check(result: ElastoplasticResult) -> None:
     require_finite(
         "residual_displacement", result.residual_displacement, result.solution.pair.shape
     )
+    if result.largest_pressure is not None:
+        require_finite("largest_pressure", result.largest_pressure, result.solution.pair.shape)
+        if not (result.increments and result.largest_pressure.min() >= 0):
+            raise InputError("must not be negative, after increments", argument="largest_pressure")
     if not result.bodies:
         raise InputError("has none that yields", argument="bodies")
     for body in result.bodies:

@@ -192,6 +192,8 @@ class ElastoplasticResult:
         ``"converged"``, or why the path was left.
     seconds : float
         Wall time.
+    largest_pressure : ndarray, optional
+        Pressure at the largest load [Pa], shape (ny, nx), where the path ends at a lower one.
     """
 
     solution: ContactResult
@@ -204,15 +206,25 @@ class ElastoplasticResult:
     status: str
     seconds: float
     version: str = field(default="")
+    largest_pressure: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
-        """Make the map read-only."""
+        """Make the maps read-only."""
         self.residual_displacement.flags.writeable = False
+        if self.largest_pressure is not None:
+            self.largest_pressure.flags.writeable = False
 
     @property
     def contact(self) -> ContactResult:
         """The ``solution``, by its old name."""
         return self.solution
+
+    @property
+    def largest(self) -> tuple[float, NDArray[np.float64]]:
+        """Largest load so far [N], and the pressure under it [Pa], if both are known."""
+        if self.largest_pressure is None:
+            return self.solution.load, self.solution.pressure
+        return max(step.load for step in self.increments), self.largest_pressure
 
     @property
     def converged(self) -> bool:

@@ -239,10 +239,14 @@ class _Run:
         loop, before = loop_in(extent), kept or start
         if before is not None:
             loop.resume(before, carried)
-        return self._follow(loop, number, [] if before is None else list(before.increments))
+        return self._follow(loop, number, before)
 
-    def _follow(self, loop: Loop, first: int, done: list[Increment]) -> ElastoplasticResult:
+    def _follow(
+        self, loop: Loop, first: int, before: ElastoplasticResult | None
+    ) -> ElastoplasticResult:
         """Visit the loads from a number on."""
+        done = [] if before is None else list(before.increments)
+        largest = (0.0, None) if before is None else before.largest
         result, status = None, CONVERGED
         for number in range(first, len(self.path)):
             result = None
@@ -250,10 +254,14 @@ class _Run:
             status = loop.reach(self.path[number], done, self._watch(number))
             if status != CONVERGED:
                 break
-            if self.steps:
-                result = _result(loop, done, status, self.began)
+            # The pressure under the largest load is kept for those who look at what it left.
+            lowered = number + 1 < len(self.path) and self.path[number + 1] < self.path[number]
+            if self.steps or lowered:
+                result = _result(loop, done, status, self.began, largest)
+                largest = result.largest
+            if self.steps and result is not None:
                 self.steps.save(number, result, loop.carried())
-        return result or _result(loop, done, status, self.began)
+        return result or _result(loop, done, status, self.began, largest)
 
     def _watch(self, number: int) -> Callable[[float, int, float], None]:
         """Return what tells of iterations at one load of the path."""
@@ -282,8 +290,17 @@ def _judged(
     return result
 
 
-def _result(loop: Loop, done: list[Increment], status: str, began: float) -> ElastoplasticResult:
-    """Solve the contact once more on the strain accepted, and collect all."""
+def _result(
+    loop: Loop,
+    done: list[Increment],
+    status: str,
+    began: float,
+    largest: tuple[float, Array | None],
+) -> ElastoplasticResult:
+    """Solve the contact once more on the strain accepted, and collect all.
+
+    The largest load before comes with its pressure.
+    """
     load = done[-1].load if done else 0.0
     problem, solver = loop.problem, loop.solver
     before, loaded = solver.convolutions, solver.loaded
@@ -309,6 +326,7 @@ def _result(loop: Loop, done: list[Increment], status: str, began: float) -> Ela
         status=status,
         seconds=seconds,
         version=__version__,
+        largest_pressure=largest[1] if largest[0] > load else None,
     )
 
 
