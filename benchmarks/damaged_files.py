@@ -1,17 +1,12 @@
 """Damaged files of every kind that the program reads, each judged by what comes of reading it.
 
-    python benchmarks/damaged_files.py                # 20 000 files, ten minutes on two cores
-    python benchmarks/damaged_files.py --count 500    # the first 500
-    python benchmarks/damaged_files.py --only 17 230  # single ones again, each in a line
-
-A seed names a file and its damage. Worker processes read them under a limit of time and of memory
-with their output caught, so that a crash, a hang and a word too many are seen. The exit status is
-1 if anything was wrong. See docs/robustness.md for what counts as wrong.
+`robustness.py` runs them. A seed names a file and its damage. Worker processes read them under a limit of time and of memory
+with their output caught, so that a crash, a hang and a word too many are seen. See docs/robustness.md
+for what counts as wrong. Run as a program, this file is such a worker.
 """
 
 from __future__ import annotations
 
-import argparse
 import collections
 import functools
 import json
@@ -470,7 +465,7 @@ class Worker:
             "OMP_NUM_THREADS": "1",
         }
         self.process = subprocess.Popen(
-            [sys.executable, __file__, "--serve", str(self.prepared), str(self.work),
+            [sys.executable, __file__, str(self.prepared), str(self.work),
              json.dumps(asdict(self.limits))],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment,
         )  # fmt: skip
@@ -563,26 +558,5 @@ def run(seeds: Sequence[int], workers: int = 0, every: bool = False) -> list[Out
     return outcomes
 
 
-def main() -> None:
-    """Run, print the table, and fail if anything was wrong."""
-    if sys.argv[1:2] == ["--serve"]:
-        serve(Path(sys.argv[2]), Path(sys.argv[3]), Limits(**json.loads(sys.argv[4])))
-        return
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--count", type=int, default=20_000, help="number of files")
-    parser.add_argument("--first", type=int, default=0, help="seed of the first")
-    parser.add_argument("--only", type=int, nargs="+", metavar="SEED", help="these seeds alone")
-    parser.add_argument("--workers", type=int, default=0, help="processes; one for each core")
-    options = parser.parse_args()
-    seeds = options.only or range(options.first, options.first + options.count)
-    began = time.perf_counter()
-    outcomes = run(seeds, options.workers, every=bool(options.only))
-    print(page(outcomes, time.perf_counter() - began))
-    if any(outcome.verdict == WRONG for outcome in outcomes):
-        raise SystemExit(1)
-
-
 if __name__ == "__main__":
-    main()
+    serve(Path(sys.argv[1]), Path(sys.argv[2]), Limits(**json.loads(sys.argv[3])))

@@ -1,18 +1,12 @@
 """Runs that are killed at random moments: what they leave, and that they go on to the same bits.
 
-    python benchmarks/killed_runs.py               # 50 kills, five minutes or so
-    python benchmarks/killed_runs.py --count 6     # the first six
-    python benchmarks/killed_runs.py --only 7 31   # single ones again
-
-A seed names a command, a signal and a moment, as a part of the time that the command takes here.
+`robustness.py` runs them. A seed names a command, a signal and a moment, as a part of the time that the command takes here.
 The same command runs again to its end, and what it leaves is compared bit by bit with what a run
-leaves that no one disturbed. The exit status is 1 if anything was wrong; POSIX only, and children
-are looked for in /proc.
+leaves that no one disturbed. POSIX only, and children are looked for in /proc.
 """
 
 from __future__ import annotations
 
-import argparse
 import os
 import platform
 import shlex
@@ -484,25 +478,3 @@ def page(outcomes: Sequence[Outcome], seconds: float) -> str:
     ]
     notes += [str(outcome) for outcome in outcomes if outcome.verdict == WRONG]
     return table(outcomes) + "\n\n" + "\n".join(f"- {note}" for note in notes)
-
-
-def main() -> None:
-    """Run, print the table, and fail if anything was wrong."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--count", type=int, default=50, help="number of kills")
-    parser.add_argument("--first", type=int, default=0, help="seed of the first")
-    parser.add_argument("--only", type=int, nargs="+", metavar="SEED", help="these seeds alone")
-    parser.add_argument("--workers", type=int, default=1, help="runs at a time")
-    options = parser.parse_args()
-    seeds = options.only or range(options.first, options.first + options.count)
-    began = time.perf_counter()
-    outcomes = run(seeds, options.workers, every=bool(options.only))
-    print(page(outcomes, time.perf_counter() - began))
-    if any(outcome.verdict == WRONG for outcome in outcomes):
-        raise SystemExit(1)
-
-
-if __name__ == "__main__":
-    main()

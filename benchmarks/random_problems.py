@@ -1,17 +1,11 @@
 """Randomised contact problems, each certified or refused by a judge that shares no code with them.
 
-    python benchmarks/random_problems.py                # 1,000 problems, some minutes
-    python benchmarks/random_problems.py --write        # and docs/robustness.md from what was found
-    python benchmarks/random_problems.py --only 17 230  # single ones again
-
-A seed names a problem. What has to come of it, a solution or which error, is reasoned from its
+`robustness.py` runs them. A seed names a problem. What has to come of it, a solution or which error, is reasoned from its
 numbers before it is solved; what came is judged by ``tests/judge.py``: plain NumPy and SciPy.
-The exit status is 1 if anything was wrong.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
 import platform
 import sys
@@ -37,9 +31,6 @@ from roughcontact.contact.pair import Pair  # noqa: E402
 from roughcontact.contact.terms import Terms  # noqa: E402
 from roughcontact.halfspace.boundary import Boundary  # noqa: E402
 
-PAGE = ROOT / "docs" / "robustness.md"
-START, END = "<!-- problems -->", "<!-- end of problems -->"
-
 # What may come. A ConvergenceError is right where the digits of the arithmetic do not hold the
 # tolerance, and honest where the convolutions allowed did not suffice.
 CERTIFIED = "certified"
@@ -51,6 +42,8 @@ VERDICTS = (CERTIFIED, REFUSED, ROUNDED, GAVE_UP, WRONG)
 
 # Of every thousand seeds the first half are ordinary problems, the second half extreme ones.
 THOUSAND = 1000
+# Points along the longer side.
+LARGEST = 1024
 
 
 @dataclass(frozen=True)
@@ -225,44 +218,13 @@ def page(outcomes: list[Outcome], seconds: float) -> str:
     return f"{table(outcomes)}\n\n{trait_table(outcomes)}\n\n{listed}"
 
 
-def run(seeds: Sequence[int], largest: int = 1024) -> list[Outcome]:
-    """Attempt problems one after the other, and say what was not as it should be."""
+def run(seeds: Sequence[int], every: bool = False) -> list[Outcome]:
+    """Attempt problems one after the other; print what was not as it should be, or all."""
     outcomes = []
     for number, seed in enumerate(seeds, start=1):
-        outcomes.append(attempt(draw(seed, largest)))
-        if outcomes[-1].verdict in (GAVE_UP, WRONG):
+        outcomes.append(attempt(draw(seed, LARGEST)))
+        if every or outcomes[-1].verdict in (GAVE_UP, WRONG):
             print(outcomes[-1], flush=True)
         elif number % 100 == 0:
             print(f"{number} of {len(seeds)}", flush=True)
     return outcomes
-
-
-def main() -> None:
-    """Run the problems, print the table, and fail if anything was wrong."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--count", type=int, default=THOUSAND, help="number of problems")
-    parser.add_argument("--first", type=int, default=0, help="seed of the first")
-    parser.add_argument("--largest", type=int, default=1024, help="points along the longer side")
-    parser.add_argument("--only", type=int, nargs="+", metavar="SEED", help="these seeds alone")
-    parser.add_argument("--write", action="store_true", help=f"renew {PAGE.name}")
-    options = parser.parse_args()
-    if options.only:
-        for seed in options.only:
-            print(attempt(draw(seed, options.largest)), flush=True)
-        return
-    began = time.perf_counter()
-    outcomes = run(range(options.first, options.first + options.count), options.largest)
-    text = page(outcomes, time.perf_counter() - began)
-    print(text)
-    if options.write:
-        before = PAGE.read_text(encoding="utf-8")
-        head, tail = before.split(START)[0], before.split(END)[1]
-        PAGE.write_text(f"{head}{START}\n{text}\n{END}{tail}", encoding="utf-8")
-    if any(outcome.verdict == WRONG for outcome in outcomes):
-        raise SystemExit(1)
-
-
-if __name__ == "__main__":
-    main()

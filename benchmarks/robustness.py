@@ -4,15 +4,18 @@
     python benchmarks/robustness.py --write               # and docs/robustness.md from it
     python benchmarks/robustness.py --files 0 --kills 0   # the problems alone
     python benchmarks/robustness.py --problems 50 --files 200 --kills 5    # a small part of each
+    python benchmarks/robustness.py --first 20000         # others
+    python benchmarks/robustness.py --only problems 17 230    # single ones again, each in a line
 
-Each part stands in a module of its own, with the way to run one problem, file or kill again:
-`random_problems`, `damaged_files`, `killed_runs`. The exit status is 1 if anything was wrong.
+Each part stands in a module of its own: `random_problems`, `damaged_files`, `killed_runs`. The exit
+status is 1 if anything was wrong.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -37,7 +40,7 @@ class Part:
     count : int
         How many there are of it.
     module : module
-        With ``run(seeds)``, ``page(outcomes, seconds)`` and the verdict ``WRONG``.
+        With ``run(seeds, every=False)``, ``page(outcomes, seconds)`` and the verdict ``WRONG``.
     """
 
     option: str
@@ -66,10 +69,10 @@ def renewed(text: str, name: str, table: str) -> str:
     return f"{head}{start}\n{table}\n{end}{tail}"
 
 
-def attacked(part: Part, count: int) -> tuple[str, int]:
+def attacked(part: Part, seeds: Sequence[int], every: bool = False) -> tuple[str, int]:
     """Run a part and return its table, and how much was wrong."""
     began = time.perf_counter()
-    outcomes = part.module.run(range(count))
+    outcomes = part.module.run(seeds, every=every)
     table = part.module.page(outcomes, time.perf_counter() - began)
     return table, sum(outcome.verdict == part.module.WRONG for outcome in outcomes)
 
@@ -82,16 +85,27 @@ def main() -> None:
     for part in PARTS:
         words = f"number of {part.name}, 0 for none; {part.count} without it"
         parser.add_argument(f"--{part.option}", type=int, default=part.count, help=words)
+    parser.add_argument("--first", type=int, default=0, help="seed of the first of each")
+    names = ", ".join(part.option for part in PARTS)
+    words = f"one of {names}, and seeds of it: these alone"
+    parser.add_argument("--only", nargs="+", metavar="SEED", help=words)
     parser.add_argument("--write", action="store_true", help=f"renew {PAGE.name}")
     options = parser.parse_args()
+    chosen = {
+        part: range(options.first, options.first + getattr(options, part.option)) for part in PARTS
+    }
+    if options.only:
+        kind, *seeds = options.only
+        chosen = {part: list(map(int, seeds)) for part in PARTS if part.option == kind}
+        if not chosen:
+            parser.error(f"--only begins with one of {names}, got {kind!r}")
     wrong = 0
-    for part in PARTS:
-        count = getattr(options, part.option)
-        if not count:
+    for part, seeds in chosen.items():
+        if not seeds:
             continue
-        table, faults = attacked(part, count)
+        table, faults = attacked(part, seeds, every=bool(options.only))
         wrong += faults
-        print(f"\n{part.name.capitalize()}: {faults} wrong of {count}\n\n{table}\n", flush=True)
+        print(f"\n{part.name.capitalize()}: {faults} wrong of {len(seeds)}\n\n{table}\n", flush=True)
         if options.write:
             text = PAGE.read_text(encoding="utf-8")
             PAGE.write_text(renewed(text, part.name, table), encoding="utf-8")

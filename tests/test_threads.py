@@ -23,6 +23,7 @@ BLAS = {
 # Functions that may, and why it is never much: room -> function -> reason.
 FEW = {
     "contact.verification": {"verify": "a gap that is compared with a bound only"},
+    "contact.solve": {"_rounding": "a sum that is compared with a bound only"},
     "contact.curve": {"low_load_slope": "the loads of a curve"},
     "halfspace.images": {
         "_restricted": "a sparse matrix, no BLAS",
@@ -30,6 +31,7 @@ FEW = {
     },
     "halfspace.layers": {"_mean_displacement": "layers"},
     "solvers.anderson": {"add": "five components", "_least_squares": "a handful of steps"},
+    "solvers.rest": {"rigid_tilt": "the few points on which rigid bodies rest"},
     "solvers.tilt": {
         "excess": "two components",
         "balance": "two angles",
