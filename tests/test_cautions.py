@@ -13,6 +13,7 @@ from roughcontact.contact import judgment
 from roughcontact.contact.cautions import Caution, Kind, Severity, noted, ordered, warned
 from roughcontact.contact.result import Regime
 from roughcontact.errors import Mention, worded
+from roughcontact.material import catalogue
 from roughcontact.report import regimes
 from roughcontact.report.page import sentence
 from roughcontact.surface import shapes, synthetic
@@ -162,6 +163,37 @@ def test_a_contact_at_the_edge_says_what_it_means_and_what_to_do() -> None:
     assert Mention("boundary", "periodic") in caution.parts
     inner = float(result.pressure[1:-1, 1:-1].sum() / result.pressure.sum())
     assert caution.numbers["edge_load"] == pytest.approx(1 - inner)
+
+
+def test_a_yield_strength_at_odds_with_the_hardness_names_the_better_ceiling() -> None:
+    iron = catalogue.material("GJS-500-7")
+    assert iron.hardness is not None
+    usual = rc.solve(ball(64), material=iron, load=1.0)
+    (caution,) = (c for c in usual.cautions if c.kind == Kind.HARDNESS)
+    assert "is 0.47 of its hardness (2.06 GPa)" in caution.text
+    assert "2.1 times too large" in caution.text
+    assert Mention("ceiling", float(f"{iron.hardness:.4g}")) in caution.parts
+    # It hardens: a ceiling below three yield strengths, as for perfect plasticity, is no better.
+    assert Kind.CEILING not in kinds(usual)
+    better = rc.solve(ball(64), material=iron, load=1.0, ceiling=iron.hardness)
+    assert Kind.HARDNESS not in kinds(better)
+    assert usual.contact_area > 1.7 * better.contact_area
+    # Where no pixel flows nothing depends on it.
+    assert Kind.HARDNESS not in kinds(rc.solve(ball(64), material=iron, load=1e-4))
+
+
+def test_a_ceiling_above_the_hardness_is_told() -> None:
+    steel = rc.Material(210e9, 0.3, 3.25e9, "M2", hardness=8.8e9)
+    assert steel.at_odds is None
+    mixed = dataclasses.replace(steel, hardness=7e9)
+    assert mixed.at_odds == pytest.approx(9.75 / 7)
+    small = rc.Surface(shapes.paraboloid((32, 32), PIXEL, 1e-4), PIXEL)
+    (caution,) = (
+        c for c in rc.solve(small, material=mixed, load=1.0).cautions if c.kind == Kind.HARDNESS
+    )
+    assert "no contact bears more than the hardness" in caution.text
+    law = rc.Linear(3.25e9, 1e9)
+    assert rc.Material(210e9, 0.3, hardness=7e9, hardening=law).at_odds is None
 
 
 def rough() -> np.ndarray:

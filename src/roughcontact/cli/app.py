@@ -446,7 +446,8 @@ def _materials(name: Path | str | None, given: Given) -> None:
 
     found = catalogue.entries() if name is None else (catalogue.entry(str(name)),)
     if "json" in given:
-        print(to_json({"materials": [dataclasses.asdict(entry) for entry in found]}))
+        told = [{**dataclasses.asdict(entry), "advice": entry.advice} for entry in found]
+        print(to_json({"materials": told}))
     elif name is None:
         console.show_catalogue(found)
     else:

@@ -158,7 +158,10 @@ def show_catalogue(entries: Sequence[Entry]) -> None:
 def show_entry(entry: Entry) -> None:
     """Print a material with the source of each of its values."""
     rows = [("material", entry.key), ("also called", ", ".join(entry.names))]
-    rows += [("condition", entry.condition)] + ([("note", entry.note)] if entry.note else [])
+    rows.append(("condition", entry.condition))
+    rows += [
+        (name, text) for name, text in (("note", entry.note), ("ceiling", entry.advice)) if text
+    ]
     values: list[Cells] = [
         ("Young's modulus", engineering(entry.young.value, "Pa"), entry.young.source),
         ("Poisson's ratio", f"{entry.poisson.value:g}", entry.poisson.source),

@@ -23,6 +23,7 @@ class Kind(StrEnum):
     STRAINS = "strains not small"
     UNITS = "numbers that suggest another unit"
     CEILING = "ceiling off the recommended one"
+    HARDNESS = "yield strength at odds with the hardness"
     IMPRINT = "permanent indentation of a ceiling"
     SPIKES = "spikes of the measurement"
     FILLED = "filled points"

@@ -343,6 +343,9 @@ def _ceiling(result: ContactResult) -> Caution | None:
     ceiling, body = result.ceiling, softer(result.material, result.counter_material)
     if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
         return None
+    # What hardens far beyond its yield strength is told by `_hardness`.
+    if body.at_odds is not None and body.at_odds < 1:
+        return None
     found = advice(result)
     if found is None or found.load_ratio < TRANSITION or result.recommended is not None:
         return None
@@ -389,6 +392,41 @@ def shown_error(result: ContactResult) -> float:
     if any(body.hardening for body in bodies):
         return SHOWN_HARDENING
     return SHOWN_ROUGH if rough else SHOWN_SPHERE
+
+
+def _hardness(result: ContactResult) -> Caution | None:
+    """Return which of yield strength and hardness is the better ceiling, where they disagree."""
+    ceiling, body = result.ceiling, softer(result.material, result.counter_material)
+    if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
+        return None
+    own = result.recommended is not None or math.isclose(ceiling, body.ceiling or math.nan)
+    ratio, hardness = body.at_odds, body.hardness
+    if ratio is None or hardness is None or not own:
+        return None
+    low = ceiling < hardness
+    if not (result.saturated_fraction if low else result.max_pressure > hardness):
+        return None
+    better = Mention("ceiling", float(f"{hardness:.4g}"))
+    numbers = {"three_yield_strengths": ratio * hardness, "hardness": hardness}
+    told = (
+        f"the ceiling ({engineering(ceiling, 'Pa', 3)}), from the yield strength of "
+        f"{body.name or 'the softer body'}, is {ceiling / hardness:.2g} of its hardness "
+        f"({engineering(hardness, 'Pa', 3)}): "
+    )
+    if not low:
+        told += "no contact bears more than the hardness, which is the better ceiling: "
+        return careful(Kind.HARDNESS, told, better, **numbers)
+    return careful(
+        Kind.HARDNESS,
+        f"{told}it hardens as it flows, and where flow is full the contact area is "
+        f"{hardness / ceiling:.2g} times too large and the hardness the better ceiling, ",
+        better,
+        "; short of that give a law of ",
+        Mention("hardening"),
+        " and ",
+        Mention("ceiling", RECOMMENDED),
+        **numbers,
+    )
 
 
 def _shown(result: ContactResult) -> str:
@@ -501,6 +539,14 @@ CHECKS = (
         "the ceiling against plasticity of the volume",
         _ceiling,
         lambda r: r.ceiling is not None and not isinstance(r.ceiling, np.ndarray),
+    ),
+    Check(
+        "the yield strength against the hardness",
+        _hardness,
+        lambda r: (
+            r.pair.softer is not None
+            and None not in (r.pair.softer.yield_strength, r.pair.softer.hardness)
+        ),
     ),
     Check("spikes of the measurement", _spikes),
     Check("filled points", _filled),

@@ -63,6 +63,18 @@ class Entry:
     note: str = ""
 
     @property
+    def advice(self) -> str:
+        """Which ceiling is the better one where yield strength and hardness are at odds."""
+        ratio = self.material.at_odds
+        if ratio is None:
+            return ""
+        why = "it hardens as it flows" if ratio < 1 else "the two are not of one condition"
+        return (
+            f"three yield strengths, the usual ceiling, are {ratio:.2g} of the hardness: {why}, "
+            "and where flow is full the hardness is the better ceiling"
+        )
+
+    @property
     def material(self) -> Material:
         """The constants alone, for a calculation."""
         strength, number = self.yield_strength, self.hardness
@@ -194,16 +206,12 @@ _AL6061 = "MatWeb, Aluminum 6061-T6 (typical values of the Aluminum Association)
 _AL7075 = "MatWeb, Aluminum 7075-T6 (typical values of the Aluminum Association)"
 _TI64 = "Materials 14 (2021) 658, table 4, extruded rod, doi:10.3390/ma14030658"
 _ALUMINA = "Munro, J. Am. Ceram. Soc. 80 (1997) 1919, in NIST Standard Reference Database 150"
-_NT164 = "NIST Standard Reference Database 138, NT-164 (Graves and Hecht 1995)"
+_LILY = "Lily Bearing, Ceramic materials and their properties"
 _XYCERA = "XYCera, Zirconia grade Z-100 (ZrO2-Y2O3), product data"
 _WC = "MakeItFrom.com, Tungsten carbide (compilation)"
 _SILICA = "MakeItFrom.com, Fused silica (compilation)"
 _POLYSILICON = "Sharpe, Yuan, Vaidyanathan and Edwards, Proc. IEEE MEMS (1997) 424"
 
-_HARDENS = (
-    "Hardens as it flows: the hardness is a better ceiling than three times the proof stress; "
-    "pass ceiling=material.hardness."
-)
 _BRITTLE = (
     "Brittle, without a yield strength: the ceiling is the hardness; cracks are not modelled."
 )
@@ -224,10 +232,11 @@ _ENTRIES = (
             "AISI 52100 chrome steel balls, data sheet (295 ksi), scribd.com/document/252517093",
         ),
         hardness=Number("746 HV30", _LUCEFIN_100CR6),
+        note="Yield strength and hardness are of two sheets; of the balls only that they are hard.",
     ),
     Entry(
         "16MnCr5",
-        ("1.7131", "18CrNiMo7-6", "1.6587", "case-hardened steel", "gear steel"),
+        ("1.7131", "case-hardened steel", "gear steel"),
         "case-hardened; the values are those of the case",
         young=Value(206e9, _GEARS),
         poisson=Value(0.30, _GEARS),
@@ -235,6 +244,20 @@ _ENTRIES = (
         note=(
             "No yield strength of the case was found: the ceiling is the hardness. ISO 6336-5 asks "
             "58 to 64 HRC of the case whichever the steel."
+        ),
+    ),
+    Entry(
+        "18CrNiMo7-6",
+        ("1.6587", "17CrNiMo6"),
+        "case-hardened; the values are those of the case",
+        young=Value(206e9, _GEARS),
+        poisson=Value(0.30, _GEARS),
+        hardness=Number(
+            "60 HRC", "Haerterei Hauck, Case hardening: middle of the usual 58 to 62 HRC, any steel"
+        ),
+        note=(
+            "No yield strength of the case was found, and no hardness of this steel alone: the "
+            "ceiling is the hardness of cases in general. ISO 6336-5 asks 58 to 64 HRC."
         ),
     ),
     Entry(
@@ -267,7 +290,6 @@ _ENTRIES = (
         poisson=Value(0.28, "MakeItFrom.com, Annealed 316L stainless steel (compilation)"),
         yield_strength=Value(300e6, "Outokumpu, Forta 316L/4404, typical of hot rolled coil"),
         hardness=Number("170 HBW", "Outokumpu, Forta 316L/4404, typical of hot rolled coil"),
-        note=_HARDENS,
     ),
     Entry(
         "X105CrMo17",
@@ -300,12 +322,14 @@ _ENTRIES = (
     Entry(
         "HS6-5-2C",
         ("AISI M2", "M2", "1.3343", "SKH51", "high speed steel"),
-        "hardened from 1200 °C, tempered at 150 °C",
+        "hardened from 1205 °C, tempered twice at 540 °C",
         young=Value(207e9, "Wixsteel, M2 high speed steel bar, product data (30 million psi)"),
         poisson=Value(0.285, f"{_AZOM_M2}: middle of 0.27 to 0.30 (compilation)"),
-        yield_strength=Value(3250e6, f"{_AZOM_M2}: compressive (compilation)"),
-        hardness=Number("65 HRC", f"{_AZOM_M2}: as hardened (compilation)"),
-        note="The yield strength is the compressive one.",
+        hardness=Number("65 HRC", "Eastern Tool Steel, M-2 high speed steel data sheet"),
+        note=(
+            "No yield strength of this condition was found: the ceiling is the hardness. The 3250 "
+            "MPa that are often quoted are compressive and of another temper, at 150 °C."
+        ),
     ),
     Entry(
         "EN-GJL-250",
@@ -317,7 +341,7 @@ _ENTRIES = (
         hardness=Number(
             "210 HBW", "SN Castiron, EN-GJL-250 (DIN EN 1561): middle of 190 to 230 HB"
         ),
-        note=f"The yield strength is the compressive one; in tension 165 to 228 MPa. {_HARDENS}",
+        note="The yield strength is the compressive one; in tension 165 to 228 MPa.",
     ),
     Entry(
         "EN-GJS-500-7",
@@ -327,7 +351,6 @@ _ENTRIES = (
         poisson=Value(0.275, f"{_GJS}, informative annex"),
         yield_strength=Value(320e6, f"{_GJS}: least value"),
         hardness=Number("200 HBW", f"{_GJS}: middle of 170 to 230 HB"),
-        note=_HARDENS,
     ),
     Entry(
         "CuSn8",
@@ -349,7 +372,6 @@ _ENTRIES = (
             "100 HBW 2.5/62.5",
             f"{_CUSN12NI2}; force index 10 as ISO 6506-1 asks of copper alloys",
         ),
-        note=_HARDENS,
     ),
     Entry(
         "CuZn39Pb3",
@@ -409,13 +431,13 @@ _ENTRIES = (
     ),
     Entry(
         "Si3N4",
-        ("silicon nitride", "HIP silicon nitride", "ceramic ball"),
-        "hot isostatically pressed",
-        young=Value(306e9, _NT164),
+        ("silicon nitride", "ceramic ball"),
+        "gas-pressure sintered, bearing grade",
+        young=Value(307.5e9, f"{_LILY}: middle of 300 to 315 GPa"),
         poisson=Value(
             0.26, "ASTM F2094, Silicon nitride bearing balls: middle of 0.23 to 0.29, typical"
         ),
-        hardness=Number("1886 HV", f"{_NT164}: 18.5 GPa"),
+        hardness=Number("1500 HV", f"{_LILY}: middle of 1400 to 1600 HV"),
         note=_BRITTLE,
     ),
     Entry(

@@ -14,6 +14,9 @@ from roughcontact.units import Quantity, quantity
 CEILING_FACTOR = 3.0
 """Pressure ceiling over yield strength of the softer body (Tabor 1951: H ≈ 3 σ_Y)."""
 
+AT_ODDS = 0.15
+"""Difference of three yield strengths and the hardness that is worth a word."""
+
 
 @dataclass(frozen=True)
 class Material:
@@ -136,6 +139,20 @@ class Material:
         if self.yield_strength is None:
             return self.hardness
         return CEILING_FACTOR * self.yield_strength
+
+    @property
+    def at_odds(self) -> float | None:
+        """Three yield strengths over the hardness, where the two are more than 15 % apart.
+
+        ``None`` where they agree, where one is not known, and where a law of hardening says what
+        the yield strength leaves open. Below 1 the metal hardens before its hardness is measured,
+        at a strain of some 8 %; above 1 the two are not of one condition. The hardness is the
+        better ceiling in both cases, once plastic flow is full.
+        """
+        if self.yield_strength is None or self.hardness is None or self.hardening is not None:
+            return None
+        ratio = CEILING_FACTOR * self.yield_strength / self.hardness
+        return ratio if abs(ratio - 1) > AT_ODDS else None
 
     @property
     def first_yield_pressure(self) -> float | None:

@@ -28,7 +28,14 @@ _EXCESS = 0.05
 _ROUNDING = 1e-3
 
 # What the contact alone says without knowing of the volume.
-_OF_THE_CEILING = (Kind.NOT_CONVERGED, Kind.EDGE, Kind.BEYOND_CEILING, Kind.CEILING, Kind.STRAINS)
+_OF_THE_CEILING = (
+    Kind.NOT_CONVERGED,
+    Kind.EDGE,
+    Kind.BEYOND_CEILING,
+    Kind.CEILING,
+    Kind.HARDNESS,
+    Kind.STRAINS,
+)
 
 
 def cautions(result: ElastoplasticResult) -> tuple[Caution, ...]:
