@@ -168,18 +168,19 @@ def test_a_contact_at_the_edge_says_what_it_means_and_what_to_do() -> None:
 def test_a_yield_strength_at_odds_with_the_hardness_names_the_better_ceiling() -> None:
     iron = catalogue.material("GJS-500-7")
     assert iron.hardness is not None
-    usual = rc.solve(ball(64), material=iron, load=1.0)
+    small = rc.Surface(shapes.paraboloid((64, 64), PIXEL, 1e-4), PIXEL)
+    usual = rc.solve(small, material=iron, load=1.0)
     (caution,) = (c for c in usual.cautions if c.kind == Kind.HARDNESS)
     assert "is 0.47 of its hardness (2.06 GPa)" in caution.text
     assert "2.1 times too large" in caution.text
     assert Mention("ceiling", float(f"{iron.hardness:.4g}")) in caution.parts
     # It hardens: a ceiling below three yield strengths, as for perfect plasticity, is no better.
     assert Kind.CEILING not in kinds(usual)
-    better = rc.solve(ball(64), material=iron, load=1.0, ceiling=iron.hardness)
+    better = rc.solve(small, material=iron, load=1.0, ceiling=iron.hardness)
     assert Kind.HARDNESS not in kinds(better)
     assert usual.contact_area > 1.7 * better.contact_area
     # Where no pixel flows nothing depends on it.
-    assert Kind.HARDNESS not in kinds(rc.solve(ball(64), material=iron, load=1e-4))
+    assert Kind.HARDNESS not in kinds(rc.solve(small, material=iron, load=1e-6))
 
 
 def test_a_ceiling_above_the_hardness_is_told() -> None:
