@@ -1199,10 +1199,21 @@ def test_load_of_first_yield_of_a_ball(capsys: Capture) -> None:
 def test_reports_of_sweep_and_history(rough: Path, tmp_path: Path) -> None:
     report = tmp_path / "out.html"
     assert sweep(rough, "--steps", "3", "--report", str(report)) == app.SOLVED
-    assert "Load curve" in report.read_text(encoding="utf-8")
-    arguments = ["history", str(rough), *SCALE, *YIELDING, "--path", "0.5 N, 0 N, 0.5 N"]
+    page = report.read_text(encoding="utf-8")
+    assert "Load curve" in page
+    assert "0 % to 0 %" not in page
+    arguments = ["history", str(rough), *SCALE, *YIELDING, "--path", "0.5 N, 0 N, 0.5 N, 0 N"]
     assert app.main([*arguments, "--report", str(report)]) == app.SOLVED
-    assert "Load history" in report.read_text(encoding="utf-8")
+    page = report.read_text(encoding="utf-8")
+    assert "Load history of rough.npy in 4 steps" in page
+    # The map under the largest load, and the heights when it is gone, each named so.
+    assert "The contact under the largest load, 500 mN" in page
+    assert "Map of the contact pressure, largest 3 GPa." in page
+    assert "Heights of the body after the path, without load." in page
+    # What the third step adds is rounding.
+    table = re.search(r"newly indented.*?</table>", page, re.DOTALL)
+    assert table is not None
+    assert re.findall(r"<td>([^<]*) µm³", table.group())[1:] == ["0"] * 3
 
 
 # Plasticity of the volume

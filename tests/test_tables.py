@@ -17,6 +17,7 @@ import pytest
 import roughcontact as rc
 from roughcontact.cli import console
 from roughcontact.formats import tables as files
+from roughcontact.material.material import RIGID
 from roughcontact.report import (
     additions,
     contact,
@@ -25,6 +26,7 @@ from roughcontact.report import (
     page,
     results,
     steps,
+    sureness,
     tables,
     volume,
 )
@@ -276,3 +278,27 @@ def test_a_texture_that_is_not_determined_says_what_is_known() -> None:
         "not defined on this map"
     )
     assert inputs.parameter("Sq", {}) == "not defined on this map"
+
+
+def test_numbers_are_told_without_powers_of_ten() -> None:
+    told = {value: written(value, "m³") for value in (0.0, 3e-17, 1.87e-10, 7.2e-26)}
+    assert list(told.values()) == ["0 µm³", "30 µm³", "0.187 mm³", "72 nm³"]
+    assert inputs.parameter("Sdr", {"Sdr": 4.561e-7}) == "0.00004561 %"
+    assert inputs.parameter("Vmp", {"Vmp": 1.196e-10}) == "0.0001196 ml/m²"
+
+
+def test_a_rigid_body_has_no_strength_to_give() -> None:
+    rigid = {row.key: row.text for row in rows_of(inputs.BODY, RIGID)}
+    assert {rigid[key] for key in ("poisson", "yield_strength", "hardness")} == {"–"}
+
+
+def test_every_cause_of_an_interval_is_named() -> None:
+    # The rim takes 0.05 % from a nearly full contact: too little for whole per cent.
+    heights = np.random.default_rng(2).normal(scale=1e-9, size=(48, 48))
+    result = rc.solve(
+        rc.Surface(heights, (1e-6, 1e-6)), load=2.0, material=rc.Material(210e9, 0.3), ceiling=None,
+        boundary="periodic",
+    )  # fmt: skip
+    (row,) = (row for row in sureness.rows(result) if row[0] == "real contact")
+    assert " to " in row[1]
+    assert "rim of the spots -0.0" in row[2]

@@ -267,6 +267,34 @@ def percent(share: float) -> str:
     return f"{100 * share:.{decimals}f} %"
 
 
+def plain(value: float, digits: int = 4) -> str:
+    """Return a number as text without a power of ten, down to a millionth.
+
+    Parameters
+    ----------
+    value : float
+        The number.
+    digits : int
+        Significant digits; trailing zeros are left out.
+
+    Returns
+    -------
+    str
+        The number; below a millionth that, as a bound.
+
+    Examples
+    --------
+    >>> plain(4.561e-5), plain(12.3456), plain(2e-9), plain(0.0), plain(-1.5)
+    ('0.00004561', '12.35', '< 0.000001', '0', '-1.5')
+    """
+    if value == 0 or not math.isfinite(value):
+        return f"{abs(value):g}" if value == 0 else f"{value:g}"
+    if 0 < value < 1e-6:
+        return "< 0.000001"
+    text = format(Decimal(f"{value:.{digits - 1}e}"), "f")
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
 def changed_by(change: float) -> str:
     """Return a relative change as text.
 

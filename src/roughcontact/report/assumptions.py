@@ -275,11 +275,12 @@ def resolution(
         text += "The largest pressure is the most sensitive to the pixel. "
     corrected = (result if volume is None else volume).corrected_contact_area
     rim = "at the rim of a spot" if volume is None else "at the elastic rim of a spot"
+    small, large = (engineering(area, "m²", 3) for area in (corrected, result.contact_area))
+    change = "not changed in three digits" if small == large else f"{small} instead of {large}"
     text += (
         f"Half of the load is carried by spots of {counted(pixels, 'pixel')} or more. Pixels "
         f"{rim} count in full; without this excess (Yastrebov, Anciaux and Molinari 2017) the "
-        f"contact area is {engineering(corrected, 'm²', 3)} instead of "
-        f"{engineering(result.contact_area, 'm²', 3)}."
+        f"contact area is {change}."
     )
     return Statement("Resolution", text, (Kind.RESOLUTION,))
 

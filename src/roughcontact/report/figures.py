@@ -59,10 +59,13 @@ class MapScene:
         The map.
     of : str
         Whose it is, where there are two.
+    when : str
+        In which state it is.
     """
 
     surface: Surface
     of: str = ""
+    when: str = "as they were pressed, after preparation"
 
 
 @dataclass(frozen=True)
@@ -231,10 +234,7 @@ def _of(attribute: str, inner: Illustration) -> Illustration:
 
 def _heights(scene: MapScene) -> str:
     missing = " Grey points are missing." if scene.surface.missing else ""
-    return (
-        f"Heights{scene.of} as they were pressed, after preparation. Light is high: contact begins "
-        f"there.{missing}"
-    )
+    return f"Heights{scene.of} {scene.when}. Light is high: contact begins there.{missing}"
 
 
 MAP: Illustrations = (
@@ -539,6 +539,11 @@ HISTORY: Illustrations = (
     ),
 )
 """Of a `LoadHistory`."""
+
+PRESSED: Illustrations = tuple(
+    entry for entry in CONTACT if entry.chapter == RESULTS and entry.name not in ("surface", "gap")
+)
+"""Of the contact at a stage of a `LoadHistory`; its heights and gap are of bodies on the way."""
 
 CURVE: Illustrations = (
     Illustration(

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from roughcontact.material.material import Material
 from roughcontact.report import wording
 from roughcontact.report.quantities import ABSENT, Quantity, Table, quantity_of, within, written
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering, percent
+from roughcontact.units import engineering, percent, plain
 
 
 def _pair(values: Sequence[float]) -> str:
@@ -60,8 +61,14 @@ SURFACE: Table = (
 """Of a `Surface`."""
 
 
-def _strength(value: float | None) -> str:
-    return "not given" if value is None else engineering(value, "Pa")
+def _strength(name: str) -> Callable[[Material], str]:
+    def text(body: Material) -> str:
+        value: float | None = getattr(body, name)
+        if value is None:
+            return ABSENT if wording.is_rigid(body) else "not given"
+        return engineering(value, "Pa")
+
+    return text
 
 
 BODY: Table = (
@@ -77,12 +84,15 @@ BODY: Table = (
         "poisson", "Poisson's ratio", symbol="ν",
         text=lambda b: ABSENT if wording.is_rigid(b) else f"{b.poisson:g}",
     ),
-    Quantity("yield_strength", "yield strength", symbol="σ_Y", unit="Pa", form=_strength),
+    Quantity(
+        "yield_strength", "yield strength", symbol="σ_Y", unit="Pa",
+        text=_strength("yield_strength"),
+    ),
     Quantity("hardening", "hardening", of=wording.hardening, stored=False),
-    Quantity("hardness", "hardness", unit="Pa", form=_strength),
+    Quantity("hardness", "hardness", unit="Pa", text=_strength("hardness")),
     Quantity(
         "first_yield_pressure", "peak pressure at first yield of a sphere", unit="Pa",
-        form=_strength, stored=False, brief=False,
+        text=_strength("first_yield_pressure"), stored=False, brief=False,
     ),
 )  # fmt: skip
 """Of a `Material`."""
@@ -167,7 +177,7 @@ def parameter(name: str, values: Mapping[str, float]) -> str:
             return "not defined on this map"
         return f"not determined, at most {engineering(largest, unit, 2)}"
     if unit == "%":
-        return f"{100 * value:.4g} %"
+        return f"{plain(100 * value)} %"
     if unit == "ml/m²":
-        return f"{1e6 * value:.4g} ml/m²"
+        return f"{plain(1e6 * value)} ml/m²"
     return engineering(value, unit)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Any
 
-from roughcontact.units import engineering
+from roughcontact.units import engineering, plain
 
 PROBLEM, ANSWER, TRUST, HEADLINE = "problem", "answer", "trust", "headline"
 """Parts of what is told: what went in, what came out, how exactly, and only on top of a report."""
@@ -161,6 +161,24 @@ class Column:
         return [form(value) for value in (self.shown or self.values)(result)]
 
 
+# A step that has less than this part of what all have together has nothing but rounding.
+_ROUNDING = 1e-9
+
+# Side of a cube [m], and its name.
+_SIDES = {1e-3: "mm", 1e-6: "µm", 1e-9: "nm"}
+
+
+def sizable(key: str) -> Callable[[Any], Sequence[float]]:
+    """Return what a column tells of values that are not negative: zero in place of rounding."""
+
+    def values(result: Any) -> list[float]:
+        found = [float(getattr(step, key)) for step in result.steps]
+        least = _ROUNDING * sum(found)
+        return [value if value > least else 0.0 for value in found]
+
+    return values
+
+
 Table = Sequence[Quantity]
 Columns = Sequence[Column]
 
@@ -179,7 +197,8 @@ def written(value: Any, unit: str, digits: int = 4) -> str:
         return ", ".join(written(entry, unit, digits) for entry in value)
     if unit == "m³":
         # Between two prefixes of a cube lie nine digits.
-        return f"{1e18 * value:.{digits}g} µm³"
+        side = 1e-3 if value >= 1e-12 else 1e-6 if value >= 1e-21 or not value else 1e-9
+        return f"{plain(value / side**3, digits)} {_SIDES[side]}³"
     if unit == "s":
         return f"{value:.2f} s"
     if unit == "1":

@@ -110,6 +110,7 @@ def render_history(
     stated = assumptions.statements(largest, largest.spots(), history)
     found = [
         _path(history),
+        *([_under(largest)] if largest.load else []),
         _left(history),
         *chapters.prepared(largest),
         chapters.problem(largest, results.rows(largest, PROBLEM), "ceiling"),
@@ -164,7 +165,7 @@ def _title_of_curve(curve: LoadCurve) -> str:
 
 def _title_of_history(history: LoadHistory) -> str:
     name = history.before.surface.provenance.source or "an unnamed surface"
-    return f"Load history of {name} in {counted(len(history.steps), 'stage')}"
+    return f"Load history of {name} in {counted(len(history.steps), 'step')}"
 
 
 def _from_first_to_last(curve: LoadCurve) -> list[Cells]:
@@ -175,7 +176,10 @@ def _from_first_to_last(curve: LoadCurve) -> list[Cells]:
         if key == "saturated_area" and curve.ceiling is None:
             continue
         at = names.index(key)
-        found.append((capital(head[at]), f"{rows[0][at]} to {rows[-1][at]}", "first to last load"))
+        ends = rows[0][at], rows[-1][at]
+        same = ends[0] == ends[1]
+        said = "first and last load" if same else "first to last load"
+        found.append((capital(head[at]), ends[0] if same else " to ".join(ends), said))
     return found
 
 
@@ -204,11 +208,18 @@ def _path(history: LoadHistory) -> Chapter:
     return chapter
 
 
+def _under(largest: ContactResult) -> Chapter:
+    chapter = Chapter(f"The contact under the largest load, {engineering(largest.load, 'N')}")
+    chapters.show(chapter, figures.PRESSED, figures.ContactScene(largest))
+    return chapter
+
+
 def _left(history: LoadHistory) -> Chapter:
     chapter = Chapter("What the path left behind")
     chapter.add("table", Table(chapters.facts(history)))
     chapter.add("text", page.sentence(results.row(history, "volume_account").text))
-    scene = figures.MapScene(history.residual, " of the body after the path, without load")
+    body = "body" if history.indented_body == "surface" else "counter-body"
+    scene = figures.MapScene(history.residual, f" of the {body}", "after the path, without load")
     chapters.show(chapter, figures.MAP, scene, figures.PREPARATION)
     return chapter
 

@@ -59,4 +59,7 @@ def _causes(interval: Interval) -> list[str]:
             found.append(f"{doubt.cause} {' to '.join(ends)}")
         elif doubt.cause is Cause.TOLERANCE:
             found.append(f"{doubt.cause} {percent(doubt.high)}")
+        elif doubt.low or doubt.high:
+            sign, size = ("-", -doubt.low) if -doubt.low > doubt.high else ("+", doubt.high)
+            found.append(f"{doubt.cause} {sign}{percent(size)}")
     return found
