@@ -1,8 +1,8 @@
 """Damaged files of every kind that the program reads, each judged by what comes of reading it.
 
-`robustness.py` runs them. A seed names a file and its damage. Worker processes read them under a limit of time and of memory
-with their output caught, so that a crash, a hang and a word too many are seen. See docs/robustness.md
-for what counts as wrong. Run as a program, this file is such a worker.
+`robustness.py` runs them. A seed names a file and its damage. Worker processes read them under a
+limit of time and of memory with their output caught, so that a crash, a hang and a word too many
+are seen. See docs/robustness.md for what counts as wrong. Run as a program, this is such a worker.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Runs that are killed at random moments: what they leave, and that they go on to the same bits.
 
-`robustness.py` runs them. A seed names a command, a signal and a moment, as a part of the time that the command takes here.
-The same command runs again to its end, and what it leaves is compared bit by bit with what a run
-leaves that no one disturbed. POSIX only, and children are looked for in /proc.
+`robustness.py` runs them. A seed names a command, a signal and a moment, as a part of the time that
+the command takes here. The same command runs again to its end, and what it leaves is compared bit
+by bit with what a run leaves that no one disturbed. POSIX only: children are looked for in /proc.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Randomised contact problems, each certified or refused by a judge that shares no code with them.
 
-`robustness.py` runs them. A seed names a problem. What has to come of it, a solution or which error, is reasoned from its
-numbers before it is solved; what came is judged by ``tests/judge.py``: plain NumPy and SciPy.
+`robustness.py` runs them. A seed names a problem. What has to come of it, a solution or which
+error, is reasoned from its numbers before it is solved; what came is judged by ``tests/judge.py``:
+plain NumPy and SciPy.
 """
 
 from __future__ import annotations

@@ -105,7 +105,9 @@ def main() -> None:
             continue
         table, faults = attacked(part, seeds, every=bool(options.only))
         wrong += faults
-        print(f"\n{part.name.capitalize()}: {faults} wrong of {len(seeds)}\n\n{table}\n", flush=True)
+        print(
+            f"\n{part.name.capitalize()}: {faults} wrong of {len(seeds)}\n\n{table}\n", flush=True
+        )
         if options.write:
             text = PAGE.read_text(encoding="utf-8")
             PAGE.write_text(renewed(text, part.name, table), encoding="utf-8")

@@ -26,6 +26,7 @@ from plain import Plain, differing, plain_hdf5, plain_mnt
 from roughcontact.errors import RoughcontactError
 from roughcontact.fleet import plan, project
 from roughcontact.formats.read import SUFFIXES, channels
+from roughcontact.solvers.progress import Progress
 from samples import Sample
 
 SOURCE = Path(rc.__file__).parents[1]
@@ -352,8 +353,12 @@ def _read_result(read: Callable[[Path], Any], folder: Path, file: str) -> Readin
 def _read_sweep(folder: Path, file: str) -> Reading:
     solved: list[object] = []
 
+    def look(at: Progress) -> None:
+        if not at.kept:
+            solved.append(at)
+
     def work() -> Reading:
-        curve = _curve(folder / "kept", solved.append)
+        curve = _curve(folder / "kept", look)
         return Reading(facts=facts(curve), again=bool(solved), said=said(curve))
 
     return _reading(work)
@@ -362,8 +367,8 @@ def _read_sweep(folder: Path, file: str) -> Reading:
 def _read_steps(folder: Path, file: str) -> Reading:
     solved: list[object] = []
 
-    def look(at: Any) -> None:
-        if at.step.iteration:
+    def look(at: Progress) -> None:
+        if not at.kept:
             solved.append(at)
 
     def work() -> Reading:

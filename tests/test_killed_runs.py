@@ -14,7 +14,6 @@ from killed_runs import ENDED, RESUMED, WRONG, Case, Command, Kill, Outcome, Ref
 pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
 
 
-@pytest.mark.xfail(reason="SIGTERM is not yet answered")
 def test_a_sweep_goes_on_to_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write = killed_runs.inputs
     monkeypatch.setattr(killed_runs, "inputs", lambda folder: write(folder, 64))

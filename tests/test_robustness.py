@@ -136,7 +136,9 @@ def test_the_documentation_holds_the_last_whole_run():
     for part in robustness.PARTS:
         start, end = robustness.marks(part.name)
         table = text.split(start)[1].split(end)[0].splitlines()
-        (head,) = [line.split("|") for line in table if "| wrong |" in line and "extreme" not in line]
+        (head,) = [
+            line.split("|") for line in table if "| wrong |" in line and "extreme" not in line
+        ]
         (total,) = [line.split("|") for line in table if line.startswith("| all |")]
         assert total[[cell.strip() for cell in head].index("wrong")].strip() == "0"
         (told,) = [line for line in table if f" {part.name} in " in line]
