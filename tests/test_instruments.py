@@ -92,7 +92,9 @@ def test_bruker_channels_are_told_apart() -> None:
     assert [entry.name for entry in found] == ["Height", "Height", "Phase", "AmplitudeError"]
     assert [entry.is_height for entry in found] == [True, True, False, False]
     assert found[0] == Channel("Height", "nm", True, (512, 512))
-    assert read_surface(path).provenance.channel == "Height"
+    # Two of one name, which are not the same.
+    assert read_surface(path).provenance.channel == "Height (index 0)"
+    assert read_surface(path, channel=1).provenance.channel == "Height (index 1)"
     assert not np.array_equal(read_surface(path, channel=1).heights, read_surface(path).heights)
     refused(path, "not a height", "0: 'Height' [nm]", channel="Phase", kind=InputError)
     refused(path, "not a height", channel=3, kind=InputError)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from reading import measurement
 from roughcontact.formats import binary, metrology
 from written import (
     HAS_READER,
@@ -92,6 +93,30 @@ def test_names_that_are_no_xml(tmp_path: Path) -> None:
         root = ElementTree.fromstring(archive.read("main.xml"))
     assert root.findtext("Record2/Comment") == "a<b>&   µ.opd\n1 < 2"
     assert root.findtext("Record2/Instrument/Model") == "<Wyko> "
+
+
+@pytest.mark.parametrize(
+    ("name", "date"),
+    [
+        ("bullet_land_fixed.x3p", "2018-09-15T17:46:09"),
+        ("wyko_nt1100_test_1.opd", "2009-10-26T11:16:55"),
+    ],
+)
+def test_x3p_keeps_the_date_of_the_measurement(tmp_path: Path, name: str, date: str) -> None:
+    surface = rc.read_surface(measurement(name)).leveled()
+    surface.save(tmp_path / "copy.x3p")
+    with zipfile.ZipFile(tmp_path / "copy.x3p") as archive:
+        found = ElementTree.fromstring(archive.read("main.xml")).findtext("Record2/Date")
+    assert found == date
+    again = rc.read_surface(tmp_path / "copy.x3p")
+    assert again.provenance.origin is not None
+    assert again.provenance.origin.found["acquired"] == date
+
+
+def test_a_date_without_a_clock_is_none() -> None:
+    origin = rc.read_surface(measurement("x3p-2.x3p")).provenance.origin
+    assert origin is not None
+    assert "acquired" not in origin.found
 
 
 def test_x3p_of_several_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,6 +3,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.contact.pair import BODIES, Pair
+from roughcontact.errors import Mention
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 
@@ -85,3 +86,13 @@ def test_records_tell_pairs_apart() -> None:
         Pair(surface(), STEEL, counter_material=SOFT),
     ):
         assert other.record() != record
+
+
+def test_bodies_on_other_grids_are_told_in_few_digits_and_how_to_align_them() -> None:
+    body = rc.Surface(np.zeros((4, 4)), (1.0982520279867458e-06, 1.0982520279867458e-06))
+    with pytest.raises(rc.InputError) as caught:
+        Pair(body, STEEL, rc.Surface(np.zeros((3, 4)), (2e-6, 1e-6)))
+    words = str(caught.value)
+    assert "has 3 × 4 points of 2 µm × 1 µm, the surface 4 × 4 points of 1.098 µm × 1.098" in words
+    assert "registration.matched" in words
+    assert Mention("align", True) in caught.value.parts

@@ -237,6 +237,29 @@ def engineering(value: float, unit: str, digits: int = 4) -> str:
     return f"{scaled} {_PREFIXES[prefix]}{unit}"
 
 
+def lengths(values: Sequence[float], between: str = " × ") -> str:
+    """Return lengths as text, each with its SI prefix.
+
+    Parameters
+    ----------
+    values : sequence of float
+        Lengths [m].
+    between : str
+        What stands between two of them.
+
+    Returns
+    -------
+    str
+        Four digits of each.
+
+    Examples
+    --------
+    >>> lengths((1.0982520279867458e-06, 2e-6)), lengths((0.0, -5e-6), ", ")
+    ('1.098 µm × 2 µm', '0 m, -5 µm')
+    """
+    return between.join(engineering(value, "m") for value in values)
+
+
 def percent(share: float) -> str:
     """Return a share as text in per cent.
 

@@ -26,7 +26,7 @@ from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers.bounded import Status
 from roughcontact.solvers.progress import Progress, Step, numbered
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantity, quantity
+from roughcontact.units import Quantity, lengths, quantity
 
 Array = NDArray[np.float64]
 
@@ -309,14 +309,15 @@ def _pixels(shift: tuple[float, float], surface: Surface, number: int) -> tuple[
         raise InputError(
             f"stage {number}: ",
             Mention("shift"),
-            f" {shift} m is no whole number of pixels of {surface.pixel} m; "
+            f" ({lengths(shift, ', ')}) is no whole number of pixels of {lengths(surface.pixel)}; "
             f"the nearest is ({near}) m",
         )
     if any(abs(w) >= points for w, points in zip(whole, surface.shape, strict=True)):
         raise InputError(
             f"stage {number}: ",
             Mention("shift"),
-            f" {shift} m is beyond the map of {surface.size} m; stay within it",
+            f" ({lengths(shift, ', ')}) is beyond the map of {lengths(surface.size)}; stay "
+            "within it",
         )
     return whole[0], whole[1]
 

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from roughcontact._version import __version__
 from roughcontact.contact.resume import digest
-from roughcontact.errors import InputError, require_choice
+from roughcontact.errors import InputError, Mention, require_choice
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material, contact_modulus, softer
 from roughcontact.solvers.operator import Family
 from roughcontact.surface.surface import Surface
+from roughcontact.units import lengths
 
 BODIES = {"body": "body", "counter_body": "counter-body"}
 """What the two bodies are called, the rough one and what is pressed on it, with words for them."""
@@ -75,9 +76,15 @@ class Pair:
         if counter.shape != surface.shape or not np.allclose(
             counter.pixel, surface.pixel, rtol=1e-9, atol=0
         ):
+            told = [
+                f"{body.shape[0]} × {body.shape[1]} points of {lengths(body.pixel)}"
+                for body in (counter, surface)
+            ]
             raise InputError(
-                f"has {counter.shape} pixels of {counter.pixel} m, "
-                f"surface {surface.shape} of {surface.pixel} m: both bodies need the same grid",
+                f"has {told[0]}, the surface {told[1]}: both bodies need the same grid; "
+                "registration.matched brings them to one, ",
+                Mention("align", True),
+                " does",
                 argument="counter_surface",
             )
 

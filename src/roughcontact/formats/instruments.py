@@ -9,6 +9,7 @@ import os
 import re
 import zipfile
 from collections.abc import Callable, Iterator
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -98,6 +99,8 @@ _POINTS_PER_BYTE = 1100
 # Bytes that reading takes a point.
 _EACH = 40
 
+_EPOCH = 1970
+
 
 def read(path: Path, name: str, asked: Asked) -> Surface:
     """Return the map in an instrument's file; ``name`` is that of SurfaceTopography's reader."""
@@ -123,12 +126,13 @@ def read(path: Path, name: str, asked: Asked) -> Surface:
         # SurfaceTopography has [x, y], this program [y, x].
         heights = in_metres(np.ascontiguousarray(values.T), metre)
         instrument = _instrument_name(reader, entry)
+        acquired = _acquired(entry)
     provenance = Provenance(
         source=path.name,
         instrument=instrument,
-        channel=described.name if len(found) > 1 else "",
+        channel=_channel_name(found, index),
     )
-    return surface_of(path, heights, pixel, provenance, metre, stated)
+    return surface_of(path, heights, pixel, provenance, metre, stated, acquired)
 
 
 def channels(path: Path, name: str) -> tuple[Channel, ...]:
@@ -291,6 +295,24 @@ def _opened(path: Path, kind: str) -> Iterator[Any]:
             "the file is complete, or give its ",
             Mention("format"),
         ) from error
+
+
+def _channel_name(found: list[Channel], index: int) -> str:
+    """Return what tells a channel from the others; empty if there are none."""
+    name = found[index].name
+    namesakes = [entry for entry in found if entry.name == name]
+    if len(namesakes) > 1:
+        return f"{name} (index {index})"
+    return name if len(found) > 1 else ""
+
+
+def _acquired(entry: Any) -> str:
+    """Return when a map was measured; empty if its file does not tell, or had no clock."""
+    when = entry.info.get("acquisition_time")
+    # Instruments whose clock was never set, and programs that know no date, write 1970.
+    if not isinstance(when, datetime) or when.year <= _EPOCH:
+        return ""
+    return when.isoformat(timespec="seconds")
 
 
 def _instrument_name(reader: Any, entry: Any) -> str:

@@ -18,6 +18,7 @@ from roughcontact.errors import FormatError, InputError
 from roughcontact.files import replacing, require_suffix
 from roughcontact.formats import binary
 from roughcontact.surface.surface import Surface
+from roughcontact.units import engineering, lengths
 
 # Bytes of a member of an archive from which it gets the header for more than 2 GB, which not
 # every reader knows.
@@ -37,7 +38,8 @@ def save_x3p(surface: Surface, path: str | os.PathLike[str]) -> None:
     path : str or path
         File to write; it must end in ``.x3p``. Heights in metres with all their bits, NaN where
         missing, as the standard has it for data in floating point; source and preparation are in
-        the comment. The dates that the standard asks for are those of the writing.
+        the comment. The date is that of the measurement where the file that was read told it,
+        else that of the writing.
 
     Raises
     ------
@@ -155,7 +157,8 @@ def save_sur(surface: Surface, path: str | os.PathLike[str]) -> None:
     if not all(0 < value < math.inf for value in (step, *edges)):
         raise InputError(
             f"{path} keeps pixel and step of the heights in single precision, got pixel "
-            f"{surface.pixel} m and heights up to {largest / 1e3:g} m; write .x3p or .npz"
+            f"{lengths(surface.pixel)} and heights up to {engineering(largest / 1e3, 'm')}; write "
+            ".x3p or .npz"
         )
     lowest, highest = (round(1e3 * extreme / step) for extreme in (low, high))
     missing = lowest - 2
@@ -204,7 +207,7 @@ def _x3p_document(surface: Surface, checksum: str) -> str:
     </Axes>
   </Record1>
   <Record2>
-    <Date>{now}</Date>
+    <Date>{_acquired(surface) or now}</Date>
     <Instrument>
       <Manufacturer>unknown</Manufacturer>
       <Model>{_xml(about.instrument) or "unknown"}</Model>
@@ -234,6 +237,12 @@ def _x3p_document(surface: Surface, checksum: str) -> str:
   </Record4>
 </p:ISO5436_2>
 """
+
+
+def _acquired(surface: Surface) -> str:
+    """Return when a map was measured, as its file told it; empty if it did not."""
+    origin = surface.provenance.origin
+    return "" if origin is None else str(origin.found.get("acquired", ""))
 
 
 def _sur_header(

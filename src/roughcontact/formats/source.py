@@ -125,14 +125,18 @@ def surface_of(
     provenance: Provenance,
     metre: float = 1.0,
     stated: tuple[float, float] | None = None,
+    acquired: str = "",
 ) -> Surface:
     """Return a map, or complain of the file that it is from.
 
-    ``metre`` is the file's unit [m], ``stated`` the pixel [m] that it gives, if it gives one.
+    ``metre`` is the file's unit [m], ``stated`` the pixel [m] that it gives, if it gives one, and
+    ``acquired`` when the map was measured, if it tells.
     """
     found: dict[str, object] = {"unit": metre}
     if stated is not None and stated != pixel:
         found["stated_size"] = [n * edge for n, edge in zip(heights.shape, stated, strict=True)]
+    if acquired:
+        found["acquired"] = acquired
     origin = Operation("read_surface", {"path": path.name}, found)
     try:
         return Surface(heights, pixel, replace(provenance, origin=origin))

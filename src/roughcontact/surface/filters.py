@@ -11,6 +11,7 @@ from roughcontact import limits
 from roughcontact.errors import InputError, Mention, require_pixel, require_positive
 from roughcontact.halfspace import fft
 from roughcontact.surface import memory
+from roughcontact.units import engineering
 
 Array = NDArray[np.float64]
 
@@ -143,7 +144,9 @@ def band(
             _check_cutoff(heights.shape, pixel, cutoff)
     if s is not None and l is not None and not s < l:
         raise InputError(
-            f"must be below l, got s = {s!r} and l = {l!r} m: no waves are left", argument="s"
+            f"must be below l, got s = {engineering(s, 'm')} and l = {engineering(l, 'm')}: "
+            "no waves are left",
+            argument="s",
         )
     if s is not None:
         heights = gaussian(heights, pixel, s)
@@ -256,8 +259,9 @@ def _check_cutoff(shape: tuple[int, ...], pixel: tuple[float, float], cutoff: fl
     # Rounding of a cut-off that is meant to be just two pixels, or the whole side.
     if not shortest * (1 - 1e-12) <= cutoff <= longest * (1 + 1e-12):
         raise InputError(
-            f"must lie between two pixels and the shorter side of the map, {shortest:.6g} m "
-            f"to {longest:.6g} m, got {cutoff!r} m",
+            "must lie between two pixels and the shorter side of the map, "
+            f"{engineering(shortest, 'm')} to {engineering(longest, 'm')}, got "
+            f"{engineering(cutoff, 'm')}",
             argument="cutoff",
             value=cutoff,
         )

@@ -25,7 +25,7 @@ from roughcontact.surface import (
 )
 from roughcontact.surface.form import remove_form
 from roughcontact.surface.provenance import Operation, Provenance
-from roughcontact.units import Quantities, Quantity, WithUnit, quantity
+from roughcontact.units import Quantities, Quantity, WithUnit, lengths, quantity
 
 
 @dataclass(frozen=True, eq=False)
@@ -332,7 +332,7 @@ class Surface:
             shape = (round(ratios[0]), round(ratios[1]))
             if min(shape) < 2:
                 raise InputError(
-                    f"must be at most half the size of the map, {self.size} m, got {pixel!r}",
+                    f"must be at most half the map, {lengths(self.size)}, got {lengths(wanted)}",
                     argument="pixel",
                     value=pixel,
                 )
@@ -401,9 +401,9 @@ class Surface:
             raise InputError(f"must be a Surface, got {type(form).__name__}", argument="form")
         if form.shape != self.shape or not np.allclose(form.pixel, self.pixel, rtol=1e-9, atol=0):
             raise InputError(
-                f"has {form.shape} pixels of {form.pixel} m, the surface {self.shape} of "
-                f"{self.pixel} m: make it with shape=surface.shape, pixel=surface.pixel, or bring "
-                "it there with form.aligned(surface)",
+                f"has {form.shape} pixels of {lengths(form.pixel)}, the surface {self.shape} of "
+                f"{lengths(self.pixel)}: make it with shape=surface.shape, pixel=surface.pixel, or "
+                "bring it there with form.aligned(surface)",
                 argument="form",
             )
         heights = self.heights + form.heights
