@@ -461,6 +461,13 @@ def test_histogram_is_of_the_pressures_that_occur(spike: float, ceiling: float |
     assert f"up to {spike} GPa (beyond the axis)" in texts(figure)
 
 
+def test_histogram_of_few_points_has_few_bins() -> None:
+    pressure = np.zeros((20, 20))
+    pressure[5:8, 5:9] = np.array([0.2, 0.9, 1.4, 1.6])[np.arange(12) % 4].reshape(3, 4) * GIGA
+    stairs = plots.pressure_histogram(result_of(pressure, None)).axes[0].patches[0].get_data()
+    assert np.count_nonzero(stairs.values) > 0.5 * stairs.values.size
+
+
 def test_histogram_of_pressures_far_from_zero_begins_with_them() -> None:
     pressure = np.random.default_rng(3).normal(50, 1, (80, 90)) * GIGA
     axes = plots.pressure_histogram(result_of(pressure, None)).axes[0]

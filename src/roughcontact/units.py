@@ -207,8 +207,8 @@ def engineering(value: float, unit: str, digits: int = 4) -> str:
     Returns
     -------
     str
-        The number from 1 up to 1000 (10⁶ for a square) with the prefixed unit, in powers of ten
-        where no prefix from f to P fits.
+        The number from 1 up to 1000 (for a square, whose prefixes are further apart, from 0.1 up
+        to 10⁵) with the prefixed unit, in powers of ten where no prefix from f to P fits.
 
     Raises
     ------
@@ -217,8 +217,8 @@ def engineering(value: float, unit: str, digits: int = 4) -> str:
 
     Examples
     --------
-    >>> engineering(2.31e-7, "m"), engineering(3e9, "Pa"), engineering(2e-11, "m²")
-    ('231 nm', '3 GPa', '20 µm²')
+    >>> engineering(2.31e-7, "m"), engineering(3e9, "Pa"), engineering(1.233e-7, "m²")
+    ('231 nm', '3 GPa', '0.1233 mm²')
     """
     if digits < 1:
         raise ValueError(f"digits must be at least 1, got {digits}")
@@ -228,7 +228,7 @@ def engineering(value: float, unit: str, digits: int = 4) -> str:
     # the division by a power of ten.
     rounded = Decimal(f"{value:.{digits - 1}e}")
     power = {"²": 2, "³": 3}.get(unit[-1:], 1)
-    prefix = 3 * (rounded.adjusted() // (3 * power))
+    prefix = 3 * ((rounded.adjusted() + (power == 2)) // (3 * power))
     if not unit or prefix not in _PREFIXES:
         return f"{value:.{digits}g} {unit}".rstrip()
     scaled = format(rounded.scaleb(-prefix * power), "f")

@@ -378,9 +378,9 @@ class _Bins(NamedTuple):
     limits: tuple[float, float]
 
 
-def _number_of_bins(pressures: Sequence[Array]) -> float:
+def _number_of_bins(pressures: Sequence[Array], least: int) -> float:
     # About as many as the points bear (Rice's rule).
-    return float(min(max(2 * max(p.size for p in pressures) ** (1 / 3), 10), 60))
+    return float(min(max(2 * max(p.size for p in pressures) ** (1 / 3), least), 60))
 
 
 def _ceilings(results: Sequence[ContactResult]) -> list[float]:
@@ -399,7 +399,7 @@ def _linear(results: Sequence[ContactResult], pressures: Sequence[Array]) -> _Bi
     ceilings = [ceiling for ceiling in _ceilings(results) if ceiling > first]
     shown = [ceiling for ceiling in ceilings if ceiling <= _NEAR_CEILING * last]
     last = max([last, *shown])
-    step = (last - first) / _number_of_bins(pressures)
+    step = (last - first) / _number_of_bins(pressures, 5)
     # The lowest ceiling is an edge, so that no bin seems to reach beyond it; far below the others
     # it would take a bin for every multiple of it.
     if shown and 2 * (shown[0] - first) >= step:
@@ -418,7 +418,7 @@ def _logarithmic(results: Sequence[ContactResult], pressures: Sequence[Array]) -
     top = max([largest, *shown])
     lowest = min((float(p.min()) for p in pressures if p.size), default=0.1 * top)
     decades = min(max(math.log10(top / lowest), 0.5), 4.0)
-    step = decades / _number_of_bins(pressures)
+    step = decades / _number_of_bins(pressures, 10)
     # The lowest ceiling is an edge.
     anchor = math.log10(shown[0] if shown else top)
     before = math.ceil((decades - math.log10(top) + anchor) / step)
