@@ -30,6 +30,7 @@ FEW = {
         "_prolonged": "a sparse matrix, no BLAS",
     },
     "halfspace.layers": {"_mean_displacement": "layers"},
+    "halfspace.rims": {"_with_slope": "six parameters of a paraboloid"},
     "solvers.anderson": {"add": "five components", "_least_squares": "a handful of steps"},
     "solvers.rest": {"rigid_tilt": "the few points on which rigid bodies rest"},
     "solvers.tilt": {
