@@ -323,7 +323,7 @@ def below_label(axes: Axes) -> Transform:
     """Return the place under the axis label, at a distance that no aspect changes."""
     from matplotlib.transforms import ScaledTranslation
 
-    figure = axes.get_figure(root=True)
+    figure = axes.get_figure()
     assert figure is not None
     return axes.transAxes + ScaledTranslation(0, -0.52, figure.dpi_scale_trans)
 
