@@ -53,7 +53,8 @@ def test_planes_go_through_the_largest_stress(found):
     for along, pixel in (("x", column), ("y", row)):
         plane = found.von_mises_section(along)
         assert plane.shape == (found.profile.depths.size, 96)
-        assert np.unravel_index(plane.argmax(), plane.shape) == (deepest, pixel)
+        # A symmetric contact has it in more than one place.
+        assert plane[deepest, pixel] == pytest.approx(plane.max(), rel=1e-6)
         # Both in single precision, by other transforms.
         assert plane.max() == pytest.approx(found.max_von_mises, rel=1e-5)
     assert found.section_x.shape == (6, found.profile.depths.size, 96)
