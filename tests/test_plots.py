@@ -295,7 +295,7 @@ def test_the_rendered_picture_shows_the_share_that_touches() -> None:
     found, *_ = np.linalg.lstsq(mixing, inside.mean(axis=(0, 1)) - ground)
     # The colours are in steps of 1/255, and Matplotlib reduces cells to dots.
     assert found.sum() == pytest.approx(result.contact_fraction, rel=0.06)
-    assert found[1] == pytest.approx(result.saturated_fraction, abs=1e-3)
+    assert found[1] == pytest.approx(result.saturated_fraction, abs=3e-3)
 
 
 def test_pressures_say_how_much_of_the_picture_they_mark() -> None:

@@ -117,7 +117,13 @@ def _check_blocks(path: Path, name: str, array: Any, block: int) -> None:
         return
     parts: list[Any] = []
     array.chunk_iter(parts.append)
+    whole = path.stat().st_size
     for part in parts:
+        if part.size > whole:
+            raise FormatError(
+                f"{path.name} states {part.size} bytes for a block of {name!r}, more than the file "
+                "has; check that the file is complete"
+            )
         if part.size > block // _DEFLATED:
             unpacked = b""
             # What is not deflated ends here at once.
