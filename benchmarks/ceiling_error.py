@@ -187,7 +187,9 @@ def spheres(quick: bool) -> list[dict[str, Any]]:
         for ratio in ratios:
             surface, body, load = sphere(law, ratio, 32 if quick else POINTS)
             path = [load * part for part in (PATH[::3] if quick else PATH)]
-            both = rc.compare_models(surface, material=body, loads=path, factors=FACTORS)
+            both = rc.compare_models(
+                surface, material=body, increments=1, loads=path, factors=FACTORS
+            )
             found = measured(both, len(path) - 1, "free")
             show(f"{name} sphere, P/P_c = {ratio:g}", found)
             rows.append({"law": name, "load_ratio": ratio, **found})
@@ -204,7 +206,12 @@ def maps(quick: bool) -> list[dict[str, Any]]:
                 area = surface.size[0] * surface.size[1]
                 path = [nominal * law.initial * area for nominal in NOMINAL]
                 both = rc.compare_models(
-                    surface, material=body, loads=path, factors=FACTORS, boundary="periodic"
+                    surface,
+                    material=body,
+                    increments=1,
+                    loads=path,
+                    factors=FACTORS,
+                    boundary="periodic",
                 )
                 for place, nominal in enumerate(NOMINAL):
                     found = measured(both, place, "periodic")

@@ -201,7 +201,9 @@ def followed(case: Case) -> Iterator[dict[str, Any]]:
     """Yield what plasticity of the volume gives at the loads that are compared."""
     state = None
     for number, load in enumerate(case.path):
-        state = rc.solve_elastoplastic(case.surface, loads=[load], start=state, **case.bodies)
+        state = rc.solve_elastoplastic(
+            case.surface, increments=1, loads=[load], start=state, **case.bodies
+        )
         if number in case.seen:
             yield {
                 **case.names,

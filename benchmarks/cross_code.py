@@ -192,6 +192,7 @@ def indent(grid: str) -> list[rc.ElastoplasticResult]:
             rc.solve_elastoplastic(
                 rc.Surface(indentation.heights(grid), (pixel, pixel)),
                 material=rc.Material(indentation.YOUNG, indentation.POISSON, hardening=law),
+                increments=1,
                 loads=[load],
                 boundary="periodic",
                 layers=None if start else around_nodes(grid),

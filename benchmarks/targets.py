@@ -184,7 +184,13 @@ def _curve(folder: Path, progress: Any = None) -> rc.LoadCurve:
 
 def _pressed(folder: Path, progress: Any = None) -> rc.ElastoplasticResult:
     return rc.solve_elastoplastic(
-        _ball(), material=STEEL, loads=FORCES, tolerance=1e-2, folder=folder, progress=progress
+        _ball(),
+        material=STEEL,
+        increments=1,
+        loads=FORCES,
+        tolerance=1e-2,
+        folder=folder,
+        progress=progress,
     )
 
 

@@ -40,7 +40,7 @@ def pressed():
     y, x = np.mgrid[:28, :32] - np.array([13, 17])[:, None, None]
     heights = -((y * 0.6e-6) ** 2 + (x * 0.5e-6) ** 2) / (2 * 105e-6)
     surface = rc.Surface(heights, (0.6e-6, 0.5e-6), rc.Provenance("ball.nc"))
-    return rc.solve_elastoplastic(surface, material=steel, loads=[0.1, 0.2, 0.35])
+    return rc.solve_elastoplastic(surface, material=steel, increments=1, loads=[0.1, 0.2, 0.35])
 
 
 @pytest.fixture(scope="session")
@@ -50,7 +50,12 @@ def unmoved(pressed):
 
     soft = rc.Material(210e9, 0.3, 1e6)
     return rc.solve_elastoplastic(
-        pressed.contact.surface, material=soft, loads=[5e-4], max_iterations=1, on_failure="return"
+        pressed.contact.surface,
+        material=soft,
+        increments=1,
+        loads=[5e-4],
+        max_iterations=1,
+        on_failure="return",
     )
 
 
@@ -60,7 +65,11 @@ def released(pressed):
     import roughcontact as rc
 
     return rc.solve_elastoplastic(
-        pressed.contact.surface, material=pressed.contact.material, loads=[0.0], start=pressed
+        pressed.contact.surface,
+        material=pressed.contact.material,
+        increments=1,
+        loads=[0.0],
+        start=pressed,
     )
 
 

@@ -309,7 +309,7 @@ def test_the_stored_comparison_can_be_computed_again() -> None:
     )  # fmt: skip
     surface, steel, load = ceiling_error.sphere(ceiling_error.LAWS["perfect"], 12, 40)
     both = rc.compare_models(
-        surface, material=steel, loads=[load / 2, load], factors=ceiling_error.FACTORS
+        surface, material=steel, increments=1, loads=[load / 2, load], factors=ceiling_error.FACTORS
     )
     found = ceiling_error.measured(both, 1, "free")
     # A contact of nine pixels in radius: the area is known to three per cent.
@@ -324,6 +324,6 @@ def test_only_the_scales_depend_on_modulus_strength_and_radius() -> None:
     ratios = []
     for law, young in ((Perfect(1e9), 210e9), (Perfect(1e8), 3e9)):
         surface, body, load = ceiling_error.sphere(law, 12, 24, young)
-        both = rc.compare_models(surface, material=body, loads=[load / 2, load])
+        both = rc.compare_models(surface, material=body, increments=1, loads=[load / 2, load])
         ratios.append([both.mean_pressure_ratio[1], *both.excess("approach")[0]])
     assert ratios[0] == pytest.approx(ratios[1], rel=1e-3)

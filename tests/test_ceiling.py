@@ -134,7 +134,7 @@ def test_the_rule_holds_on_a_rough_map() -> None:
     body = rc.Material(210e9, 0.3, yield_strength=strength)
     loads = [nominal * strength * 1e-8 for nominal in (0.1, 0.3)]
     both = rc.compare_models(
-        rc.Surface(heights, pixel), material=body, loads=loads, boundary="periodic"
+        rc.Surface(heights, pixel), material=body, increments=1, loads=loads, boundary="periodic"
     )
     usual = both.ceiling[0][-1]
     advice = recommended_ceiling(usual)

@@ -30,6 +30,7 @@ def compared() -> rc.ModelComparison:
     return rc.compare_models(
         surface,
         material=STEEL,
+        increments=1,
         loads=[0.5 * first, 4 * first, 12 * first],
         factors=[1.6, 1.8, 2.0, 2.4, 3.0],
     )
@@ -78,9 +79,11 @@ def test_the_best_factor_is_where_the_error_changes_sign(compared: rc.ModelCompa
 
 def test_outside_of_the_factors_the_nearest_is_best() -> None:
     surface, first = ball(16)
-    both = rc.compare_models(surface, material=STEEL, loads=[12 * first], factors=[2.6, 3.0])
+    both = rc.compare_models(
+        surface, material=STEEL, increments=1, loads=[12 * first], factors=[2.6, 3.0]
+    )
     assert both.best_factor("contact_area") == pytest.approx([2.6])
-    alone = rc.compare_models(surface, material=STEEL, loads=[12 * first])
+    alone = rc.compare_models(surface, material=STEEL, increments=1, loads=[12 * first])
     assert alone.factors == (3.0,)
     assert alone.best_factor("approach") == pytest.approx([3.0])
     assert alone.excess("approach") == pytest.approx(both.excess("approach")[1:], rel=1e-5)
@@ -154,7 +157,7 @@ def test_progress_numbers_the_loads() -> None:
     surface, first = ball(16)
     told: list[rc.Progress] = []
     loads = [0.5 * first, 2 * first]
-    rc.compare_models(surface, material=STEEL, loads=loads, progress=told.append)
+    rc.compare_models(surface, material=STEEL, increments=1, loads=loads, progress=told.append)
     assert sorted({(at.number, at.count, at.step.load) for at in told}) == [
         (1, 2, loads[0]),
         (2, 2, loads[1]),

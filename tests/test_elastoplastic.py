@@ -46,12 +46,12 @@ def ball(shape=(24, 22), pixel=(PIXEL, PIXEL), factor=1.0):
 
 @pytest.fixture(scope="module")
 def loaded():
-    return solve_elastoplastic(ball(), material=SWIFT, loads=[0.2, 0.4, 0.65], **MORE)
+    return solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.2, 0.4, 0.65], **MORE)
 
 
 @pytest.fixture(scope="module")
 def unloaded(loaded):
-    return solve_elastoplastic(ball(), material=SWIFT, loads=[0.3, 0.0], start=loaded)
+    return solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.3, 0.0], start=loaded)
 
 
 def test_the_state_is_admissible(loaded) -> None:
@@ -95,7 +95,7 @@ def test_below_first_yield_it_is_the_elastic_solution() -> None:
     modulus = YOUNG / (1 - POISSON**2)
     load = [(f * 1656e6 * np.pi) ** 3 * RADIUS**2 / (6 * modulus**2) for f in (1.5, 1.75)]
     fine = ball((40, 40), (1.5e-7, 1.5e-7))
-    result = solve_elastoplastic(fine, material=PERFECT, loads=[load[0]])
+    result = solve_elastoplastic(fine, material=PERFECT, increments=1, loads=[load[0]])
     elastic = rc.solve(fine, material=PERFECT, load=load[0], ceiling=None)
     assert result.plastic_volume == 0
     assert result.regime == "elastic"
@@ -104,7 +104,7 @@ def test_below_first_yield_it_is_the_elastic_solution() -> None:
     )
     assert result.contact.approach == pytest.approx(elastic.approach, rel=1e-6)
     assert result.yield_excess < 0
-    more = solve_elastoplastic(fine, material=PERFECT, loads=[load[1]], start=result)
+    more = solve_elastoplastic(fine, material=PERFECT, increments=1, loads=[load[1]], start=result)
     assert more.plastic_volume > 0
     assert more.regime == "plastic below the surface"
     # First yield lies on the axis, 0.48 a below the surface (Johnson 1985, section 4.2).
@@ -135,7 +135,7 @@ def test_unloading_is_elastic_and_leaves_stress_in_balance(loaded, unloaded) -> 
 
 def test_periodic_contact_and_its_balance() -> None:
     loaded = solve_elastoplastic(
-        ball(), material=PERFECT, loads=[0.2, 0.4], boundary="periodic", **MORE
+        ball(), material=PERFECT, increments=1, loads=[0.2, 0.4], boundary="periodic", **MORE
     )
     assert loaded.converged
     assert loaded.bodies[0].margin == 0
@@ -152,7 +152,8 @@ def test_periodic_contact_and_its_balance() -> None:
 
 def test_what_unloading_leaves_carries_no_force() -> None:
     result = solve_elastoplastic(
-        ball(), material=PERFECT, loads=[0.4, 0.0], boundary="periodic", precision="double",
+        ball(), material=PERFECT,
+        increments=1, loads=[0.4, 0.0], boundary="periodic", precision="double",
         layers=[1.5e-6] * 12,
     )  # fmt: skip
     body = result.bodies[0]
@@ -165,10 +166,12 @@ def test_what_unloading_leaves_carries_no_force() -> None:
 
 def test_work_is_dissipated_or_locked_in() -> None:
     up = [0.1, 0.2, 0.3, 0.4, 0.5]
-    loaded = solve_elastoplastic(ball(), material=PERFECT, loads=up, precision="double", **MORE)
+    loaded = solve_elastoplastic(
+        ball(), material=PERFECT, increments=1, loads=up, precision="double", **MORE
+    )
     down = [*up[-2::-1], 0.0]
     result = solve_elastoplastic(
-        ball(), material=PERFECT, loads=down, start=loaded, precision="double"
+        ball(), material=PERFECT, increments=1, loads=down, start=loaded, precision="double"
     )
     load, approach = np.array([(0, 0), *((s.load, s.approach) for s in result.increments)]).T
     work = np.sum((load[1:] + load[:-1]) / 2 * np.diff(approach))
@@ -183,7 +186,9 @@ def test_work_is_dissipated_or_locked_in() -> None:
 
 
 def test_reloading_closes_the_loop(loaded, unloaded) -> None:
-    again = solve_elastoplastic(ball(), material=SWIFT, loads=[0.3, 0.65], start=unloaded)
+    again = solve_elastoplastic(
+        ball(), material=SWIFT, increments=1, loads=[0.3, 0.65], start=unloaded
+    )
     np.testing.assert_allclose(
         again.contact.pressure, loaded.contact.pressure, atol=1e-4 * loaded.contact.max_pressure
     )
@@ -194,9 +199,11 @@ def test_reloading_closes_the_loop(loaded, unloaded) -> None:
 def test_two_like_bodies_are_one_and_a_mirror() -> None:
     # Two equal bodies share the gap: each does what it does on a rigid one with half the gap.
     both = solve_elastoplastic(
-        ball(), material=SWIFT, counter_material=SWIFT, loads=[0.3, 0.6], **MORE
+        ball(), material=SWIFT, counter_material=SWIFT, increments=1, loads=[0.3, 0.6], **MORE
     )
-    half = solve_elastoplastic(ball(factor=0.5), material=SWIFT, loads=[0.3, 0.6], **MORE)
+    half = solve_elastoplastic(
+        ball(factor=0.5), material=SWIFT, increments=1, loads=[0.3, 0.6], **MORE
+    )
     np.testing.assert_allclose(
         both.contact.pressure, half.contact.pressure, atol=1e-4 * half.contact.max_pressure
     )
@@ -209,10 +216,10 @@ def test_two_like_bodies_are_one_and_a_mirror() -> None:
 
 def test_only_the_counter_body_yields() -> None:
     one = solve_elastoplastic(
-        ball(), material=SWIFT, counter_material=ELASTIC, loads=[0.4, 0.8], **MORE
+        ball(), material=SWIFT, counter_material=ELASTIC, increments=1, loads=[0.4, 0.8], **MORE
     )
     other = solve_elastoplastic(
-        ball(), material=ELASTIC, counter_material=SWIFT, loads=[0.4, 0.8], **MORE
+        ball(), material=ELASTIC, counter_material=SWIFT, increments=1, loads=[0.4, 0.8], **MORE
     )
     np.testing.assert_array_equal(one.contact.pressure, other.contact.pressure)
     assert len(one.bodies) == len(other.bodies) == 1
@@ -221,10 +228,10 @@ def test_only_the_counter_body_yields() -> None:
 def test_axes_are_not_mixed() -> None:
     # Twice the points along x, half as long, and the transpose of it.
     wide = solve_elastoplastic(
-        ball((20, 36), (1.2e-6, 0.7e-6)), material=SWIFT, loads=[0.5], **MORE
+        ball((20, 36), (1.2e-6, 0.7e-6)), material=SWIFT, increments=1, loads=[0.5], **MORE
     )
     tall = solve_elastoplastic(
-        ball((36, 20), (0.7e-6, 1.2e-6)), material=SWIFT, loads=[0.5], **MORE
+        ball((36, 20), (0.7e-6, 1.2e-6)), material=SWIFT, increments=1, loads=[0.5], **MORE
     )
     assert wide.bodies[0].margin == tall.bodies[0].margin
     scale = wide.contact.max_pressure
@@ -232,20 +239,22 @@ def test_axes_are_not_mixed() -> None:
     # And both near the one on square pixels of the same area.
     assert wide.contact.max_pressure == pytest.approx(
         solve_elastoplastic(
-            ball((24, 26), (0.917e-6, 0.917e-6)), material=SWIFT, loads=[0.5], **MORE
+            ball((24, 26), (0.917e-6, 0.917e-6)), material=SWIFT, increments=1, loads=[0.5], **MORE
         ).contact.max_pressure,
         rel=0.03,
     )
 
 
 def test_units_do_not_matter() -> None:
-    result = solve_elastoplastic(ball(), material=PERFECT, loads=[0.3], precision="double", **MORE)
+    result = solve_elastoplastic(
+        ball(), material=PERFECT, increments=1, loads=[0.3], precision="double", **MORE
+    )
     metre, pascal = 1e3, 1e-5
     surface = ball()
     scaled = rc.Surface(surface.heights * metre, pixel=(PIXEL * metre, PIXEL * metre))
     soft = rc.Material(young=YOUNG * pascal, poisson=POISSON, yield_strength=1656e6 * pascal)
     other = solve_elastoplastic(
-        scaled, material=soft, loads=[0.3 * pascal * metre**2], depth=18e-6 * metre,
+        scaled, material=soft, increments=1, loads=[0.3 * pascal * metre**2], depth=18e-6 * metre,
         precision="double",
     )  # fmt: skip
     np.testing.assert_allclose(
@@ -255,8 +264,10 @@ def test_units_do_not_matter() -> None:
 
 
 def test_single_precision_is_enough() -> None:
-    single = solve_elastoplastic(ball(), material=SWIFT, loads=[0.65], **MORE)
-    double = solve_elastoplastic(ball(), material=SWIFT, loads=[0.65], precision="double", **MORE)
+    single = solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.65], **MORE)
+    double = solve_elastoplastic(
+        ball(), material=SWIFT, increments=1, loads=[0.65], precision="double", **MORE
+    )
     np.testing.assert_allclose(
         single.contact.pressure, double.contact.pressure, atol=1e-4 * double.contact.max_pressure
     )
@@ -266,23 +277,23 @@ def test_single_precision_is_enough() -> None:
 def test_perfect_is_linear_without_slope() -> None:
     linear = replace(PERFECT, yield_strength=None, hardening=Linear(1656e6, 0.0))
     perfect = replace(PERFECT, yield_strength=None, hardening=Perfect(1656e6))
-    one = solve_elastoplastic(ball(), material=linear, loads=[0.3], **MORE)
-    other = solve_elastoplastic(ball(), material=PERFECT, loads=[0.3], **MORE)
-    third = solve_elastoplastic(ball(), material=perfect, loads=[0.3], **MORE)
+    one = solve_elastoplastic(ball(), material=linear, increments=1, loads=[0.3], **MORE)
+    other = solve_elastoplastic(ball(), material=PERFECT, increments=1, loads=[0.3], **MORE)
+    third = solve_elastoplastic(ball(), material=perfect, increments=1, loads=[0.3], **MORE)
     np.testing.assert_array_equal(one.contact.pressure, other.contact.pressure)
     np.testing.assert_array_equal(third.contact.pressure, other.contact.pressure)
 
 
 def test_volume_grows_with_the_plastic_zone() -> None:
-    shallow = solve_elastoplastic(ball(), material=SWIFT, loads=[0.65], depth=3e-6)
-    deep = solve_elastoplastic(ball(), material=SWIFT, loads=[0.65], **MORE)
+    shallow = solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.65], depth=3e-6)
+    deep = solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.65], **MORE)
     assert shallow.bodies[0].thickness.sum() > 6e-6
     assert shallow.warnings == ()
     np.testing.assert_allclose(
         shallow.contact.pressure, deep.contact.pressure, atol=1e-2 * deep.contact.max_pressure
     )
     # A small map: the contact comes near its edge, and the volume goes on beyond it.
-    small = solve_elastoplastic(ball((16, 14)), material=SWIFT, loads=[0.65], **MORE)
+    small = solve_elastoplastic(ball((16, 14)), material=SWIFT, increments=1, loads=[0.65], **MORE)
     assert small.bodies[0].margin > 0
     assert small.bodies[0].accumulated.shape[1] == 16 + 2 * small.bodies[0].margin
     inside = deep.contact.pressure[4:-4, 4:-4]
@@ -290,14 +301,18 @@ def test_volume_grows_with_the_plastic_zone() -> None:
 
 
 def test_layers_that_are_too_few_are_reported() -> None:
-    result = solve_elastoplastic(ball(), material=SWIFT, loads=[0.65], layers=[0.5e-6] * 14)
+    result = solve_elastoplastic(
+        ball(), material=SWIFT, increments=1, loads=[0.65], layers=[0.5e-6] * 14
+    )
     assert [caution.kind for caution in result.cautions] == [Kind.PLASTIC_BOTTOM]
     assert "larger depth" in result.warnings[0]
     assert result.bodies[0].thickness.size == 14
 
 
 def test_contact_at_the_edge_is_reported() -> None:
-    result = solve_elastoplastic(ball((10, 10)), material=PERFECT, loads=[0.45], **MORE)
+    result = solve_elastoplastic(
+        ball((10, 10)), material=PERFECT, increments=1, loads=[0.45], **MORE
+    )
     assert Kind.EDGE in [caution.kind for caution in result.cautions]
     assert any("contact reaches the edge" in note for note in result.warnings)
     assert result.converged
@@ -316,7 +331,9 @@ def test_what_lies_beyond_the_edge_of_a_rough_map_does_not_matter() -> None:
     steel = rc.Material(YOUNG, POISSON, yield_strength=630e6)
     load = 0.1 * 2.8 * 630e6 * heights.size * pixel[0] * pixel[1]
     one, other = (
-        solve_elastoplastic(surface, material=steel, loads=[load / 2, load], depth=10e-6)
+        solve_elastoplastic(
+            surface, material=steel, increments=1, loads=[load / 2, load], depth=10e-6
+        )
         for surface in (rc.Surface(heights, pixel), rc.Surface(framed, pixel, holes_masked=True))
     )
     assert one.bodies[0].accumulated.shape != other.bodies[0].accumulated.shape
@@ -338,8 +355,8 @@ def test_saved_results_come_back_and_go_on(loaded, tmp_path) -> None:
     np.testing.assert_array_equal(loaded.residual_displacement, back.residual_displacement)
     assert loaded.increments == back.increments
     assert loaded.summary() == back.summary()
-    one = solve_elastoplastic(ball(), material=SWIFT, loads=[0.7], start=loaded)
-    other = solve_elastoplastic(ball(), material=SWIFT, loads=[0.7], start=back)
+    one = solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.7], start=loaded)
+    other = solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.7], start=back)
     np.testing.assert_array_equal(one.contact.pressure, other.contact.pressure)
     whole = rc.load_result(path)
     assert isinstance(whole, rc.ElastoplasticResult)
@@ -362,7 +379,8 @@ def test_progress_and_cut_increments() -> None:
     steps = []
     with pytest.raises(ConvergenceError, match="did not settle in 2 iterations") as caught:
         solve_elastoplastic(
-            ball(), material=PERFECT, loads=[0.02, 0.65], max_iterations=2, progress=steps.append,
+            ball(), material=PERFECT,
+            increments=1, loads=[0.02, 0.65], max_iterations=2, progress=steps.append,
             boundary="periodic", **MORE,
         )  # fmt: skip
     result = caught.value.result
@@ -377,7 +395,7 @@ def test_progress_and_cut_increments() -> None:
 
 def test_an_increment_that_is_too_large_is_cut() -> None:
     # Perfect plasticity needs more iterations for the whole step than for half of it.
-    cheap = dict(material=PERFECT, loads=[0.6], boundary="periodic", **MORE)
+    cheap = dict(material=PERFECT, increments=1, loads=[0.6], boundary="periodic", **MORE)
     whole = solve_elastoplastic(ball(), **cheap)
     cut = solve_elastoplastic(ball(), max_iterations=whole.increments[0].iterations - 1, **cheap)
     assert cut.converged
@@ -443,7 +461,7 @@ def test_the_last_load_is_the_one_asked_for() -> None:
 def test_a_strength_beyond_single_precision_leaves_the_body_elastic() -> None:
     # Squared it is more than single precision can hold; warnings are errors here.
     hard = rc.Material(young=YOUNG, poisson=POISSON, yield_strength=1e20)
-    result = solve_elastoplastic(ball((8, 8)), material=hard, loads=[0.1], **MORE)
+    result = solve_elastoplastic(ball((8, 8)), material=hard, increments=1, loads=[0.1], **MORE)
     assert result.regime == "elastic"
     assert result.yield_excess == -1
 
@@ -452,7 +470,13 @@ def test_stress_far_above_the_yield_strength_is_told() -> None:
     # Strains of 30000 yield strains: of them the tolerance is more than the yield strength.
     soft = rc.Material(young=YOUNG, poisson=POISSON, yield_strength=1e6)
     result = solve_elastoplastic(
-        ball((8, 8)), material=soft, loads=[0.1], boundary="periodic", tolerance=1e-3, **MORE
+        ball((8, 8)),
+        material=soft,
+        increments=1,
+        loads=[0.1],
+        boundary="periodic",
+        tolerance=1e-3,
+        **MORE,
     )
     assert result.converged
     assert result.yield_excess > 1
@@ -531,7 +555,7 @@ def test_too_large_is_said_before_it_starts(monkeypatch) -> None:
     monkeypatch.setattr("psutil.virtual_memory", Little)
     monkeypatch.setattr(solve, "untouched", pytest.fail)
     with pytest.raises(InsufficientMemoryError, match="GiB"):
-        solve_elastoplastic(ball(), material=SWIFT, loads=[0.1])
+        solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.1])
 
 
 def test_more_than_a_map_can_carry_is_refused() -> None:
@@ -559,7 +583,13 @@ def test_a_volume_that_would_not_fit_does_not_grow(monkeypatch) -> None:
         Free.available = 0
 
     result = solve_elastoplastic(
-        ball(), material=SWIFT, loads=[0.65], depth=3e-6, tolerance=1e-2, progress=fill
+        ball(),
+        material=SWIFT,
+        increments=1,
+        loads=[0.65],
+        depth=3e-6,
+        tolerance=1e-2,
+        progress=fill,
     )
     assert result.bodies[0].thickness.sum() < 4e-6
     assert any("lowest layer" in note for note in result.warnings)
@@ -570,7 +600,13 @@ def test_a_contact_without_certificate_settles_nothing(monkeypatch) -> None:
     monkeypatch.setattr(loop, "_CUTS", 0)
     with pytest.raises(ConvergenceError, match="the contact did not settle"):
         solve_elastoplastic(
-            ball(), material=SWIFT, loads=[0.65], tolerance=0.5, max_iterations=3, **MORE
+            ball(),
+            material=SWIFT,
+            increments=1,
+            loads=[0.65],
+            tolerance=0.5,
+            max_iterations=3,
+            **MORE,
         )
 
 
@@ -589,10 +625,10 @@ def test_memory_estimate_is_in_proportion() -> None:
 def test_memory_estimate_is_what_arrays_take(boundary, precision, counter_material) -> None:
     arguments = dict(
         material=SWIFT, counter_material=counter_material, boundary=boundary, precision=precision,
-        loads=[0.65], layers=[1.5e-6] * 12,
+        increments=1, loads=[0.65], layers=[1.5e-6] * 12,
     )  # fmt: skip
     surface = ball((48, 44), (5.5e-7, 5.5e-7))
-    solve_elastoplastic(ball(), material=SWIFT, loads=[0.1])  # imports
+    solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.1])  # imports
     tracemalloc.start()
     try:
         result = solve_elastoplastic(surface, **arguments)

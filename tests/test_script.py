@@ -378,7 +378,7 @@ def test_the_script_follows_the_path_of_the_volume_again(folder: Path) -> None:
     body = rc.Material(210e9, 0.3, hardening=hardening.Linear(1e9, 2e9), name="steel")
     result = rc.solve_elastoplastic(
         surface, material=body, counter_material=rc.Material(70e9, 0.33),
-        loads=[0.02, 0.03, 0.0], boundary="periodic", tolerance=2e-4, depth=40e-6,
+        increments=1, loads=[0.02, 0.03, 0.0], boundary="periodic", tolerance=2e-4, depth=40e-6,
     )  # fmt: skip
     names: dict[str, Any] = {}
     exec(script.repeating_volume(result), names)

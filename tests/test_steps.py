@@ -67,18 +67,18 @@ def stopping_at(load: float, iteration: int = 2):
 
 # The volume grows on the way, steps are cut, loads come back: whatever the loop remembers matters.
 PATHS = {
-    "grows": (dict(material=SWIFT, loads=[0.1, 0.3, 0.35], depth=2.5e-6), 0.35),
+    "grows": (dict(material=SWIFT, increments=1, loads=[0.1, 0.3, 0.35], depth=2.5e-6), 0.35),
     "is cut": (
-        dict(material=PERFECT, loads=[0.1, 0.4, 0.45], boundary="periodic", max_iterations=8,
-             depth=1e-5),
+        dict(material=PERFECT, increments=1, loads=[0.1, 0.4, 0.45], boundary="periodic",
+             max_iterations=8, depth=1e-5),
         0.45,
     ),
     "two bodies": (
-        dict(material=SWIFT, counter_material=PERFECT, loads=[0.2, 0.3], precision="double",
-             depth=1e-5),
+        dict(material=SWIFT, counter_material=PERFECT, increments=1, loads=[0.2, 0.3],
+             precision="double", depth=1e-5),
         0.3,
     ),
-    "unloads": (dict(material=SWIFT, loads=[0.3, 0.0, 0.35], depth=1e-5), 0.35),
+    "unloads": (dict(material=SWIFT, increments=1, loads=[0.3, 0.0, 0.35], depth=1e-5), 0.35),
 }  # fmt: skip
 
 
@@ -117,12 +117,12 @@ def test_every_step_is_the_end_of_its_own_run(tmp_path: Path) -> None:
     # And nothing is solved again where all is there.
     arguments = dict(material=SWIFT, depth=8e-6, boundary="periodic", tolerance=1e-3)
     loads = [0.1, 0.2, 0.3]
-    whole = solve_elastoplastic(ball(), loads=loads, folder=tmp_path, **arguments)
-    short = solve_elastoplastic(ball(), loads=loads[:2], **arguments)
+    whole = solve_elastoplastic(ball(), increments=1, loads=loads, folder=tmp_path, **arguments)
+    short = solve_elastoplastic(ball(), increments=1, loads=loads[:2], **arguments)
     assert bits(load_elastoplastic(tmp_path / "step-0002.nc")) == bits(short)
     told: list[Progress] = []
     again = solve_elastoplastic(
-        ball(), loads=loads, folder=tmp_path, progress=told.append, **arguments
+        ball(), increments=1, loads=loads, folder=tmp_path, progress=told.append, **arguments
     )
     assert bits(again) == bits(whole)
     assert again.seconds == whole.seconds
@@ -131,21 +131,35 @@ def test_every_step_is_the_end_of_its_own_run(tmp_path: Path) -> None:
 
 def test_loads_may_be_added(tmp_path: Path) -> None:
     arguments = dict(material=SWIFT, depth=1e-5, boundary="periodic", tolerance=1e-3)
-    solve_elastoplastic(ball(), loads=[0.2, 0.3], folder=tmp_path, **arguments)
-    more = solve_elastoplastic(ball(), loads=[0.2, 0.3, 0.4], folder=tmp_path, **arguments)
-    assert bits(more) == bits(solve_elastoplastic(ball(), loads=[0.2, 0.3, 0.4], **arguments))
+    solve_elastoplastic(ball(), increments=1, loads=[0.2, 0.3], folder=tmp_path, **arguments)
+    more = solve_elastoplastic(
+        ball(), increments=1, loads=[0.2, 0.3, 0.4], folder=tmp_path, **arguments
+    )
+    assert bits(more) == bits(
+        solve_elastoplastic(ball(), increments=1, loads=[0.2, 0.3, 0.4], **arguments)
+    )
     # Those that are there already may be asked for alone.
-    first = solve_elastoplastic(ball(), loads=[0.2], folder=tmp_path, **arguments)
+    first = solve_elastoplastic(ball(), increments=1, loads=[0.2], folder=tmp_path, **arguments)
     assert first.contact.load == 0.2
     with pytest.raises(rc.InputError, match="another run: loads differ"):
-        solve_elastoplastic(ball(), loads=[0.2, 0.35, 0.4], folder=tmp_path, **arguments)
+        solve_elastoplastic(
+            ball(), increments=1, loads=[0.2, 0.35, 0.4], folder=tmp_path, **arguments
+        )
 
 
 def test_a_run_goes_on_from_a_result_in_a_folder_of_its_own(tmp_path: Path) -> None:
-    arguments = dict(material=SWIFT, loads=[0.25, 0.0], boundary="periodic", tolerance=1e-3)
+    arguments = dict(
+        material=SWIFT, increments=1, loads=[0.25, 0.0], boundary="periodic", tolerance=1e-3
+    )
     starts = [
         solve_elastoplastic(
-            ball(), material=SWIFT, loads=[load], depth=1e-5, boundary="periodic", tolerance=1e-3
+            ball(),
+            material=SWIFT,
+            increments=1,
+            loads=[load],
+            depth=1e-5,
+            boundary="periodic",
+            tolerance=1e-3,
         )
         for load in (0.2, 0.21)
     ]
@@ -198,7 +212,7 @@ def test_a_killed_run_goes_on(tmp_path: Path) -> None:
 
 def test_a_folder_of_another_run_is_refused(tmp_path: Path) -> None:
     folder = tmp_path / "run"
-    arguments = dict(surface=ball(), material=SWIFT, loads=[0.02, 0.04], depth=8e-6)
+    arguments = dict(surface=ball(), material=SWIFT, increments=1, loads=[0.02, 0.04], depth=8e-6)
     solve_elastoplastic(folder=folder, **arguments)
     before = sorted((path.name, path.read_bytes()) for path in folder.iterdir())
     heights = ball().heights.copy()
@@ -224,7 +238,7 @@ def test_a_folder_of_another_run_is_refused(tmp_path: Path) -> None:
 
 def test_damage_in_the_folder_is_named(tmp_path: Path) -> None:
     folder = tmp_path / "run"
-    arguments = dict(material=SWIFT, loads=[0.02, 0.04], depth=8e-6)
+    arguments = dict(material=SWIFT, increments=1, loads=[0.02, 0.04], depth=8e-6)
     whole = solve_elastoplastic(ball(), folder=folder, **arguments)
     last = folder / "step-0002.nc"
     sound = last.read_bytes()
@@ -245,7 +259,7 @@ def test_damage_in_the_folder_is_named(tmp_path: Path) -> None:
 
 
 def test_a_state_that_is_not_as_it_was_written_is_refused(tmp_path: Path) -> None:
-    arguments = dict(material=SWIFT, loads=[0.02], depth=8e-6)
+    arguments = dict(material=SWIFT, increments=1, loads=[0.02], depth=8e-6)
     solve_elastoplastic(ball(), folder=tmp_path / "run", **arguments)
     step = tmp_path / "run" / "step-0001.nc"
     sound = step.read_bytes()
@@ -264,7 +278,7 @@ def test_a_state_that_is_not_as_it_was_written_is_refused(tmp_path: Path) -> Non
 
 
 def test_two_runs_do_not_share_a_folder(tmp_path: Path) -> None:
-    arguments = dict(material=SWIFT, loads=[0.02], depth=8e-6, folder=tmp_path)
+    arguments = dict(material=SWIFT, increments=1, loads=[0.02], depth=8e-6, folder=tmp_path)
 
     def meanwhile(at: Progress) -> None:
         with pytest.raises(rc.InputError, match="is in use: another run is writing to it"):
@@ -276,7 +290,9 @@ def test_two_runs_do_not_share_a_folder(tmp_path: Path) -> None:
 
 def test_a_run_that_fails_keeps_its_loads(tmp_path: Path) -> None:
     # At 0.02 N the ball is elastic: one iteration.
-    arguments = dict(material=PERFECT, loads=[0.02, 0.65], max_iterations=2, boundary="periodic")
+    arguments = dict(
+        material=PERFECT, increments=1, loads=[0.02, 0.65], max_iterations=2, boundary="periodic"
+    )
     for _ in range(2):
         with pytest.raises(rc.ConvergenceError, match=r"did not settle .* are kept in") as caught:
             solve_elastoplastic(ball(), folder=tmp_path, depth=1e-5, **arguments)
@@ -286,7 +302,9 @@ def test_a_run_that_fails_keeps_its_loads(tmp_path: Path) -> None:
 
 def test_a_first_load_that_fails_is_told(tmp_path: Path) -> None:
     with pytest.raises(rc.ConvergenceError, match="the state at 0 N is kept"):
-        solve_elastoplastic(ball(), material=PERFECT, loads=[1.0], max_iterations=1, depth=1e-5)
+        solve_elastoplastic(
+            ball(), material=PERFECT, increments=1, loads=[1.0], max_iterations=1, depth=1e-5
+        )
 
 
 def test_a_full_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -297,7 +315,7 @@ def test_a_full_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
     written = archive.save_elastoplastic
     monkeypatch.setattr(archive, "save_elastoplastic", full)
-    arguments = dict(material=SWIFT, loads=[0.02, 0.04], depth=8e-6)
+    arguments = dict(material=SWIFT, increments=1, loads=[0.02, 0.04], depth=8e-6)
     with pytest.raises(rc.InputError, match=r"step-0002\.nc cannot be written \(No space left"):
         solve_elastoplastic(ball(), folder=tmp_path, **arguments)
     assert (tmp_path / "step-0001.nc").exists()

@@ -50,7 +50,7 @@ def yielded(*loads: float) -> rc.ElastoplasticResult:
     y, x = (1e-6 * (np.arange(n) - (n - 1) / 2) for n in (12, 10))
     ball = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 105e-6), pixel=(1e-6, 1e-6))
     soft = rc.Material(young=210e9, poisson=0.3, yield_strength=1.6e9)
-    return rc.solve_elastoplastic(ball, material=soft, loads=loads, tolerance=1e-2)
+    return rc.solve_elastoplastic(ball, material=soft, increments=1, loads=loads, tolerance=1e-2)
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -37,7 +37,7 @@ def untouched() -> rc.ElastoplasticResult:
     y, x = np.mgrid[:16, :16] - 8
     surface = rc.Surface(-(y**2 + x**2) * (0.5e-6) ** 2 / 2e-4, (0.5e-6, 0.5e-6))
     steel = rc.Material(210e9, 0.3, 20e9)
-    return rc.solve_elastoplastic(surface, material=steel, loads=[0.05])
+    return rc.solve_elastoplastic(surface, material=steel, increments=1, loads=[0.05])
 
 
 def test_every_figure_is_rendered_without_warnings(pressed, released, untouched, unmoved) -> None:

@@ -164,7 +164,8 @@ def test_the_stress_in_the_file_is_in_equilibrium(tmp_path: Path) -> None:
     y, x = (edge * (np.arange(n) - (n - 1) / 2) for n in shape)
     ball = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 105e-6), (edge, edge))
     found = rc.solve_elastoplastic(
-        ball, material=STEEL, counter_material=STEEL, loads=[0.25], boundary="periodic",
+        ball, material=STEEL, counter_material=STEEL,
+        increments=1, loads=[0.25], boundary="periodic",
         tolerance=1e-3, depth=1e-5,
     )  # fmt: skip
     found.save(tmp_path / "out.vtr")
@@ -192,7 +193,8 @@ def test_only_the_counter_body_lies_above(tmp_path: Path) -> None:
     y, x = (1e-6 * (np.arange(n) - 7.5) for n in (16, 16))
     ball = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 105e-6), (1e-6, 1e-6))
     found = rc.solve_elastoplastic(
-        ball, material=replace(STEEL, yield_strength=None), counter_material=STEEL, loads=[0.1],
+        ball, material=replace(STEEL, yield_strength=None), counter_material=STEEL,
+        increments=1, loads=[0.1],
         tolerance=1e-3, depth=8e-6, precision="double",
     )  # fmt: skip
     found.save(tmp_path / "out.vtr")

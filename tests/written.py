@@ -110,7 +110,7 @@ def volume() -> rc.ElastoplasticResult:
         for strength in (1e9, 0.7e9)
     )
     found = rc.solve_elastoplastic(
-        ball, material=hard, counter_material=soft, loads=[0.25], tolerance=1e-3
+        ball, material=hard, counter_material=soft, increments=1, loads=[0.25], tolerance=1e-3
     )
     assert found.bodies[0].margin > 0
     return found

@@ -51,7 +51,7 @@ def compared(load_ratio: float, material: rc.Material, tried: list[float]) -> rc
     """Return both models, loaded in three steps; the last is the one to look at."""
     surface, load, _ = ball(load_ratio, material)
     steps = [load * step / 3 for step in (1, 2, 3)]
-    return rc.compare_models(surface, material=material, loads=steps, factors=tried)
+    return rc.compare_models(surface, material=material, increments=1, loads=steps, factors=tried)
 
 
 steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
@@ -247,7 +247,9 @@ for axes, (name, law) in zip(
         swift = rc.Swift(1240e6 * strength / law.initial, 30, 0.085)
         body = rc.Material(young, 0.3, hardening=swift)
     loads = nominal * body.yield_strength * rough.size[0] * rough.size[1]
-    both = rc.compare_models(rough, material=body, loads=loads, factors=[3.0], boundary="periodic")
+    both = rc.compare_models(
+        rough, material=body, increments=1, loads=loads, factors=[3.0], boundary="periodic"
+    )
     better = []
     for usual in both.ceiling[0]:
         advice = recommended_ceiling(usual)

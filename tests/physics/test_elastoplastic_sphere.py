@@ -102,7 +102,11 @@ def test_first_yield() -> None:
     peak = (6 * load * MODULUS**2 / (math.pi**3 * RADIUS**2)) ** (1 / 3)
     a = (3 * load * RADIUS / (4 * MODULUS)) ** (1 / 3)
     result = solve_elastoplastic(
-        sphere(80, 4 * a, RADIUS), material=steel, loads=[load], layers=[0.025 * a] * 60
+        sphere(80, 4 * a, RADIUS),
+        material=steel,
+        increments=1,
+        loads=[load],
+        layers=[0.025 * a] * 60,
     )
     assert result.plastic_volume == 0
     assert peak / (result.bodies[0].von_mises.max() / YIELD) == pytest.approx(

@@ -38,6 +38,7 @@ class Kind(StrEnum):
     PLASTIC_STRAINS = "plastic strains not small"
     SCATTER = "pressure of single pixels scatters"
     HARDENING = "plastic strain beyond the table"
+    LOAD_STEPS = "error of the load steps"
     RESIDUAL = "residual stress beyond the yield strength"
 
 

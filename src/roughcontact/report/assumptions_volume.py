@@ -129,6 +129,13 @@ def _layers(result: ElastoplasticResult) -> Statement:
     return Statement("Layers", text)
 
 
+def _of_steps(result: ElastoplasticResult) -> str:
+    error = result.step_error
+    if error is None:
+        return "they were given, and the error that they make is not estimated"
+    return f"they make an error of about {100 * error:.2g} % of approach and contact area"
+
+
 def _path(result: ElastoplasticResult) -> Statement:
     loads = [step.load for step in result.increments]
     if not loads:
@@ -138,8 +145,8 @@ def _path(result: ElastoplasticResult) -> Statement:
         f"The load was changed slowly, in {counted(len(loads), 'increment')}, up to "
         f"{engineering(max(loads), 'N')}"
         + (f", and ended at {engineering(loads[-1], 'N')}. " if turns else ". ")
-        + "The result depends on this path, and a little on the size of its increments. The "
-        "bodies are pressed together without tilting or sliding. They were free of stress before: "
-        "residual stress of machining is not in it."
+        + "The result depends on this path, and on the size of its increments: "
+        f"{_of_steps(result)}. The bodies are pressed together without tilting or sliding. They "
+        "were free of stress before: residual stress of machining is not in it."
     )
     return Statement("Path of loads", text, (Kind.RESIDUAL,))

@@ -139,7 +139,11 @@ def repeating_volume(result: ElastoplasticResult) -> str:
         lines.append("    counter_surface=counter_surface,")
     if contact.boundary is not Boundary.FREE:
         lines.append(f'    boundary="{contact.boundary}",')
-    lines += ["    layers=layers,", f"    tolerance={_number(result.tolerance)},"]
+    lines += [
+        "    increments=1,",
+        "    layers=layers,",
+        f"    tolerance={_number(result.tolerance)},",
+    ]
     if result.precision != "single":
         lines.append(f'    precision="{result.precision}",')
     lines.append(")")

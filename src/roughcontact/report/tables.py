@@ -270,10 +270,9 @@ VOLUME: Table = (
         meaning="as given",
     ),
     Quantity("status", "status", part=TRUST, text=_status),
-    Quantity(
-        "residual", "residual of the plastic strain", part=TRUST,
-        text=lambda r: f"{_within('residual')(r)}, the worst of all increments",
-    ),
+    Quantity("residual", "residual of the plastic strain", part=TRUST,
+             text=lambda r: f"{_within('residual')(r)}, the worst of all increments"),
+    Quantity("step_error", "error of the load steps", part=TRUST, text=wording.step_error),
     Quantity("yield_excess", "yield excess", part=TRUST, form=lambda v: f"{v:+.1e}", brief=False),
     Quantity("tolerance"),
     _of_contact("certificate", name="certificate of the contact", when=_loaded),

@@ -12,6 +12,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.material.hardening import Linear, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.units import changed_by, engineering
+from roughcontact.volume.result import ElastoplasticResult
 
 
 def ceiling(result: ContactResult) -> str:
@@ -140,3 +141,11 @@ def _one_ceiling(result: ContactResult) -> bool:
 def is_rigid(body: Material) -> bool:
     """Return whether a material is rigid."""
     return body.young == RIGID.young
+
+
+def step_error(result: ElastoplasticResult) -> str:
+    """Return what the finite load steps of the volume model change."""
+    error = result.step_error
+    if error is None:
+        return "not estimated: the increments were given"
+    return f"about {100 * error:.2g} % of approach and contact area" if error else "none"

@@ -295,8 +295,10 @@ OPTIONS = (
         default=CEILING,
     ),
     Option(
-        "increments", BODIES, "NUMBER", "Steps to the load of the volume model; default: 10.",
-        parsing.counted(1, limits.STEPS), fits=(SOLVE,), default=10, model=VOLUME,
+        "increments", BODIES, "NUMBER|auto",
+        "Equal steps to the load of the volume model; auto: as many as keep the error by the steps "
+        "below 1 %; default: auto.",
+        parsing.counted_or_auto(1, limits.STEPS), fits=(SOLVE,), default="auto", model=VOLUME,
     ),
     Option(
         "unload", BODIES, "",

@@ -79,6 +79,24 @@ def counted(least: int, most: int) -> Callable[[str, str], int]:
     return parsed
 
 
+def counted_or_auto(least: int, most: int) -> Callable[[str, str], int | str]:
+    """Return a parser of whole numbers from one to another, or the word auto."""
+
+    def parsed(text: str, argument: str) -> int | str:
+        if text == "auto":
+            return text
+        try:
+            return counted(least, most)(text, argument)
+        except InputError:
+            if text.strip("+-").isdecimal():
+                raise
+        raise InputError(
+            f"must be a whole number, or auto, got {text!r}", argument=argument, value=text
+        )
+
+    return parsed
+
+
 def choice(*known: str) -> Callable[[str, str], str]:
     """Return a parser that takes one of the words known."""
 

@@ -246,9 +246,11 @@ def _solve(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> O
 
 def _volume(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
     from roughcontact.volume.solve import solve_elastoplastic
+    from roughcontact.volume.stepping import AUTO, between
 
     load, steps = request["load"], request["increments"]
-    loads = [*(load * i / steps for i in range(1, steps)), load, *([0.0] * request["unload"])]
+    loads = [load] if steps == AUTO else between(0.0, load, steps)
+    loads += [0.0] * request["unload"]
     problem = _problem(request, maps, "tolerance", "max-iterations", "precision")
     del problem["ceiling"]
     with _kept(request, "step-*.nc", look) as (watch, reused):
@@ -256,6 +258,7 @@ def _volume(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> 
             maps[0],
             **problem,
             loads=loads,
+            increments=steps,
             on_failure="return",
             folder=request["folder"],
             progress=watch,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from itertools import islice
@@ -128,6 +129,9 @@ def _add_increments(dataset: xarray.Dataset, increments: tuple[Increment, ...]) 
     for field, unit in _STEPS.items():
         values = np.array([getattr(step, field) for step in increments])
         dataset[f"increment_{field}"] = ("increment", values, {"units": unit})
+    unknown = [math.nan if step.step_error is None else step.step_error for step in increments]
+    about = {"units": "1", "long_name": "error by the load steps so far, NaN where not estimated"}
+    dataset["increment_step_error"] = ("increment", np.array(unknown), about)
     counts = [step.iterations for step in increments]
     residuals = [residual for step in increments for residual in step.residuals]
     about = {"units": "1", "long_name": "iterations of the loop"}
@@ -277,6 +281,9 @@ def _from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
     columns["residuals"] = [
         tuple(islice(residuals, count)) for count in dataset["increment_iterations"].values.tolist()
     ]
+    # Files of before the estimate have none.
+    errors = dataset.get("increment_step_error", np.full(len(columns["load"]), math.nan))
+    columns["step_error"] = [None if math.isnan(error) else float(error) for error in errors]
     rows = zip(*columns.values(), strict=True)
     largest = dataset.get("largest_pressure")
     result = ElastoplasticResult(

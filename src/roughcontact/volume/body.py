@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,15 @@ from roughcontact.solvers.anderson import Parts
 from roughcontact.volume.result import PlasticBody
 
 Array = NDArray[Any]
+
+
+class Held(NamedTuple):
+    """The plastic strain of a body at some time, layer by layer, where there was any."""
+
+    shape: tuple[int, int]
+    places: Parts
+    strain: Parts
+    accumulated: Parts
 
 
 class Body:
@@ -73,6 +82,29 @@ class Body:
         """Take over the plastic strain of a result."""
         self.strain[...] = old.plastic_strain
         self.accumulated[...] = old.accumulated.reshape(self.accumulated.shape)
+        self._hardened(range(len(self.strain)))
+
+    def held(self) -> Held:
+        """Return the plastic strain up to now, where there is any."""
+        places = [np.flatnonzero(layer) for layer in self.accumulated]
+        return Held(
+            self.shape,
+            places,
+            [s.reshape(5, -1)[:, at] for s, at in zip(self.strain, places, strict=True)],
+            [flowed[at] for flowed, at in zip(self.accumulated, places, strict=True)],
+        )
+
+    def restore(self, held: Held) -> None:
+        """Go back to a strain, with the layers and points that there are by now."""
+        (ny, nx), (old_y, old_x) = self.shape, held.shape
+        top, left = (ny - old_y) // 2, (nx - old_x) // 2
+        self.strain[...] = 0
+        self.accumulated[...] = 0
+        for layer, old in enumerate(held.places):
+            rows, columns = np.divmod(old, old_x)
+            place = (rows + top) * nx + columns + left
+            self.strain[layer].reshape(5, -1)[:, place] = held.strain[layer]
+            self.accumulated[layer, place] = held.accumulated[layer]
         self._hardened(range(len(self.strain)))
 
     def displacement(

@@ -18,10 +18,12 @@ from roughcontact.errors import (
     require_count,
     require_positive,
 )
+from roughcontact.volume import stepping
 from roughcontact.volume.body import law_of
 from roughcontact.volume.contact_solver import ContactSolver
 from roughcontact.volume.problem import Problem
 from roughcontact.volume.result import ElastoplasticResult
+from roughcontact.volume.stepping import AUTO
 
 # Mean pressure over the yield strength that no flat punch with the outline of a map reaches: it
 # flows at 2.97 on a strip and 3.28 on a disc (shear strength σ_Y/√3; Hill 1950, Shield 1955).
@@ -30,7 +32,7 @@ _PUNCH = 3.5
 
 def check_arguments(
     problem: Problem,
-    increments: int,
+    increments: int | str,
     depth: float | None,
     layers: ArrayLike | None,
     start: ElastoplasticResult | None,
@@ -46,7 +48,14 @@ def check_arguments(
     pair.boundary.require_volume()
     require_choice(("double", "single"), precision=precision)
     require_choice(("raise", "return"), on_failure=on_failure)
-    require_count(1, limits.STEPS, increments=increments)
+    if isinstance(increments, str) and increments != AUTO:
+        raise InputError(
+            f"must be a whole number, or {AUTO!r}, got {increments!r}",
+            argument="increments",
+            value=increments,
+        )
+    if not isinstance(increments, str):
+        require_count(1, limits.STEPS, increments=increments)
     require_count(1, limits.ITERATIONS, max_iterations=problem.max_iterations)
     require_positive(tolerance=tolerance)
     if tolerance < 1e-6 and precision == "single":
@@ -123,18 +132,30 @@ def check_capacity(problem: Problem, solver: ContactSolver, load: float) -> None
 
 
 def path_of(
-    load: float | None, loads: Sequence[float] | None, increments: int, first: float
+    load: float | None,
+    loads: Sequence[float] | None,
+    increments: int | str,
+    start: ElastoplasticResult | None,
 ) -> list[float]:
     """Return the loads to visit, one after the other."""
+    asked = _asked(load, loads, start)
+    if load is None or isinstance(increments, str):
+        return asked
+    before = 0.0 if start is None else start.solution.load
+    return stepping.between(before, asked[0], int(increments))
+
+
+def _asked(
+    load: float | None, loads: Sequence[float] | None, start: ElastoplasticResult | None
+) -> list[float]:
+    """Return the loads that are asked for."""
     if (load is None) == (loads is None):
         raise InputError(
             "give either ", Mention("load"), " or ", Mention("loads"), ", and only one of them"
         )
     if load is not None:
         require_positive(load=load)
-        before = [first + (load - first) * i / increments for i in range(1, increments)]
-        # The last is as given, and not what rounding makes of it.
-        return [*before, float(load)]
+        return [float(load)]
     try:
         path = np.array(loads, float)
     except (TypeError, ValueError):
@@ -143,7 +164,7 @@ def path_of(
         raise InputError(
             f"must be finite and not negative [N], got {loads!r}", argument="loads", value=loads
         )
-    if not path.any() and first == 0:
+    if not path.any() and (start is None or start.solution.load == 0):
         raise InputError(
             "are all zero: at least one must press the bodies together", argument="loads"
         )

@@ -31,6 +31,7 @@ from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, quantity
 from roughcontact.volume import solve as elastoplastic
 from roughcontact.volume.result import ElastoplasticResult
+from roughcontact.volume.stepping import AUTO
 
 Array = NDArray[np.float64]
 
@@ -197,6 +198,7 @@ class ModelComparison:
             },
             **{f"{name}_excess": self.excess(name).tolist() for name in QUANTITIES},
             "pressure_map_error": self.map_error().tolist(),
+            "step_error": [state.step_error for state in self.volume],
             "max_plastic_strain": [state.max_plastic_strain for state in self.volume],
         }
 
@@ -236,6 +238,7 @@ def compare_models(
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
     boundary: str = "free",
+    increments: int | str = AUTO,
     progress: Callable[[Progress], None] | None = None,
 ) -> ModelComparison:
     """Solve the same loads with ceilings and with plasticity of the volume.
@@ -245,10 +248,11 @@ def compare_models(
     surface, material, counter_material, counter_surface, boundary
         As for `solve`; at least one body has a yield strength.
     loads : sequence of float, str or quantity of pint
-        Normal loads [N], ascending. The volume model follows them one after the other: a first
-        load far beyond first yield wants smaller ones before it.
+        Normal loads [N], ascending. The volume model follows them one after the other.
     factors : sequence of float
         Ceilings to try, over the yield strength of the softer body, ascending.
+    increments : int or "auto"
+        Steps of the volume model to each load, as for `solve_elastoplastic`.
     progress : callable, optional
         Called with the `Progress` of the volume model.
 
@@ -282,13 +286,16 @@ def compare_models(
     tried = _ascending("factors", factors)
     strength = body.yield_strength
     check(pair, Terms(load=given[-1], ceiling=tried[0] * strength))
-    states = _states(pair, given, progress)
+    states = _states(pair, given, increments, progress)
     rows = tuple(_row(pair, given, factor * strength) for factor in tried)
     return ModelComparison(tuple(tried), rows, states, strength)
 
 
 def _states(
-    pair: Pair, loads: list[float], progress: Callable[[Progress], None] | None
+    pair: Pair,
+    loads: list[float],
+    increments: int | str,
+    progress: Callable[[Progress], None] | None,
 ) -> tuple[ElastoplasticResult, ...]:
     """Return the state of the volume model after each load."""
     states: list[ElastoplasticResult] = []
@@ -306,6 +313,7 @@ def _states(
                 counter_material=pair.counter_material,
                 boundary=pair.boundary,
                 loads=[load],
+                increments=increments,
                 start=states[-1] if states else None,
                 progress=tell,
             )

@@ -13,6 +13,7 @@ from roughcontact.errors import Mention, parts_of
 from roughcontact.material.hardening import Linear, Perfect, Tabulated
 from roughcontact.volume.body import law_of
 from roughcontact.volume.result import GUARD, Array, ElastoplasticResult, PlasticBody
+from roughcontact.volume.stepping import STEP_ERROR
 
 LARGE_DEFORMATION = 0.1
 """Root-mean-square slope under the contact, 0.7 a/R of a sphere.
@@ -59,9 +60,12 @@ def cautions(result: ElastoplasticResult) -> tuple[Caution, ...]:
 def checked(result: ElastoplasticResult) -> tuple[str, ...]:
     """Return what a state of the volume was looked at for, in a few words each."""
     subjects = [
-        "convergence", "stress against the yield strength", "plastic strain at the ends of the "
-        "volume", "size of plastic strains", "the law of hardening",
+        "convergence", "stress against the yield strength",
+        "plastic strain at the ends of the volume", "size of plastic strains",
+        "the law of hardening",
     ]  # fmt: skip
+    if result.step_error is not None:
+        subjects.append("error of the load steps")
     if result.solution.boundary.free_axes:
         subjects.append("contact at the edges of the map")
     return (
@@ -115,6 +119,19 @@ def _convergence(result: ElastoplasticResult) -> Caution | None:
     if result.converged:
         return None
     return warned(Kind.NOT_CONVERGED, *parts_of(result.status))
+
+
+def _steps(result: ElastoplasticResult) -> Caution | None:
+    error = result.step_error
+    if error is None or not error > STEP_ERROR:
+        return None
+    return careful(
+        Kind.LOAD_STEPS,
+        f"the steps to the load make an error of about {100 * error:.2g} % of approach and contact "
+        "area: take more of them, ",
+        Mention("increments"),
+        step_error=error,
+    )
 
 
 def _edge(result: ElastoplasticResult) -> Caution | None:
@@ -220,5 +237,5 @@ def _rim(values: Array, width: int) -> bool:
 
 
 _CHECKS = (
-    _convergence, _excess, _edge, _sides, _bottom, _deformations, _hardening, _residual,
+    _convergence, _excess, _steps, _edge, _sides, _bottom, _deformations, _hardening, _residual,
 )  # fmt: skip

@@ -24,8 +24,9 @@ from numpy.typing import NDArray
 from roughcontact.errors import Mention, Sentence
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers.anderson import Mixer, Parts, embedded
+from roughcontact.solvers.problem import Loaded
 from roughcontact.volume import memory
-from roughcontact.volume.body import Body, equivalent_strain
+from roughcontact.volume.body import Body, Held, equivalent_strain
 from roughcontact.volume.contact_solver import CONTACT_TOLERANCE, ContactSolver
 from roughcontact.volume.extent import Extent
 from roughcontact.volume.problem import Problem
@@ -60,6 +61,18 @@ class Look:
     iteration: int
     residual: float
     tolerance: float
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """What a loop was at some time: plastic strain, and what the next increment starts from."""
+
+    extent: Extent
+    bodies: list[Held]
+    loaded: Loaded | None
+    places: list[Parts]
+    added: list[Parts]
+    stride: float
 
 
 class Loop:
@@ -147,6 +160,34 @@ class Loop:
                 cuts = np.cumsum(held[f"sizes_{body}"])[:-1]
                 self._places[body] = np.split(held[f"places_{body}"], cuts)
                 self._added[body] = np.split(held[f"added_{body}"], cuts, axis=1)
+
+    def held(self) -> State:
+        """Return the state that `restore` goes back to."""
+        return State(
+            self.extent,
+            [body.held() for body in self.bodies],
+            self.solver.loaded,
+            [list(places) for places in self._places],
+            [list(added) for added in self._added],
+            self._stride,
+        )
+
+    def restore(self, state: State) -> None:
+        """Go back to a state; layers and points that came since are kept."""
+        for body, held in zip(self.bodies, state.bodies, strict=True):
+            body.restore(held)
+        if self.extent is state.extent:
+            self.solver.loaded = state.loaded
+            self._places = [list(places) for places in state.places]
+            self._added = [list(added) for added in state.added]
+            self._stride = state.stride
+        else:
+            self._forget()
+
+    @property
+    def flowing(self) -> bool:
+        """Whether there was plastic flow in the last increment."""
+        return any(bool(part.any()) for added in self._added for part in added)
 
     def thaw(self) -> None:
         """Let the strain change that a result has frozen, when that is on disk."""

@@ -72,6 +72,8 @@ def _check_increments(result: ElastoplasticResult) -> None:
     for step in result.increments:
         require_not_negative(**{name: getattr(step, name) for name in _NUMBERS})
         require_finite("approach", step.approach, ())
+        if step.step_error is not None:
+            require_not_negative(step_error=step.step_error)
         residuals = np.asarray(step.residuals)
         require_finite("residuals", residuals, residuals.shape)
         if not residuals.size or residuals.min() < 0:

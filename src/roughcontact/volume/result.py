@@ -59,6 +59,9 @@ class Increment:
         or over the yield strain σ_Y/(2μ) if that is more.
     convolutions : int
         Convolutions of the contact solver.
+    step_error : float, optional
+        Estimate of what the finite steps of the path so far change, as a share of the approach
+        and of the contact area; see `roughcontact.volume.stepping`. None where it is not known.
     """
 
     load: float
@@ -69,6 +72,7 @@ class Increment:
     plastic_volume: float
     residuals: tuple[float, ...]
     convolutions: int
+    step_error: float | None = None
 
     @property
     def residual(self) -> float:
@@ -235,6 +239,11 @@ class ElastoplasticResult:
     def residual(self) -> float:
         """Largest residual of the plastic strain along the path; see `Increment`."""
         return max((step.residual for step in self.increments), default=0.0)
+
+    @property
+    def step_error(self) -> float | None:
+        """What the finite load steps change, as a share of approach and area; None if unknown."""
+        return self.increments[-1].step_error if self.increments else 0.0
 
     @property
     def iterations(self) -> int:

@@ -28,12 +28,13 @@ from roughcontact.solvers import bounded
 from roughcontact.solvers.progress import Progress
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
-from roughcontact.volume import checks, memory
+from roughcontact.volume import checks, memory, stepping
 from roughcontact.volume.contact_solver import CONTACT_TOLERANCE, ContactSolver, untouched
 from roughcontact.volume.extent import LEAST_LAYERS, Extent, first_extent
 from roughcontact.volume.loop import Look, Loop
 from roughcontact.volume.problem import Problem
 from roughcontact.volume.result import CONVERGED, ElastoplasticResult, Increment
+from roughcontact.volume.stepping import AUTO
 from roughcontact.volume.steps import Steps, kept
 
 Array = NDArray[Any]
@@ -51,7 +52,7 @@ def solve_elastoplastic(
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
     boundary: str = "free",
-    increments: int = 10,
+    increments: int | str = AUTO,
     depth: Quantity | None = None,
     layers: Quantities | ArrayLike | None = None,
     tolerance: float = TOLERANCE,
@@ -72,15 +73,18 @@ def solve_elastoplastic(
         Of the rough body and of its counter-body: elastic without a yield strength, perfectly
         plastic with one, hardening with ``hardening``. At least one yields.
     load : float, str or quantity of pint
-        Last load [N], reached in ``increments`` equal steps; give either this or ``loads``.
+        Last load [N]; give either this or ``loads``.
     loads : sequence of float
         Loads one after the other [N]; zero separates the bodies.
     counter_surface : Surface, optional
         Heights of the counter-body on the same grid; a flat without it.
     boundary : {"free", "periodic"}
         Whether the map is all there is, or one period of an endless surface.
-    increments : int
-        Steps to ``load``.
+    increments : int or "auto"
+        Equal steps to ``load``; ``loads`` are then visited as they are. "auto": to each of them
+        as many as it takes to keep the error by the steps below 1 % of approach and contact area,
+        48 from nothing to a load at most; see `ElastoplasticResult.step_error`, which is not
+        known otherwise.
     depth : float, optional
         Depth of the layers [m]; by default three radii of the largest contact spot, and more as
         soon as plastic strain reaches the bottom.
@@ -154,9 +158,8 @@ def solve_elastoplastic(
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
     problem = Problem(pair, tolerance, max_iterations, precision)
     checks.check_arguments(problem, increments, *volume, start, on_failure)
-    first = 0.0 if start is None else start.solution.load
     asked = quantity(load, "force", "load"), quantity(loads, "force", "loads")
-    path = checks.path_of(*asked, int(increments), first)
+    path = checks.path_of(*asked, increments, start)
     # Before anything of the size of the map is made; again once the volume is known.
     least = LEAST_LAYERS if layers is None else np.size(volume[1])
     memory.require(pair.shape, least, **memory.given(problem))
@@ -164,8 +167,11 @@ def solve_elastoplastic(
     solver, extent = _prepared(problem, max(path), *volume, start, workspace)
     layered = [extent.margin, layers is None, *extent.thickness]
     loop_in = partial(Loop, problem, solver, workspace, deepen=layers is None)
-    with kept(folder, problem, path, start, layered) as steps:
-        run = _Run(problem, path, steps, progress, began)
+    automatic = increments == AUTO
+    with kept(folder, problem, path, start, layered, automatic=automatic) as steps:
+        run = _Run(
+            problem, path, stepping.reach if automatic else Loop.reach, steps, progress, began
+        )
         result = run.finished(start, extent, loop_in)
     return _judged(result, on_failure, folder)
 
@@ -200,6 +206,8 @@ class _Run:
         What all loads have in common.
     path : list of float
         The loads [N].
+    reach : callable
+        ``reach(loop, load, done, watch)`` visits one of them.
     steps : Steps
         What is kept of them.
     progress : callable, optional
@@ -210,6 +218,7 @@ class _Run:
 
     problem: Problem
     path: list[float]
+    reach: Callable[..., str]
     steps: Steps
     progress: Callable[[Progress], None] | None
     began: float
@@ -251,7 +260,7 @@ class _Run:
         for number in range(first, len(self.path)):
             result = None
             loop.thaw()
-            status = loop.reach(self.path[number], done, self._watch(number))
+            status = self.reach(loop, self.path[number], done, self._watch(number))
             if status != CONVERGED:
                 break
             # The pressure under the largest load is kept for those who look at what it left.

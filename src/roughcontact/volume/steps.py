@@ -28,6 +28,8 @@ def kept(
     path: list[float],
     start: ElastoplasticResult | None,
     volume: list[float],
+    *,
+    automatic: bool,
 ) -> Iterator[Steps]:
     """Hold the folder of a run alone, and give the states of the run in it.
 
@@ -43,6 +45,8 @@ def kept(
         The state before the first.
     volume : list of float
         The margin, whether it may become deeper, and the thickness of its layers.
+    automatic : bool
+        Whether steps to a load are chosen by their error.
 
     Yields
     ------
@@ -58,6 +62,8 @@ def kept(
         yield Steps(None, problem, path)
         return
     told = _described(problem, start, volume)
+    if automatic:
+        told["increments"] = "auto"
     with resume.claimed(
         folder, told, kind="run", record="volume.json", pattern="step-*.nc"
     ) as place:

@@ -1,0 +1,156 @@
+"""Load steps of the volume model are chosen, and their error is told."""
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.contact.cautions import Kind
+from roughcontact.material.hardening import Linear
+from roughcontact.report import tables, wording
+from roughcontact.report.quantities import quantity_of
+from roughcontact.theory import hertz
+from roughcontact.volume import archive, stepping
+from roughcontact.volume.solve import solve_elastoplastic
+
+STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
+HARDENING = rc.Material(210e9, 0.3, yield_strength=1e9, hardening=Linear(1e9, 20e9))
+RADIUS = 1e-3
+MODULUS = rc.contact_modulus(STEEL, rc.RIGID)
+FIRST = hertz.first_yield_load(RADIUS, MODULUS, STEEL.first_yield_pressure)
+
+
+def sphere(ratio: float, points: int, material: rc.Material = STEEL) -> dict[str, Any]:
+    """Return a sphere and layers for some times the load of first yield, without that load."""
+    radius = (ratio * FIRST / (np.pi * 2 * STEEL.yield_strength)) ** 0.5
+    pixel = 3.6 * radius / points
+    x = (np.arange(points) - (points - 1) / 2) * pixel
+    layers = np.geomspace(0.5, 1, 8)
+    return {
+        "surface": rc.Surface(-(x[:, None] ** 2 + x**2) / (2 * RADIUS), (pixel, pixel)),
+        "material": material,
+        "layers": layers / layers.sum() * 2.2 * radius,
+        "tolerance": 1e-3,
+        # Without the images of a free map: a tenth of the time.
+        "boundary": "periodic",
+    }
+
+
+def near(result: rc.ElastoplasticResult) -> float:
+    """Return the area that all but touches, in pixels."""
+    pressed = result.contact
+    gap = np.nan_to_num(pressed.gap, nan=np.inf)
+    return float(np.clip(1 - gap / (0.05 * pressed.approach), 0, 1).sum())
+
+
+@pytest.fixture(scope="module")
+def chosen() -> rc.ElastoplasticResult:
+    return solve_elastoplastic(**sphere(12, 16), load=12 * FIRST)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "points", "steps"),
+    [(12, 16, 32), pytest.param(40, 24, 64, marks=pytest.mark.slow)],
+)
+def test_the_estimate_is_the_error(
+    ratio: float, points: int, steps: int, chosen: rc.ElastoplasticResult
+) -> None:
+    problem, found = sphere(ratio, points), chosen
+    if ratio != 12:
+        problem["boundary"] = "free"
+        found = solve_elastoplastic(**problem, load=ratio * FIRST)
+    fine = solve_elastoplastic(**problem, load=ratio * FIRST, increments=steps)
+    assert fine.step_error is None
+    assert found.step_error is not None
+    # Both fall with the size of the steps: what the fine ones leave is known to a part.
+    left = 1 - len(found.increments) / steps
+    error = max(
+        abs(found.contact.approach / fine.contact.approach - 1), abs(near(found) / near(fine) - 1)
+    )
+    assert 0.5 < found.step_error / (error / left) < 2
+    assert found.step_error < 0.01
+
+
+@pytest.fixture(scope="module")
+def hardened() -> rc.ElastoplasticResult:
+    return solve_elastoplastic(**sphere(4, 12, HARDENING), load=4 * FIRST)
+
+
+def test_loads_that_are_asked_for_are_reached_in_steps(hardened: rc.ElastoplasticResult) -> None:
+    one = solve_elastoplastic(**sphere(4, 12, HARDENING), loads=[4 * FIRST])
+    assert one.increments == hardened.increments
+    assert len(one.increments) == 12
+
+
+def test_where_nothing_flows_one_step_is_enough(chosen: rc.ElastoplasticResult) -> None:
+    problem = sphere(12, 16)
+    del problem["layers"]
+    released = solve_elastoplastic(**problem, loads=[0.0, 8 * FIRST], start=chosen)
+    assert len(released.increments) == len(chosen.increments) + 2
+    assert released.step_error == pytest.approx(chosen.step_error)
+    elastic = solve_elastoplastic(**sphere(12, 16), load=0.5 * FIRST)
+    assert elastic.step_error == 0
+    assert wording.step_error(elastic) == "none"
+
+
+def test_steps_become_smaller_where_the_error_asks_for_it(
+    hardened: rc.ElastoplasticResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert hardened.step_error is not None
+    monkeypatch.setattr(stepping, "STEP_ERROR", 0.7 * hardened.step_error)
+    finer = solve_elastoplastic(**sphere(4, 12, HARDENING), load=4 * FIRST)
+    assert finer.step_error is not None
+    assert 18 <= len(finer.increments) <= 48
+    assert finer.step_error < hardened.step_error
+
+
+def test_the_error_is_told(chosen: rc.ElastoplasticResult, tmp_path: Path) -> None:
+    assert Kind.LOAD_STEPS not in {caution.kind for caution in chosen.cautions}
+    assert "of approach and contact area" in wording.step_error(chosen)
+    assert quantity_of(tables.VOLUME, "step_error").value(chosen) == chosen.step_error
+    assert json.loads(json.dumps(chosen.summary()))["step_error"] == chosen.step_error
+
+    def with_error(error: float | None) -> rc.ElastoplasticResult:
+        last = dataclasses.replace(chosen.increments[-1], step_error=error)
+        return dataclasses.replace(chosen, increments=(*chosen.increments[:-1], last))
+
+    (caution,) = (c for c in with_error(0.03).cautions if c.kind == Kind.LOAD_STEPS)
+    assert "about 3 % of approach and contact area" in caution.text
+    assert caution.numbers == {"step_error": 0.03}
+    given = with_error(None)
+    assert Kind.LOAD_STEPS not in {caution.kind for caution in given.cautions}
+    assert "not estimated" in wording.step_error(given)
+    for result in (chosen, given):
+        result.save(tmp_path / "kept.nc")
+        assert archive.load_elastoplastic(tmp_path / "kept.nc").increments == result.increments
+
+
+def test_a_run_that_goes_on_chooses_the_same_steps(tmp_path: Path) -> None:
+    problem, loads = sphere(4, 12, HARDENING), [2 * FIRST, 3 * FIRST]
+    solve_elastoplastic(**problem, loads=loads[:1], folder=tmp_path)
+    resumed = solve_elastoplastic(**problem, loads=loads, folder=tmp_path)
+    whole = solve_elastoplastic(**problem, loads=loads)
+    assert resumed.increments == whole.increments
+    np.testing.assert_array_equal(resumed.contact.pressure, whole.contact.pressure)
+    with pytest.raises(rc.InputError, match="another"):
+        solve_elastoplastic(**problem, loads=loads, folder=tmp_path, increments=1)
+
+
+def test_a_comparison_tells_the_error_of_its_steps() -> None:
+    surface = sphere(3, 12)["surface"]
+    both = rc.compare_models(
+        surface, material=HARDENING, loads=[FIRST, 3 * FIRST], boundary="periodic"
+    )
+    told = both.summary()["step_error"]
+    assert told == [state.step_error for state in both.volume]
+    assert all(error is not None and error < 0.01 for error in told)
+
+
+@pytest.mark.parametrize("increments", ["some", 0, 2.5])
+def test_increments_that_cannot_be_used(increments: Any) -> None:
+    with pytest.raises(rc.InputError, match="increments"):
+        solve_elastoplastic(**sphere(3, 16), load=FIRST, increments=increments)
