@@ -167,11 +167,8 @@ def solve_elastoplastic(
     solver, extent = _prepared(problem, max(path), *volume, start, workspace)
     layered = [extent.margin, layers is None, *extent.thickness]
     loop_in = partial(Loop, problem, solver, workspace, deepen=layers is None)
-    automatic = increments == AUTO
-    with kept(folder, problem, path, start, layered, automatic=automatic) as steps:
-        run = _Run(
-            problem, path, stepping.reach if automatic else Loop.reach, steps, progress, began
-        )
+    with kept(folder, problem, path, start, layered, automatic=increments == AUTO) as steps:
+        run = _Run(problem, path, increments == AUTO, steps, progress, began)
         result = run.finished(start, extent, loop_in)
     return _judged(result, on_failure, folder)
 
@@ -206,8 +203,8 @@ class _Run:
         What all loads have in common.
     path : list of float
         The loads [N].
-    reach : callable
-        ``reach(loop, load, done, watch)`` visits one of them.
+    automatic : bool
+        Whether the steps to each are chosen by their error.
     steps : Steps
         What is kept of them.
     progress : callable, optional
@@ -218,7 +215,7 @@ class _Run:
 
     problem: Problem
     path: list[float]
-    reach: Callable[..., str]
+    automatic: bool
     steps: Steps
     progress: Callable[[Progress], None] | None
     began: float
@@ -257,10 +254,11 @@ class _Run:
         done = [] if before is None else list(before.increments)
         largest = (0.0, None) if before is None else before.largest
         result, status = None, CONVERGED
+        reach = stepping.reach if self.automatic else Loop.reach
         for number in range(first, len(self.path)):
             result = None
             loop.thaw()
-            status = self.reach(loop, self.path[number], done, self._watch(number))
+            status = reach(loop, self.path[number], done, self._watch(number))
             if status != CONVERGED:
                 break
             # The pressure under the largest load is kept for those who look at what it left.
