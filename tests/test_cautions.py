@@ -240,3 +240,43 @@ def test_measured_maps_are_spiky_only_until_their_outliers_are_out(name: str, sp
     assert (judgment.spikes(surface) is not None) == spiky
     if spiky:
         assert judgment.spikes(surface.without_outliers(6.0).leveled()) is None
+
+
+def test_a_spike_that_touches_first_is_told_though_the_surface_is_wavy() -> None:
+    # The waves hide it from the kurtosis; the approach is that of two pixels of dust.
+    y, x = np.mgrid[:64, :64] * (2 * np.pi / 64)
+    waves = 2e-6 * (np.cos(2 * x) + np.cos(y))
+    waves += 2e-8 * np.random.default_rng(1).standard_normal(waves.shape)
+    sound = rc.Surface(waves, PIXEL)
+    spiked = waves.copy()
+    spiked[32, 16] += 9e-6
+    result = rc.solve(rc.Surface(spiked, PIXEL), material=STEEL, load=0.05, boundary="periodic")
+    assert judgment.spikes(result.surface) is None
+    (caution,) = (c for c in result.cautions if c.kind == Kind.SPIKES)
+    lead = np.sort(spiked.ravel())[-1] - np.sort(spiked.ravel())[-2]
+    assert caution.numbers["lead"] == pytest.approx(lead)
+    assert "a spike of 1 pixel" in caution.text
+    before = rc.solve(sound, material=STEEL, load=0.05, boundary="periodic")
+    assert Kind.SPIKES not in kinds(before)
+    assert before.approach < 0.5 * result.approach
+
+
+@pytest.mark.parametrize("load", [1e-5, 1e-3, 0.1, 3.0])
+def test_the_summits_of_a_rough_surface_are_no_spikes(load: float) -> None:
+    for seed in range(3):
+        rough = synthetic.self_affine(
+            (64, 64), PIXEL, rms_height=0.3e-6, rolloff_wavelength=32e-6, cutoff_wavelength=4e-6,
+            rng=np.random.default_rng(seed),
+        )  # fmt: skip
+        result = rc.solve(rc.Surface(rough, PIXEL), material=STEEL, load=load, boundary="periodic")
+        assert Kind.SPIKES not in kinds(result)
+
+
+def test_who_took_the_recommended_ceiling_is_not_told_to_take_it() -> None:
+    small = rc.Surface(shapes.paraboloid((48, 48), PIXEL, 1e-4), PIXEL)
+    iron = rc.Material(210e9, 0.3, 5e8, "iron", hardness=2.5e9)
+    told = rc.solve(small, material=iron, load=0.5, ceiling="recommended", on_failure="return")
+    assert told.recommended is not None
+    (caution,) = (c for c in told.cautions if c.kind == Kind.HARDNESS)
+    assert "a law of hardening" in caution.text
+    assert "recommended" not in caution.text

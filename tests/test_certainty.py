@@ -112,3 +112,19 @@ def test_a_study_tells_what_the_pixel_moves():
     assert (doubt.low, doubt.high) == (min(0.0, *changes), max(0.0, *changes))
     told = interval(result, study=study)
     assert told.low <= told.value <= told.high
+
+
+def test_the_hardness_lies_in_what_is_said_of_a_body_that_hardens():
+    # Three yield strengths are 0.6 of the hardness: the area under it is not beyond what is said.
+    iron = rc.Material(210e9, 0.3, 1e9, hardness=5e9)
+    told = interval(rc.solve(BALL, material=iron, load=25))
+    full = rc.solve(BALL, material=iron, load=25, ceiling=5e9)
+    assert told.low <= full.contact_fraction < 0.9 * told.value
+    assert told.high == pytest.approx(interval(rc.solve(BALL, material=STEEL, load=25)).high)
+
+
+def test_a_number_that_nothing_bounds_is_not_given_as_sure():
+    result = rc.solve(BALL, material=STEEL, load=12)
+    ends = {name: told for name, told, _ in sureness.rows(result)}
+    assert ends["approach"].endswith("m, not bounded")
+    assert ends["real contact"].endswith(" or beyond")

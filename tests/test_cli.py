@@ -19,6 +19,7 @@ from roughcontact.cli import app
 from roughcontact.contact import archive, solve as contact
 from roughcontact.material import catalogue, hardening
 from roughcontact.plots import maps
+from roughcontact.report import page
 from roughcontact.request import outputs
 from roughcontact.solvers.progress import Step
 from roughcontact.theory import hertz
@@ -230,6 +231,32 @@ def test_ceiling_is_automatic_given_or_none(rough: Path, capsys: Capture) -> Non
     assert solve(rough, *STEEL) == app.SOLVED
     told = " ".join(capsys.readouterr().out.split())
     assert "none: purely elastic, no yield strength is given" in told
+
+
+@pytest.mark.parametrize(
+    "task", [("solve", "--load", "10 N"), ("stress", "--load", "10 N"),
+             ("sweep", "--from", "5 N", "--to", "10 N", "--steps", "2"),
+             ("history", "--path", "10 N, 0 N")]
+)  # fmt: skip
+def test_cautions_name_options_in_console_and_report(
+    task: tuple[str, ...], tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Figures take most of the time of a report.
+    monkeypatch.setattr(page, "picture", lambda _, alt, text: page.Picture(text, alt, "", 1, 1))
+    ball = ("--body", "sphere 1 mm", "--points", "32", "--size", "120 um", *YIELDING)
+    name = str(tmp_path / "told.html")
+    assert app.main([task[0], *ball, *task[1:], "--report", name]) == app.SOLVED
+    shown = " ".join(capsys.readouterr().out.split())
+    report = html.unescape(Path(name).read_text(encoding="utf-8"))
+    for told in (shown, report):
+        assert "--ceiling recommended" in told
+        assert 'ceiling="' not in told
+        assert 'boundary="' not in told
+    # What is said of a contact is said once, whatever is computed below it.
+    assert shown.count("solve again with that ceiling") == 1
+    if task[0] == "stress":
+        summary = report.split("<nav")[0]
+        assert "stress exceeds the yield strength" in summary
 
 
 def test_a_ceiling_that_does_not_fit_is_a_warning(capsys: Capture) -> None:

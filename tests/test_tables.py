@@ -105,7 +105,8 @@ def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple
     result = request.getfixturevalue(kind)
     report: Callable[[], str]
     if kind == "solved":
-        outcome = SimpleNamespace(result=result, notes=(), study=None, written=())
+        asked = SimpleNamespace(task="solve")
+        outcome = SimpleNamespace(request=asked, result=result, study=None, written=())
         console.show_solution(outcome)  # type: ignore[arg-type]
         report = lambda: text_of(contact.render(result))  # noqa: E731
     elif kind == "pressed":

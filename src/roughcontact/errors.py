@@ -38,8 +38,11 @@ class Mention:
 
 Part = str | Mention
 
+Spell = Callable[[Mention], str]
+"""Returns the words of one edge for an argument."""
 
-def worded(parts: tuple[Part, ...], spell: Callable[[Mention], str] = str) -> str:
+
+def worded(parts: tuple[Part, ...], spell: Spell = str) -> str:
     """Return a sentence in the words of one edge.
 
     Parameters
@@ -123,7 +126,7 @@ class RoughcontactError(Exception):
         """The whole message in pieces, to say it within another one."""
         return self.parts if self.argument is None else (Mention(self.argument), " ", *self.parts)
 
-    def worded(self, spell: Callable[[Mention], str] = str) -> str:
+    def worded(self, spell: Spell = str) -> str:
         """Return the message in the words of one edge; see `worded`."""
         return worded(self.sentence, spell)
 

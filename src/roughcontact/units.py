@@ -329,18 +329,21 @@ def changed_by(change: float) -> str:
     Returns
     -------
     str
-        In per cent with its sign, from tenfold on as a factor.
+        In per cent with its sign, from tenfold on as a factor; a tenth where it is below a half.
 
     Examples
     --------
     >>> changed_by(0.124), changed_by(-0.5), changed_by(63.94), changed_by(float("inf"))
     ('+12 %', '-50 %', '65-fold', 'from zero')
+    >>> changed_by(-0.0049), changed_by(0.0002)
+    ('-0.5 %', '0 %')
     """
     if math.isinf(change):
         return "from zero"
     if change >= 9:
         return f"{float(f'{1 + change:.2g}'):.7g}-fold"
-    return f"{100 * change:+.0f} %"
+    whole, tenths = round(100 * change), round(1000 * change)
+    return f"{whole:+d} %" if whole else f"{tenths / 10:+.1f} %" if tenths else "0 %"
 
 
 def counted(number: int, noun: str) -> str:

@@ -11,6 +11,7 @@ import pytest
 import ceiling_rule
 import roughcontact as rc
 from roughcontact.contact import imprint
+from roughcontact.contact.advice import RecommendedCeiling
 from roughcontact.contact.cautions import Caution, Kind
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.load_history import load_history
@@ -92,6 +93,16 @@ def test_a_history_says_what_its_ceiling_leaves_behind() -> None:
     better = load_history(case.surface, path, material=case.material, ceiling="recommended")
     assert "brings them" not in imprint_caution(better).text
     assert better.indentation.max() / found["depth"] == pytest.approx(1.1, abs=0.1)
+
+
+def test_a_ceiling_is_not_recommended_where_it_leaves_more_that_is_wrong() -> None:
+    # At 400 times first yield three yield strengths leave 1.0 and 1.1 times what plasticity does.
+    advice = RecommendedCeiling(400, 0.1, 1e9, 1.615e9, 2.68e9, 2.68)
+    caution = imprint.doubt(advice, 3e9)
+    assert caution is not None
+    assert "12 % above the recommended one" in caution.text
+    assert "about 1.0 and 1.1 times" in caution.text
+    assert "brings them" not in caution.text
 
 
 def test_a_path_that_indented_before_its_largest_load_is_judged_by_the_untouched_bodies() -> None:

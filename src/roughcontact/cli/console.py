@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from roughcontact.cli import terminal
+from roughcontact.request.options import HISTORY, SOLVE, STRESS, SWEEP
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def show_solution(outcome: Outcome) -> None:
     _print_table(_problem(result, result), *_answers(result))
     if result.converged and result.load:
         _print_table(sureness.rows(result, outcome.study), heads=sureness.HEADS)
-    _print_cautions(result.cautions)
+    _print_cautions(result.cautions, outcome.request.task)
     if outcome.study is not None:
         _print_study(outcome.study)
     _print_written(outcome.written)
@@ -61,19 +62,19 @@ def show_solution(outcome: Outcome) -> None:
 def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
     """Print a load curve, one row a load, and what the simple laws say."""
     _print_steps(curve)
-    _print_cautions(curve.cautions)
+    _print_cautions(curve.cautions, SWEEP)
     _print_written(written)
 
 
 def show_volume(volume: ElastoplasticResult, written: Sequence[Path]) -> None:
     """Print problem, answer and trust of a contact with plasticity of the volume."""
     _print_table(_problem(volume, volume.solution), *_answers(volume))
-    _print_cautions(volume.cautions)
+    _print_cautions(volume.cautions, SOLVE)
     _print_written(written)
 
 
 def show_stress(stress: StressResult, onset: StressResult | None, written: Sequence[Path]) -> None:
-    """Print the largest stresses below a contact, and where it yields."""
+    """Print the largest stresses below a contact that was shown, and where it yields."""
     from roughcontact.report import results, tables
     from roughcontact.report.quantities import rows_of
 
@@ -81,14 +82,16 @@ def show_stress(stress: StressResult, onset: StressResult | None, written: Seque
     if onset is not None:
         rows += rows_of(tables.FIRST_YIELD, onset, brief=True)
     _print_table(_cells(rows))
-    _print_cautions(stress.cautions)
+    # Those of the contact stand above, with its numbers.
+    own = [caution for caution in stress.cautions if caution not in stress.solution.cautions]
+    _print_cautions(own, STRESS)
     _print_written(written)
 
 
 def show_history(history: LoadHistory, written: Sequence[Path]) -> None:
     """Print the steps of a load history, and what it left behind."""
     _print_steps(history)
-    _print_cautions(history.cautions)
+    _print_cautions(history.cautions, HISTORY)
     _print_written(written)
 
 
@@ -333,11 +336,12 @@ def _print_table(*blocks: Sequence[Cells], heads: Cells = (), fold: bool = False
     print()
 
 
-def _print_cautions(cautions: Iterable[Caution]) -> None:
+def _print_cautions(cautions: Iterable[Caution], command: str) -> None:
     """Print what has to be known; the status above says already where nothing converged."""
     from roughcontact.contact.cautions import Kind
 
-    _print_told((c.severity, c.text) for c in cautions if c.kind != Kind.NOT_CONVERGED)
+    told = ((c.severity, c.text) for c in cautions if c.kind != Kind.NOT_CONVERGED)
+    _print_told(told, command)
 
 
 def _print_shared(told: Iterable[tuple[str, Mapping[str, Any]]]) -> None:
@@ -348,8 +352,11 @@ def _print_shared(told: Iterable[tuple[str, Mapping[str, Any]]]) -> None:
     _print_told((severity, f"{', '.join(who)}: {text}") for (severity, text), who in said.items())
 
 
-def _print_told(told: Iterable[tuple[str, str]]) -> None:
-    lines = [f"{severity}: {terminal.printable(terminal.spelled(text))}" for severity, text in told]
+def _print_told(told: Iterable[tuple[str, str]], command: str = SOLVE) -> None:
+    lines = [
+        f"{severity}: {terminal.printable(terminal.spelled(text, command))}"
+        for severity, text in told
+    ]
     for line in lines:
         _print(Text(line))
     if lines:

@@ -8,7 +8,7 @@ known of these is gathered here.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -18,6 +18,7 @@ from roughcontact.contact import judgment
 from roughcontact.contact.ceiling import area_change
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.study import ResolutionStudy
+from roughcontact.material.material import softer
 
 # What the change of one sphere is wrong by itself, beside what the rule is.
 _ONE_SPHERE = 0.02
@@ -120,8 +121,9 @@ def intervals(result: ContactResult, study: ResolutionStudy | None = None) -> tu
     `ContactResult.corrected_contact_area`. Pixel: the change from the pixel of the map to half of
     it, which is the error of the grid, and that from twice the pixel to the pixel, taken as what
     a measurement twice as fine would change once more. Yielding: `ceiling.area_change`, give or
-    take what the recommended ceiling was wrong by on contacts of this kind; known of the contact
-    area alone, no cause below first yield or where no strength is known. Tolerance: the
+    take what the recommended ceiling was wrong by on contacts of this kind, and as far as the
+    hardness as a ceiling where it is at odds with the yield strength; known of the contact area
+    alone, no cause below first yield or where no strength is known. Tolerance: the
     certificate.
     """
     yields = result.regime not in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN)
@@ -153,7 +155,14 @@ def _yielding(name: str, result: ContactResult) -> Doubt:
     change = area_change(advice, result.ceiling, result.contact_modulus)
     error = judgment.shown_error(result) + _ONE_SPHERE
     # Both NaN where the rule was never tried.
-    return Doubt(Cause.YIELDING, *_around(change, error * (1 + change)))
+    low, high = _around(change, error * (1 + change))
+    body = softer(result.material, result.counter_material)
+    if body is not None and body.hardness is not None and body.at_odds is not None:
+        # The rule knows the yield strength alone; where flow is full the hardness is borne.
+        full = replace(advice, ceiling=body.hardness)
+        reached = area_change(full, result.ceiling, result.contact_modulus)
+        low, high = min(low, reached), max(high, reached)
+    return Doubt(Cause.YIELDING, low, high)
 
 
 def _around(change: float, error: float) -> tuple[float, float]:

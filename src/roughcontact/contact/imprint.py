@@ -88,7 +88,8 @@ def doubt(advice: RecommendedCeiling, ceiling: float, hardens: bool = False) -> 
         " (of metals that do not harden)" if hardens else "",
         "; on rough maps both are nearer to 1",
     ]
-    if not near:
+    helps = abs(depth - 1) > abs(_DEPTH - 1) or abs(energy - 1) > abs(_ENERGY - 1)
+    if not near and helps:
         parts += [
             "; ",
             Mention("ceiling", RECOMMENDED),

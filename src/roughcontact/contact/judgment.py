@@ -71,6 +71,12 @@ The highest of 10⁹ Gaussian heights stands 6 above it. Pits make a large kurto
 not touch.
 """
 
+SPIKE_LEAD, SPIKE_LOAD = 0.5, 0.1
+"""Part of the approach that a first spot leads by, and of the load it bears, if it is a spike.
+
+A summit that leads by half of the approach is pressed the most and bears much of the load.
+"""
+
 _LIMITS = {
     Regime.BEYOND_CEILING: "three times the yield strength",
     Regime.BEYOND_HARDNESS: "the hardness",
@@ -244,8 +250,8 @@ def at_edge(result: ContactResult, *more: str) -> Caution | None:
         Kind.EDGE,
         "contact reaches the edge of the map, where the body is taken to end: right for a part "
         "that ends there; for a sample of a larger face the rim carries too much (here "
-        f"{percent(share)} of the load on the outermost pixels), and approach and stiffness are "
-        "far off: solve with ",
+        f"{percent(share)} of the load on the outermost pixels), and approach and stiffness "
+        "may be far off: solve with ",
         Mention("boundary", "periodic"),
         "; for a body that is curved as a whole measure a larger map",
         *more,
@@ -423,8 +429,7 @@ def _hardness(result: ContactResult) -> Caution | None:
         better,
         "; short of that give a law of ",
         Mention("hardening"),
-        " and ",
-        Mention("ceiling", RECOMMENDED),
+        *(() if result.recommended is not None else (" and ", Mention("ceiling", RECOMMENDED))),
         **numbers,
     )
 
@@ -460,7 +465,36 @@ def _spikes(result: ContactResult) -> Caution | None:
                 kurtosis=kurtosis,
                 peak=peak,
             )
-    return None
+    return _first_touch(result)
+
+
+def _first_touch(result: ContactResult) -> Caution | None:
+    """Return what is said where the bodies touch first on a spike that bears next to nothing."""
+    found, gap = result.spots(), result.initial_gap
+    first = int(np.nanargmin(gap))
+    number = int(found.label.flat[first])
+    others = (found.label > 0) & (found.label != number)
+    if number == 0 or not others.any():
+        return None
+    lead = float(gap[others].min() - gap.flat[first])
+    pixels = round(float(found.area[number - 1]) / result.pixel_area)
+    share = float(found.load[number - 1] / found.load.sum())
+    if pixels >= FEW_PIXELS or share > SPIKE_LOAD or lead < SPIKE_LEAD * result.approach:
+        return None
+    kept = float(result.residual_indentation.max())
+    own = kept > 0 and kept == result.residual_indentation.flat[first]
+    return careful(
+        Kind.SPIKES,
+        f"the bodies touch first on a spike of {counted(pixels, 'pixel')}, which stands "
+        f"{engineering(lead, 'm', 3)} above what touches next and bears {percent(share)} of the "
+        f"load: {percent(min(lead / result.approach, 1.0))} of the approach is its flattening"
+        f"{', and the deepest indentation is its own' if own else ''}; unless the body has such a "
+        "peak take it out (without_outliers of the map, ",
+        Mention("outliers", 6.0),
+        ") and solve again",
+        lead=lead,
+        spike_load=share,
+    )
 
 
 def spikes(surface: Surface) -> tuple[float, float] | None:

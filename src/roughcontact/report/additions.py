@@ -14,8 +14,10 @@ def of_stress(stress: StressResult, onset: StressResult | None = None) -> Additi
     if onset is not None:
         told += rows_of(tables.FIRST_YIELD, onset)
     rows = (("quantity", "value"), *((row.title, row.text) for row in told))
+    own = tuple(c for c in stress.cautions if c not in stress.solution.cautions)
     text = (
         "Elastic stress under the pressure found. Tension is positive.",
-        *(sentence(c.text) for c in stress.cautions if c not in stress.solution.cautions),
+        *(sentence(c.text) for c in own),
     )
-    return Addition("Stress below the surface", text, rows, figures.drawn(figures.STRESS, stress))
+    drawn = figures.drawn(figures.STRESS, stress)
+    return Addition("Stress below the surface", text, rows, drawn, cautions=own)

@@ -23,7 +23,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
 from roughcontact.material.material import Material, softer
 from roughcontact.report import wording
-from roughcontact.report.page import sentence
+from roughcontact.report.page import joined, sentence
 from roughcontact.report.wording import is_rigid
 from roughcontact.units import counted, engineering, percent
 
@@ -51,7 +51,7 @@ class Statement:
 
     def doubts(self, cautions: Iterable[Caution]) -> str:
         """Return why this assumption is in doubt, in sentences; empty if it is not."""
-        return " ".join(sentence(c.text) for c in cautions if c.kind in self.kinds)
+        return joined(*(sentence(c.text) for c in cautions if c.kind in self.kinds))
 
 
 FRICTIONLESS = Statement(
@@ -207,33 +207,34 @@ def _yielding(result: ContactResult, history: LoadHistory | None) -> Statement:
     if result.saturated_fraction == 0:
         text += "It is reached nowhere: the solution is the elastic one."
         text += f" {_first_yield(body)}" if body else ""
-        return Statement("Yielding", text.strip(), (Kind.CEILING,))
+        return Statement("Yielding", text.strip(), (Kind.CEILING, Kind.HARDNESS))
     kept = result.residual_indentation if history is None else history.indentation
     deepest = engineering(float(kept.max()), "m", 3)
     text += (
         "Points at the ceiling are called saturated: the material there flows, and the part by "
         f"which it overlaps the counter-body, up to {deepest}, is kept as a permanent indentation. "
         "Where the displaced material goes, the residual stress that it leaves and hardening are "
-        "not in the model: the ceiling stands in for plasticity. "
+        "not in the model: the ceiling stands in for plasticity."
     )
     if body is not None and body.yield_strength is None:
         text += (
-            "The hardness is the mean pressure under an indenter, at the end of yielding: smaller "
+            " The hardness is the mean pressure under an indenter, at the end of yielding: smaller "
             "spots, in the transition from elastic to fully plastic, bear less than that, and "
             "their area is larger than shown."
         )
     elif body is not None:
         text += (
-            "That the pressure levels off near three yield strengths is Tabor's finding (1951) for "
-            "full indentation. The mean pressure on a perfectly plastic sphere of Poisson's "
+            " That the pressure levels off near three yield strengths is Tabor's finding (1951) "
+            "for full indentation. The mean pressure on a perfectly plastic sphere of Poisson's "
             "ratio 0.3 is 2.17, 2.41, 2.61 and 2.77 yield strengths at 40, 120, 300 and 700 times "
             "the load of first yield. In this transition a ceiling of three yield strengths is up "
             "to 35 % too high, and the contact area up to 26 % too small; three are right to 5 % "
             "where E*a/(σ_Y R) exceeds about 56 (a: radius of a spot, R: radius of its summit). "
             + _first_yield(body)
-            + _left_behind(result)
         )  # fmt: skip
-    return Statement("The ceiling stands in for plasticity", text.strip(), (Kind.CEILING,))
+        text = joined(text, _left_behind(result))
+    doubts = (Kind.CEILING, Kind.HARDNESS)
+    return Statement("The ceiling stands in for plasticity", text, doubts)
 
 
 def _left_behind(result: ContactResult) -> str:
@@ -243,7 +244,7 @@ def _left_behind(result: ContactResult) -> str:
         return ""
     bodies = (result.material, result.counter_material)
     found = imprint.doubt(advice, result.ceiling, any(body.hardening for body in bodies))
-    return "" if found is None else f" {sentence(found.text)}"
+    return "" if found is None else sentence(found.text)
 
 
 def _first_yield(body: Material) -> str:

@@ -12,11 +12,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from roughcontact.contact import judgment
+from roughcontact.contact.cautions import ordered
 from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import under
 from roughcontact.contact.study import ResolutionStudy
-from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError
+from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError, Spell
 from roughcontact.files import write
 from roughcontact.plots import maps, profiles
 from roughcontact.report import (
@@ -45,6 +46,7 @@ def render(
     additions: Sequence[Addition] = (),
     command: str = "",
     date: datetime.date | None = None,
+    spell: Spell = str,
 ) -> str:
     """Return a report as the text of an HTML file.
 
@@ -68,6 +70,8 @@ def render(
         `script.repeating`.
     date : date, optional
         Date of the report; today by default.
+    spell : callable
+        ``spell(mention)`` returns the words for an argument; those of Python without.
 
     Returns
     -------
@@ -98,8 +102,9 @@ def render(
         regime=result.regime,
         regime_text=regimes.regime(result),
         certificate=_certificate_in_short(result),
-        cautions=result.cautions,
+        cautions=ordered([*result.cautions, *(c for a in additions for c in a.cautions)]),
         checked=judgment.checked(result),
+        spell=spell,
     )
 
 
@@ -147,12 +152,13 @@ def save(
     additions: Sequence[Addition] = (),
     command: str = "",
     date: datetime.date | None = None,
+    spell: Spell = str,
 ) -> None:
     """Write a report to an HTML file.
 
     Parameters
     ----------
-    result, elastic, usual, curve, study, additions, command, date
+    result, elastic, usual, curve, study, additions, command, date, spell
         As for `render`.
     path : str or path
         File to write, ``.html`` or ``.htm``; it appears only once it is complete, and a file
@@ -176,6 +182,7 @@ def save(
         additions=additions,
         command=command,
         date=date,
+        spell=spell,
     )
     write(path, text)
 
@@ -186,12 +193,13 @@ def save_compared(
     command: str,
     additions: Sequence[Addition],
     study: ResolutionStudy | None,
+    spell: Spell = str,
 ) -> None:
     """Write a report of a result; one with saturated pixels is solved without a ceiling beside it.
 
     Parameters
     ----------
-    result, path, command, additions, study
+    result, path, command, additions, study, spell
         As for `save`. One with a recommended ceiling is solved with three yield strengths, too.
     """
     page.check_path(path)
@@ -208,6 +216,7 @@ def save_compared(
         command=command,
         additions=additions,
         study=study,
+        spell=spell,
     )
 
 

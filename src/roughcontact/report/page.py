@@ -17,10 +17,11 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact._version import __version__
 from roughcontact.contact.cautions import Caution, Kind, Severity
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, Sentence, Spell, parts_of, worded
 from roughcontact.plots.style import DPI
 
 if TYPE_CHECKING:
+    import jinja2
     from matplotlib.figure import Figure
 
 _TEMPLATE = "report.html.j2"
@@ -50,6 +51,8 @@ class Addition:
         Captions with their figures.
     facts : tuple of tuple of str
         Rows of a table without a head.
+    cautions : tuple of Caution
+        What the summary tells besides those of the result.
     """
 
     title: str
@@ -57,6 +60,7 @@ class Addition:
     table: tuple[Cells, ...] = ()
     figures: tuple[tuple[str, Figure], ...] = ()
     facts: tuple[Cells, ...] = ()
+    cautions: tuple[Caution, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -166,6 +170,7 @@ def render(
     certificate: str,
     cautions: Sequence[Caution],
     checked: Sequence[str],
+    spell: Spell = str,
 ) -> str:
     """Return a page as the text of an HTML file.
 
@@ -189,25 +194,16 @@ def render(
         What a reader of the numbers has to know.
     checked : sequence of str
         What the result was looked at for, in a few words each.
+    spell : callable
+        ``spell(mention)`` returns the words for an argument; those of Python without.
 
     Returns
     -------
     str
         HTML with its figures inside: no other file, no network and no script is needed.
     """
-    # Imported late: only reports need it.
-    import jinja2
-
     _number(chapters)
-    environment = jinja2.Environment(
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        finalize=_printable,
-    )
-    source = resources.files("roughcontact.report").joinpath("templates", _TEMPLATE)
-    return environment.from_string(source.read_text(encoding="utf-8")).render(
+    return _template(spell).render(
         title=title,
         subtitle=subtitle,
         date=(date or datetime.date.today()).isoformat(),
@@ -222,6 +218,22 @@ def render(
         checked=checked,
         chapters=chapters,
     )
+
+
+def _template(spell: Spell) -> jinja2.Template:
+    """Return what a page is made with, in the words of one edge for arguments."""
+    # Imported late: only reports need it.
+    import jinja2
+
+    environment = jinja2.Environment(
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        finalize=lambda value: _printable(value, spell),
+    )
+    source = resources.files("roughcontact.report").joinpath("templates", _TEMPLATE)
+    return environment.from_string(source.read_text(encoding="utf-8"))
 
 
 def _boxes(cautions: Sequence[Caution]) -> list[tuple[str, str, list[str]]]:
@@ -246,7 +258,9 @@ _HEADINGS = {
 }
 
 
-def _printable(value: Any) -> Any:
+def _printable(value: Any, spell: Spell) -> Any:
+    if isinstance(value, Sentence):
+        value = worded(value.parts, spell)
     # A file name can hold bytes that are no text, or control characters, which HTML forbids.
     if type(value) is not str or value.isprintable():
         return value
@@ -278,5 +292,12 @@ def sentence(note: str) -> str:
     """Return a note with a capital letter and a full stop; nothing for nothing."""
     if not note:
         return ""
-    text = note[:1].upper() + note[1:]
-    return text if text.endswith(".") else f"{text}."
+    first, *rest = parts_of(note)
+    head = first[:1].upper() + first[1:] if isinstance(first, str) else first
+    return Sentence(head, *rest, *([] if note.endswith(".") else ["."]))
+
+
+def joined(*notes: str) -> str:
+    """Return texts that are not empty as one, with blanks between; arguments stay mentions."""
+    parts = [part for note in notes if note for part in (" ", *parts_of(note))]
+    return Sentence(*parts[1:])

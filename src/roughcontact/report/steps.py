@@ -9,6 +9,7 @@ from roughcontact.contact import judgment
 from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.result import ContactResult
+from roughcontact.errors import Spell
 from roughcontact.files import write
 from roughcontact.report import (
     assumptions,
@@ -35,6 +36,7 @@ def render_curve(
     elastic: ContactResult | None = None,
     command: str = "",
     date: datetime.date | None = None,
+    spell: Spell = str,
 ) -> str:
     """Return a report on a load curve as the text of an HTML file.
 
@@ -50,6 +52,8 @@ def render_curve(
         What was typed to get the curve.
     date : date, optional
         Date of the report; today by default.
+    spell : callable
+        ``spell(mention)`` returns the words for an argument; those of Python without.
 
     Returns
     -------
@@ -71,7 +75,11 @@ def render_curve(
     ]
     if last.saturated_fraction > 0:
         found.append(contact.comparison(last, elastic))
-    found += [contact.exactness(last), chapters.repetition(last.version, command, "")]
+    exact = contact.exactness(last)
+    found += [
+        _titled(exact, f"{exact.title} {under}"),
+        chapters.repetition(last.version, command, ""),
+    ]
     return page.render(
         found,
         title=_title_of_curve(curve),
@@ -84,11 +92,16 @@ def render_curve(
         certificate=_worst(curve, last.tolerance),
         cautions=curve.cautions,
         checked=judgment.checked(last),
+        spell=spell,
     )
 
 
 def render_history(
-    history: LoadHistory, *, command: str = "", date: datetime.date | None = None
+    history: LoadHistory,
+    *,
+    command: str = "",
+    date: datetime.date | None = None,
+    spell: Spell = str,
 ) -> str:
     """Return a report on a load history as the text of an HTML file.
 
@@ -100,6 +113,8 @@ def render_history(
         What was typed to get it.
     date : date, optional
         Date of the report; today by default.
+    spell : callable
+        ``spell(mention)`` returns the words for an argument; those of Python without.
 
     Returns
     -------
@@ -108,6 +123,8 @@ def render_history(
     """
     largest = history.under_largest
     stated = assumptions.statements(largest, largest.spots(), history)
+    under = f"under the largest load, {engineering(largest.load, 'N')}"
+    exact = contact.exactness(history.largest)
     found = [
         _path(history),
         *([_under(largest)] if largest.load else []),
@@ -115,10 +132,9 @@ def render_history(
         *chapters.prepared(largest),
         chapters.problem(largest, results.rows(largest, PROBLEM), "ceiling"),
         chapters.assumed(stated, history.cautions),
-        contact.exactness(history.largest),
+        _titled(exact, f"{exact.title} {under}"),
         chapters.repetition(largest.version, command, ""),
     ]
-    under = f"under the largest load, {engineering(largest.load, 'N')}"
     return page.render(
         found,
         title=_title_of_history(history),
@@ -134,6 +150,7 @@ def render_history(
         certificate=_worst(history, largest.tolerance),
         cautions=history.cautions,
         checked=judgment.checked(largest),
+        spell=spell,
     )
 
 
@@ -144,16 +161,22 @@ def save_curve(
     *,
     elastic: ContactResult | None = None,
     command: str = "",
+    spell: Spell = str,
 ) -> None:
     """Write a report on a load curve to an HTML file; see `render_curve`."""
     page.check_path(path)
-    write(path, render_curve(curve, last, elastic=elastic, command=command))
+    write(path, render_curve(curve, last, elastic=elastic, command=command, spell=spell))
 
 
-def save_history(history: LoadHistory, path: str | os.PathLike[str], command: str = "") -> None:
+def save_history(
+    history: LoadHistory,
+    path: str | os.PathLike[str],
+    command: str = "",
+    spell: Spell = str,
+) -> None:
     """Write a report on a load history to an HTML file; see `render_history`."""
     page.check_path(path)
-    write(path, render_history(history, command=command))
+    write(path, render_history(history, command=command, spell=spell))
 
 
 def _title_of_curve(curve: LoadCurve) -> str:

@@ -18,7 +18,8 @@ WHAT = (
 )
 
 NOT_BOUNDED = (
-    "The certificate bounds none of this: it says how exactly the problem as stated is solved."
+    "The certificate is the tolerance and bounds none of the others: it says how exactly the "
+    "problem as stated is solved."
 )
 
 # Smaller changes say nothing beside the others.
@@ -45,7 +46,10 @@ def _row(interval: Interval) -> tuple[str, str, str]:
 
 def _ends(quantity: Quantity, interval: Interval) -> str:
     low, high = (quantity.told(value) for value in (interval.low, interval.high))
-    return low if low == high else f"{low} to {high}"
+    if interval.unknown and low == high:
+        return f"{low}, not bounded"
+    told = low if low == high else f"{low} to {high}"
+    return f"{told} or beyond" if interval.unknown else told
 
 
 def _causes(interval: Interval) -> list[str]:

@@ -553,7 +553,7 @@ HISTORY: Table = (
     Quantity("dissipated_energy", "dissipated energy", unit="J"),
     Quantity(
         "shaken_down", "shaken down",
-        form=lambda v: f"{'yes: the last pass adds no' if v else 'no: it adds'} indentation",
+        form=lambda v: f"{'yes: going on stays elastic' if v else 'no: going on may indent more'}",
     ),
     Quantity("volume_account", of=lambda _: VOLUME_ACCOUNT),
     *_cautions(),

@@ -9,6 +9,7 @@ import datetime
 import os
 from collections.abc import Sequence
 
+from roughcontact.errors import Spell
 from roughcontact.files import write
 from roughcontact.report import (
     assumptions_volume,
@@ -34,6 +35,7 @@ def render(
     additions: Sequence[Addition] = (),
     command: str = "",
     date: datetime.date | None = None,
+    spell: Spell = str,
 ) -> str:
     """Return a report as the text of an HTML file.
 
@@ -48,6 +50,8 @@ def render(
         `script.repeating_volume`.
     date : date, optional
         Date of the report; today by default.
+    spell : callable
+        ``spell(mention)`` returns the words for an argument; those of Python without.
 
     Returns
     -------
@@ -83,6 +87,7 @@ def render(
         certificate=_certificate_in_short(result),
         cautions=result.cautions,
         checked=judgment.checked(result),
+        spell=spell,
     )
 
 
@@ -93,12 +98,13 @@ def save(
     additions: Sequence[Addition] = (),
     command: str = "",
     date: datetime.date | None = None,
+    spell: Spell = str,
 ) -> None:
     """Write a report to an HTML file.
 
     Parameters
     ----------
-    result, additions, command, date
+    result, additions, command, date, spell
         As for `render`.
     path : str or path
         File to write, ``.html`` or ``.htm``; it appears only once it is complete, and a file
@@ -112,7 +118,8 @@ def save(
         If the file cannot be written.
     """
     page.check_path(path)
-    write(path, render(result, additions=additions, command=command, date=date))
+    text = render(result, additions=additions, command=command, date=date, spell=spell)
+    write(path, text)
 
 
 def _title(result: ElastoplasticResult) -> str:

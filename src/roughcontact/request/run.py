@@ -16,7 +16,7 @@ from roughcontact.formats import tables
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import outputs
 from roughcontact.request.maps import resolution_notes, surfaces
-from roughcontact.request.options import HISTORY, SOLVE, STRESS, SWEEP, VOLUME
+from roughcontact.request.options import HISTORY, SOLVE, STRESS, SWEEP, VOLUME, spell_option
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
@@ -384,20 +384,22 @@ def _files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
 
 def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
     """Write the report on an outcome."""
-    from roughcontact.report import additions, steps
+    from roughcontact.report import additions, contact, steps, volume
 
     request = outcome.request
+    spell = partial(spell_option, command=request.task)
     if outcome.curve is not None:
         _curve_report(outcome.curve, request, maps, path)
     elif outcome.history is not None:
-        steps.save_history(outcome.history, path, request.command)
+        steps.save_history(outcome.history, path, request.command, spell)
     elif outcome.stress is not None:
         below = additions.of_stress(outcome.stress, outcome.first_yield)
-        outcome.stress.solution.report(path, request.command, [below])
+        solution = outcome.stress.solution
+        contact.save_compared(solution, path, request.command, [below], None, spell)
     elif outcome.volume is not None:
-        outcome.volume.report(path, request.command)
+        volume.save(outcome.volume, path, command=request.command, spell=spell)
     elif outcome.result is not None:
-        outcome.result.report(path, request.command, study=outcome.study)
+        contact.save_compared(outcome.result, path, request.command, [], outcome.study, spell)
 
 
 def _curve_report(curve: LoadCurve, request: Request, maps: Sequence[Surface], path: Path) -> None:
@@ -409,4 +411,5 @@ def _curve_report(curve: LoadCurve, request: Request, maps: Sequence[Surface], p
     result = solve(maps[0], **problem, load=curve.steps[-1].load)
     result = replace(result, remarks=curve.remarks)
     twin = result.elastic() if result.saturated_fraction else None
-    steps.save_curve(curve, result, path, elastic=twin, command=request.command)
+    spell = partial(spell_option, command=request.task)
+    steps.save_curve(curve, result, path, elastic=twin, command=request.command, spell=spell)
