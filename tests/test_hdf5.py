@@ -215,7 +215,5 @@ def test_a_block_that_states_more_bytes_than_the_file_has(tmp_path: Path) -> Non
     stated, other = (number.to_bytes(4, "little") + bytes(4) for number in (size, 2**31 - 1))
     assert content.count(stated) == 1
     path.write_bytes(content.replace(stated, other))
-    with pytest.raises(
-        FormatError, match=r"states 2147483647 bytes for a block of '/?z'"
-    ):
+    with pytest.raises(FormatError, match=r"states 2147483647 bytes for a block of '/?z'"):
         hdf5.check(path)

@@ -117,7 +117,8 @@ class HistoryStep:
     shift_y, shift_x : float
         Lateral shift of the counter-body [m].
     contact_area, saturated_area : float
-        Area with pressure, and at the ceiling [m²].
+        Area with pressure, and at the ceiling to a millionth of it [m²]: under a load that comes
+        again points that flowed are at it, without flowing.
     max_pressure : float
         Largest pressure [Pa].
     indentation_volume : float

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from numbers import Real
@@ -46,6 +47,10 @@ gap, and both bodies as they face each other now."""
 _LEAST = 1e-90
 # A shift this near to whole pixels is one, in pixels.
 _WHOLE = 1e-6
+
+# Part of the ceiling below which a pixel counts as at it: one that flowed comes back to it without
+# flowing, to within what the certificate leaves of a pixel.
+_AT_CEILING = 1e-6
 
 
 def load_history(
@@ -328,13 +333,15 @@ def _step(result: ContactResult, stage: Stage, lowered: float, new: Array) -> Hi
     pressure = result.pressure.ravel()[loaded]
     opened = result.gap.ravel()[loaded] - result.initial_gap.ravel()[loaded]
     displacement = opened + result.approach
+    limit = math.inf if result.ceiling is None else result.ceiling
+    saturated = result.pressure >= (1 - _AT_CEILING) * limit
     return HistoryStep(
         load=result.load,
         approach=result.approach + lowered,
         shift_y=stage.shift[0],
         shift_x=stage.shift[1],
         contact_area=result.contact_area,
-        saturated_area=int(np.count_nonzero(result.saturated)) * area,
+        saturated_area=int(np.count_nonzero(saturated)) * area,
         max_pressure=result.max_pressure,
         indentation_volume=float(new.sum()) * area,
         dissipated_energy=float((result.pressure * new).sum()) * area,
