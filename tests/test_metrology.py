@@ -224,3 +224,9 @@ def test_a_member_with_another_md5_is_refused(name: str, tmp_path: Path) -> None
         archive.writestr("main.xml", document)
         archive.writestr("bindata/data.bin", members["bindata/data.bin"])
     assert rc.read_surface(path).shape == rough().shape
+    # But not with more points than it tells of: the first of them would be read, moved.
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("main.xml", document)
+        archive.writestr("bindata/data.bin", bytes(8) + members["bindata/data.bin"])
+    with pytest.raises(rc.FormatError, match=r"bytes of points in 'bindata/data.bin', and its"):
+        rc.read_surface(path)

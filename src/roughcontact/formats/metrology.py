@@ -83,7 +83,7 @@ def check_x3p(path: Path) -> None:
     Raises
     ------
     FormatError
-        If a checksum is wrong.
+        If a checksum is wrong, or the points are more or fewer bytes than the document tells.
     BadZipFile, OSError
         If it is no archive.
     """
@@ -106,6 +106,24 @@ def check_x3p(path: Path) -> None:
                     f"{path.name} was damaged or changed after it was written: {name!r} does not "
                     "match its MD5 checksum; take a copy of the file, or export it again"
                 )
+        name, told = _x3p_points(document)
+        if name in names and (found_there := archive.getinfo(name).file_size) != told:
+            raise FormatError(
+                f"{path.name} holds {found_there} bytes of points in {name!r}, and its document "
+                f"tells of {told}; take a copy of the file, or export it again"
+            )
+
+
+def _x3p_points(document: bytes) -> tuple[str, int]:
+    """Return where the points of an X3P document are, and of how many bytes; "" if not said."""
+    link = re.search(rb"<PointDataLink>\s*([^<\s]+)\s*<", document)
+    sides = [re.search(rb"<Size%s>\s*(\d+)\s*<" % axis, document) for axis in (b"X", b"Y", b"Z")]
+    kind = re.search(rb"<CZ>.*?<DataType>\s*([IFDL])\s*<", document, re.DOTALL)
+    if link is None or kind is None or not all(sides):
+        return "", 0
+    each = {b"I": 2, b"L": 4, b"F": 4, b"D": 8}[kind[1]]
+    name = link[1].decode("utf-8", "replace")
+    return name, math.prod(int(side[1]) for side in sides if side) * each
 
 
 def save_sur(surface: Surface, path: str | os.PathLike[str]) -> None:
