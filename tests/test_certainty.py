@@ -12,7 +12,7 @@ import roughcontact as rc
 from roughcontact.contact import certainty, judgment
 from roughcontact.contact.advice import RecommendedCeiling
 from roughcontact.contact.ceiling import area_change
-from roughcontact.contact.certainty import Cause
+from roughcontact.contact.certainty import Cause, Doubt, Interval
 from roughcontact.contact.result import Regime
 from roughcontact.report import sureness
 
@@ -128,3 +128,10 @@ def test_a_number_that_nothing_bounds_is_not_given_as_sure():
     ends = {name: told for name, told, _ in sureness.rows(result)}
     assert ends["approach"].endswith("m, not bounded")
     assert ends["real contact"].endswith(" or beyond")
+
+
+def test_large_changes_do_not_add_up_to_no_contact_at_all():
+    # Of a map of noise: the rim takes a third, twice the pixel to the pixel nine tenths.
+    told = Interval("contact_fraction", 0.256, (Doubt(Cause.RIM, -0.33, 0.0),
+                                                Doubt(Cause.PIXEL, -0.93, 0.0)))  # fmt: skip
+    assert told.low == pytest.approx(0.256 * 0.67 * 0.07)

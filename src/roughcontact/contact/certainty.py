@@ -69,7 +69,7 @@ class Interval:
     value : float
         The number of the result [SI].
     doubts : tuple of Doubt
-        What moves it; their changes add up.
+        What moves it; one after the other, so that large changes never leave less than nothing.
     """
 
     name: str
@@ -79,12 +79,12 @@ class Interval:
     @property
     def low(self) -> float:
         """Lower end [SI]."""
-        return self.value * max(1 + math.fsum(d.low for d in self.doubts if d.known), 0.0)
+        return self.value * math.prod(max(1 + d.low, 0.0) for d in self.doubts if d.known)
 
     @property
     def high(self) -> float:
         """Upper end [SI]."""
-        return self.value * (1 + math.fsum(d.high for d in self.doubts if d.known))
+        return self.value * math.prod(1 + d.high for d in self.doubts if d.known)
 
     @property
     def unknown(self) -> tuple[Cause, ...]:

@@ -20,7 +20,7 @@ from roughcontact.contact.judgment import (
     rms_slope,
 )
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.spots import Spots
+from roughcontact.contact.spots import FEW_PIXELS, Spots
 from roughcontact.material.material import Material, softer
 from roughcontact.report import wording
 from roughcontact.report.page import joined, sentence
@@ -278,12 +278,15 @@ def resolution(
     rim = "at the rim of a spot" if volume is None else "at the elastic rim of a spot"
     small, large = (engineering(area, "m²", 3) for area in (corrected, result.contact_area))
     change = "not changed in three digits" if small == large else f"{small} instead of {large}"
+    if pixels >= FEW_PIXELS:
+        # Of fewer the caution says so.
+        text += f"Half of the load is carried by spots of {counted(pixels, 'pixel')} or more. "
     text += (
-        f"Half of the load is carried by spots of {counted(pixels, 'pixel')} or more. Pixels "
-        f"{rim} count in full; without this excess (Yastrebov, Anciaux and Molinari 2017) the "
-        f"contact area is {change}."
+        f"Pixels {rim} count in full; without this excess (Yastrebov, Anciaux and Molinari 2017) "
+        f"the contact area is {change}."
     )
-    return Statement("Resolution", text, (Kind.RESOLUTION,))
+    doubts = (Kind.RESOLUTION, Kind.STUDY, Kind.MEASUREMENT)
+    return Statement("Resolution", text, doubts)
 
 
 def holes(result: ContactResult) -> Statement:
