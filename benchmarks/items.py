@@ -30,7 +30,9 @@ Items = dict[str, str]
 
 # What differs between two runs of the same code. Numbers of a result stay as they are.
 # Checksums cover the times.
-VOLATILE = re.compile(r"_.*|checksum.*|(.*_)?(seconds|version)(\.npy| \[s\])?")  # fields, keys
+VOLATILE = re.compile(
+    r"_.*|checksum.*|sha256|(.*_)?(seconds|version)(\.npy| \[s\])?"
+)  # fields, keys
 _NORMAL = [
     (re.compile(r"\x1b\[[0-9;]*m"), ""),
     (

@@ -256,7 +256,9 @@ def _carry_out(task: str, file: Path | str | None, given: Given) -> None:
     with terminal.progress(quiet) as say:
         outcome = run(request, say, lambda at: say(terminal.described(at)))
     if as_json:
-        print(to_json(outcome.record()))
+        # Of this run alone: what was solved is the same, taken from a folder or not.
+        about = {} if request["folder"] is None else {"reused": outcome.reused}
+        print(to_json({**outcome.record(), **about}))
     elif not quiet:
         _show(outcome)
         if outcome.reused:

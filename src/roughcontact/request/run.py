@@ -139,8 +139,6 @@ class Outcome:
         if self.result is not None and self.found is self.result:
             found = certainty.intervals(self.result, self.study)
             told["intervals"] = {interval.name: interval.summary() for interval in found}
-        if self.request["folder"] is not None:
-            told["reused"] = self.reused
         return {**told, "written": [str(path) for path in self.written]}
 
 
