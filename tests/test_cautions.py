@@ -280,3 +280,11 @@ def test_who_took_the_recommended_ceiling_is_not_told_to_take_it() -> None:
     (caution,) = (c for c in told.cautions if c.kind == Kind.HARDNESS)
     assert "a law of hardening" in caution.text
     assert "recommended" not in caution.text
+
+
+def test_a_sweep_with_recommended_ceilings_is_judged_by_the_hardness_too() -> None:
+    small = rc.Surface(shapes.paraboloid((48, 48), PIXEL, 1e-4), PIXEL)
+    iron = rc.Material(210e9, 0.3, 5e8, "iron", hardness=2.5e9)
+    curve = rc.load_curve(small, loads=[0.4, 0.5], material=iron, ceiling="recommended")
+    (caution,) = (c for c in curve.cautions if c.kind == Kind.HARDNESS)
+    assert "recommended" not in caution.text

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import checksums, limits
 from roughcontact.contact import resume
-from roughcontact.contact.advice import RECOMMENDED
+from roughcontact.contact.advice import RECOMMENDED, AgreedCeiling
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.checks import check
 from roughcontact.contact.curve import LoadCurve, LoadStep
@@ -37,7 +37,7 @@ from roughcontact.errors import (
 )
 from roughcontact.files import replacing
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.material.material import RIGID, Material
+from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.solvers.bounded import Status
 from roughcontact.solvers.progress import Progress, numbered
 from roughcontact.surface import roughness
@@ -218,7 +218,18 @@ class _Sweep:
             iterations=0,
             convolutions=step.convolutions,
             seconds=step.seconds,
+            recommended=self._agreed(step) if self.own else None,
         )
+
+    def _agreed(self, step: LoadStep) -> AgreedCeiling | None:
+        """Return that the ceiling of a step was recommended; what else was found is not kept."""
+        body = softer(self.pair.material, self.pair.counter_material)
+        if body is None or not body.ceiling or not step.ceiling:
+            return None
+        if math.isclose(step.ceiling, body.ceiling):
+            return None
+        factor = step.ceiling / (body.yield_strength or math.nan)
+        return AgreedCeiling(step.load, math.nan, factor, 0.0, 0, body.ceiling, *[math.nan] * 3)
 
 
 def _steps(
