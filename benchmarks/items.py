@@ -29,10 +29,8 @@ Items = dict[str, str]
 """Text of every item by name; an array's text is its type, shape and digest."""
 
 # What differs between two runs of the same code. Numbers of a result stay as they are.
-# Checksums cover the times.
-VOLATILE = re.compile(
-    r"_.*|checksum.*|sha256|(.*_)?(seconds|version)(\.npy| \[s\])?"
-)  # fields, keys
+# Fields and keys. Checksums and seals cover the times.
+VOLATILE = re.compile(r"_.*|checksum.*|sha256|seal|(.*_)?(seconds|version)(\.npy| \[s\])?")
 _NORMAL = [
     (re.compile(r"\x1b\[[0-9;]*m"), ""),
     (
