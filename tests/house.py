@@ -31,6 +31,7 @@ DELEGATIONS: dict[str, set[str]] = {
         "report.results",
     },
     "contact.curve": {"report.results"},
+    "contact.found": {"report.results"},
     "contact.history": {"report.results"},
     "contact.stress": {"report.results"},
     "contact.study": {"report.results"},

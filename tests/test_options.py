@@ -40,6 +40,7 @@ NEEDED = {
     "stress": {"load": "1 N", "friction": "0.1", "depths": "1 um, 4 um"},
     "sweep": {"from": "0.5 N", "to": "1 N", "steps": "2", "spacing": "linear"},
     "history": {"path": "1 N, 0 N", "passes": "2"},
+    "find": {"contact": "20 %, 30 %", "mean-gap": "300 nm"},
 }
 
 

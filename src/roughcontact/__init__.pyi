@@ -2,7 +2,12 @@
 
 from .contact.archive import save_result as save_result
 from .contact.curve import LoadCurve as LoadCurve
+from .contact.find import find_load as find_load
 from .contact.first_yield import yield_onset as yield_onset
+from .contact.found import (
+    FoundLoad as FoundLoad,
+    FoundLoads as FoundLoads,
+)
 from .contact.history import (
     LoadHistory as LoadHistory,
     Stage as Stage,

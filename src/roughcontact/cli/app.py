@@ -20,6 +20,7 @@ from roughcontact.errors import ConvergenceError, Mention, RoughcontactError, Se
 from roughcontact.files import to_json
 from roughcontact.request.options import (
     DEMO,
+    FIND,
     HISTORY,
     INFO,
     MATERIALS,
@@ -282,6 +283,8 @@ def _show(outcome: Outcome) -> None:
         console.show_curve(outcome.curve, outcome.written)
     elif outcome.history is not None:
         console.show_history(outcome.history, outcome.written)
+    elif outcome.loads is not None:
+        console.show_loads(outcome.loads, outcome.written)
     elif outcome.volume is not None:
         console.show_volume(outcome.volume, outcome.written)
     else:
@@ -346,6 +349,18 @@ roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 --holes
     --output history.csv --residual indented.x3p
 """,
 )(functools.partial(_carry_out, HISTORY))
+
+_command(
+    FIND,
+    _MAP,
+    help="""Find the loads at which a contact has the values asked for, each with its bracket.
+
+\b
+Example:
+roughcontact find ground.opd --contact "5 %" --saturated "1 %" --first-yield \\
+    --material 100Cr6 --holes fill --output loads.csv
+""",
+)(functools.partial(_carry_out, FIND))
 
 
 @_command(

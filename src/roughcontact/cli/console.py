@@ -20,6 +20,7 @@ from roughcontact.units import engineering
 if TYPE_CHECKING:
     from roughcontact.contact.cautions import Caution
     from roughcontact.contact.curve import LoadCurve
+    from roughcontact.contact.found import FoundLoads
     from roughcontact.contact.history import LoadHistory
     from roughcontact.contact.result import ContactResult
     from roughcontact.contact.stress import StressResult
@@ -63,6 +64,13 @@ def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
     """Print a load curve, one row a load, and what the simple laws say."""
     _print_steps(curve)
     _print_cautions(curve.cautions, SWEEP)
+    _print_written(written)
+
+
+def show_loads(loads: FoundLoads, written: Sequence[Path]) -> None:
+    """Print the loads that were asked for, one row each."""
+    _print_steps(loads)
+    _print_cautions(loads.cautions)
     _print_written(written)
 
 
@@ -305,7 +313,7 @@ def _answers(result: Any) -> tuple[list[Cells], list[Cells]]:
     return _cells(results.rows(result, brief=True)), trust
 
 
-def _print_steps(result: LoadCurve | LoadHistory | ResolutionStudy) -> None:
+def _print_steps(result: LoadCurve | LoadHistory | FoundLoads | ResolutionStudy) -> None:
     """Print one row a step, and what is told of all steps together."""
     from roughcontact.report import results
     from roughcontact.report.quantities import TRUST

@@ -210,7 +210,7 @@ def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
     if not outcome.converged:
         return FAILED, {}, worded(outcome.shortfall.parts, _words(entry))
     # What is told of a single contact is at its own end.
-    several = outcome.curve is not None or outcome.history is not None
+    several = any(many is not None for many in (outcome.curve, outcome.history, outcome.loads))
     last = {"last": outcome.last} if several else {}
     told = plan.sealed({**outcome.record(), **last}, digest, outcome.written)
     text = files.to_json(told) + "\n"

@@ -60,7 +60,7 @@ class Report:
 
     @property
     def last(self) -> Mapping[str, Any]:
-        """The contact in a few numbers: of a sweep or a history that at its end."""
+        """The contact in a few numbers: of several loads that at the end, or under the largest found."""
         return dict(self.told.get("last", self.told))
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from roughcontact.contact.found import FoundLoads
 from roughcontact.contact.stress import StressResult
 from roughcontact.report import figures, results, tables
 from roughcontact.report.page import Addition, sentence
 from roughcontact.report.quantities import rows_of
+from roughcontact.units import engineering
 
 
 def of_stress(stress: StressResult, onset: StressResult | None = None) -> Addition:
@@ -21,3 +23,16 @@ def of_stress(stress: StressResult, onset: StressResult | None = None) -> Additi
     )
     drawn = figures.drawn(figures.STRESS, stress)
     return Addition("Stress below the surface", text, rows, drawn, cautions=own)
+
+
+def of_loads(loads: FoundLoads) -> Addition:
+    """Return the chapter on the loads that were asked for; the report is on the largest of them."""
+    head, rows = results.listing(loads)
+    told = (results.row(loads, key) for key in ("solves", "worst_certificate"))
+    text = (
+        "Each load is one of its bracket, two neighboring loads that were solved: under the "
+        "smaller the value is not reached, under the larger it is.",
+        *(sentence(f"{row.name}: {row.text}") for row in told),
+        f"The report is on the largest of these loads, {engineering(loads.largest.load, 'N')}.",
+    )
+    return Addition("Loads that were asked for", text, (head, *rows))

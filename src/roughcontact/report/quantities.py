@@ -304,5 +304,8 @@ def csv_text(columns: Columns, result: Any) -> str:
     kept = [column for column in columns if column.stored and column.when(result)]
     lines = [",".join(f"{column.key} [{column.unit}]" for column in kept)]
     steps = zip(*(column.values(result) for column in kept), strict=True)
-    lines += [",".join(map(repr, step)) for step in steps]
+    lines += [
+        ",".join(value if isinstance(value, str) else repr(value) for value in step)
+        for step in steps
+    ]
     return "\n".join(lines) + "\n"

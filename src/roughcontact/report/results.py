@@ -8,12 +8,13 @@ from typing import Any
 
 from roughcontact._version import __version__
 from roughcontact.contact.curve import LoadCurve
+from roughcontact.contact.found import FoundLoads
 from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.stress import StressResult
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.files import require_suffix, to_json, write
-from roughcontact.report import tables
+from roughcontact.report import found, tables
 from roughcontact.report.quantities import (
     ANSWER,
     Columns,
@@ -42,6 +43,8 @@ def table_of(result: Any) -> Table:
             return tables.CURVE
         case LoadHistory():
             return tables.HISTORY
+        case FoundLoads():
+            return found.FOUND
         case ResolutionStudy():
             return tables.STUDY
     raise TypeError(f"there is no table for a {type(result).__name__}")
@@ -56,6 +59,8 @@ def columns_of(result: Any) -> Columns:
             return tables.CURVE_COLUMNS
         case LoadHistory():
             return tables.HISTORY_COLUMNS
+        case FoundLoads():
+            return found.FOUND_COLUMNS
         case ResolutionStudy():
             return tables.STUDY_COLUMNS
     return ()
@@ -63,10 +68,10 @@ def columns_of(result: Any) -> Columns:
 
 def summary(result: Any) -> dict[str, Any]:
     """Return a result by name, in SI units, ready for JSON."""
-    found = stored(table_of(result), result)
+    told = stored(table_of(result), result)
     if isinstance(result, LoadCurve):
-        return {**found, **stored_columns(tables.CURVE_COLUMNS, result), "version": __version__}
-    return found
+        return {**told, **stored_columns(tables.CURVE_COLUMNS, result), "version": __version__}
+    return told
 
 
 def csv(result: Any) -> str:
@@ -74,7 +79,7 @@ def csv(result: Any) -> str:
     return csv_text(columns_of(result), result)
 
 
-def save(result: LoadCurve | LoadHistory, path: str | os.PathLike[str]) -> None:
+def save(result: LoadCurve | LoadHistory | FoundLoads, path: str | os.PathLike[str]) -> None:
     """Write a result of many loads as a table, or as JSON; see `LoadCurve.save`."""
     require_suffix(path, ".csv", ".json")
     table = Path(path).suffix.lower() == ".csv"

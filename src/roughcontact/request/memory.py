@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request.options import HISTORY, STRESS, SWEEP, VOLUME
+from roughcontact.request.options import FIND, HISTORY, STRESS, SWEEP, VOLUME
 from roughcontact.request.request import Request
 from roughcontact.surface import memory
 
@@ -39,7 +39,7 @@ def require(request: Request, shape: tuple[int, int]) -> None:
     shape : (int, int)
         Points ``(ny, nx)``; no map of them has been made yet.
     """
-    from roughcontact.contact import load_curve, load_history, subsurface
+    from roughcontact.contact import find, load_curve, load_history, subsurface
     from roughcontact.contact.memory import Room
 
     counter = any(request[name] is not None for name in ("counter-surface", "counter-body"))
@@ -52,10 +52,11 @@ def require(request: Request, shape: tuple[int, int]) -> None:
             shape, extent.LEAST_LAYERS, boundary=boundary, precision=precision or "single"
         )
     else:
-        held = {SWEEP: load_curve.HELD, HISTORY: load_history.HELD}.get(request.kind, 0)
+        series = {SWEEP: load_curve.HELD, HISTORY: load_history.HELD, FIND: find.HELD}
+        held = series.get(request.kind, 0)
         Room(shape, boundary, precision or "double", bodies + held).require()
-    if request.kind == STRESS:
-        subsurface.require_memory(shape, boundary=boundary, friction=request["friction"])
+    if request.kind == STRESS or request["first-yield"]:
+        subsurface.require_memory(shape, boundary=boundary, friction=request["friction"] or 0.0)
     if request["report"] is not None:
         memory.require(shape, bodies + _REPORTED, "the report on a map")
 

@@ -16,8 +16,8 @@ from roughcontact.formats.export import Kind
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import parsing
 
-SOLVE, SWEEP, STRESS, HISTORY = "solve", "sweep", "stress", "history"
-TASKS = (SOLVE, SWEEP, STRESS, HISTORY)
+SOLVE, SWEEP, STRESS, HISTORY, FIND = "solve", "sweep", "stress", "history", "find"
+TASKS = (SOLVE, SWEEP, STRESS, HISTORY, FIND)
 """What a run can be asked for; each is a command, and a ``task`` of a project file."""
 
 RUN, VERIFY, INFO, MATERIALS, DEMO = "run", "verify", "info", "materials", "demo"
@@ -187,6 +187,31 @@ OPTIONS = (
         LENGTH, fits=(SOLVE, STRESS), model=CEILING,
     ),
     Option(
+        "contact", BODIES, "SHARES",
+        'Find the load at which this part of the map touches, such as "5 %", or several: '
+        '"1 %, 5 %".', parsing.shares, fits=(FIND,),
+    ),
+    Option(
+        "saturated", BODIES, "SHARES",
+        'Find the load at which this part of the contact is at the ceiling, such as "1 %".',
+        parsing.shares, fits=(FIND,),
+    ),
+    Option(
+        "approach", BODIES, "LENGTHS",
+        'Find the load of this approach from first touch, such as "1 um", or several.',
+        parsing.lengths, fits=(FIND,),
+    ),
+    Option(
+        "mean-gap", BODIES, "LENGTHS",
+        'Find the load at which the mean gap is this, such as "0.5 um", or several.',
+        parsing.lengths, fits=(FIND,),
+    ),
+    Option(
+        "first-yield", BODIES, "",
+        "Find the load at which the first point of either body yields, at the surface or below "
+        "it; that contact is elastic.", fits=(FIND,), default=False,
+    ),
+    Option(
         "from", BODIES, "LOAD|APPROACH", 'First load, such as "10 mN", or approach, such as '
         '"0.1 um".', parsing.load_or_approach, fits=(SWEEP,),
     ),
@@ -350,7 +375,7 @@ OPTIONS = (
     ),
     Option(
         "tolerance", SOLVER, "NUMBER", "Certificate to reach; default: 1e-6.", parsing.number,
-        fits=(HISTORY,),
+        fits=(HISTORY, FIND),
     ),
     Option(
         "max-iterations", SOLVER, "NUMBER",
@@ -359,7 +384,7 @@ OPTIONS = (
     ),
     Option(
         "max-iterations", SOLVER, "NUMBER", "Most convolutions on any one grid; default: 2000.",
-        parsing.counted(1, limits.ITERATIONS), fits=(SWEEP, STRESS, HISTORY),
+        parsing.counted(1, limits.ITERATIONS), fits=(SWEEP, STRESS, HISTORY, FIND),
     ),
     Option(
         "precision", SOLVER, "double|single",
@@ -389,6 +414,10 @@ OPTIONS = (
     Option(
         "output", OUTPUT, "FILE.csv|json", "Write the table of steps.", parsing.path,
         fits=(HISTORY,), suffixes=TABLES,
+    ),
+    Option(
+        "output", OUTPUT, "FILE.csv|json", "Write the table of answers.", parsing.path,
+        fits=(FIND,), suffixes=TABLES,
     ),
     Option(
         "output", OUTPUT, "FILE.nc", "Write contact and stress as NetCDF.", parsing.path,

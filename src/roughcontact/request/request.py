@@ -12,7 +12,16 @@ from typing import TYPE_CHECKING, Any
 from roughcontact import units
 from roughcontact.errors import InputError, Mention, require_count
 from roughcontact.request import outputs
-from roughcontact.request.options import CEILING, HISTORY, SWEEP, VOLUME, Given, offered, parsed
+from roughcontact.request.options import (
+    CEILING,
+    FIND,
+    HISTORY,
+    SWEEP,
+    VOLUME,
+    Given,
+    offered,
+    parsed,
+)
 from roughcontact.request.parsing import about
 
 if TYPE_CHECKING:
@@ -53,6 +62,8 @@ class Request:
             self._check_sweep()
         elif self.task == HISTORY:
             self._check_history()
+        elif self.task == FIND:
+            self._check_find()
         elif "load" in offered(self.task) and (self["load"] is None) == (self["approach"] is None):
             raise InputError(
                 "give either ", Mention("load"), " or ", Mention("approach"),
@@ -206,6 +217,13 @@ class Request:
                 "is needed: loads in their order, such as '1 N, 0 N, 1 N'", argument="path"
             )
         require_count(1, most_passes(len(self["path"])), passes=self["passes"])
+
+    def _check_find(self) -> None:
+        asked = ("contact", "saturated", "approach", "mean_gap", "first_yield")
+        if not any(self[name.replace("_", "-")] for name in asked):
+            *most, last = (Mention(name) for name in asked)
+            words = [part for mention in most for part in (mention, ", ")]
+            raise InputError("nothing is asked: give ", *words[:-1], " or ", last)
 
     def _check_model(self) -> None:
         model = self["model"] or CEILING

@@ -16,13 +16,14 @@ from roughcontact.formats import tables
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import outputs
 from roughcontact.request.maps import resolution_notes, surfaces
-from roughcontact.request.options import HISTORY, SOLVE, STRESS, SWEEP, VOLUME, spell_option
+from roughcontact.request.options import FIND, HISTORY, SOLVE, STRESS, SWEEP, VOLUME, spell_option
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
 
 if TYPE_CHECKING:
     from roughcontact.contact.curve import LoadCurve
+    from roughcontact.contact.found import FoundLoads
     from roughcontact.contact.history import LoadHistory, Stage
     from roughcontact.contact.result import ContactResult
     from roughcontact.contact.stress import StressResult
@@ -43,8 +44,8 @@ class Outcome:
         What was asked for.
     result : ContactResult or None
         The contact: the solution or the best found, that of the volume model, that below which the
-        stress is, the last of a history; none of a sweep.
-    volume, stress, curve, history : optional
+        stress is, the last of a history, that under the largest load found; none of a sweep.
+    volume, stress, curve, history, loads : optional
         What the task found besides.
     study : ResolutionStudy or None
         The same on other grids, if it was asked for.
@@ -64,6 +65,7 @@ class Outcome:
     stress: StressResult | None = None
     curve: LoadCurve | None = None
     history: LoadHistory | None = None
+    loads: FoundLoads | None = None
     study: ResolutionStudy | None = None
     first_yield: StressResult | None = None
     reused: int = 0
@@ -73,7 +75,7 @@ class Outcome:
     @property
     def found(self) -> Any:
         """What was asked for."""
-        whole = (self.volume, self.stress, self.curve, self.history)
+        whole = (self.volume, self.stress, self.curve, self.history, self.loads)
         return next((found for found in whole if found is not None), self.result)
 
     @property
@@ -127,6 +129,8 @@ class Outcome:
             told = self.curve.summary()
         elif self.history is not None:
             told = self.history.summary()
+        elif self.loads is not None:
+            told = self.loads.summary()
         else:
             assert self.result is not None
             told = tables.record(self.volume or self.result)
@@ -191,6 +195,8 @@ def _remarked(outcome: Outcome, remarks: tuple[Caution, ...]) -> Outcome:
                 changed[name] = replace(whole, solution=result)
         if outcome.history is not None:
             changed["history"] = replace(outcome.history, last=result, remarks=remarks)
+        if outcome.loads is not None:
+            changed["loads"] = replace(outcome.loads, remarks=remarks)
     if outcome.curve is not None:
         changed["curve"] = replace(outcome.curve, remarks=remarks)
     return replace(outcome, **changed)
@@ -316,6 +322,22 @@ def _history(request: Request, maps: Sequence[Surface], say: Say, look: Look) ->
     return Outcome(request, history.last, history=history)
 
 
+def _find(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
+    from roughcontact.contact.find import find_load
+
+    loads = find_load(
+        maps[0],
+        **_problem(request, maps, "tolerance", "max-iterations"),
+        contact=request["contact"],
+        saturated=request["saturated"],
+        approach=request["approach"],
+        mean_gap=request["mean-gap"],
+        first_yield=request["first-yield"],
+        progress=look,
+    )
+    return Outcome(request, loads.largest, loads=loads)
+
+
 def _stages(request: Request) -> list[Stage]:
     from roughcontact.contact.history import Stage
 
@@ -333,6 +355,7 @@ _TASKS: dict[str, Callable[[Request, Sequence[Surface], Say, Look], Outcome]] = 
     STRESS: _stress,
     SWEEP: _sweep,
     HISTORY: _history,
+    FIND: _find,
 }
 
 
@@ -390,6 +413,9 @@ def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
         _curve_report(outcome.curve, request, maps, path)
     elif outcome.history is not None:
         steps.save_history(outcome.history, path, request.command, spell)
+    elif outcome.loads is not None and outcome.result is not None:
+        answers = additions.of_loads(outcome.loads)
+        contact.save_compared(outcome.result, path, request.command, [answers], None, spell)
     elif outcome.stress is not None:
         below = additions.of_stress(outcome.stress, outcome.first_yield)
         solution = outcome.stress.solution

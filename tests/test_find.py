@@ -1,0 +1,207 @@
+"""Inverse questions: what is found is judged by a solve of its own at the load."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+import roughcontact as rc
+from roughcontact.cli import app
+from roughcontact.contact import search
+from roughcontact.contact.find import ACCURACY
+from roughcontact.surface import shapes
+from roughcontact.theory import hertz
+
+STEEL = rc.Material(210e9, 0.3, 1e9)
+HEIGHTS, PIXEL = rc.reference_map(64)
+ROUGH = rc.Surface(HEIGHTS, PIXEL)
+BALL = rc.Surface(shapes.paraboloid((64, 64), (1e-6, 1e-6), 5e-3), (1e-6, 1e-6))
+
+
+def fields(result: rc.ContactResult) -> dict[str, float]:
+    """Return what can be asked for, computed from the maps."""
+    touching = np.count_nonzero(result.pressure > 0)
+    at_ceiling = np.count_nonzero(result.pressure >= (result.ceiling or math.inf))
+    return {
+        "contact_fraction": touching / result.pressure.size,
+        "saturated_share": at_ceiling / touching,
+        "approach": result.approach,
+        "mean_gap": np.maximum(result.gap, 0).mean(),
+    }
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    name=st.sampled_from(["approach", "mean_gap"]),
+    part=st.floats(0.05, 0.9),
+    ceiling=st.sampled_from(["auto", None]),
+    boundary=st.sampled_from(["free", "periodic", "periodic-x"]),
+)
+def test_a_solve_at_the_load_found_has_the_value(
+    name: str, part: float, ceiling: str | None, boundary: str
+) -> None:
+    value = part * float(np.mean(HEIGHTS.max() - HEIGHTS))
+    terms = {"material": STEEL, "ceiling": ceiling, "boundary": boundary}
+    (answer,) = rc.find_load(ROUGH, **terms, **{name: value}).answers
+    forward = rc.solve(ROUGH, load=answer.load, **terms)
+    assert fields(forward)[name] == pytest.approx(value, rel=1e-6)
+    assert answer.error == pytest.approx(0, abs=ACCURACY)
+    assert answer.result.converged
+    low, high = answer.bracket
+    assert low <= answer.load <= high
+    values = answer.below.value, answer.above.value
+    assert values == pytest.approx((value, value), rel=1.001 * ACCURACY)
+    reached = [found <= value if name == "mean_gap" else found >= value for found in values]
+    assert reached == [False, True]
+
+
+@settings(max_examples=4, deadline=None)
+@given(share=st.floats(0.01, 0.6), boundary=st.sampled_from(["free", "periodic"]))
+def test_whole_pixels_pass_a_share_between_the_ends_of_the_bracket(
+    share: float, boundary: str
+) -> None:
+    terms = {"material": STEEL, "boundary": boundary}
+    (answer,) = rc.find_load(ROUGH, **terms, contact=share).answers
+    below, above = (
+        fields(rc.solve(ROUGH, load=load, **terms))["contact_fraction"] for load in answer.bracket
+    )
+    assert below < share <= above
+    assert (below, above) == (answer.below.value, answer.above.value)
+    low, high = answer.bracket
+    one_pixel = round((above - below) * HEIGHTS.size) <= 1
+    assert one_pixel or high / low - 1 <= 1.001 * ACCURACY
+    assert answer.load == high
+
+
+def test_the_saturated_part_of_a_ball_is_passed_between_two_loads() -> None:
+    terms = {"material": STEEL}
+    (answer,) = rc.find_load(BALL, **terms, saturated=0.3).answers
+    below, above = (
+        fields(rc.solve(BALL, load=load, **terms))["saturated_share"] for load in answer.bracket
+    )
+    assert below < 0.3 <= above
+    assert answer.value == above == answer.above.value
+
+
+def test_several_answers_share_their_contacts() -> None:
+    one = rc.find_load(ROUGH, material=STEEL, contact=0.05)
+    two = rc.find_load(ROUGH, material=STEEL, contact=[0.05, 0.05])
+    assert two.solves == one.solves
+    assert [answer.load for answer in two.answers] == [one.answers[0].load] * 2
+    mixed = rc.find_load(ROUGH, material=STEEL, contact=[0.05, 0.1], approach="300 nm")
+    assert [answer.quantity for answer in mixed.answers] == [
+        "contact_fraction", "contact_fraction", "approach"
+    ]  # fmt: skip
+    assert mixed.answers[2].target == pytest.approx(300e-9)
+    assert mixed.largest.load == max(answer.load for answer in mixed.answers)
+
+
+def test_a_ball_yields_first_where_hertz_says() -> None:
+    ball = rc.Surface(shapes.paraboloid((48, 48), (1e-6, 1e-6), 2e-3), (1e-6, 1e-6))
+    (answer,) = rc.find_load(ball, material=STEEL, first_yield=True).answers
+    expected = hertz.first_yield_load(2e-3, 210e9 / 0.91, STEEL.first_yield_pressure or 0)
+    assert answer.load == pytest.approx(expected, rel=0.05)
+    assert answer.below.value < 1 <= answer.above.value
+    assert answer.result.ceiling is None
+
+
+def test_what_no_load_gives_is_refused_with_what_is_reached() -> None:
+    with pytest.raises(rc.InputError, match="must be below that of the bodies") as caught:
+        rc.find_load(ROUGH, material=STEEL, mean_gap=1.0)
+    assert caught.value.argument == "mean_gap"
+    with pytest.raises(rc.InputError, match="not passed at any load: under the smallest") as caught:
+        rc.find_load(ROUGH, material=STEEL, contact=1e-9)
+    assert caught.value.argument == "contact"
+    with pytest.raises(rc.InputError, match="nothing is asked"):
+        rc.find_load(ROUGH, material=STEEL)
+    with pytest.raises(rc.InputError, match="nothing is saturated"):
+        rc.find_load(ROUGH, material=STEEL, ceiling=None, saturated=0.1)
+    with pytest.raises(rc.InputError, match="of either body"):
+        rc.find_load(ROUGH, material=rc.Material(210e9, 0.3), first_yield=True)
+    for given_, name in ((0, "contact"), (1.5, "contact"), ("5 %", "saturated")):
+        with pytest.raises(rc.InputError, match="share above 0"):
+            rc.find_load(ROUGH, material=STEEL, **{name: given_})
+    with pytest.raises(rc.InputError, match="positive and finite"):
+        rc.find_load(ROUGH, material=STEEL, approach=-1e-6)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    root=st.floats(-20, 20),
+    first=st.floats(-20, 20),
+    power=st.floats(0.2, 3),
+    tread=st.sampled_from([0.0, 1e-3, 0.1]),
+)
+def test_the_passage_of_a_curve_or_a_staircase_is_found(
+    root: float, first: float, power: float, tread: float
+) -> None:
+    def excess(x: float) -> float:
+        x = tread * math.floor(x / tread) if tread else x
+        looked.append(x)
+        return power * (x - root) + 0.1 * math.atan(x - root)
+
+    looked: list[float] = []
+    low, high = search.passage(excess, first, (-25, 25), accuracy=1e-6)
+    assert excess(low[0]) < 0 <= excess(high[0])
+    assert max(-low[1], high[1]) <= 1e-6 or high[0] - low[0] <= 1e-6
+    assert len(looked) < 60
+
+
+def test_a_curve_that_never_passes_ends_at_the_end() -> None:
+    for sign, end in ((1, -9.0), (-1, 9.0)):
+        with pytest.raises(search.NotPassedError) as caught:
+            search.passage(lambda x, s=sign: s * 0.5, 0.0, (-9, 9), accuracy=1e-6)
+        assert caught.value.end == (end, sign * 0.5)
+
+
+def test_the_command_answers_in_a_table_and_in_json(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "map.npy"
+    np.save(path, HEIGHTS * 1e6)
+    words = [
+        "find", str(path), "--unit", "um", "--size", "0.1 mm x 0.1 mm", "--level", "none",
+        "--young", "210 GPa", "--poisson", "0.3", "--yield-strength", "1 GPa",
+        "--contact", "5 %, 10 %", "--approach", "300 nm", "--output", str(tmp_path / "loads.csv"),
+    ]  # fmt: skip
+    assert app.main(words) == app.SOLVED
+    shown = capsys.readouterr().out
+    assert all(text in shown for text in ("contact 5.00 %", "contact 10.0 %", "approach 300 nm"))
+    assert app.main([*words, "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    found = rc.find_load(ROUGH, material=STEEL, contact=[0.05, 0.1], approach=300e-9)
+    assert [one["load"] for one in told["answers"]] == pytest.approx(
+        [answer.load for answer in found.answers], rel=1e-5
+    )
+    head, *lines = (tmp_path / "loads.csv").read_text(encoding="utf-8").splitlines()
+    assert head.split(",")[:4] == ["quantity [1]", "unit [1]", "target [1]", "load [N]"]
+    assert [line.split(",")[0] for line in lines] == [
+        "contact_fraction", "contact_fraction", "approach"
+    ]  # fmt: skip
+    assert float(lines[2].split(",")[3]) == told["answers"][2]["load"]
+    assert app.main([*words[:-6], "--mean-gap", "1 m"]) == app.BAD_INPUT
+    assert "--mean-gap must be below" in capsys.readouterr().err
+    assert app.main(words[:-6]) == app.BAD_INPUT
+    assert "nothing is asked: give --contact" in capsys.readouterr().err
+
+
+def test_a_project_shows_the_contact_under_the_largest_load_found(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.save(tmp_path / "map.npy", HEIGHTS[:32, :32] * 1e6)
+    project = tmp_path / "project.toml"
+    project.write_text(
+        'folder = "out"\nwrite = ["csv"]\n[[contact]]\nname = "part"\nfile = "map.npy"\n'
+        'task = "find"\nunit = "um"\nsize = "50 um x 50 um"\nyoung = "210 GPa"\npoisson = "0.3"\n'
+        'contact = "10 %"\nmean-gap = "400 nm"\n',
+        encoding="utf-8",
+    )
+    assert app.main(["run", str(project), "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)["contacts"][0]["told"]
+    assert told["last"]["load"] == max(one["load"] for one in told["answers"])
+    assert len((tmp_path / "out" / "part.csv").read_text("utf-8").splitlines()) == 3
