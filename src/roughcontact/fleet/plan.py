@@ -60,7 +60,7 @@ class Report:
 
     @property
     def last(self) -> Mapping[str, Any]:
-        """The contact in a few numbers: of several loads that at the end, or under the largest found."""
+        """The contact in a few numbers: of several loads the last, of those found the largest."""
         return dict(self.told.get("last", self.told))
 
 
