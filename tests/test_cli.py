@@ -468,7 +468,8 @@ def test_usage_errors_return_2(arguments: list[str], words: list[str], capsys: C
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--load", "1 MPa", *STEEL), ("--load needs a force", "'1 MPa' (a pressure)")),
+        (("--load", "1 mm", *STEEL), ("--load needs a load such as", "'1 mm' (a length)")),
+        (("--load", "-1 MPa", *STEEL), ("--load must be positive", "'-1 MPa'")),
         (("--load", "1", *STEEL), ("--load", "'1' which has no unit")),
         (("--load", "-1 N", *STEEL), ("--load must be positive", "'-1 N'")),
         (("--load", "0 N", *STEEL), ("--load must be positive", "'0 N'")),

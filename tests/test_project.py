@@ -321,7 +321,7 @@ def alive(process: psutil.Process) -> bool:
         ('yield-strength = "1 GPa"', 'yeild = "1 GPa"', ("unknown key yeild",)),
         ('unit = "um"', 'units = "um"', ("unknown key units", "unit, size")),
         ('material = "steel"', 'material = "stele"', ("material", "not in the catalogue")),
-        ('load = "0.5 N"', 'load = "0.5 MPa"', ("load needs a force", "(a pressure)")),
+        ('load = "0.5 N"', 'load = "0.5 mm"', ("load needs a load", "(a length)")),
         ('load = "0.5 N"', "load = [1, []]", ("load",)),
         ('load = "0.5 N"', "load = []", ("load is an empty list",)),
         ('load = "0.5 N"', 'level = "plane"', ("either load or approach",)),

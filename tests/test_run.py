@@ -137,3 +137,43 @@ def _timeless(told: Any) -> Any:
     if isinstance(told, dict):
         return {key: _timeless(value) for key, value in told.items() if key != "seconds"}
     return [_timeless(value) for value in told] if isinstance(told, list) else told
+
+
+@pytest.mark.parametrize(
+    "more",
+    [(), ("--load-point", "1 um, 0 um"), ("--model", "volume", "--increments", "1"), ("stress",)],
+    ids=["solve", "tilt", "volume", "stress"],
+)
+def test_a_nominal_pressure_presses_as_its_force_on_the_map_and_says_so(
+    more: tuple[str, ...], tmp_path: Path, capsys: Capture
+) -> None:
+    task, words = ("stress", ()) if "stress" in more else ("solve", more)
+    output = tmp_path / "out.nc"
+    common = (task, *BALL, *words, "--output", str(output), "--json")
+    # On 60 µm × 80 µm.
+    assert app.main([*common, "--load", "0.24 N"]) == app.SOLVED
+    force = json.loads(capsys.readouterr().out)
+    assert app.main([*common, "--load", "50 MPa"]) == app.SOLVED
+    pressure = json.loads(capsys.readouterr().out)
+    assert pressure["load"] == pytest.approx(0.24, rel=1e-14)
+    assert pressure["max_pressure"] == pytest.approx(force["max_pressure"], rel=1e-6)
+    (note,) = (c for c in pressure["cautions"] if c["kind"] == "load given as a nominal pressure")
+    assert note["severity"] == "note"
+    assert note["numbers"] == pytest.approx({"pressure": 50e6, "area": 4.8e-9, "load": 0.24})
+    assert "50 MPa on the whole map, 4800 µm², are 240 mN" in note["text"]
+    assert not any("nominal pressure" in c["text"] for c in force["cautions"])
+    assert app.main(["verify", str(output)]) == app.SOLVED
+
+
+def test_the_report_on_a_nominal_pressure_names_it_and_repeats_it(tmp_path: Path) -> None:
+    path = tmp_path / "map.npy"
+    y, x = np.mgrid[:24, :32]
+    np.save(path, 0.02 * np.cos(y / 3) * np.cos(x / 4))
+    report = tmp_path / "out.html"
+    words = ("--unit", "um", "--size", "60 um x 80 um", "--level", "none", "--crop", "0:24,0:16",
+             "--material", "100Cr6", "--load", "20 MPa", "--report", str(report))  # fmt: skip
+    assert app.main(["solve", str(path), *words, "--quiet"]) == app.SOLVED
+    text = html.unescape(report.read_text(encoding="utf-8"))
+    # The half of the map that is kept.
+    assert "20 MPa on the whole map, 2400 µm², are 48 mN" in text
+    assert "--load '20 MPa'" in text

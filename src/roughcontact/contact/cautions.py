@@ -9,6 +9,7 @@ from enum import StrEnum
 from typing import Any
 
 from roughcontact.errors import Mention, Part, Sentence, parts_of, worded
+from roughcontact.units import engineering
 
 
 class Kind(StrEnum):
@@ -22,6 +23,7 @@ class Kind(StrEnum):
     SLOPES = "slopes not small"
     STRAINS = "strains not small"
     UNITS = "numbers that suggest another unit"
+    NOMINAL = "load given as a nominal pressure"
     CEILING = "ceiling off the recommended one"
     HARDNESS = "yield strength at odds with the hardness"
     IMPRINT = "permanent indentation of a ceiling"
@@ -107,6 +109,21 @@ def warned(kind: Kind, *parts: Part, **numbers: float) -> Caution:
 def of_measurement(notes: Iterable[str]) -> tuple[Caution, ...]:
     """Return what limits the lateral resolution of maps; see `Surface.resolution_notes`."""
     return tuple(noted(Kind.MEASUREMENT, *parts_of(note)) for note in notes)
+
+
+def of_nominal(pressure: float, area: float) -> Caution:
+    """Return that a load was given as a pressure [Pa] on the area of the whole map [m²]."""
+    force, given, whole = (
+        engineering(value, unit)
+        for value, unit in ((pressure * area, "N"), (pressure, "Pa"), (area, "m²"))
+    )
+    return noted(
+        Kind.NOMINAL,
+        f"the load was given as a nominal pressure: {given} on the whole map, {whole}, are {force}",
+        pressure=pressure,
+        area=area,
+        load=pressure * area,
+    )
 
 
 def ordered(found: Iterable[Caution]) -> tuple[Caution, ...]:

@@ -40,8 +40,8 @@ SURFACES = export.suffixes(Kind.SURFACE)
 RESULTS = {CEILING: export.suffixes(Kind.CONTACT), VOLUME: export.suffixes(Kind.VOLUME)}
 """How files of results may end, by model."""
 ALL_RESULTS = export.suffixes(Kind.CONTACT, Kind.VOLUME)
-FORCE, LENGTH, PRESSURE = (parsing.quantity(name) for name in ("force", "length", "pressure"))
-_UNITS = {FORCE: "N", LENGTH: "m", PRESSURE: "Pa", parsing.ceiling: "Pa"}
+LENGTH, PRESSURE = (parsing.quantity(name) for name in ("length", "pressure"))
+_UNITS = {parsing.load: "N", LENGTH: "m", PRESSURE: "Pa", parsing.ceiling: "Pa"}
 
 
 @dataclass(frozen=True)
@@ -179,8 +179,9 @@ OPTIONS = (
         parsing.turns, default=0,
     ),
     Option(
-        "load", BODIES, "FORCE", 'Normal load, such as "1 N"; this or --approach.', FORCE,
-        fits=(SOLVE, STRESS),
+        "load", BODIES, "FORCE|PRESSURE",
+        'Normal load, such as "1 N", or as a nominal pressure on the area of the map, such as '
+        '"20 MPa"; this or --approach.', parsing.load, fits=(SOLVE, STRESS),
     ),
     Option(
         "approach", BODIES, "LENGTH", 'Approach of the bodies from first touch, such as "1 um".',

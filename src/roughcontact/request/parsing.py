@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -229,6 +230,23 @@ def form(text: str, argument: str) -> tuple[str, int | None]:
     raise InputError(
         f"must be sphere, cylinder or 'polynomial N', got {text!r}", argument=argument, value=text
     )
+
+
+@dataclass(frozen=True)
+class Nominal:
+    """A load that was given as a pressure on the area of the whole map [Pa]."""
+
+    pressure: float
+
+
+def load(text: str, argument: str) -> float | Nominal:
+    """Return a force [N], or the nominal pressure that stands for one."""
+    try:
+        units.parse(text, "pressure", argument, positive=False)
+    except InputError:
+        needs = "a load such as '1 N', or a nominal pressure such as '20 MPa'"
+        return units.parse(text, "force", argument, needs=needs)
+    return Nominal(units.parse(text, "pressure", argument))
 
 
 def load_or_approach(text: str, argument: str) -> tuple[str, float]:

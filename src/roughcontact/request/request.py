@@ -22,7 +22,7 @@ from roughcontact.request.options import (
     offered,
     parsed,
 )
-from roughcontact.request.parsing import about
+from roughcontact.request.parsing import Nominal, about
 
 if TYPE_CHECKING:
     from roughcontact.material.material import Material
@@ -100,6 +100,13 @@ class Request:
     def aligned(self) -> bool:
         """Whether the maps have to be brought to one grid."""
         return any(self[name] not in (None, False) for name in _MOVES)
+
+    def on(self, size: tuple[float, float]) -> Request:
+        """Return the request with the force that a nominal pressure is on a map of this size."""
+        load = self["load"]
+        if not isinstance(load, Nominal):
+            return self
+        return replace(self, values={**self.values, "load": load.pressure * size[0] * size[1]})
 
     @property
     def moments(self) -> tuple[float, float] | None:

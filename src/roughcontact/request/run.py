@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact.contact import certainty
-from roughcontact.contact.cautions import Caution, of_measurement
+from roughcontact.contact.cautions import Caution, of_measurement, of_nominal
 from roughcontact.errors import InputError, RoughcontactError, Sentence, parts_of
 from roughcontact.formats import tables
 from roughcontact.halfspace.boundary import Boundary
@@ -18,6 +18,7 @@ from roughcontact.request import outputs
 from roughcontact.request.maps import resolution_notes, surfaces
 from roughcontact.request.options import FIND, HISTORY, SOLVE, STRESS, SWEEP, VOLUME, spell_option
 from roughcontact.request.outputs import Say
+from roughcontact.request.parsing import Nominal
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
 
@@ -171,8 +172,13 @@ def run(request: Request, say: Say, look: Look | None = None) -> Outcome:
     """
     request.check_places()
     maps = surfaces(request, say)
+    remarks = of_measurement(resolution_notes(request, maps))
+    size = maps[0].size
+    if isinstance(request["load"], Nominal):
+        remarks = (of_nominal(request["load"].pressure, size[0] * size[1]), *remarks)
+        request = request.on(size)
     outcome = _TASKS[request.kind](request, maps, say, look or _nobody)
-    outcome = _remarked(outcome, of_measurement(resolution_notes(request, maps)))
+    outcome = _remarked(outcome, remarks)
     if not outcome.converged:
         return outcome
     # The numbers are shown even where the files cannot be written.
