@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from roughcontact.cli import terminal
-from roughcontact.request.options import HISTORY, SOLVE, STRESS, SWEEP
+from roughcontact.request.options import FIND, HISTORY, SOLVE, STRESS, SWEEP
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
 def show_loads(loads: FoundLoads, written: Sequence[Path]) -> None:
     """Print the loads that were asked for, one row each."""
     _print_steps(loads)
-    _print_cautions(loads.cautions)
+    _print_cautions(loads.cautions, FIND)
     _print_written(written)
 
 
