@@ -241,11 +241,14 @@ class _Finder:
         if name == YIELD:
             body = min(strength for _, strength in _yielding(pair))
             return math.log(1.6 * body * pair.pixel_area)
-        # Half of the map would be A = 2 W/(E* h'), as on a rough surface under little load.
-        slope = roughness.rms_gradient(pair.initial_gap, pair.pixel)
+        # Spots of rough surfaces bear E* h'/2 under little load, or the ceiling.
+        slope = max(roughness.rms_gradient(pair.initial_gap, pair.pixel), 1e-9)
+        ceiling = resolved_ceiling(self.terms.ceiling, pair)
+        bears = 0.5 * slope * pair.contact_modulus
+        if ceiling is not None:
+            bears = min(bears, float(np.mean(ceiling)))
         share = value if name == CONTACT else 0.05
-        area = pair.size[0] * pair.size[1]
-        return math.log(0.5 * share * pair.contact_modulus * max(slope, 1e-9) * area)
+        return math.log(share * bears * pair.size[0] * pair.size[1])
 
     def excess(self, x: float, target: Target, progress: Callable[[Step], None] | None) -> float:
         """Return ln(quantity / value) at the load exp(x), negative where it is not reached."""
