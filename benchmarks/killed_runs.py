@@ -427,6 +427,9 @@ def run(seeds: Sequence[int], workers: int = 1, every: bool = False) -> list[Out
     """Kill the commands of some seeds; print what is wrong, or all."""
     kills = [Kill.draw(seed) for seed in seeds]
     outcomes: list[Outcome] = []
+    # What a process ignores, as in the background of a shell, its children ignore as well.
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     with tempfile.TemporaryDirectory(prefix="kills-") as place:
         names = dict.fromkeys(kill.command for kill in kills)
         whole = {name: reference(name, Path(place, f"whole-{name}")) for name in names}
