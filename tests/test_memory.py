@@ -438,7 +438,7 @@ def test_a_command_is_refused_before_it_takes_memory() -> None:
     script = COMMAND.format(arguments=["solve", *BODY, "--points", "30000", "--load", "1 N"])
     status, peak = map(int, limited("RLIMIT_AS", script).split())
     assert status == 2
-    assert peak < 400
+    assert peak < 150
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
