@@ -184,6 +184,9 @@ def _work(entry: Entry, digest: str, threads: int, sender: Connection) -> None:
         sender.send((FAILED, {}, error.worded(_words(entry))))
     except (OSError, MemoryError) as error:
         sender.send((FAILED, {}, f"{type(error).__name__}: {error}"))
+    finally:
+        # Nothing is half written any more, and what Python does at its end tells of exceptions.
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def _leave(number: int, frame: object) -> None:
