@@ -175,7 +175,7 @@ class Pair:
         )
 
     def record(self) -> dict[str, Any]:
-        """Return what ``resume.claimed`` has to know of the bodies, and the version of the program."""
+        """Return what ``resume.claimed`` has to know of the bodies, and the program's version."""
         surface, counter = self.surface, self.counter_surface
         return {
             "version": __version__,
