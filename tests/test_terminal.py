@@ -2,6 +2,7 @@
 
 import os
 import shlex
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -148,3 +149,29 @@ def test_a_long_name_leaves_room_for_the_numbers(capsys: pytest.CaptureFixture[s
     assert all(number in row for row in rows for number in numbers)
     assert "".join(out.split()).count("x") == 45
     assert all(word in out for word in long.replace(",", "").split())
+
+
+THROUGH_C = """
+import ctypes, sys
+from roughcontact import __main__
+from roughcontact.cli import app
+run = ctypes.pythonapi.PyRun_String
+run.restype = ctypes.py_object
+run.argtypes = [ctypes.c_char_p, ctypes.c_int, ctypes.py_object, ctypes.py_object]
+try:
+    run(b"raise KeyboardInterrupt", 257, {}, {})
+except KeyboardInterrupt:
+    app.main = lambda: 143
+    sys.exit(__main__.main())
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no status tells of signals there")
+def test_the_status_tells_of_the_signal_wherever_it_came(tmp_path: Path) -> None:
+    # CPython remembers an interrupt that C code has seen, and a module ends by SIGINT at last.
+    (tmp_path / "through_c.py").write_text(THROUGH_C)
+    done = subprocess.run(
+        [sys.executable, "-m", "through_c"], cwd=tmp_path, check=False,
+        env={**os.environ, "PYTHONPATH": str(SOURCE)},
+    )  # fmt: skip
+    assert done.returncode == app.SIGNALED + signal.SIGTERM

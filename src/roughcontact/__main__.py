@@ -6,8 +6,8 @@ import os
 import signal
 import sys
 
-# As a shell reports a program that SIGINT ended.
-_INTERRUPTED = 130
+# As a shell reports a program that SIGHUP, SIGINT or SIGTERM ended.
+_HUNG_UP, _INTERRUPTED, _TERMINATED = 129, 130, 143
 
 
 def main() -> int:
@@ -25,7 +25,12 @@ def main() -> int:
     try:
         if heard:
             signal.signal(signal.SIGINT, signal.default_int_handler)
-        return app.main()
+        status = app.main()
+        if status in (_HUNG_UP, _INTERRUPTED, _TERMINATED):
+            # Where the interrupt has passed through C code that runs Python, Python would end by
+            # SIGINT whatever the status.
+            os._exit(status)
+        return status
     except KeyboardInterrupt:
         _leave()
         raise
