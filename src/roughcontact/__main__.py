@@ -35,8 +35,10 @@ def main() -> int:
         _leave()
         raise
     finally:
-        # What is left is the interpreter's to clear up.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        # What is left is the interpreter's to clear up, in a moment.
+        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+            if hasattr(signal, name):
+                signal.signal(getattr(signal, name), signal.SIG_IGN)
 
 
 def _leave() -> None:
