@@ -31,6 +31,9 @@ from roughcontact.errors import InputError
         ("1 inch", "length", 25.4e-3),
         (".5 m", "length", 0.5),
         ("5. mm", "length", 5e-3),
+        ("600 N/mm", "line load", 6e5),
+        ("0.6 kN/mm", "line load", 6e5),
+        ("20000 N/m", "line load", 2e4),
     ],
 )
 def test_parse_reads_what_engineers_write(text: str, dimension: str, value: float) -> None:

@@ -14,9 +14,10 @@ from roughcontact.errors import InputError
 if TYPE_CHECKING:
     import pint
 
-_SI_UNITS = {"length": "m", "force": "N", "pressure": "Pa", "moment": "N m"}
+_SI_UNITS = {"length": "m", "force": "N", "pressure": "Pa", "moment": "N m", "line load": "N/m"}
 _EXAMPLES = {
     "length": "'0.1 mm'", "force": "'1 N'", "pressure": "'210 GPa'", "moment": "'1 N mm'",
+    "line load": "'600 N/mm'",
 }  # fmt: skip
 _NAMED_DIMENSIONS = {
     "": "a pure number",
@@ -79,7 +80,7 @@ def parse(
     text : str
         A number and a unit, such as ``"1e3 N"``, ``"210 GPa"``, ``"5 µm"`` or ``"3 N/mm^2"``.
         The case of the letters counts: ``mPa`` is a thousandth of a pascal.
-    dimension : {"length", "force", "pressure", "moment"}
+    dimension : {"length", "force", "pressure", "moment", "line load"}
         What the quantity must be.
     name : str
         The argument that it is given for, which errors carry.
@@ -91,7 +92,7 @@ def parse(
     Returns
     -------
     float
-        The value [m], [N] or [Pa]; finite.
+        The value [m], [N], [Pa], [N m] or [N/m]; finite.
 
     Raises
     ------
@@ -135,7 +136,7 @@ def quantity(value: Any, dimension: str, name: str) -> Any:
     value : object
         A number or an array in SI units, a text with a unit, a quantity of pint, or a list or
         tuple of these.
-    dimension : {"length", "force", "pressure", "moment"}
+    dimension : {"length", "force", "pressure", "moment", "line load"}
         What it must be.
     name : str
         The argument, which errors carry.
@@ -143,8 +144,8 @@ def quantity(value: Any, dimension: str, name: str) -> Any:
     Returns
     -------
     object
-        Text and quantities as numbers [m], [N], [Pa] or [N m], all else as it was given, for the
-        checks of whoever takes it.
+        Text and quantities as numbers [m], [N], [Pa], [N m] or [N/m], all else as it was given,
+        for the checks of whoever takes it.
 
     Raises
     ------
