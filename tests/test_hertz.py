@@ -112,3 +112,135 @@ def test_bad_argument_is_named(name, bad):
     good = {"load": LOAD, "radius": RADIUS, "contact_modulus": MODULUS}
     with pytest.raises(InputError, match=rf"^{name} must be positive.*{bad!r}"):
         hertz.contact_radius(**{**good, name: bad})
+
+
+# --- two radii of curvature ---------------------------------------------------------------------
+
+RATIOS = [1.0, 1 + 1e-9, 1.001, 1.7, 5.0, 40.0, 1e4]
+
+
+def displaced(contact, x, y, modulus):
+    """Displacement at a point of the ellipse under its pressure, by rays through the point.
+
+    Along a ray the pressure is half of an ellipse, whose area is known; one integral is left.
+    """
+    a, b = contact.semi_axes
+
+    def ray(t):
+        c, s = math.cos(t), math.sin(t)
+        square = (c / a) ** 2 + (s / b) ** 2
+        middle = (x * c / a**2 + y * s / b**2) / square
+        chord2 = (1 - (x / a) ** 2 - (y / b) ** 2) / square + middle**2
+        return math.pi / 2 * chord2 * math.sqrt(square)
+
+    # Steep rays of slender ellipses: split where they turn into the short axis.
+    bend = math.atan2(b, a)
+    ends = sorted({0.0, bend, math.pi / 2, math.pi - bend, math.pi})
+    total = sum(quad(ray, *pair, epsabs=0, epsrel=1e-12, limit=400)[0] for pair in pairwise(ends))
+    return contact.max_pressure * total / (math.pi * modulus)
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_pressure_on_an_ellipse_presses_the_bodies_together(ratio, turned):
+    radii = (RADIUS, ratio * RADIUS) if turned else (ratio * RADIUS, RADIUS)
+    contact = hertz.elliptic_contact(LOAD, radii, MODULUS)
+    a, b = contact.semi_axes
+    assert (a >= b) is (radii[0] >= radii[1])
+    # Displacement plus gap is the approach all over the ellipse, not in its middle alone.
+    for x, y in [(0.0, 0.0), (0.6 * a, 0.0), (0.0, 0.7 * b), (0.5 * a, -0.4 * b)]:
+        shape = x**2 / (2 * radii[0]) + y**2 / (2 * radii[1])
+        found = displaced(contact, x, y, MODULUS) + shape
+        assert found == pytest.approx(contact.approach, rel=1e-9)
+    assert 2 / 3 * contact.max_pressure * contact.area == pytest.approx(LOAD, rel=1e-12)
+    assert contact.mean_pressure == pytest.approx(2 / 3 * contact.max_pressure, rel=1e-12)
+
+
+def test_equal_radii_give_a_circle():
+    contact = hertz.elliptic_contact(LOAD, (RADIUS, RADIUS), MODULUS)
+    assert contact.semi_axes == pytest.approx((A, A), rel=1e-13)
+    assert contact.max_pressure == pytest.approx(P0, rel=1e-13)
+    assert contact.approach == pytest.approx(hertz.approach(LOAD, RADIUS, MODULUS), rel=1e-13)
+
+
+def test_nearly_a_circle_keeps_its_digits():
+    # To first order the ratio of the semi-axes is that of the radii to the power 2/3.
+    contact = hertz.elliptic_contact(LOAD, ((1 + 1e-7) * RADIUS, RADIUS), MODULUS)
+    a, b = contact.semi_axes
+    assert a / b - 1 == pytest.approx(2 / 3 * 1e-7, rel=1e-6)
+
+
+def test_slender_ellipses_become_lines():
+    # A middle cut bears 4/3 of the mean line load of its length: 2 W'/(π b) with W' = 3 W/(4 a).
+    for ratio, close in [(1e4, 1e-4), (1e8, 1e-8)]:
+        contact = hertz.elliptic_contact(LOAD, (ratio * RADIUS, RADIUS), MODULUS)
+        a, b = contact.semi_axes
+        line = hertz.line_contact(3 * LOAD / (4 * a), RADIUS, MODULUS)
+        assert b == pytest.approx(line.half_width, rel=3 * close * math.log(ratio))
+
+
+@pytest.mark.parametrize(
+    ("difference", "longer", "shorter", "approach"),
+    [(0.1075, 1.0760, 0.9318, 0.9974), (0.3204, 1.2623, 0.8114, 0.9761),
+     (0.5916, 1.6440, 0.6687, 0.9077), (0.7948, 2.265, 0.5480, 0.7961)],
+)  # fmt: skip
+def test_ellipses_of_the_tables_for_bearings(difference, longer, shorter, approach):
+    # Harris, Rolling Bearing Analysis, table 6.1: four digits, by the difference of the curvatures
+    # over their sum.
+    total = 1 / RADIUS
+    radii = 2 / (total * (1 - difference)), 2 / (total * (1 + difference))
+    contact = hertz.elliptic_contact(LOAD, radii, MODULUS)
+    unit = (3 * LOAD / (2 * MODULUS * total)) ** (1 / 3)
+    found = *(side / unit for side in contact.semi_axes), contact.approach / (unit**2 * total / 2)
+    assert found == pytest.approx((longer, shorter, approach), rel=3e-4)
+
+
+@given(loads, radii, radii, moduli)
+def test_the_load_of_a_peak_is_the_inverse(load, first, second, modulus):
+    if max(first, second) / min(first, second) > 1e6:
+        return
+    peak = hertz.elliptic_contact(load, (first, second), modulus).max_pressure
+    assert hertz.elliptic_load(peak, (first, second), modulus) == pytest.approx(load, rel=1e-12)
+    round_peak = hertz.max_pressure(load, first, modulus)
+    assert hertz.load_at_pressure(round_peak, first, modulus) == pytest.approx(load, rel=1e-12)
+    line = hertz.line_contact(load, first, modulus)
+    assert hertz.line_load(line.max_pressure, first, modulus) == pytest.approx(load, rel=1e-12)
+
+
+def test_a_line_of_pressure_presses_the_cylinder_in():
+    line, datum = 2e4, 0.3
+    contact = hertz.line_contact(line, RADIUS, MODULUS)
+    a, p0 = contact.half_width, contact.max_pressure
+    assert line == pytest.approx(math.pi / 2 * a * p0, rel=1e-13)
+    assert contact.mean_pressure == pytest.approx(math.pi / 4 * p0, rel=1e-13)
+
+    def displacement(x):
+        # Flamant: 2/(π E*) ∫ p(s) ln(d/|x - s|) ds with s = a sin t.
+        def part(t):
+            s = a * math.sin(t)
+            return p0 * math.cos(t) ** 2 * a * math.log(datum / abs(x - s))
+
+        ends = [-math.pi / 2, math.asin(x / a), math.pi / 2]
+        total = sum(quad(part, *pair, epsabs=0, limit=400)[0] for pair in pairwise(ends))
+        return 2 / (math.pi * MODULUS) * total
+
+    expected = hertz.line_approach(line, RADIUS, MODULUS, datum)
+    for x in (0.0, 0.4 * a, 0.9 * a):
+        assert displacement(x) + x**2 / (2 * RADIUS) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("call", "argument"),
+    [
+        (lambda: hertz.elliptic_contact(1.0, (1.0, 0.0), 1.0), "radii[1]"),
+        (lambda: hertz.elliptic_load(-1.0, (1.0, 1.0), 1.0), "max_pressure"),
+        (lambda: hertz.line_contact(1.0, math.inf, 1.0), "radius"),
+        (lambda: hertz.line_load(1.0, 1.0, 0.0), "contact_modulus"),
+        (lambda: hertz.line_approach(1.0, 1.0, 1.0, 0.5), "datum"),
+        (lambda: hertz.load_at_pressure(0.0, 1.0, 1.0), "max_pressure"),
+    ],
+)
+def test_two_radii_and_lines_refuse_nonsense(call, argument):
+    with pytest.raises(InputError) as refused:
+        call()
+    assert refused.value.argument == argument

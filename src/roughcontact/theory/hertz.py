@@ -1,17 +1,25 @@
-"""Hertz contact of a sphere (or paraboloid) with a half-space, in closed form.
+"""Hertz contact in closed form: circular, elliptic and line contacts.
 
+The functions without a word in front are those of a sphere (or paraboloid) on a half-space; those
+of a contact with two radii of curvature begin with ``elliptic``, those of a cylinder with ``line``.
 Radii ``r`` are measured from the axis; displacement is positive into the body, pressure
-positive in compression. Lengths [m], loads [N], pressures and moduli [Pa].
+positive in compression. Lengths [m], loads [N], line loads [N/m], pressures and moduli [Pa].
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.errors import require_positive
+from roughcontact.errors import InputError, require_positive
+from roughcontact.theory.hertz_elliptic import (
+    EllipticContact as EllipticContact,
+    elliptic_contact as elliptic_contact,
+    elliptic_load as elliptic_load,
+)
 
 Array = NDArray[np.float64]
 
@@ -250,6 +258,36 @@ def gap(r: ArrayLike, contact_radius: float, radius: float) -> Array:
     return contact_radius**2 / (math.pi * radius) * bracket
 
 
+def load_at_pressure(max_pressure: float, radius: float, contact_modulus: float) -> float:
+    """Return the load at a given peak pressure, ``W = π³ R² p_H³ / (6 E*²)``.
+
+    Parameters
+    ----------
+    max_pressure : float
+        Peak pressure p_H [Pa].
+    radius : float
+        Radius of the sphere R [m].
+    contact_modulus : float
+        E* [Pa].
+
+    Returns
+    -------
+    float
+        Normal load W [N]; the inverse of `max_pressure`.
+
+    Raises
+    ------
+    InputError
+        If an argument is not positive.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), eq. (4.24), doi:10.1017/CBO9781139171731
+    """
+    require_positive(max_pressure=max_pressure, radius=radius, contact_modulus=contact_modulus)
+    return math.pi**3 * radius**2 * max_pressure**3 / (6 * contact_modulus**2)
+
+
 def first_yield_load(radius: float, contact_modulus: float, first_yield_pressure: float) -> float:
     """Return the load at which the sphere first yields, ``π³ R² p_Y³ / (6 E*²)``.
 
@@ -277,12 +315,8 @@ def first_yield_load(radius: float, contact_modulus: float, first_yield_pressure
     ----------
     Johnson, Contact Mechanics (1985), eq. (6.10), doi:10.1017/CBO9781139171731
     """
-    require_positive(
-        radius=radius,
-        contact_modulus=contact_modulus,
-        first_yield_pressure=first_yield_pressure,
-    )
-    return math.pi**3 * radius**2 * first_yield_pressure**3 / (6 * contact_modulus**2)
+    require_positive(first_yield_pressure=first_yield_pressure)
+    return load_at_pressure(first_yield_pressure, radius, contact_modulus)
 
 
 def saturated_radius_ratio(ceiling_ratio: float) -> float:
@@ -315,6 +349,135 @@ def saturated_radius_ratio(ceiling_ratio: float) -> float:
     """
     require_positive(ceiling_ratio=ceiling_ratio)
     return math.sqrt(2 / (3 * ceiling_ratio))
+
+
+@dataclass(frozen=True)
+class LineContact:
+    """Contact of a cylinder along its axis.
+
+    Parameters
+    ----------
+    line_load : float
+        Load per length W' [N/m].
+    half_width : float
+        Half-width of the strip of contact [m].
+    max_pressure : float
+        Peak pressure p_H [Pa].
+    """
+
+    line_load: float
+    half_width: float
+    max_pressure: float
+
+    @property
+    def mean_pressure(self) -> float:
+        """Line load over width [Pa], π/4 of the peak."""
+        return self.line_load / (2 * self.half_width)
+
+
+def line_contact(line_load: float, radius: float, contact_modulus: float) -> LineContact:
+    """Return the contact of a cylinder, ``a = (4 W' R/(π E*))^(1/2)``, ``p_H = 2 W'/(π a)``.
+
+    Parameters
+    ----------
+    line_load : float
+        Load per length W' [N/m].
+    radius : float
+        R [m]; for two parallel cylinders 1/R = 1/R₁ + 1/R₂.
+    contact_modulus : float
+        E* [Pa].
+
+    Returns
+    -------
+    LineContact
+        Half-width and peak pressure.
+
+    Raises
+    ------
+    InputError
+        If an argument is not positive and finite.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), eqs. (4.43) and (4.45), doi:10.1017/CBO9781139171731
+
+    Examples
+    --------
+    >>> contact = line_contact(2e4, 0.01, 230e9)
+    >>> round(contact.half_width * 1e6, 2), round(contact.max_pressure / 1e6, 1)
+    (33.27, 382.6)
+    """
+    require_positive(line_load=line_load, radius=radius, contact_modulus=contact_modulus)
+    half_width = math.sqrt(4 * line_load * radius / (math.pi * contact_modulus))
+    return LineContact(line_load, half_width, 2 * line_load / (math.pi * half_width))
+
+
+def line_load(max_pressure: float, radius: float, contact_modulus: float) -> float:
+    """Return the load per length at a given peak pressure, ``W' = π R p_H²/E*``.
+
+    Parameters
+    ----------
+    max_pressure : float
+        Peak pressure p_H [Pa].
+    radius : float
+        R [m].
+    contact_modulus : float
+        E* [Pa].
+
+    Returns
+    -------
+    float
+        W' [N/m]; the inverse of `line_contact`.
+
+    Raises
+    ------
+    InputError
+        If an argument is not positive and finite.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), eq. (4.45), doi:10.1017/CBO9781139171731
+    """
+    require_positive(max_pressure=max_pressure, radius=radius, contact_modulus=contact_modulus)
+    return math.pi * radius * max_pressure**2 / contact_modulus
+
+
+def line_approach(line_load: float, radius: float, contact_modulus: float, datum: float) -> float:
+    """Return the approach of a cylinder, ``W'/(π E*) (2 ln(2 d/a) + 1)``.
+
+    Parameters
+    ----------
+    line_load : float
+        Load per length W' [N/m].
+    radius : float
+        R [m].
+    contact_modulus : float
+        E* [Pa].
+    datum : float
+        Distance d [m] from the line at which the surface is taken not to be displaced: a line load
+        displaces a half-space without bound.
+
+    Returns
+    -------
+    float
+        Approach [m] from first touch.
+
+    Raises
+    ------
+    InputError
+        If an argument is not positive and finite, or the datum lies within the contact.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), secs. 2.2 and 4.2(c), doi:10.1017/CBO9781139171731
+    """
+    a = line_contact(line_load, radius, contact_modulus).half_width
+    if not datum > a:
+        raise InputError(
+            f"must be above the half-width of the contact, {a:.6g} m, got {datum!r}",
+            argument="datum", value=datum,
+        )  # fmt: skip
+    return line_load / (math.pi * contact_modulus) * (2 * math.log(2 * datum / a) + 1)
 
 
 def _outside(rho: Array) -> Array:
