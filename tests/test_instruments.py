@@ -238,11 +238,9 @@ def entry(index: int = 0, **changes: object) -> SimpleNamespace:
 
 
 def fake(monkeypatch: pytest.MonkeyPatch, *entries: SimpleNamespace) -> None:
-    def open_topography(stream: object, format: str) -> FakeReader:  # noqa: A002
-        return FakeReader(*entries)
-
-    library = SimpleNamespace(open_topography=open_topography)
-    monkeypatch.setattr(instruments, "_surface_topography", lambda path: library)
+    monkeypatch.setattr(
+        instruments, "_opener", lambda path, kind: lambda stream: FakeReader(*entries)
+    )
 
 
 def test_what_a_reader_gives_in_our_axes_and_units(

@@ -143,6 +143,24 @@ def test_import_leaves_pint_alone() -> None:
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
+def test_a_plain_unit_has_the_factor_that_pint_has() -> None:
+    registry = units._registry()
+    for dimension, factors in units._PLAIN.items():
+        for unit, factor in factors.items():
+            wanted = registry.parse_units(units._SI_UNITS[dimension])
+            found = registry.convert(1.0, registry.parse_units(unit), wanted)
+            assert factor == found, unit
+
+
+def test_a_plain_unit_is_read_without_pint() -> None:
+    code = (
+        "import sys; from roughcontact.units import parse; "
+        "parse('20 MPa', 'pressure', 'load'), parse('5 µm', 'length', 'size'); "
+        "sys.exit('pint' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
 @pytest.mark.parametrize(
     ("share", "text"),
     [(0, "0 %"), (1, "100 %"), (0.5, "50.0 %"), (0.0338058, "3.38 %"), (0.99967, "99.9670 %"),

@@ -62,6 +62,18 @@ _LONGEST = 60
 # Lengths to pint (a pixel of style sheets is 1/96 inch), and no length to who writes "5 px".
 _PRINTERS_UNIT = re.compile(r"pixel|point|pica|didot|cicero")
 
+# What most people write, which needs no registry: that takes a third of a second to build.
+_PLAIN = {
+    "length": {
+        "m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "um": 1e-6, "nm": 1e-9, "pm": 1e-12,
+        "Å": 1e-10, "angstrom": 1e-10,
+    },
+    "force": {
+        "N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "µN": 1e-6, "uN": 1e-6, "nN": 1e-9,
+    },
+    "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
+}  # fmt: skip
+
 # Letter case decides in SI (mN, MN), yet some spellings can only mean one thing.
 _LIKELY = {"pa": "Pa", "kpa": "kPa", "mpa": "MPa", "gpa": "GPa", "n": "N", "kn": "kN"}
 
@@ -397,6 +409,9 @@ def _apart(plain: str, shown: str, refused: Callable[[str], InputError]) -> tupl
 
 
 def _factor(unit: str, dimension: str, shown: str, refused: Callable[[str], InputError]) -> float:
+    plain = _PLAIN.get(dimension, {}).get(unit)
+    if plain is not None:
+        return plain
     registry = _registry()
     likely = _LIKELY.get(unit.lower())
     hint = f"; did you mean {likely!r}?" if likely and likely != unit else ""
@@ -427,7 +442,7 @@ def _described(dimensionality: Any) -> str:
 
 @lru_cache(maxsize=1)
 def _registry() -> pint.UnitRegistry[float]:
-    # Imported late: pint takes 0.3 s to import and build, and most commands need it once or never.
+    # Imported late: pint takes 0.3 s to import and build, and most commands never need it.
     import pint
 
     return pint.UnitRegistry()

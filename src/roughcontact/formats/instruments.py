@@ -10,15 +10,16 @@ import re
 import zipfile
 from collections.abc import Callable, Iterator
 from datetime import datetime
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import hdf5, limits
 from roughcontact.errors import FormatError, InputError, Mention, RoughcontactError
-from roughcontact.formats import archives, metrology
+from roughcontact.formats import archives, metrology, readers
 from roughcontact.formats.scale import (
     asked_pixel,
     in_metres,
@@ -29,9 +30,6 @@ from roughcontact.formats.scale import (
 from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 Array = NDArray[np.float64]
 
@@ -224,16 +222,20 @@ def _check_grid(path: Path, described: Channel) -> None:
     limits.require_points(path.name, described.shape, _EACH)
 
 
-def _surface_topography(path: Path) -> ModuleType:
+def _opener(path: Path, kind: str) -> Callable[[Any], Any]:
+    """Return what opens a stream of a format: its reader alone, or else the whole library."""
     try:
-        import SurfaceTopography.IO
+        return cast("Callable[[Any], Any]", readers.reader(kind))
+    except ImportError:
+        pass
+    try:
+        from SurfaceTopography.IO import open_topography
     except ImportError as error:
         raise FormatError(
             f"{path.name} needs SurfaceTopography, which cannot be imported ({one_line(error)}); "
             "run pip install 'roughcontact[io]'"
         ) from None
-    module: ModuleType = SurfaceTopography.IO
-    return module
+    return partial(open_topography, format=kind)
 
 
 class _Bounded(io.BufferedReader):
@@ -277,12 +279,12 @@ def _opened(path: Path, kind: str) -> Iterator[Any]:
     """
     try:
         _check_packed(path, kind)
-        library = _surface_topography(path)
+        opened = _opener(path, kind)
         # Our own stream: a reader that fails half-way leaves files open that it opened.
         with (
             np.errstate(all="ignore"),
             _Bounded(io.FileIO(path)) as stream,
-            library.open_topography(stream, format=kind) as reader,
+            opened(stream) as reader,
         ):
             yield reader
     except RoughcontactError:

@@ -1,0 +1,58 @@
+"""The maps that readers make: heights, sides and a scale, as SurfaceTopography's have them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+
+class Topography:
+    """Heights ``[x, y]`` and sides ``(x, y)`` in the unit of the file.
+
+    Parameters
+    ----------
+    heights : ndarray
+        Without their scale; what is not finite, or masked, is missing.
+    physical_sizes : (float, float)
+        Sides.
+    periodic, unit, info : object
+        Of no account here: `ChannelInfo` has them as well.
+    """
+
+    def __init__(
+        self,
+        heights: Any,
+        physical_sizes: Sequence[float],
+        periodic: bool | None = False,
+        unit: str | None = None,
+        info: Mapping[str, Any] | None = None,
+    ) -> None:
+        if np.ndim(heights) != 2:
+            raise ValueError("the heights are no map")
+        if not np.ma.is_masked(heights) and not np.isfinite(heights).all():
+            heights = np.ma.masked_invalid(heights)
+        self._heights = np.asanyarray(heights, dtype=float)
+        self._sizes = physical_sizes
+        self._factor: float | None = None
+
+    def scale(self, factor: float) -> Topography:
+        """Return the map with its heights multiplied."""
+        scaled = Topography(self._heights, self._sizes)
+        scaled._factor = factor
+        return scaled
+
+    @property
+    def pixel_size(self) -> tuple[float, float]:
+        """Edges of a pixel, ``(x, y)``."""
+        (nx, ny), (x, y) = self._heights.shape, self._sizes
+        return x / nx, y / ny
+
+    def heights(self) -> Any:
+        """Return the heights, masked where some are missing."""
+        return self._heights if self._factor is None else self._factor * self._heights
+
+
+# Channels that are no maps are refused before they are made.
+UniformLineScan = Topography

@@ -1,0 +1,57 @@
+"""SurfaceTopography's readers one by one, without what that library imports beside them.
+
+On import `SurfaceTopography` registers all that it can compute, and `SurfaceTopography.IO` loads
+all its readers with the libraries that each of them needs: two seconds for one file. This package
+has the library's own modules as its own, by its search path, but for those that stand here:
+``IO``, which imports nothing, and the two modules of maps, which readers make and nobody computes
+with. What does not load this way is read by the whole library.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+# Readers whose module is not called as they are.
+_MODULES = {"metropro": "MetroPro", "opdx": "OPDx", "poir": "OIR"}
+
+
+def _library() -> list[str]:
+    """Return the folders of SurfaceTopography, which is found and not imported."""
+    found = find_spec("SurfaceTopography")
+    if found is None or found.submodule_search_locations is None:
+        raise ModuleNotFoundError("No module named 'SurfaceTopography'")
+    return list(found.submodule_search_locations)
+
+
+def reader(name: str) -> Any:
+    """Return the class of a reader.
+
+    Parameters
+    ----------
+    name : str
+        As SurfaceTopography calls the format.
+
+    Returns
+    -------
+    type
+        A subclass of that library's ``ReaderBase``.
+
+    Raises
+    ------
+    ImportError
+        If the library is absent, or has no such reader that loads alone.
+    """
+    for folder in _library():
+        if folder not in __path__:
+            __path__.append(folder)
+    module = import_module(f"{__name__}.IO.{_MODULES.get(name, name.upper())}")
+    for found in vars(module).values():
+        if getattr(found, "__module__", "") == module.__name__ and _reads(found, name):
+            return found
+    raise ImportError(f"{module.__name__} has no reader of {name!r}")
+
+
+def _reads(found: Any, name: str) -> bool:
+    return hasattr(found, "channels") and found.format() == name

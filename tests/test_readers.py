@@ -1,0 +1,83 @@
+"""One reader of SurfaceTopography at a time gives what the whole library gives."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+import samples
+from reading import needs_reader
+from roughcontact.formats import instruments, readers
+from roughcontact.formats.read import SUFFIXES, read_with_channels
+
+pytestmark = needs_reader
+
+# Loads what the library computes with lines; it is read by the whole library.
+NOT_ALONE = {"qep"}
+HEAVY = ("SurfaceTopography", "NuMPI", "scipy.optimize", "matplotlib", "pandas", "openpyxl", "pint")
+
+
+def files(folder: Path) -> Iterator[tuple[Path, dict[str, str]]]:
+    """Give every file of an instrument that there is, and what is said with it."""
+    for sample in (*samples.made(folder), *samples.measured()):
+        path = folder / sample.name
+        if SUFFIXES.get(path.suffix, "di") in instruments.SUFFIXES:
+            path.write_bytes(sample.content)
+            yield path, sample.arguments
+
+
+def test_a_reader_alone_gives_the_bits_of_the_library(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("SurfaceTopography.IO", exc_type=ImportError)
+    from SurfaceTopography.IO import open_topography
+
+    given = list(files(tmp_path))
+    assert len({path.suffix for path, _ in given}) > 14
+    alone = [read_with_channels(path, **words) for path, words in given]
+    monkeypatch.setattr(
+        instruments, "_opener", lambda path, kind: partial(open_topography, format=kind)
+    )
+    for (path, words), (surface, channels) in zip(given, alone, strict=True):
+        same, named = read_with_channels(path, **words)
+        assert surface.heights.tobytes() == same.heights.tobytes(), path.name
+        assert (surface.pixel, surface.provenance) == (same.pixel, same.provenance)
+        assert channels == named
+
+
+@pytest.mark.parametrize("name", sorted(instruments.SUFFIXES))
+def test_every_reader_loads_alone(name: str) -> None:
+    if name in NOT_ALONE:
+        with pytest.raises(ImportError):
+            readers.reader(name)
+    else:
+        assert readers.reader(name).format() == name
+
+
+def test_what_does_not_load_alone_is_read_by_the_library(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, words = next(iter(files(tmp_path)))
+
+    def absent(name: str) -> None:
+        raise ImportError(name)
+
+    alone, _ = read_with_channels(path, **words)
+    monkeypatch.setattr(readers, "reader", absent)
+    whole, _ = read_with_channels(path, **words)
+    assert alone.heights.tobytes() == whole.heights.tobytes()
+
+
+def test_reading_leaves_the_rest_of_the_library_alone(tmp_path: Path) -> None:
+    path, _ = next(iter(files(tmp_path)))
+    code = (
+        "import sys; from roughcontact.formats.read import read_surface; "
+        f"read_surface({str(path)!r}); print(*sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert set(done.stdout.split()).isdisjoint(HEAVY)
