@@ -103,7 +103,8 @@ def test_shape_and_size_are_y_x() -> None:
 @pytest.mark.parametrize(
     ("heights", "words"),
     [
-        (np.zeros((1, 7)), r"heights must be a 2-D array.*at least 2 × 2.*got shape \(1, 7\)"),
+        (np.zeros((1, 7)), "heights of one row are a profile: give the 7 heights as a 1-D array"),
+        (np.zeros((7, 1)), r"heights must be a 2-D array.*at least 2 × 2.*got shape \(7, 1\)"),
         (np.zeros((7, 0)), r"heights.*got shape \(7, 0\)"),
         (np.zeros((0, 0)), r"heights.*got shape \(0, 0\)"),
         (3.0, r"heights.*got shape \(\)"),

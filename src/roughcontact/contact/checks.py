@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import limits, memory as ground
 from roughcontact.contact import memory, scale
+from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
@@ -158,6 +159,14 @@ def check_terms(terms: Terms) -> None:
         )
 
 
+def check_profile(pair: Pair, terms: Terms) -> None:
+    """Raise `InputError` for what is known of maps alone."""
+    if terms.moments is not None:
+        pair.require_map("a tilt")
+    if isinstance(terms.ceiling, str) and terms.ceiling == RECOMMENDED:
+        pair.require_map("a recommended ceiling")
+
+
 def check_holes(pair: Pair) -> None:
     """Raise `InputError` for points missing that nothing was decided about."""
     for name, body in (("surface", pair.surface), ("counter_surface", pair.counter_surface)):
@@ -282,8 +291,9 @@ def capacity(load: float, ceiling: float | Array | None, gap: Array, pair: Pair)
     # The full capacity is a load like any other; rounding must not refuse it.
     if load > largest * (1 + 1e-12):
         raise CapacityError(
-            f"= {load:.6g} N is more than the surface can carry: the ceiling times the "
-            f"area of its valid pixels is {largest:.6g} N",
+            f"= {load:.6g} {pair.load_unit} is more than the surface can carry: the ceiling times "
+            f"the {'length' if pair.is_profile else 'area'} of its valid pixels is {largest:.6g} "
+            f"{pair.load_unit}",
             argument="load",
         )
     return largest

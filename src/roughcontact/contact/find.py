@@ -134,6 +134,7 @@ max_iterations
     began = time.perf_counter()
     targets = _targets(contact, saturated, approach, mean_gap, first_yield)
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    pair.require_map("a search of loads")
     terms = Terms(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
     finder, elastic = (_Finder(pair, t) for t in (terms, replace(terms, ceiling=None)))
     of = {target: elastic if target[0] == YIELD else finder for target in targets}

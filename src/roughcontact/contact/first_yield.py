@@ -112,7 +112,7 @@ def onset(
     assert last is not None
     raise ConvergenceError(
         f"no load found at which the largest stress is the yield strength: after {_SOLVES} "
-        f"contacts it is {math.exp(known[-1][1]):.4g} of it at {last.load:.6g} N",
+        f"contacts it is {math.exp(known[-1][1]):.4g} of it at {last.load:.6g} {pair.load_unit}",
         last,
     )
 

@@ -201,8 +201,11 @@ def carrying_pixels(result: ContactResult, spots: Spots) -> int:
 
 
 def advice(result: ContactResult) -> RecommendedCeiling | None:
-    """Return the ceiling that is recommended, where the spots are large enough to be judged."""
-    if carrying_pixels(result, result.spots()) < FEW_PIXELS:
+    """Return the ceiling that is recommended, where the spots are large enough to be judged.
+
+    None for profiles, too: what is known is known of the spots of a map.
+    """
+    if result.pair.is_profile or carrying_pixels(result, result.spots()) < FEW_PIXELS:
         return None
     return recommended_ceiling(result)
 

@@ -18,7 +18,7 @@ from roughcontact import checksums, limits
 from roughcontact.contact import resume
 from roughcontact.contact.advice import RECOMMENDED, AgreedCeiling
 from roughcontact.contact.ceiling import resolved_ceiling
-from roughcontact.contact.checks import check
+from roughcontact.contact.checks import check, check_profile
 from roughcontact.contact.curve import LoadCurve, LoadStep
 from roughcontact.contact.judgment import over_loads
 from roughcontact.contact.pair import Pair
@@ -119,16 +119,13 @@ max_iterations, precision
             "give either ", Mention("loads"), " or ", Mention("approaches"),
             ", and only one of them",
         )  # fmt: skip
+    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    terms = Terms(None, None, None, ceiling, tolerance, max_iterations, precision)
     sweep = _Sweep(
-        Pair(surface, material, counter_surface, counter_material, Boundary(boundary)),
-        Terms(
-            ceiling=ceiling,
-            tolerance=tolerance,
-            max_iterations=max_iterations,
-            precision=precision,
-        ),
+        pair,
+        terms,
         "load" if approaches is None else "approach",
-        _ascending("loads" if approaches is None else "approaches", loads, approaches),
+        _ascending(pair, loads, approaches),
     )
     sweep.check()
     if folder is None:
@@ -162,6 +159,7 @@ class _Sweep:
 
     def check(self) -> None:
         """Raise what any step would raise; the largest asks for the most."""
+        check_profile(self.pair, self.terms)
         largest = self.terms_at(self.values[-1])
         check(self.pair, largest, held=HELD, series=len(self.values) > 1)
 
@@ -197,7 +195,7 @@ class _Sweep:
             boundary=pair.boundary,
             source=pair.surface.provenance.source,
             preparation=pair.surface.provenance.steps,
-            found=over_loads(judged, "N" if self.control == "load" else "m"),
+            found=over_loads(judged, pair.load_unit if self.control == "load" else "m"),
         )
 
     def seen(self, step: LoadStep, pressure: Array) -> ContactResult:
@@ -275,7 +273,7 @@ def _solved_step(
 def _unsolved(
     sweep: _Sweep, number: int, place: Place | None, error: ConvergenceError
 ) -> ConvergenceError:
-    unit = "N" if sweep.control == "load" else "m"
+    unit = sweep.pair.load_unit if sweep.control == "load" else "m"
     at = f"{sweep.control} = {sweep.values[number - 1]:.6g} {unit}"
     kept = "" if place is None else f"; the steps before it are kept in {place.folder}"
     return ConvergenceError(
@@ -322,8 +320,10 @@ def spaced(first: float, last: float, number: int, spacing: str = "log") -> list
     return [float(value) for value in values]
 
 
-def _ascending(name: str, loads: Quantities | None, approaches: Quantities | None) -> list[float]:
-    dimension = "length" if loads is None else "force"
+def _ascending(pair: Pair, loads: Quantities | None, approaches: Quantities | None) -> list[float]:
+    name, dimension = "approaches", "length"
+    if loads is not None:
+        name, dimension = "loads", pair.load_dimension
     given: list[Any] = list(quantity(approaches if loads is None else loads, dimension, name))
     if not given:
         raise InputError("is empty: give at least one value", argument=name)

@@ -132,6 +132,7 @@ def load_history(
     """
     stages = _stages(path)
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    pair.require_map("a load history")
     terms = Terms(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
     check(pair, replace(terms, load=_LEAST), held=HELD)
     limit = resolved_ceiling(terms.ceiling, pair)

@@ -38,7 +38,8 @@ class Pair:
     counter_material : Material
         Of the counter-body.
     boundary : Boundary
-        What lies beyond the edges of the map.
+        What lies beyond the edges of the map. Of profiles, which go on alike along y, that is
+        periodic along y: free ones are kept as ``"periodic-y"``.
 
     Raises
     ------
@@ -68,6 +69,8 @@ class Pair:
         self._require_one_grid()
         # Raises if both are rigid.
         contact_modulus(self.material, self.counter_material)
+        if self.is_profile:
+            object.__setattr__(self, "boundary", self.boundary.of_profile)
 
     def _require_one_grid(self) -> None:
         surface, counter = self.surface, self.counter_surface
@@ -87,6 +90,25 @@ class Pair:
                 " does",
                 argument="counter_surface",
             )
+
+    @property
+    def is_profile(self) -> bool:
+        """Whether the bodies are profiles: a contact in plane strain, all of it per metre."""
+        return self.surface.is_profile
+
+    def require_map(self, what: str) -> None:
+        """Raise `InputError` for profiles; ``what`` needs a map."""
+        self.surface.require_map(what)
+
+    @property
+    def load_dimension(self) -> str:
+        """Of a load, as `units.quantity` takes it."""
+        return "line load" if self.is_profile else "force"
+
+    @property
+    def load_unit(self) -> str:
+        """Of a load: N, and N/m of profiles."""
+        return "N/m" if self.is_profile else "N"
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -120,9 +142,17 @@ class Pair:
 
     @property
     def first_to_yield(self) -> Material | None:
-        """The body that a sphere of the pair yields in first, ``None`` if no strength is known."""
+        """The body that a spot of the pair yields in first, ``None`` if no strength is known."""
         known = [b for b in (self.material, self.counter_material) if b.first_yield_pressure]
-        return min(known, key=lambda body: body.first_yield_pressure or math.inf, default=None)
+        return min(known, key=lambda body: self.yields_at(body) or math.inf, default=None)
+
+    def yields_at(self, body: Material) -> float | None:
+        """Return the peak pressure at which a spot of a body first yields [Pa].
+
+        That of a sphere, and of a cylinder where the bodies are profiles; ``None`` if no strength
+        is known.
+        """
+        return body.line_yield_pressure if self.is_profile else body.first_yield_pressure
 
     @property
     def has_holes(self) -> bool:

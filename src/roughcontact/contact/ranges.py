@@ -117,8 +117,8 @@ def _check_load(result: ContactResult) -> None:
     wanted = result.load_error if result.control == "load" else 0.0
     if not abs(error - wanted) <= _ROUNDING * (1 + wanted):
         raise InputError(
-            f"= {load:.6g} N with an error of {wanted:.2g} contradicts the pressures, "
-            f"which carry {carried:.6g} N",
+            f"= {load:.6g} {result.pair.load_unit} with an error of {wanted:.2g} contradicts the "
+            f"pressures, which carry {carried:.6g} {result.pair.load_unit}",
             argument="load",
         )
 

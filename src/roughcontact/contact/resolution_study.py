@@ -98,6 +98,7 @@ precision
 contact area, contact area without rim excess, maximum pressure, mean pressure.
     """
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    pair.require_map("a study of the resolution")
     if min(pair.shape) < 2 * _FEWEST_POINTS:
         raise InputError(
             f"has {pair.shape[0]} × {pair.shape[1]} points: a study of the "

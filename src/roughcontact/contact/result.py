@@ -251,9 +251,9 @@ class ContactResult:
         """How far the bodies are from elastic; a text.
 
         First yield is judged for each body with its own ν and strength, by the peak pressure of a
-        sphere, 1.295 exp(0.736 ν) σ_Y; it happens below the surface, long before a pixel reaches
-        the ceiling. A body of which only the hardness is known has no first yield; its pressure
-        is compared with the hardness.
+        sphere, 1.295 exp(0.736 ν) σ_Y, of profiles by that of a cylinder; it happens below the
+        surface, long before a pixel reaches the ceiling. A body of which only the hardness is
+        known has no first yield; its pressure is compared with the hardness.
         """
         if self.saturated_fraction > 0:
             return Regime.SATURATED
@@ -263,7 +263,7 @@ class ContactResult:
         if self.max_pressure > softer.ceiling:
             hard = softer.yield_strength is None
             return Regime.BEYOND_HARDNESS if hard else Regime.BEYOND_CEILING
-        if first is not None and self.max_pressure >= (first.first_yield_pressure or 0):
+        if first is not None and self.max_pressure >= (self.pair.yields_at(first) or 0):
             return Regime.YIELDING_BELOW
         return Regime.UNKNOWN if softer.yield_strength is None else Regime.BELOW_FIRST_YIELD
 

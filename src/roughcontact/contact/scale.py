@@ -58,7 +58,9 @@ def of(pair: Pair, terms: Terms, gap: NDArray[np.float64]) -> Scale:
     softness = math.sqrt(pair.pixel_area) / pair.contact_modulus
     if terms.load is not None:
         mean = terms.load / pair.pixel_area / gap.size
-        _require_range("load", f"{terms.load:.6g} N is a mean pressure of {mean:.3g} Pa", mean)
+        _require_range(
+            "load", f"{terms.load:.6g} {pair.load_unit} is a mean pressure of {mean:.3g} Pa", mean
+        )
         sunk = softness * mean
     else:
         assert terms.approach is not None

@@ -28,7 +28,7 @@ from roughcontact.solvers import bounded, tilt
 from roughcontact.solvers.problem import Loaded
 from roughcontact.solvers.progress import Progress, Step, numbered
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, Quantity
+from roughcontact.units import Quantities, Quantity, quantity
 
 LOAD_TOLERANCE = 1e-10
 """Largest load error of a converged result."""
@@ -76,7 +76,8 @@ def solve(
         Of the rough body and of its counter-body.
     load : float, str or quantity of pint
         Normal load W: a number in N, or with its unit, as ``"50 N"``; give either this or
-        ``approach``. All lengths, forces and pressures are taken like this.
+        ``approach``. All lengths, forces and pressures are taken like this. Of a profile the load
+        per length, in N/m or as ``"600 N/mm"``.
     approach : float, str or quantity of pint
         Approach ω of the bodies from the first touch [m].
     moments : (float, float), optional
@@ -140,8 +141,10 @@ def solve(
     >>> print(result.status, "and", result.regime)
     converged and below first yield
     """
+    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    load = quantity(load, pair.load_dimension, "load")
     return press(
-        Pair(surface, material, counter_surface, counter_material, Boundary(boundary)),
+        pair,
         Terms(load, approach, moments, ceiling, tolerance, max_iterations, precision),
         start=start,
         on_failure=on_failure,
@@ -171,6 +174,7 @@ def press(
         Called with a `Step` every time the solver has looked at the whole map.
     """
     require_choice(("raise", "return"), on_failure=on_failure)
+    checks.check_profile(pair, terms)
     if isinstance(terms.ceiling, str) and terms.ceiling == RECOMMENDED:
         return _agreed(pair, terms, start, on_failure, progress)
     began = time.perf_counter()

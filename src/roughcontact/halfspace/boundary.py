@@ -63,6 +63,11 @@ class Boundary(StrEnum):
         """In sentences, for a reader of the results."""
         return _BEYOND[self].assumption
 
+    @property
+    def of_profile(self) -> Boundary:
+        """What it is for a profile, one row of a body that goes on alike along y."""
+        return Boundary.PERIODIC if 1 in self.periodic_axes else Boundary.PERIODIC_Y
+
     def require_stress(self) -> None:
         """Raise `InputError` unless the stress below such a map is known."""
         self._require_known_below("the stress below the surface")
@@ -142,7 +147,7 @@ class Boundary(StrEnum):
         """
         workspace = workspace or Workspace()
         # Part of what is displaced or not, the map as a whole tells where zero is.
-        datum = max(shape[0] * pixel[0], shape[1] * pixel[1])
+        datum = longer_side(shape, pixel)
 
         def operator(shape: tuple[int, int], coarsening: tuple[int, int]) -> Convolution:
             coarse = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
@@ -178,6 +183,12 @@ class Boundary(StrEnum):
         if precision == "single":
             kernel += kernel // 2
         return rows + kernel
+
+
+def longer_side(shape: tuple[int, int], pixel: tuple[float, float]) -> float:
+    """Return the longer side of a map [m]; of a single row its length, whatever its width."""
+    ny, nx = shape
+    return nx * pixel[1] if ny == 1 else max(ny * pixel[0], nx * pixel[1])
 
 
 class _Beyond(NamedTuple):

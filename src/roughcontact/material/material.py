@@ -14,6 +14,9 @@ from roughcontact.units import Quantity, quantity
 CEILING_FACTOR = 3.0
 """Pressure ceiling over yield strength of the softer body (Tabor 1951: H ≈ 3 σ_Y)."""
 
+# Poisson's ratio up to which a cylinder first yields at its surface.
+_AT_SURFACE = 0.1938
+
 AT_ODDS = 0.15
 """Difference of three yield strengths and the hardness that is worth a word."""
 
@@ -164,6 +167,21 @@ class Material:
         if self.yield_strength is None:
             return None
         return 1.295 * math.exp(0.736 * self.poisson) * self.yield_strength
+
+    @property
+    def line_yield_pressure(self) -> float | None:
+        """Peak Hertz pressure of a cylinder at first yield, in plane strain [Pa].
+
+        ``σ_Y/(1 - 2 ν)`` up to ν = 0.1938, where it yields at the surface, and beyond it
+        ``(1.164 + 2.975 ν - 2.906 ν²) σ_Y``, 1.795 σ_Y at ν = 0.3: right to 0.2 % (Green, Int. J.
+        Appl. Mech. Eng. 10 (2005) 451). ``None`` without a yield strength.
+        """
+        if self.yield_strength is None:
+            return None
+        ratio = self.poisson
+        if ratio <= _AT_SURFACE:
+            return self.yield_strength / (1 - 2 * ratio)
+        return (1.164 + 2.975 * ratio - 2.906 * ratio**2) * self.yield_strength
 
 
 RIGID = Material(young=math.inf, poisson=0.0, name="rigid")

@@ -100,7 +100,7 @@ def largest_rectangle(heights: Array) -> tuple[tuple[int, int], tuple[int, int]]
         left = np.where(free, np.maximum(left, first), 0)
         right = np.where(free, np.minimum(right, last), nx)
         width = right - left
-        points = np.where((depth > 1) & (width > 1), depth * width, 0)
+        points = np.where((depth > (ny > 1)) & (width > 1), depth * width, 0)
         x = int(np.argmax(points))
         if points[x] > best:
             best = int(points[x])
@@ -168,10 +168,11 @@ def crop(heights: Array, rows: tuple[int, int], columns: tuple[int, int]) -> Arr
         ("rows", rows, heights.shape[0]),
         ("columns", columns, heights.shape[1]),
     ):
-        if not (0 <= start and start + 2 <= stop <= length):
+        least = min(2, length)
+        if not (0 <= start and start + least <= stop <= length):
             raise InputError(
-                f"must be (start, stop) with 0 <= start, stop <= {length} and at least 2 between "
-                f"them, got ({start}, {stop})",
+                f"must be (start, stop) with 0 <= start, stop <= {length} and at least {least} "
+                f"between them, got ({start}, {stop})",
                 argument=name,
                 value=(start, stop),
             )

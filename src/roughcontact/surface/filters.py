@@ -185,14 +185,15 @@ def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited"
             f"must be one of bandlimited, spline, got {method!r}", argument="method", value=method
         )
     heights = np.asarray(heights, dtype=np.float64)
-    new = _checked_shape(shape)
+    line = heights.shape[0] == 1
+    new = _checked_shape(shape, line)
     missing = int(np.count_nonzero(np.isnan(heights)))
     if missing:
         raise InputError(
             f"has {missing} missing points; fill or crop them first, e.g. surface.filled()",
             argument="heights",
         )
-    if method == "spline" and min(heights.shape) < 4:
+    if method == "spline" and min(heights.shape[line:]) < 4:
         raise InputError(
             f"a spline needs at least 4 × 4 points, got {heights.shape[0]} × {heights.shape[1]}; ",
             "use ",
@@ -209,14 +210,15 @@ def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited"
     return values
 
 
-def _checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
+def _checked_shape(shape: tuple[int, int], line: bool) -> tuple[int, int]:
     pair = tuple(shape) if np.iterable(shape) else ()
     whole = all(
         isinstance(points, (int, np.integer)) and not isinstance(points, bool) for points in pair
     )
-    if len(pair) != 2 or not whole or min(pair) < 2:
+    if len(pair) != 2 or not whole or min(pair[line:]) < 2 or (line and pair[0] != 1):
         raise InputError(
-            f"must be two integers (ny, nx) of at least 2, got {shape!r}",
+            f"must be two integers (ny, nx) {'of a profile (1, nx)' if line else 'of at least 2'}, "
+            f"got {shape!r}",
             argument="shape",
             value=shape,
         )
@@ -227,7 +229,9 @@ def _checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
 def _smoothed(heights: Array, cutoffs: tuple[float, float]) -> Array:
     """Return the normalised convolution along both axes; cut-offs are in pixels, 0 for none."""
     kernels = {
-        axis: _weights(heights.shape[axis], cutoff) for axis, cutoff in enumerate(cutoffs) if cutoff
+        axis: _weights(heights.shape[axis], cutoff)
+        for axis, cutoff in enumerate(cutoffs)
+        if cutoff and heights.shape[axis] > 1
     }
     there = np.isfinite(heights)
     full = bool(there.all())
@@ -254,8 +258,8 @@ def _smoothed(heights: Array, cutoffs: tuple[float, float]) -> Array:
 
 def _check_cutoff(shape: tuple[int, ...], pixel: tuple[float, float], cutoff: float) -> None:
     require_positive(cutoff=cutoff)
-    shortest = 2 * max(pixel)
-    longest = min(length * edge for length, edge in zip(shape, pixel, strict=True))
+    shortest = 2 * max(edge for length, edge in zip(shape, pixel, strict=True) if length > 1)
+    longest = min(length * edge for length, edge in zip(shape, pixel, strict=True) if length > 1)
     # Rounding of a cut-off that is meant to be just two pixels, or the whole side.
     if not shortest * (1 - 1e-12) <= cutoff <= longest * (1 + 1e-12):
         raise InputError(

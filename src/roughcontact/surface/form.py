@@ -82,6 +82,8 @@ def remove_form(
         )
     if degree is not None:
         return _remove_polynomial(heights, degree)
+    if heights.shape[0] == 1:
+        return _remove_circle(heights, pixel, shape)
     if shape == "sphere":
         return _remove_sphere(heights, pixel)
     if shape == "cylinder":
@@ -89,6 +91,21 @@ def remove_form(
     raise InputError(
         f"must be one of cylinder, polynomial, sphere, got {shape!r}", argument="shape", value=shape
     )
+
+
+def _remove_circle(
+    heights: Array, pixel: tuple[float, float], shape: str
+) -> tuple[Array, dict[str, float]]:
+    """Remove the circle of a profile, as the cylinder along y of a map."""
+    if shape != "cylinder":
+        raise InputError(
+            f"must be cylinder or polynomial of a profile, got {shape!r}",
+            argument="shape",
+            value=shape,
+        )
+    square = 0.5 * (heights.shape[1] - 1) * pixel[1], pixel[1]
+    residual, parameters = _remove_cylinder(np.repeat(heights, 3, axis=0), square)
+    return residual[:1].copy(), parameters
 
 
 def _quadric(values: Array, y: Array, x: Array) -> tuple[Array, list[Array]]:

@@ -28,7 +28,12 @@ def too_few(heights: Array, form: str) -> InputError:
 
 
 def without_terms(heights: Array, terms: Terms, form: str, weights: Array | None = None) -> Array:
-    """Return the heights without the least-squares sum of products of Legendre polynomials."""
+    """Return the heights without the least-squares sum of products of Legendre polynomials.
+
+    Of a single row nothing varies along y: terms that do are left out.
+    """
+    if heights.shape[0] == 1:
+        terms = tuple((along_y, along_x) for along_y, along_x in terms if not along_y)
     degree = max(max(powers) for powers in terms)
     rows, columns = _box(heights, terms, form)
     basis_y = _legendre(heights.shape[0], rows, degree)

@@ -155,6 +155,9 @@ def rms_gradient(heights: NDArray[np.float64], pixel: tuple[float, float]) -> fl
     5.0
     """
     dy, dx = pixel
+    if heights.shape[0] == 1:
+        # Beyond a profile the body goes on alike.
+        heights = np.repeat(heights, 2, axis=0)
     total, count = 0.0, 0
     for rows in blocks.of_rows((heights.shape[0] - 1, heights.shape[1])):
         here = heights[rows.start + 1 : rows.stop + 1]

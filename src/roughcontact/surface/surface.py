@@ -17,9 +17,10 @@ from roughcontact.surface import (
     alignment,
     cleaning,
     filters,
+    grid as grids,
     leveling,
-    memory,
     parameters,
+    profile,
     resolution,
     roughness,
 )
@@ -34,10 +35,12 @@ class Surface:
 
     Parameters
     ----------
-    heights : array_like or quantity of pint, shape (ny, nx)
-        Heights [m], ``heights[y, x]``; NaN where missing. Kept as read-only float64.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m], or with their units, as ``("1 um", "2 um")``.
+    heights : array_like or quantity of pint, shape (ny, nx) or (nx,)
+        Heights [m], ``heights[y, x]``; NaN where missing. Kept as read-only float64. Those of one
+        line are a profile: a body that goes on alike along y.
+    pixel : (float, float) or float
+        Pixel edges ``(dy, dx)`` [m], or with their units, as ``("1 um", "2 um")``; of a profile
+        the one distance of its points.
     provenance : Provenance
         Where the map came from.
     holes_masked : bool
@@ -46,8 +49,13 @@ class Surface:
     Raises
     ------
     InputError
-        If the heights are not a real 2-D array of at least 2 × 2 points, hold infinite values or
-        no finite one, or if a pixel edge is not positive and finite.
+        If the heights are no real array of at least 2 × 2 points, or 2 of a profile, hold
+        infinite values or no finite one, or if a pixel edge is not positive and finite.
+
+    Notes
+    -----
+    A profile is kept as a map of one row of pixels that are `grid.WIDTH`, 1 m, wide: what of a map
+    is a force [N] or an area [m²] is of a profile a load per length [N/m] or a length [m].
     """
 
     heights: NDArray[np.float64]
@@ -58,13 +66,13 @@ class Surface:
     def __init__(
         self,
         heights: ArrayLike | WithUnit,
-        pixel: Quantities,
+        pixel: Quantities | Quantity,
         provenance: Provenance | None = None,
         holes_masked: bool = False,
     ) -> None:
-        taken = _checked_heights(quantity(heights, "length", "heights"))
-        object.__setattr__(self, "heights", taken)
-        object.__setattr__(self, "pixel", _checked_pixel(pixel))
+        taken = grids.checked(quantity(heights, "length", "heights"), pixel)
+        object.__setattr__(self, "heights", taken[0])
+        object.__setattr__(self, "pixel", taken[1])
         object.__setattr__(self, "provenance", provenance or Provenance())
         object.__setattr__(self, "holes_masked", bool(holes_masked))
 
@@ -78,6 +86,16 @@ class Surface:
     def size(self) -> tuple[float, float]:
         """Lengths of the sides ``(ny·dy, nx·dx)`` [m]."""
         return self.shape[0] * self.pixel[0], self.shape[1] * self.pixel[1]
+
+    @property
+    def is_profile(self) -> bool:
+        """Whether it is a profile: one row, of a body that goes on alike along y."""
+        return self.shape[0] == 1
+
+    def require_map(self, what: str) -> None:
+        """Raise `InputError` for a profile; ``what`` needs a map."""
+        if self.is_profile:
+            raise InputError(f"is a profile; {what} needs a map", argument="surface")
 
     @cached_property
     def missing(self) -> int:
@@ -104,8 +122,11 @@ class Surface:
             ``Str``, ``Str_max`` (what Str can be at most), ``Sk``, ``Spk``, ``Svk``, ``Smr1``,
             ``Smr2``, ``Vmp``, ``Vmc``, ``Vvc``, ``Vvv``: see
             `roughcontact.surface.parameters.summary`. Nothing is leveled or filtered first;
-            missing points are left out.
+            missing points are left out. Of a profile those of ISO 21920-2: see
+            `roughcontact.surface.profile.summary`.
         """
+        if self.is_profile:
+            return profile.summary(self.heights[0], self.pixel[1])
         return parameters.summary(self.heights, self.pixel)
 
     def resolution_notes(self, tip_radius: Quantity | None = None) -> tuple[str, ...]:
@@ -285,6 +306,8 @@ class Surface:
         InputError
             If the angle is not a multiple of 90.
         """
+        if angle % 180:
+            self.require_map("a quarter turn")
         heights = cleaning.rotate(self.heights, angle)
         pixel = self.pixel[::-1] if angle % 180 else self.pixel
         return self._after(Operation("rotated", {"angle": angle}), heights, pixel=pixel)
@@ -327,10 +350,12 @@ class Surface:
                     "or ", Mention("pixel"), " of the new grid must be given", argument="shape"
                 )
             require_pixel(wanted)
+            if self.is_profile:
+                wanted = (self.size[0], wanted[1])
             ratios = [side / edge for side, edge in zip(self.size, wanted, strict=True)]
             limits.require_grid("pixel", ratios, wanted)
             shape = (round(ratios[0]), round(ratios[1]))
-            if min(shape) < 2:
+            if min(shape[self.is_profile :]) < 2:
                 raise InputError(
                     f"must be at most half the map, {lengths(self.size)}, got {lengths(wanted)}",
                     argument="pixel",
@@ -459,6 +484,7 @@ class Surface:
         """
         if not isinstance(grid, Surface):
             raise InputError(f"must be a Surface, got {type(grid).__name__}", argument="grid")
+        self.require_map("alignment")
         shift = quantity(offset, "length", "offset")
         motion = (grid.shape, grid.pixel, shift, angle, mirrored)
         heights = alignment.align(self.heights, self.pixel, *motion)
@@ -539,60 +565,3 @@ class Surface:
         """Return what an operation has made of the map."""
         accepted = self.holes_masked if holes_masked is None else holes_masked
         return Surface(heights, pixel or self.pixel, self.traced().then(step), accepted)
-
-
-def _checked_heights(heights: ArrayLike) -> NDArray[np.float64]:
-    if isinstance(heights, np.ma.MaskedArray):
-        heights = np.ma.filled(heights.astype(np.float64), np.nan)
-    try:
-        array = np.asarray(heights)
-    except ValueError:
-        raise InputError(
-            "must be a 2-D array [y, x], got rows of unequal length", argument="heights"
-        ) from None
-    if array.dtype.kind not in "fiu":
-        raise InputError(
-            f"must be real numbers in metres, got dtype {array.dtype}", argument="heights"
-        )
-    if array.ndim != 2 or min(array.shape) < 2:
-        raise InputError(
-            f"must be a 2-D array [y, x] of at least 2 × 2 points, got shape {array.shape}",
-            argument="heights",
-        )
-    # Whoever locks an array that owns its data means it: a map of gigabytes is not copied then.
-    if (
-        array.dtype == np.float64
-        and array.flags.c_contiguous
-        and array.flags.owndata
-        and not array.flags.writeable
-    ):
-        copy = array
-    else:
-        memory.require(array.shape, memory.COPIED)
-        copy = np.array(array, dtype=np.float64, order="C")
-        copy.flags.writeable = False
-    infinite = int(np.count_nonzero(np.isinf(copy)))
-    if infinite:
-        raise InputError(
-            f"has {infinite} infinite values; mark missing points as NaN instead",
-            argument="heights",
-        )
-    if np.isnan(copy).all():
-        raise InputError("has no finite value: every point is missing", argument="heights")
-    return copy
-
-
-def _checked_pixel(pixel: Quantities) -> tuple[float, float]:
-    try:
-        dy, dx = (float(edge) for edge in quantity(pixel, "length", "pixel"))
-    except (TypeError, ValueError):
-        raise InputError(
-            f"must be a pair (dy, dx) in metres, got {pixel!r}", argument="pixel", value=pixel
-        ) from None
-    if not (0 < dy < np.inf and 0 < dx < np.inf):
-        raise InputError(
-            f"must be positive and finite (dy, dx) [m], got {pixel!r}",
-            argument="pixel",
-            value=pixel,
-        )
-    return dy, dx

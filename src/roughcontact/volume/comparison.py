@@ -279,6 +279,7 @@ def compare_models(
     beforehand.
     """
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    pair.require_map("plasticity of the volume")
     body = pair.softer
     if body is None or body.yield_strength is None:
         raise InputError("no body has a yield strength: there is no plasticity to compare")

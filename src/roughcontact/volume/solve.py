@@ -156,6 +156,7 @@ def solve_elastoplastic(
     began = time.perf_counter()
     volume = quantity(depth, "length", "depth"), quantity(layers, "length", "layers")
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    pair.require_map("plasticity of the volume")
     problem = Problem(pair, tolerance, max_iterations, precision)
     checks.check_arguments(problem, increments, *volume, start, on_failure)
     asked = quantity(load, "force", "load"), quantity(loads, "force", "loads")

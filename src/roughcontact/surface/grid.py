@@ -1,0 +1,136 @@
+"""What a map is made of, checked: heights and the edges of their pixels."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact.errors import InputError
+from roughcontact.surface import memory
+from roughcontact.units import quantity
+
+WIDTH = 1.0
+"""Width of the pixels of a profile [m]: what is carried by it is carried per metre."""
+
+
+def checked(heights: ArrayLike, pixel: Any) -> tuple[NDArray[np.float64], tuple[float, float]]:
+    """Return heights and pixel edges as a map keeps them.
+
+    Parameters
+    ----------
+    heights : array_like, shape (ny, nx) or (nx,)
+        Heights [m].
+    pixel : (float, float) or float
+        Pixel edges ``(dy, dx)`` [m], or with units; of one line of heights their distance.
+
+    Returns
+    -------
+    heights : ndarray, shape (ny, nx)
+        A locked copy, or the array itself where whoever made it has locked it; (1, nx) of a
+        profile.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m]; ``(WIDTH, dx)`` of a profile.
+
+    Raises
+    ------
+    InputError
+        As for `Surface`.
+    """
+    array = _real(heights)
+    if array.ndim == 1:
+        array, edges = array[None], (WIDTH, _spacing(pixel))
+    else:
+        edges = _edges(pixel)
+    _require_grid(array, edges)
+    copy = _locked(array)
+    infinite = int(np.count_nonzero(np.isinf(copy)))
+    if infinite:
+        raise InputError(
+            f"has {infinite} infinite values; mark missing points as NaN instead",
+            argument="heights",
+        )
+    if np.isnan(copy).all():
+        raise InputError("has no finite value: every point is missing", argument="heights")
+    return copy, edges
+
+
+def _real(heights: ArrayLike) -> NDArray[Any]:
+    if isinstance(heights, np.ma.MaskedArray):
+        heights = np.ma.filled(heights.astype(np.float64), np.nan)
+    try:
+        array = np.asarray(heights)
+    except ValueError:
+        raise InputError(
+            "must be a 2-D array [y, x], got rows of unequal length", argument="heights"
+        ) from None
+    if array.dtype.kind not in "fiu":
+        raise InputError(
+            f"must be real numbers in metres, got dtype {array.dtype}", argument="heights"
+        )
+    return array
+
+
+def _require_grid(array: NDArray[Any], edges: tuple[float, float]) -> None:
+    if array.ndim != 2 or min(array.shape) < 2:
+        if array.ndim == 2 and array.shape[0] == 1 and array.shape[1] > 1:
+            if edges[0] == WIDTH:
+                return
+            raise InputError(
+                f"of one row are a profile: give the {array.shape[1]} heights as a 1-D array, and "
+                "the distance of its points as pixel",
+                argument="heights",
+            )
+        raise InputError(
+            "must be a 2-D array [y, x] of at least 2 × 2 points, or a 1-D array of at least 2 of "
+            f"a profile, got shape {array.shape}",
+            argument="heights",
+        )
+
+
+def _locked(array: NDArray[Any]) -> NDArray[np.float64]:
+    # Whoever locks an array that owns its data means it: a map of gigabytes is not copied then.
+    if (
+        array.dtype == np.float64
+        and array.flags.c_contiguous
+        and array.flags.owndata
+        and not array.flags.writeable
+    ):
+        return array
+    memory.require((array.shape[0], array.shape[1]), memory.COPIED)
+    copy = np.array(array, dtype=np.float64, order="C")
+    copy.flags.writeable = False
+    return copy
+
+
+def _edges(pixel: Any) -> tuple[float, float]:
+    try:
+        dy, dx = (float(edge) for edge in quantity(pixel, "length", "pixel"))
+    except (TypeError, ValueError):
+        raise InputError(
+            f"must be a pair (dy, dx) in metres, got {pixel!r}", argument="pixel", value=pixel
+        ) from None
+    if not (0 < dy < np.inf and 0 < dx < np.inf):
+        raise InputError(
+            f"must be positive and finite (dy, dx) [m], got {pixel!r}",
+            argument="pixel",
+            value=pixel,
+        )
+    return dy, dx
+
+
+def _spacing(pixel: Any) -> float:
+    try:
+        spacing = float(quantity(pixel, "length", "pixel"))
+    except (TypeError, ValueError):
+        raise InputError(
+            f"of a profile must be the one distance of its points in metres, got {pixel!r}",
+            argument="pixel",
+            value=pixel,
+        ) from None
+    if not 0 < spacing < np.inf:
+        raise InputError(
+            f"must be positive and finite [m], got {pixel!r}", argument="pixel", value=pixel
+        )
+    return spacing

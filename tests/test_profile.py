@@ -1,0 +1,130 @@
+"""Profiles: one line of heights as a surface, its preparation and its parameters."""
+
+import math
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.surface import profile
+
+SPACING = 1e-6
+
+
+def wave(points=5000, length=1e-4, amplitude=1e-6):
+    x = np.arange(points) * SPACING
+    return x, amplitude * np.sin(2 * np.pi * x / length)
+
+
+def test_one_line_of_heights_is_a_profile():
+    _, z = wave()
+    surface = rc.Surface(z, "1 um")
+    assert surface.is_profile
+    assert surface.shape == (1, 5000)
+    assert surface.size[1] == pytest.approx(5e-3)
+    assert not rc.Surface(np.zeros((2, 5)), (1e-6, 1e-6)).is_profile
+    # What is made of it stays one.
+    assert surface.leveled().is_profile
+
+
+@pytest.mark.parametrize(
+    ("heights", "pixel", "words"),
+    [
+        (np.zeros((1, 5)), (1e-6, 1e-6), "give the 5 heights as a 1-D array"),
+        (np.zeros(5), (1e-6, 1e-6), "one distance of its points"),
+        (np.zeros(1), 1e-6, "at least 2 of a profile"),
+        (np.zeros(5), 0.0, "positive and finite"),
+        (np.full(5, np.nan), 1e-6, "no finite value"),
+        (np.zeros((2, 5)), 1e-6, r"pair \(dy, dx\)"),
+    ],
+)
+def test_what_is_no_profile_is_refused(heights, pixel, words):
+    with pytest.raises(rc.InputError, match=words):
+        rc.Surface(heights, pixel)
+
+
+def test_the_parameters_of_a_sine_are_known():
+    _, z = wave()
+    found = rc.Surface(z, SPACING).roughness()
+    assert found["Rq"] == pytest.approx(1e-6 / math.sqrt(2), rel=1e-6)
+    assert found["Ra"] == pytest.approx(2e-6 / math.pi, rel=1e-3)
+    assert found["Rku"] == pytest.approx(1.5, rel=1e-6)
+    assert found["Rsk"] == pytest.approx(0, abs=1e-4)
+    assert found["Rt"] == pytest.approx(2e-6, rel=1e-3)
+    assert found["Rz"] == pytest.approx(2e-6, rel=1e-3)
+    assert found["Rsm"] == pytest.approx(1e-4, rel=1e-4)
+    # Three points at each end have no slope.
+    assert found["Rdq"] == pytest.approx(2 * np.pi * 1e-2 / math.sqrt(2), rel=1e-3)
+
+
+def test_small_peaks_are_no_elements():
+    x, z = wave()
+    # Ripples below a tenth of Rz cross the mean line, and do not count.
+    rippled = z + 8e-8 * np.sin(2 * np.pi * x / 9e-6)
+    assert profile.summary(rippled, SPACING)["Rsm"] == pytest.approx(1e-4, rel=1e-2)
+    coarse = z + 1.5e-6 * np.sin(2 * np.pi * x / 2e-5)
+    assert profile.summary(coarse, SPACING)["Rsm"] < 7e-5
+
+
+def test_rz_is_a_mean_over_sections_and_rt_is_not():
+    z = np.concatenate([amplitude * wave(1000)[1] for amplitude in (1, 2, 3, 4, 5)])
+    found = profile.summary(z, SPACING, sections=5)
+    assert found["Rz"] == pytest.approx(6e-6, rel=1e-3)
+    assert found["Rt"] == pytest.approx(1e-5, rel=1e-3)
+
+
+def test_missing_points_are_left_out():
+    _, z = wave()
+    z[1234:1240] = np.nan
+    found = profile.summary(z, SPACING)
+    assert found["Rq"] == pytest.approx(1e-6 / math.sqrt(2), rel=5e-3)
+    assert found["Rsm"] == pytest.approx(1e-4, rel=1e-2)
+    assert math.isfinite(found["Rdq"])
+
+
+def test_a_flat_profile_has_no_shape_parameters():
+    found = profile.summary(np.zeros(20), SPACING)
+    assert found["Rq"] == found["Rz"] == found["Rdq"] == 0
+    assert all(math.isnan(found[name]) for name in ("Rsk", "Rku", "Rsm"))
+
+
+def test_the_cutoff_is_the_largest_of_which_five_fit():
+    assert [profile.cutoff(length) for length in (0.39e-3, 0.4e-3, 4e-3, 12.5e-3, 1.0)] == [
+        None, 0.08e-3, 0.8e-3, 2.5e-3, 8e-3
+    ]  # fmt: skip
+
+
+def test_a_profile_is_prepared_as_a_map_is():
+    rng = np.random.default_rng(1)
+    x, z = wave()
+    tilted = rc.Surface(z + 3e-3 * x + 1e-4, SPACING)
+    for form in ("plane", "robust"):
+        assert tilted.leveled(form).Sq == pytest.approx(1e-6 / math.sqrt(2), rel=1e-3)
+    bent = rc.Surface(z + 0.5 * x**2, SPACING)
+    assert bent.leveled("quadric").Sq == pytest.approx(1e-6 / math.sqrt(2), rel=1e-3)
+    assert bent.without_form("polynomial", 2).Sq == pytest.approx(1e-6 / math.sqrt(2), rel=1e-3)
+    spiky = z.copy()
+    spiky[2000] = 1e-4
+    spiky[100:110] = np.nan
+    cleaned = rc.Surface(spiky, SPACING).without_outliers()
+    assert cleaned.missing == 11
+    np.testing.assert_allclose(cleaned.filled().heights[0], z, atol=2e-8)
+    assert cleaned.largest_rectangle().shape == (1, 2999)
+    assert tilted.cropped((0, 1), (10, 30)).shape == (1, 20)
+    assert tilted.resampled(pixel=(2e-6, 2e-6), method="spline").shape == (1, 2500)
+    assert np.array_equal(tilted.rotated(180).heights[0], tilted.heights[0, ::-1])
+    arc = np.sqrt(0.05**2 - (x - 2.5e-3) ** 2) + 1e-8 * rng.standard_normal(x.size)
+    rest = rc.Surface(arc, SPACING).without_form("cylinder")
+    assert rest.Sq == pytest.approx(1e-8, rel=0.05)
+    assert "radius of 0.05 m" in rest.provenance.steps[-1] or "0.0499" in rest.provenance.steps[-1]
+
+
+def test_a_filter_passes_half_of_a_wave_at_its_cutoff():
+    # ISO 16610-21, away from the ends.
+    _, z = wave(points=8000)
+    surface = rc.Surface(z, SPACING)
+    for filtered in (surface.filtered(s=1e-4), surface.filtered(l=1e-4)):
+        middle = filtered.heights[0, 2000:6000]
+        assert np.ptp(middle) == pytest.approx(1e-6, rel=1e-3)
+    with pytest.raises(rc.InputError, match=r"2 µm to 8 mm"):
+        surface.filtered(s=1e-2)
