@@ -9,13 +9,13 @@ import logging
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from roughcontact import units
 from roughcontact._version import __version__
-from roughcontact.cli import console, demo, terminal
+from roughcontact.cli import terminal
 from roughcontact.errors import ConvergenceError, Mention, RoughcontactError, Sentence
 from roughcontact.files import to_json
 from roughcontact.request.options import (
@@ -36,8 +36,9 @@ from roughcontact.request.options import (
     spell_option,
 )
 from roughcontact.request.outputs import UnfinishedError
-from roughcontact.request.request import from_text
-from roughcontact.request.run import Outcome, run
+
+if TYPE_CHECKING:
+    from roughcontact.request.run import Outcome
 
 SOLVED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 # As a shell reports a program that a signal ended: 128 + SIGINT, 128 + SIGPIPE.
@@ -252,6 +253,9 @@ _MAP = _argument(Path | None, "FILE", _FILE, None)
 
 def _carry_out(task: str, file: Path | str | None, given: Given) -> None:
     """Carry out a task, and show what it gave."""
+    from roughcontact.request.request import from_text
+    from roughcontact.request.run import run
+
     as_json, quiet = (given.pop(name, False) for name in SHOWN)
     request = from_text(task, None if file is None else Path(file), given)
     with terminal.progress(quiet) as say:
@@ -279,6 +283,8 @@ def _carry_out(task: str, file: Path | str | None, given: Given) -> None:
 
 
 def _show(outcome: Outcome) -> None:
+    from roughcontact.cli import console
+
     if outcome.curve is not None:
         console.show_curve(outcome.curve, outcome.written)
     elif outcome.history is not None:
@@ -374,6 +380,7 @@ what was solved before from the same options and files is kept.
     epilog="Example:\n\nroughcontact run project.toml",
 )
 def _run(file: Path | str | None, given: Given) -> None:
+    from roughcontact.cli import console
     from roughcontact.fleet import engines, plan, project
 
     entries = project.load(str(file))
@@ -409,6 +416,7 @@ Checksums are compared; load, gap and certificate are computed again from pressu
     epilog="Example:\n\nroughcontact verify result.nc",
 )
 def _verify(files: Subject, given: Given) -> None:
+    from roughcontact.cli import console
     from roughcontact.volume import verification
 
     with terminal.progress("quiet" in given) as say:
@@ -449,6 +457,8 @@ def _info(file: Path | str | None, given: Given) -> None:
         ]
         print(to_json({**stored(inputs.FILE, measured), "channels": listed}))
     else:
+        from roughcontact.cli import console
+
         console.show_info(measured, channels)
 
 
@@ -459,6 +469,7 @@ def _info(file: Path | str | None, given: Given) -> None:
     epilog="Example:\n\nroughcontact materials 'bearing steel'",
 )
 def _materials(name: Path | str | None, given: Given) -> None:
+    from roughcontact.cli import console
     from roughcontact.material import catalogue
 
     found = catalogue.entries() if name is None else (catalogue.entry(str(name)),)
@@ -480,6 +491,8 @@ Needs no measurement: 0.1 mm × 0.1 mm of rough steel under 1 N.
     epilog="Example:\n\nroughcontact demo --folder roughcontact-demo",
 )
 def _demo(_: Path | str | None, given: Given) -> None:
+    from roughcontact.cli import demo
+
     values = {name: option.default for name, option in offered(DEMO).items()}
     values |= parsed(given, DEMO)
     demo.run(values["folder"], values["points"])

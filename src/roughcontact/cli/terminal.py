@@ -11,9 +11,6 @@ from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
-from rich.console import Console
-from rich.text import Text
-
 from roughcontact import units
 from roughcontact.errors import parts_of, worded
 from roughcontact.request.options import SOLVE, spell_option
@@ -51,6 +48,9 @@ def progress(quiet: bool = False) -> Iterator[Say]:
     if quiet or not sys.stderr.isatty():
         yield lambda text: None
         return
+    from rich.console import Console
+    from rich.text import Text
+
     with Console(stderr=True, highlight=False).status("") as status:
         yield lambda text: status.update(Text(printable(text)))
 

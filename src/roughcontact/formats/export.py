@@ -11,17 +11,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from roughcontact.contact.archive import save_result
 from roughcontact.errors import InputError
-from roughcontact.formats import metrology, netcdf, tables, vtk
-from roughcontact.formats.fields import Result
-from roughcontact.surface.surface import Surface
-from roughcontact.volume.archive import save_elastoplastic
-from roughcontact.volume.result import ElastoplasticResult
 
-Writer = Callable[[Any, str | os.PathLike[str]], None]
+if TYPE_CHECKING:
+    from roughcontact.formats.fields import Result
+    from roughcontact.surface.surface import Surface
+
+Target = str | os.PathLike[str]
+Writer = Callable[[Any, Target], None]
 
 
 class Kind(Enum):
@@ -64,37 +63,100 @@ class OutputFormat:
     contents: dict[Kind, Content]
 
 
+# What writes is loaded by who writes: help and messages need the table alone.
+
+
+def _netcdf(surface: Any, path: Target) -> None:
+    from roughcontact.formats import netcdf
+
+    netcdf.save(surface, path)
+
+
+def _contact(result: Any, path: Target) -> None:
+    from roughcontact.contact.archive import save_result
+
+    save_result(result, path)
+
+
+def _volume(result: Any, path: Target) -> None:
+    from roughcontact.volume.archive import save_elastoplastic
+
+    save_elastoplastic(result, path)
+
+
+def _npz(surface: Any, path: Target) -> None:
+    from roughcontact.formats import tables
+
+    tables.save_npz(surface, path)
+
+
+def _x3p(surface: Any, path: Target) -> None:
+    from roughcontact.formats import metrology
+
+    metrology.save_x3p(surface, path)
+
+
+def _sur(surface: Any, path: Target) -> None:
+    from roughcontact.formats import metrology
+
+    metrology.save_sur(surface, path)
+
+
+def _vtr(result: Any, path: Target) -> None:
+    from roughcontact.formats import vtk
+
+    vtk.save_vtr(result, path)
+
+
+def _vti(source: Any, path: Target) -> None:
+    from roughcontact.formats import vtk
+
+    vtk.save_vtk(source, path)
+
+
+def _csv(source: Any, path: Target) -> None:
+    from roughcontact.formats import tables
+
+    tables.save_csv(source, path)
+
+
+def _json(result: Any, path: Target) -> None:
+    from roughcontact.formats import tables
+
+    tables.save_json(result, path)
+
+
 def _of_results(content: Content) -> dict[Kind, Content]:
     return {Kind.CONTACT: content, Kind.VOLUME: content}
 
 
 FORMATS = (
     OutputFormat(".nc", {
-        Kind.SURFACE: Content("heights and provenance, every bit", netcdf.save),
-        Kind.CONTACT: Content("everything", save_result),
-        Kind.VOLUME: Content("everything", save_elastoplastic),
+        Kind.SURFACE: Content("heights and provenance, every bit", _netcdf),
+        Kind.CONTACT: Content("everything", _contact),
+        Kind.VOLUME: Content("everything", _volume),
     }),
     OutputFormat(".npz", {
-        Kind.SURFACE: Content("heights and pixel, every bit", tables.save_npz),
+        Kind.SURFACE: Content("heights and pixel, every bit", _npz),
     }),
     OutputFormat(".x3p", {
-        Kind.SURFACE: Content("heights and pixel, every bit; ISO 25178-72", metrology.save_x3p),
+        Kind.SURFACE: Content("heights and pixel, every bit; ISO 25178-72", _x3p),
     }),
     OutputFormat(".sur", {
-        Kind.SURFACE: Content("heights to 32 bits; Digital Surf", metrology.save_sur),
+        Kind.SURFACE: Content("heights to 32 bits; Digital Surf", _sur),
     }),
     OutputFormat(".vtr", {
-        Kind.VOLUME: Content("strain and stress of the volume model", vtk.save_vtr),
+        Kind.VOLUME: Content("strain and stress of the volume model", _vtr),
     }),
     OutputFormat(".vti", {
-        Kind.SURFACE: Content("heights for ParaView", vtk.save_vtk),
-        **_of_results(Content("maps for ParaView", vtk.save_vtk)),
+        Kind.SURFACE: Content("heights for ParaView", _vti),
+        **_of_results(Content("maps for ParaView", _vti)),
     }),
     OutputFormat(".csv", {
-        Kind.SURFACE: Content("heights as text, every bit", tables.save_csv),
-        **_of_results(Content("pressure", tables.save_csv)),
+        Kind.SURFACE: Content("heights as text, every bit", _csv),
+        **_of_results(Content("pressure", _csv)),
     }),
-    OutputFormat(".json", _of_results(Content("numbers", tables.save_json))),
+    OutputFormat(".json", _of_results(Content("numbers", _json))),
 )  # fmt: skip
 """Every format; help, messages, project file and documentation read them from here."""
 
@@ -182,6 +244,8 @@ def save(result: Result, path: str | os.PathLike[str]) -> None:
     roughcontact.load_result : Reads ``.nc`` again.
     roughcontact.load_elastoplastic : Reads that of an `ElastoplasticResult`.
     """
+    from roughcontact.volume.result import ElastoplasticResult
+
     kind = Kind.VOLUME if isinstance(result, ElastoplasticResult) else Kind.CONTACT
     _writer(kind, path)(result, path)
 

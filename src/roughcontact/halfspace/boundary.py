@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import StrEnum
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from roughcontact.errors import InputError, require_choice
-from roughcontact.halfspace import convolution
-from roughcontact.halfspace.convolution import Convolution
-from roughcontact.halfspace.fft import Workspace
+
+if TYPE_CHECKING:
+    from roughcontact.halfspace.convolution import Convolution
+    from roughcontact.halfspace.fft import Workspace
 
 
 class Boundary(StrEnum):
@@ -145,6 +146,8 @@ class Boundary(StrEnum):
         callable
             ``operator(shape, (ky, kx))`` as `bounded.solve` wants it.
         """
+        from roughcontact.halfspace.fft import Workspace
+
         workspace = workspace or Workspace()
         # Part of what is displaced or not, the map as a whole tells where zero is.
         datum = longer_side(shape, pixel)
@@ -200,9 +203,25 @@ class _Beyond(NamedTuple):
     known_below: bool = False
 
 
-def _without_datum(make: Callable[..., Convolution]) -> Callable[..., Convolution]:
-    """Return a maker of operators that has no use for a datum."""
-    return lambda *problem, datum, **options: make(*problem, **options)
+# Arrays are for who makes an operator: to name a boundary, or to list them, takes none.
+
+
+def _free(*problem: Any, datum: float | None, **options: Any) -> Convolution:
+    from roughcontact.halfspace import convolution
+
+    return convolution.free(*problem, **options)
+
+
+def _periodic(*problem: Any, datum: float | None, **options: Any) -> Convolution:
+    from roughcontact.halfspace import convolution
+
+    return convolution.periodic(*problem, **options)
+
+
+def _endless(*problem: Any, **options: Any) -> Convolution:
+    from roughcontact.halfspace import convolution
+
+    return convolution.strip(*problem, **options)
 
 
 def _strip(axis: int) -> _Beyond:
@@ -218,7 +237,7 @@ def _strip(axis: int) -> _Beyond:
         "without bound, so the approach needs a datum: a uniform line load along "
         f"{along} is taken to displace nothing at a distance of the longer side of the map. "
         "Pressures and gaps under a given load do not depend on it.",
-        partial(convolution.strip, axis=axis),
+        partial(_endless, axis=axis),
     )
 
 
@@ -228,7 +247,7 @@ _BEYOND = {
         "the map is all that touches",
         "Half-spaces, free boundary",
         "The map is all that touches: there is no contact outside of it.",
-        _without_datum(convolution.free),
+        _free,
         known_below=True,
     ),
     Boundary.PERIODIC: _Beyond(
@@ -239,7 +258,7 @@ _BEYOND = {
         "is that on one period, and every spot feels the copies of all others. A measured "
         "map does not fit its own opposite edge; the seam is then a step that the surface "
         "does not have.",
-        _without_datum(convolution.periodic),
+        _periodic,
         known_below=True,
     ),
     Boundary.PERIODIC_X: _strip(1),
