@@ -152,11 +152,32 @@ def test_a_plain_unit_has_the_factor_that_pint_has() -> None:
             assert factor == found, unit
 
 
+@pytest.mark.parametrize("wanted", units._SI_UNITS)
+def test_a_plain_unit_is_refused_in_the_words_of_any(
+    wanted: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = [unit for kind, factors in units._PLAIN.items() if kind != wanted for unit in factors]
+
+    def refusals() -> list[str]:
+        found = []
+        for unit in given:
+            with pytest.raises(InputError) as caught:
+                units.parse(f"3 {unit}", wanted, "x")
+            found.append(str(caught.value))
+        return found
+
+    plain = refusals()
+    monkeypatch.setattr(units, "_PLAIN", {})
+    assert plain == refusals()
+
+
 def test_a_plain_unit_is_read_without_pint() -> None:
     code = (
         "import sys; from roughcontact.units import parse; "
-        "parse('20 MPa', 'pressure', 'load'), parse('5 µm', 'length', 'size'); "
-        "sys.exit('pint' in sys.modules)"
+        "parse('20 MPa', 'pressure', 'load'), parse('5 µm', 'length', 'size')\n"
+        "try: parse('20 MPa', 'force', 'load')\n"
+        "except ValueError: sys.exit('pint' in sys.modules)\n"
+        "sys.exit('not refused')"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 

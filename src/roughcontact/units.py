@@ -409,9 +409,11 @@ def _apart(plain: str, shown: str, refused: Callable[[str], InputError]) -> tupl
 
 
 def _factor(unit: str, dimension: str, shown: str, refused: Callable[[str], InputError]) -> float:
-    plain = _PLAIN.get(dimension, {}).get(unit)
-    if plain is not None:
-        return plain
+    for measured, factors in _PLAIN.items():
+        if unit in factors:
+            if measured != dimension:
+                raise refused(f"{shown} (a {measured})")
+            return factors[unit]
     registry = _registry()
     likely = _LIKELY.get(unit.lower())
     hint = f"; did you mean {likely!r}?" if likely and likely != unit else ""
