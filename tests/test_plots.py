@@ -23,7 +23,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import solve
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.material.material import Material
-from roughcontact.plots import style
+from roughcontact.plots import saving, style
 from roughcontact.surface import bearing
 from roughcontact.surface.surface import Surface
 from roughcontact.units import percent
@@ -546,6 +546,29 @@ def test_save_writes_the_type_of_the_suffix(tmp_path: Path, suffix: str, start: 
     assert set(tmp_path.iterdir()) == {path, other}
 
 
+def test_a_png_is_what_savefig_draws_and_is_laid_out_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    result = result_of(spotted())
+    engine = type(style.layout())
+    layouts, execute = [], engine.execute
+
+    def counted(self: Any, figure: Figure) -> Any:
+        layouts.append(figure)
+        return execute(self, figure)
+
+    monkeypatch.setattr(engine, "execute", counted)
+    for make in (plots.pressure, plots.section):
+        figure, same = make(result), make(result)
+        shown_on = figure.canvas
+        layouts.clear()
+        picture = saving.png(figure)
+        assert layouts == [figure]
+        assert figure.canvas is shown_on
+        assert figure.get_layout_engine() is not None
+        np.testing.assert_array_equal(imread(io.BytesIO(picture))[..., :3], rendered(same))
+
+
 @pytest.mark.parametrize("name", ["figure.bmp", "figure", "figure.png.txt"])
 def test_save_refuses_unknown_suffixes(tmp_path: Path, name: str) -> None:
     with pytest.raises(InputError, match=r"suffix; use one of \.png, \.svg, \.pdf"):
@@ -588,7 +611,7 @@ def test_figures_leave_no_global_state() -> None:
     code = """
 import sys
 from roughcontact import plots
-from roughcontact.plots import style
+from roughcontact.plots import saving, style
 from roughcontact.surface import roughness
 assert not any(name.split(".")[0] == "matplotlib" for name in sys.modules)
 import matplotlib

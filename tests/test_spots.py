@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import scipy.ndimage
 from hypothesis import given, strategies as st
 
 import roughcontact as rc
@@ -78,3 +79,31 @@ def test_a_result_knows_its_spots() -> None:
     assert found.count == 1
     assert found.load[0] == pytest.approx(0.05)
     assert found.area[0] == pytest.approx(result.contact_area)
+
+
+@pytest.mark.parametrize("periodic_axes", [(), (0,), (1,), (0, 1)])
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.55, 0.7, 1.0])
+def test_spots_are_numbered_as_scipy_labels_them(
+    share: float, periodic_axes: tuple[int, ...]
+) -> None:
+    rng = np.random.default_rng(3)
+    pressure = rng.random((40, 31)) * (rng.random((40, 31)) < share)
+    found = spots.find(pressure, (1.0, 1.0), periodic_axes)
+    label, count = scipy.ndimage.label(pressure > 0)
+    if not periodic_axes:
+        assert found.count == count
+    # Every label of a map that ends lies in one spot, and spots of one size keep its order.
+    inside = {(int(a), int(b)) for a, b in zip(label.ravel(), found.label.ravel(), strict=True)}
+    assert len(inside) == count + bool((pressure == 0).any())
+    sizes = np.bincount(found.label.ravel(), minlength=found.count + 1)[1:]
+    assert (np.diff(sizes) <= 0).all()
+    first = [int(np.argmax(found.label.ravel() == number + 1)) for number in range(found.count)]
+    if not periodic_axes:
+        assert all(
+            a < b for a, b, m, n in zip(first, first[1:], sizes, sizes[1:], strict=False) if m == n
+        )
+    numbers = np.arange(1, found.count + 1)
+    peaks = scipy.ndimage.maximum(pressure, found.label, numbers)
+    np.testing.assert_array_equal(found.peak, peaks)
+    sums = np.bincount(found.label.ravel(), pressure.ravel(), minlength=found.count + 1)[1:]
+    np.testing.assert_array_equal(found.load, sums)

@@ -77,40 +77,70 @@ def find(pressure: Array, pixel: tuple[float, float], periodic_axes: tuple[int, 
     >>> found.count, found.area.tolist(), found.load.tolist()
     (2, [2.0, 1.0], [2.0, 3.0])
     """
-    import scipy.ndimage
-
     require_pixel(pixel)
-    found, count = scipy.ndimage.label(pressure > 0)
-    label = np.asarray(found, np.int32)
-    if periodic_axes:
-        label, count = _joined(label, count, periodic_axes)
-    numbers = np.arange(1, count + 1)
-    pixels = np.bincount(label.ravel(), minlength=count + 1)[1:]
+    touching = pressure > 0
+    run, lengths = _runs(touching)
+    first, second = _meeting(run, lengths.size, periodic_axes)
+    number = _joined(lengths.size, first, second)
+    count = int(number.max(initial=-1)) + 1
+    pixels = np.bincount(number, lengths, count).astype(np.intp)
     order = np.argsort(-pixels, kind="stable")
-    rank = np.zeros(count + 1, np.int32)
-    rank[order + 1] = numbers
-    label = rank[label]
-    sums = np.bincount(label.ravel(), pressure.ravel(), minlength=count + 1)[1:]
-    peaks = np.asarray(scipy.ndimage.maximum(pressure, label, numbers), dtype=float)
+    rank = np.empty(count, np.int32)
+    rank[order] = np.arange(count)
+    spot = rank[number]
+    label = np.concatenate([[0], spot + 1]).astype(np.int32)[run]
+    pressures = pressure[touching]
+    sums = np.bincount(np.repeat(spot, lengths), pressures, count)
+    peaks = np.zeros(count)
+    if lengths.size:
+        highest = np.maximum.reduceat(pressures, np.cumsum(lengths) - lengths)
+        np.maximum.at(peaks, spot, highest)
     area = pixel[0] * pixel[1]
     areas: Array = pixels[order] * np.float64(area)
     loads: Array = np.asarray(sums, np.float64) * area
-    return Spots(areas, loads, peaks.reshape(count), label)
+    return Spots(areas, loads, peaks, label)
 
 
-def _joined(
-    label: NDArray[np.int32], count: int, periodic_axes: tuple[int, ...]
-) -> tuple[NDArray[np.int32], int]:
-    """Give spots that meet across opposite edges the same number."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
+# SciPy labels maps as well; its import takes as long as a small solve, and it looks at every pixel
+# where most of them touch nothing.
 
-    first, second = (
-        np.concatenate([label.take(edge, axis) for axis in periodic_axes]) for edge in (0, -1)
-    )
+
+def _runs(touching: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
+    """Return a map of numbers of the runs along x, from 1 in their order, and their lengths."""
+    edges = np.diff(touching.astype(np.int8), axis=1, prepend=0, append=0)
+    lengths = np.nonzero(edges < 0)[1] - np.nonzero(edges > 0)[1]
+    run = np.zeros(touching.shape, np.int32)
+    run[touching] = np.repeat(np.arange(1, lengths.size + 1, dtype=np.int32), lengths)
+    return run, lengths
+
+
+def _meeting(
+    run: NDArray[np.int32], count: int, periodic_axes: tuple[int, ...]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the runs, from 0, that share an edge of a pixel with each other."""
+    sides = [(run[:-1].ravel(), run[1:].ravel())]
+    sides += [(run.take(0, axis), run.take(-1, axis)) for axis in periodic_axes]
+    first, second = (np.concatenate(part) for part in zip(*sides, strict=True))
     meet = (first > 0) & (second > 0)
-    links = coo_array(
-        (np.ones(np.count_nonzero(meet)), (first[meet] - 1, second[meet] - 1)), (count, count)
-    )
-    total, group = connected_components(links, directed=False)
-    return np.concatenate([[0], group + 1]).astype(np.int32)[label], int(total)
+    pairs = first[meet].astype(np.int64) * (count + 1) + second[meet]
+    # Two runs meet in many pixels, one after the other.
+    pairs = pairs[np.diff(pairs, prepend=-1) != 0]
+    return pairs // (count + 1) - 1, pairs % (count + 1) - 1
+
+
+def _joined(count: int, first: NDArray[np.int64], second: NDArray[np.int64]) -> NDArray[np.intp]:
+    """Return for each of ``count`` things the number of its group, given which belong together.
+
+    Groups are numbered from 0 in the order of their first members.
+    """
+    least = np.arange(count)
+    while True:
+        one, two = least[first], least[second]
+        apart = one != two
+        if not apart.any():
+            return np.unique(least, return_inverse=True)[1]
+        one, two = one[apart], two[apart]
+        np.minimum.at(least, np.maximum(one, two), np.minimum(one, two))
+        # Each follows those it points to, to the end.
+        while (further := least[least]).tobytes() != least.tobytes():
+            least = further

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +14,9 @@ from roughcontact.plots.style import DPI
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+
+# Of zlib: a tenth larger than its default of 6, in two thirds of the time.
+_COMPRESSION = 3
 
 _SUFFIXES = {".png": "png", ".svg": "svg", ".pdf": "pdf"}
 
@@ -48,9 +52,36 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
         )
     try:
         with replacing(target) as stream:
-            figure.savefig(stream, format=kind, dpi=DPI)
+            if kind == "png" and figure.dpi == DPI:
+                stream.write(png(figure))
+            else:
+                figure.savefig(stream, format=kind, dpi=DPI)
     except OSError as error:
         reason = error.strerror or str(error)
         raise RoughcontactError(
             f"the figure {str(target)!r} could not be written: {reason}"
         ) from error
+
+
+def png(figure: Figure) -> bytes:
+    """Return a figure as the content of a PNG file, at its own resolution.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+
+    Returns
+    -------
+    bytes
+        The picture that ``savefig`` makes. That draws every figure twice, the first time only to
+        lay it out; a canvas lays it out as it draws.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    stream, shown_on = io.BytesIO(), figure.canvas
+    try:
+        FigureCanvasAgg(figure).print_png(stream, pil_kwargs={"compress_level": _COMPRESSION})
+    finally:
+        figure.set_canvas(shown_on)
+    return stream.getvalue()

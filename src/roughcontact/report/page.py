@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import base64
 import datetime
-import io
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -18,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from roughcontact._version import __version__
 from roughcontact.contact.cautions import Caution, Kind, Severity
 from roughcontact.errors import InputError, Sentence, Spell, parts_of, worded
+from roughcontact.plots.saving import png
 from roughcontact.plots.style import DPI
 
 if TYPE_CHECKING:
@@ -280,9 +280,7 @@ def _number(chapters: Sequence[Chapter]) -> None:
 
 def picture(figure: Figure, alt: str, caption: str) -> Picture:
     """Return a figure as a page takes it."""
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=DPI)
-    data = stream.getvalue()
+    data = png(figure)
     # Width and height stand first in a PNG file's first chunk.
     width, height = (int.from_bytes(data[at : at + 4], "big") for at in (16, 20))
     return Picture(caption, alt, base64.b64encode(data).decode("ascii"), width, height)
