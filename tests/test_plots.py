@@ -10,6 +10,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 from numpy.typing import NDArray
@@ -560,11 +561,13 @@ def test_a_png_is_what_savefig_draws_and_is_laid_out_once(
     monkeypatch.setattr(engine, "execute", counted)
     for make in (plots.pressure, plots.section):
         figure, same = make(result), make(result)
+        # One that is shown elsewhere in another resolution.
+        figure.set_dpi(90)
         shown_on = figure.canvas
         layouts.clear()
         picture = saving.png(figure)
         assert layouts == [figure]
-        assert figure.canvas is shown_on
+        assert (figure.canvas, figure.dpi) == (shown_on, 90)
         assert figure.get_layout_engine() is not None
         np.testing.assert_array_equal(imread(io.BytesIO(picture))[..., :3], rendered(same))
 
@@ -586,20 +589,23 @@ def test_save_refuses_a_missing_folder(tmp_path: Path) -> None:
     [(OSError(28, "No space left on device"), RoughcontactError),
      (KeyboardInterrupt(), KeyboardInterrupt)],
 )  # fmt: skip
+@pytest.mark.parametrize("name", ["figure.png", "figure.svg"])
 def test_failed_save_keeps_the_old_file_and_leaves_nothing(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     failure: BaseException,
     raised: type[BaseException],
+    name: str,
 ) -> None:
-    path = tmp_path / "figure.png"
+    path = tmp_path / name
     path.write_text("old")
 
-    def half(self: Figure, stream: Any, **kwargs: Any) -> None:
+    def half(self: object, stream: Any, **kwargs: Any) -> None:
         stream.write(b"half")
         raise failure
 
     monkeypatch.setattr(Figure, "savefig", half)
+    monkeypatch.setattr(FigureCanvasAgg, "print_png", half)
     with pytest.raises(raised):
         plots.save(Figure(), path)
     assert path.read_text() == "old"

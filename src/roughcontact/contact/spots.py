@@ -118,9 +118,8 @@ def _meeting(
     run: NDArray[np.int32], count: int, periodic_axes: tuple[int, ...]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the runs, from 0, that share an edge of a pixel with each other."""
-    sides = [(run[:-1].ravel(), run[1:].ravel())]
-    sides += [(run.take(0, axis), run.take(-1, axis)) for axis in periodic_axes]
-    first, second = (np.concatenate(part) for part in zip(*sides, strict=True))
+    first = np.concatenate([run[:-1].ravel(), *(run.take(0, axis) for axis in periodic_axes)])
+    second = np.concatenate([run[1:].ravel(), *(run.take(-1, axis) for axis in periodic_axes)])
     meet = (first > 0) & (second > 0)
     pairs = first[meet].astype(np.int64) * (count + 1) + second[meet]
     # Two runs meet in many pixels, one after the other.

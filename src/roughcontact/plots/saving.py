@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -52,7 +53,7 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
         )
     try:
         with replacing(target) as stream:
-            if kind == "png" and figure.dpi == DPI:
+            if kind == "png":
                 stream.write(png(figure))
             else:
                 figure.savefig(stream, format=kind, dpi=DPI)
@@ -64,7 +65,7 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
 
 
 def png(figure: Figure) -> bytes:
-    """Return a figure as the content of a PNG file, at its own resolution.
+    """Return a figure as the content of a PNG file.
 
     Parameters
     ----------
@@ -79,9 +80,12 @@ def png(figure: Figure) -> bytes:
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    stream, shown_on = io.BytesIO(), figure.canvas
+    stream, shown_on, dpi = io.BytesIO(), figure.canvas, figure.dpi
+    write: Callable[..., None] = FigureCanvasAgg(figure).print_png
     try:
-        FigureCanvasAgg(figure).print_png(stream, pil_kwargs={"compress_level": _COMPRESSION})
+        figure.set_dpi(DPI)
+        write(stream, pil_kwargs={"compress_level": _COMPRESSION})
     finally:
+        figure.set_dpi(dpi)
         figure.set_canvas(shown_on)
     return stream.getvalue()
