@@ -44,6 +44,7 @@ from .solvers.progress import (
     Progress as Progress,
     Step as Step,
 )
+from .surface.generation import generate as generate
 from .surface.provenance import Provenance as Provenance
 from .surface.surface import Surface as Surface
 from .surface.synthetic import (

@@ -21,6 +21,7 @@ from roughcontact.files import to_json
 from roughcontact.request.options import (
     DEMO,
     FIND,
+    GENERATE,
     HISTORY,
     INFO,
     MATERIALS,
@@ -367,6 +368,31 @@ roughcontact find ground.opd --contact "5 %" --saturated "1 %" --first-yield \\
     --material 100Cr6 --holes fill --output loads.csv
 """,
 )(functools.partial(_carry_out, FIND))
+
+
+@_command(
+    GENERATE,
+    help="""Make a rough surface from its parameters: Sq, Sal or Sdq, Str, Ssk, Sku, lay.
+
+The same seed gives the same surface. What the map has is printed beside what was asked for.
+
+\b
+Example:
+roughcontact generate --size "0.5 mm" --sq "0.4 um" --sal "12 um" --ssk -0.8 --output honed.x3p
+""",
+)
+def _generate(_: Subject, given: Given) -> None:
+    from roughcontact.cli import console
+    from roughcontact.report import generated
+    from roughcontact.request import making
+
+    as_json, quiet = (given.pop(name, False) for name in SHOWN)
+    with terminal.progress(quiet) as say:
+        surface, written = making.made(given, say)
+    if as_json:
+        print(to_json(generated.record(surface)))
+    elif not quiet:
+        console.show_generated(surface, written)
 
 
 @_command(

@@ -223,6 +223,16 @@ def show_info(measured: Measured, channels: Sequence[Channel]) -> None:
     _print_table(roughness, heads=("after plane", "", ""))
 
 
+def show_generated(surface: Surface, written: Sequence[Path]) -> None:
+    """Print what was asked for of a generated map beside what it has, and why where it differs."""
+    from roughcontact.report import generated
+
+    _print_table(generated.about(surface))
+    _print_table(generated.rows(surface), heads=generated.HEADS)
+    _print_told(("note", reason) for reason in generated.unmet(surface))
+    _print_written(written)
+
+
 def show_demo(
     results: Sequence[ContactResult], labels: Sequence[str], folder: Path, files: Sequence[Cells]
 ) -> None:

@@ -14,6 +14,7 @@ from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.result import ContactResult
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
+from roughcontact.surface.generation import generate
 from roughcontact.surface.provenance import NOTE, Operation, Provenance
 from roughcontact.surface.surface import Surface
 
@@ -231,6 +232,8 @@ class _Script:
             path = given.pop("path")
             words = [_literal(path), *_named({k: v for k, v in given.items() if v is not None})]
             return f"rc.read_surface({', '.join(words)})"
+        if made.method == "generate":
+            return f"rc.generate({self.arguments(generate, given)})"
         if made.method == "reference_map":
             return f"rc.Surface(*rc.reference_map({', '.join(_named(given))}))"
         if made.method == "Surface":
@@ -262,13 +265,14 @@ class _Script:
 
     def arguments(self, method: Any, given: Mapping[str, Any]) -> str:
         """Return the arguments of a call, but for those that are the default."""
-        words = []
+        words, named = [], inspect.Parameter.KEYWORD_ONLY
         for name, parameter in inspect.signature(method).parameters.items():
             if name not in given or given[name] == parameter.default:
                 continue
             value = given[name]
             text = self.add(name, value) if isinstance(value, Provenance) else _literal(value)
-            words.append(text if parameter.default is parameter.empty else f"{name}={text}")
+            placed = parameter.default is parameter.empty and parameter.kind is not named
+            words.append(text if placed else f"{name}={text}")
         return ", ".join(words)
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -14,20 +13,30 @@ from roughcontact.errors import Mention
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request import parsing
+from roughcontact.request import parsing, surface_options
+from roughcontact.request.option import (
+    BODIES,
+    FIND as FIND,
+    HISTORY as HISTORY,
+    LENGTH,
+    MAP,
+    OUTPUT,
+    PICTURES as PICTURES,
+    PRESSURE,
+    SOLVE as SOLVE,
+    SOLVER,
+    STRESS as STRESS,
+    SWEEP as SWEEP,
+    TASKS as TASKS,
+    Option as Option,
+)
 
-SOLVE, SWEEP, STRESS, HISTORY, FIND = "solve", "sweep", "stress", "history", "find"
-TASKS = (SOLVE, SWEEP, STRESS, HISTORY, FIND)
-"""What a run can be asked for; each is a command, and a ``task`` of a project file."""
-
+GENERATE = surface_options.GENERATE
 RUN, VERIFY, INFO, MATERIALS, DEMO = "run", "verify", "info", "materials", "demo"
-COMMANDS = (*TASKS, RUN, VERIFY, INFO, MATERIALS, DEMO)
+COMMANDS = (*TASKS, GENERATE, RUN, VERIFY, INFO, MATERIALS, DEMO)
 
 Given = Mapping[str, str | bool | list[str]]
 """Options as text by their names: True for a flag, a list for what may be repeated."""
-
-MAP, BODIES, SOLVER, OUTPUT = "Map", "Bodies and load", "Solver", "Output"
-"""Headings of the help."""
 
 CEILING, VOLUME = "ceiling", "volume"
 """The models of ``SOLVE``."""
@@ -35,74 +44,14 @@ CEILING, VOLUME = "ceiling", "volume"
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
 HOLES = ("error", "fill", "mask", "crop")
 TABLES = (".csv", ".json")
-PICTURES = (".png", ".svg", ".pdf")
 SURFACES = export.suffixes(Kind.SURFACE)
 RESULTS = {CEILING: export.suffixes(Kind.CONTACT), VOLUME: export.suffixes(Kind.VOLUME)}
 """How files of results may end, by model."""
 ALL_RESULTS = export.suffixes(Kind.CONTACT, Kind.VOLUME)
-LENGTH, PRESSURE = (parsing.quantity(name) for name in ("length", "pressure"))
 _UNITS = {parsing.load: "N", LENGTH: "m", PRESSURE: "Pa", parsing.ceiling: "Pa"}
 
-
-@dataclass(frozen=True)
-class Option:
-    """One word of the commands that it fits, and of project files.
-
-    Parameters
-    ----------
-    name : str
-        As users write it, without dashes in front.
-    panel : str
-        Heading under which the help lists it.
-    metavar : str
-        What is to be given; empty for a flag.
-    help : str
-        What it does.
-    parse : callable
-        ``parse(text, argument)`` returns the value; its errors carry the argument.
-    fits : tuple of str
-        Commands that have it.
-    default : object
-        Value where nothing is given.
-    many : bool
-        Whether it may be given several times.
-    arguments : tuple of str
-        What the public functions call it, where they have names of their own for it.
-    suffixes : tuple of str
-        Of a file to write: how its name may end.
-    model : str
-        The only model of ``SOLVE`` that it serves; empty for both.
-    """
-
-    name: str
-    panel: str
-    metavar: str
-    help: str
-    parse: Callable[[str, str], Any] = parsing.flag
-    fits: tuple[str, ...] = TASKS
-    default: Any = None
-    many: bool = False
-    arguments: tuple[str, ...] = ()
-    suffixes: tuple[str, ...] = ()
-    model: str = ""
-
-    @property
-    def argument(self) -> str:
-        """What errors and `Mention` call it."""
-        return self.name.replace("-", "_")
-
-    @property
-    def is_place(self) -> bool:
-        """Whether it names a file or a folder."""
-        return self.parse is parsing.path or bool(self.suffixes)
-
-    @property
-    def is_flag(self) -> bool:
-        """Whether it is given without a value."""
-        return not self.metavar
-
-
 OPTIONS = (
+    *surface_options.OPTIONS,
     Option(
         "format", MAP, "NAME", "Format of the file; default: told by its suffix.", parsing.words,
         fits=(*TASKS, INFO),
@@ -469,11 +418,11 @@ OPTIONS = (
     ),
     Option(
         "json", OUTPUT, "", "Print JSON in SI units, and nothing else.",
-        fits=(*TASKS, RUN, VERIFY, INFO, MATERIALS), default=False,
+        fits=(*TASKS, GENERATE, RUN, VERIFY, INFO, MATERIALS), default=False,
     ),
     Option(
         "quiet", OUTPUT, "", "Print nothing but errors, and JSON if wanted.",
-        fits=(*TASKS, RUN, VERIFY), default=False,
+        fits=(*TASKS, GENERATE, RUN, VERIFY), default=False,
     ),
 )  # fmt: skip
 """Every option of every command, in the order of the help."""

@@ -10,6 +10,9 @@ MADE = 7
 GENERATED = 3
 """The same while a random surface is generated."""
 
+TRANSLATED = 16
+"""The same while one is brought to a distribution of heights and a spectrum."""
+
 RESAMPLED = 6
 """The same while a map is brought to another grid."""
 

@@ -231,6 +231,28 @@ def _body(given: _Said, found: _Said) -> tuple[str, ...]:
     return tuple(words)
 
 
+def _generated(given: _Said, found: _Said) -> tuple[str, ...]:
+    words = [f"Sq {engineering(given['Sq'], 'm')}"]
+    for name, told in (("Sal", "Sal"), ("rolloff_wavelength", "roll-off")):
+        if given[name] is not None:
+            words.append(f"{told} {engineering(given[name], 'm')}")
+    for name, told in (("Sdq", "Sdq"), ("Str", "Str"), ("Sku", "Sku")):
+        if given[name] is not None:
+            words.append(f"{told} {given[name]:g}")
+    if given["Ssk"]:
+        words.append(f"Ssk {given['Ssk']:g}")
+    words.append(f"Hurst exponent {given['hurst']:g}")
+    if given["lay"]:
+        words.append(f"lay at {given['lay']:g} degrees")
+    if given["honing"] is not None:
+        words.append(f"grooves {given['honing']:g} degrees apart")
+    if given["turning"] is not None:
+        feed, radius = (engineering(length, "m") for length in given["turning"])
+        words.append(f"turned with a feed of {feed} and a nose radius of {radius}")
+    source = f"numpy.random.default_rng({given['seed']})"
+    return (f"generated: {', '.join(words)}; random phases of {source}",)
+
+
 def _leveled(given: _Said, found: _Said) -> tuple[str, ...]:
     form, points = given["form"], given["points"]
     if points is not None:
@@ -348,6 +370,7 @@ def _nothing(given: _Said, found: _Said) -> tuple[str, ...]:
 _ORIGINS: dict[str, _Words] = {
     "Surface": _nothing,
     "reference_map": _nothing,
+    "generate": _generated,
     "read_surface": _read,
     "nominal.flat": _nothing,
     "nominal.sphere": _body,

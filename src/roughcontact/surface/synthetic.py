@@ -1,4 +1,4 @@
-"""Made rough maps: self-affine random surfaces.
+"""Made rough maps: self-affine random surfaces, and the random waves of others.
 
 Heights [m] are positive out of the material, ``heights[y, x]``; pairs are ``(y, x)``.
 """
@@ -92,7 +92,7 @@ def self_affine(
     shortest = quantity(cutoff_wavelength, "length", "cutoff_wavelength")
     require_grid(shape, edges, memory.GENERATED)
     require_positive(rms_height=Sq)
-    _check_waves(edges, longest, shortest, hurst)
+    check_waves(edges, longest, shortest, hurst)
     return _heights(_spectrum(shape, edges, longest, shortest, hurst, rng), shape[1], Sq)
 
 
@@ -143,9 +143,37 @@ def reference_map(n: int, rng_seed: int = 0) -> tuple[Array, tuple[float, float]
     return heights, pixel
 
 
-def _check_waves(
+def drawn(
+    shape: tuple[int, int], pixel: tuple[float, float], rng: np.random.Generator
+) -> NDArray[np.complex128]:
+    """Return a complex Gaussian amplitude for every wave that a grid holds.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    rng : numpy.random.Generator
+        Source of the amplitudes, drawn in shells as those of `self_affine`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx//2 + 1)
+        In the order of `numpy.fft.rfft2`; 0 for waves shorter than two pixels, for the mean and
+        for waves of half a period per pixel.
+    """
+    shortest = 2 * max(pixel)
+    noise = _spectrum(shape, pixel, shortest, shortest, -1.0, rng)
+    waves = np.zeros((shape[0], shape[1] // 2 + 1), dtype=np.complex128)
+    waves[:, : noise.shape[1]] = noise
+    return waves
+
+
+def check_waves(
     pixel: tuple[float, float], rolloff_wavelength: float, cutoff_wavelength: float, hurst: float
 ) -> None:
+    """Raise `InputError` unless a grid can hold waves of these lengths [m] and Hurst exponent."""
     require_positive(rolloff_wavelength=rolloff_wavelength, cutoff_wavelength=cutoff_wavelength)
     if not 0 <= hurst <= 1:
         raise InputError(f"must lie in [0, 1], got {hurst!r}", argument="hurst", value=hurst)

@@ -1,0 +1,77 @@
+"""One word of the command line and of project files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from roughcontact.request import parsing
+
+SOLVE, SWEEP, STRESS, HISTORY, FIND = "solve", "sweep", "stress", "history", "find"
+TASKS = (SOLVE, SWEEP, STRESS, HISTORY, FIND)
+"""What a run can be asked for; each is a command, and a ``task`` of a project file."""
+
+MAP, BODIES, SOLVER, OUTPUT = "Map", "Bodies and load", "Solver", "Output"
+"""Headings of the help."""
+
+PICTURES = (".png", ".svg", ".pdf")
+LENGTH, PRESSURE = (parsing.quantity(name) for name in ("length", "pressure"))
+
+
+@dataclass(frozen=True)
+class Option:
+    """One word of the commands that it fits, and of project files.
+
+    Parameters
+    ----------
+    name : str
+        As users write it, without dashes in front.
+    panel : str
+        Heading under which the help lists it.
+    metavar : str
+        What is to be given; empty for a flag.
+    help : str
+        What it does.
+    parse : callable
+        ``parse(text, argument)`` returns the value; its errors carry the argument.
+    fits : tuple of str
+        Commands that have it.
+    default : object
+        Value where nothing is given.
+    many : bool
+        Whether it may be given several times.
+    arguments : tuple of str
+        What the public functions call it, where they have names of their own for it.
+    suffixes : tuple of str
+        Of a file to write: how its name may end.
+    model : str
+        The only model of ``SOLVE`` that it serves; empty for both.
+    """
+
+    name: str
+    panel: str
+    metavar: str
+    help: str
+    parse: Callable[[str, str], Any] = parsing.flag
+    fits: tuple[str, ...] = TASKS
+    default: Any = None
+    many: bool = False
+    arguments: tuple[str, ...] = ()
+    suffixes: tuple[str, ...] = ()
+    model: str = ""
+
+    @property
+    def argument(self) -> str:
+        """What errors and `Mention` call it."""
+        return self.name.replace("-", "_")
+
+    @property
+    def is_place(self) -> bool:
+        """Whether it names a file or a folder."""
+        return self.parse is parsing.path or bool(self.suffixes)
+
+    @property
+    def is_flag(self) -> bool:
+        """Whether it is given without a value."""
+        return not self.metavar

@@ -1,0 +1,507 @@
+"""Surfaces without a file: random maps with the parameters of ISO 25178 that are asked for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import InputError, Mention, require_count, require_positive
+from roughcontact.halfspace import fft
+from roughcontact.surface import johnson, marks, memory, parameters, synthetic
+from roughcontact.surface.alignment import cosine_sine
+from roughcontact.surface.provenance import Operation, Provenance
+from roughcontact.surface.roughness import rms_height
+from roughcontact.surface.shapes import require_grid
+from roughcontact.surface.spectrum import texture
+from roughcontact.surface.surface import Surface
+from roughcontact.surface.waves import Spectrum, with_gradient
+from roughcontact.units import Quantities, Quantity, quantity
+
+Array = NDArray[np.float64]
+Waves = NDArray[np.complex128]
+
+WITHIN = 0.02
+"""Share within which a parameter of the map counts as the one asked for."""
+
+# Pixels of the shortest wave where no cut-off is asked for.
+_CUTOFF = 8
+# Str of the two families of grooves of a honed surface where none is asked for.
+_HONED = 0.1
+# Sal over the wavelength of the roll-off, about, from which the search starts.
+_SAL = 0.33
+# Rounds of the search for roll-off and ratio, and translations of one round; each ends where the
+# parameters are met much closer than `WITHIN`.
+_ROUNDS, _TRANSLATIONS, _CLOSE = 8, 40, 0.005
+# Str of a map with two lays changes up to half more than the stretch of its spectrum.
+_CAUTIOUS = 0.8
+# Part of what was missed by which the next aim differs, and how near to two heights it may come
+# and how far into the tails.
+_GAIN, _LEAST, _MOST = 0.5, 0.5, 4 * johnson.LARGEST_KURTOSIS
+# Range of wavelengths, of roll-off over cut-off, that shows a Hurst exponent.
+_SPAN = 1.5
+_LARGEST_SEED = 2**63 - 1
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What was asked for, in SI units; None where it follows from the rest."""
+
+    Sq: float
+    Sal: float | None
+    Sdq: float | None
+    hurst: float
+    rolloff: float | None
+    cutoff: float
+    Str: float | None
+    lay: float
+    moments: tuple[float, float]
+    honing: float | None
+
+
+@dataclass(frozen=True)
+class _State:
+    """Where the search for a map stands: phases of its parts, and the moments aimed at in each."""
+
+    phases: list[Waves]
+    aim: tuple[float, float]
+
+
+def generate(
+    shape: tuple[int, int],
+    pixel: Quantities,
+    *,
+    Sq: Quantity,
+    Sal: Quantity | None = None,
+    Sdq: float | None = None,
+    hurst: float = 0.8,
+    rolloff_wavelength: Quantity | None = None,
+    cutoff_wavelength: Quantity | None = None,
+    Str: float | None = None,
+    lay: float = 0.0,
+    Ssk: float = 0.0,
+    Sku: float | None = None,
+    honing: float | None = None,
+    turning: Quantities | None = None,
+    seed: int = 0,
+) -> Surface:
+    """Return a random rough surface with the parameters asked for.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    Sq : float
+        Root-mean-square height [m].
+    Sal : float, optional
+        Autocorrelation length [m]; it, ``rolloff_wavelength`` or Sdq sets the long waves.
+    Sdq : float, optional
+        Root-mean-square gradient. It sets the roll-off, or with Sal or a roll-off the cut-off.
+    hurst : float
+        Hurst exponent H, in [0, 1].
+    rolloff_wavelength : float, optional
+        Wavelength [m] above which the spectrum is flat.
+    cutoff_wavelength : float, optional
+        Shortest wavelength [m], at least two pixels; by default eight.
+    Str : float, optional
+        Texture aspect ratio, in (0, 1]; by default 1, the same in all directions.
+    lay : float
+        Direction of the lay [degrees], counter-clockwise from x as the map is drawn, row 0 on
+        top.
+    Ssk, Sku : float
+        Skewness and kurtosis; by default those of a Gaussian surface, with Ssk alone the
+        kurtosis of a gamma distribution, 3 + 1.5 Ssk².
+    honing : float, optional
+        Angle [degrees] between the two families of grooves of a honed surface, either side of
+        the lay.
+    turning : (float, float), optional
+        Feed and radius of the nose of the tool [m] of a turned surface, with grooves along the
+        lay; see `marks.turned`. What of Sq the grooves do not make is random roughness.
+    seed : int
+        Seed of ``numpy.random.default_rng``, 0 or more. It gives the same surface, to rounding,
+        on every machine.
+
+    Returns
+    -------
+    Surface
+        With what was asked for and the parameters that the map has in its provenance; see
+        `compared`. But for grooves of turning across a corner it is periodic. Equal seeds give
+        the same waves on every grid over the same sides.
+
+    Raises
+    ------
+    InputError
+        If no such surface is possible, or the map too small or too coarse for it.
+
+    Notes
+    -----
+    Every wave has the power that the spectrum demands (`waves.Spectrum`), not a random one, and a
+    random phase. Heights become those of a distribution of Johnson's system by translation
+    (`johnson`), rank by rank; after that the waves get back their power and keep their phases,
+    and so on in turns, the aim shifted by what was missed, until spectrum and distribution hold
+    together. Sal and Str are measured on the map, and roll-off and stretch of the spectrum
+    corrected by them.
+
+    References
+    ----------
+    Schreiber & Schmitz 1996, doi:10.1103/PhysRevLett.77.635 (amplitudes and spectrum in turns);
+    Grigoriu 1984, doi:10.1061/(ASCE)0733-9399(1984)110:4(610) (translation);
+    Johnson 1949, doi:10.1093/biomet/36.1-2.149; Jacobs, Junge & Pastewka 2017,
+    doi:10.1088/2051-672X/aa51f8 (spectra)
+
+    Examples
+    --------
+    >>> made = generate((256, 256), (1e-6, 1e-6), Sq="0.4 um", Sal="8 um", Ssk=-0.8, seed=3)
+    >>> found = made.roughness()
+    >>> [float(f"{found[name]:.2g}") for name in ("Sq", "Sal", "Ssk")]
+    [4e-07, 8e-06, -0.8]
+    """
+    edges = quantity(pixel, "length", "pixel")
+    require_grid(shape, edges, memory.TRANSLATED)
+    require_count(0, _LARGEST_SEED, seed=seed)
+    given = _in_metres(
+        Sq=Sq, Sal=Sal, Sdq=Sdq, hurst=hurst, rolloff_wavelength=rolloff_wavelength,
+        cutoff_wavelength=cutoff_wavelength, Str=Str, lay=lay, Ssk=Ssk, Sku=Sku, honing=honing,
+        turning=turning, seed=seed,
+    )  # fmt: skip
+    feed = _feed(given)
+    asked = _asked(given, edges, feed)
+    if feed is None:
+        heights, spectrum = _translated(shape, edges, asked, seed)
+        heights *= asked.Sq / rms_height(heights)
+    else:
+        grooves = marks.turned(shape, edges, feed, given["turning"][1], lay)
+        heights, spectrum = _translated(shape, edges, asked, seed)
+        heights = marks.joined(grooves, heights, asked.Sq)
+    return _surface(heights, edges, given, spectrum)
+
+
+def _in_metres(**given: Any) -> dict[str, Any]:
+    """Return arguments with their lengths in metres."""
+    lengths = ("Sq", "Sal", "rolloff_wavelength", "cutoff_wavelength", "turning")
+    return {
+        name: quantity(value, "length", name) if name in lengths else value
+        for name, value in given.items()
+    }
+
+
+def _asked(given: dict[str, Any], pixel: tuple[float, float], feed: float | None) -> _Asked:
+    """Return what is asked for, with what follows where nothing is said; refuse nonsense."""
+    kurtosis = johnson.usual_kurtosis(given["Ssk"]) if given["Sku"] is None else given["Sku"]
+    honed = given["Str"] is None and given["honing"] is not None
+    asked = _Asked(
+        given["Sq"], given["Sal"], given["Sdq"], given["hurst"],
+        given["rolloff_wavelength"] or feed,
+        given["cutoff_wavelength"] or _CUTOFF * max(pixel),
+        _HONED if honed else given["Str"],
+        given["lay"], (given["Ssk"], kurtosis), given["honing"],
+    )  # fmt: skip
+    _check(asked, pixel, given)
+    return asked
+
+
+def _surface(
+    heights: Array, pixel: tuple[float, float], given: dict[str, Any], spectrum: Spectrum
+) -> Surface:
+    """Return the map with what was asked for and what came of it."""
+    measured = parameters.summary(heights, pixel)
+    found = {name: value for name, value in measured.items() if math.isfinite(value)}
+    found["rolloff_wavelength"], found["cutoff_wavelength"] = spectrum.rolloff, spectrum.cutoff
+    if given["turning"] is None and given["honing"] is None:
+        found |= _hurst(heights, spectrum)
+    made = Operation("generate", {"shape": heights.shape, "pixel": pixel, **given}, found)
+    heights.flags.writeable = False
+    source = f"generated rough surface, seed {given['seed']}"
+    return Surface(heights, pixel, Provenance(source, origin=made))
+
+
+def _hurst(heights: Array, spectrum: Spectrum) -> dict[str, float]:
+    """Return the Hurst exponent by the slope of a map's own spectrum; empty where too short."""
+    if spectrum.rolloff < _SPAN * spectrum.cutoff:
+        return {}
+    rising = spectrum.distances
+    sloped = (rising > 1 / spectrum.rolloff) & (rising <= 1 / spectrum.cutoff)
+    power = np.square(np.abs(fft.rfft2(heights)[sloped]))
+    slope = np.polyfit(np.log(rising[sloped]), np.log(power), 1)[0]
+    return {"hurst": float(-1 - slope / 2)}
+
+
+def _feed(given: dict[str, Any]) -> float | None:
+    """Return the feed of a turned surface, None for any other."""
+    turning = given["turning"]
+    if turning is None:
+        return None
+    if not isinstance(turning, Sequence) or len(turning) != 2:
+        raise InputError(
+            f"must be a pair (feed, nose radius) in metres, got {turning!r}",
+            argument="turning",
+            value=turning,
+        )
+    for name in ("Sal", "Sdq", "Str", "Sku", "honing"):
+        if given[name] is not None:
+            raise InputError(
+                "does not go with ", Mention("turning"), ", whose grooves decide it; leave one out",
+                argument=name,
+            )  # fmt: skip
+    if given["Ssk"]:
+        raise InputError(
+            "does not go with ", Mention("turning"), ", whose grooves decide it; leave one out",
+            argument="Ssk",
+        )  # fmt: skip
+    if not all(0 < length < math.inf for length in turning):
+        raise InputError(
+            f"must be two positive lengths, feed and nose radius, got {turning!r}",
+            argument="turning",
+            value=turning,
+        )
+    return float(turning[0])
+
+
+def _check(asked: _Asked, pixel: tuple[float, float], given: dict[str, Any]) -> None:
+    """Refuse what no surface has, and what is said twice or not at all."""
+    require_positive(Sq=asked.Sq)
+    for name in ("Sal", "Sdq", "rolloff_wavelength", "cutoff_wavelength"):
+        if given[name] is not None:
+            require_positive(**{name: given[name]})
+    if asked.Str is not None and not 0 < asked.Str <= 1:
+        raise InputError(f"must lie in (0, 1], got {asked.Str!r}", argument="Str", value=asked.Str)
+    if asked.honing is not None and not 0 < asked.honing < 180:
+        raise InputError(
+            f"must be an angle between 0 and 180 degrees, got {asked.honing!r}",
+            argument="honing",
+            value=asked.honing,
+        )
+    cosine_sine(asked.lay)
+    if asked.Sal is not None and asked.rolloff is not None:
+        raise InputError(
+            "and ", Mention("rolloff_wavelength"), " set the same; give one of them", argument="Sal"
+        )
+    if asked.Sal is None and asked.Sdq is None and asked.rolloff is None:
+        raise InputError(
+            "or ", Mention("Sdq"), " or ", Mention("rolloff_wavelength"), " must be given: how "
+            "far the hills are apart", argument="Sal",
+        )  # fmt: skip
+    longest = asked.rolloff or asked.cutoff
+    synthetic.check_waves(pixel, longest, asked.cutoff, asked.hurst)
+    johnson.require(*asked.moments, 1 if asked.honing is None else 2)
+
+
+def _translated(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    asked: _Asked,
+    seed: int,
+) -> tuple[Array, Spectrum]:
+    """Return a map of zero mean that has the spectrum, the moments and the texture asked for."""
+    start = asked.rolloff or (asked.Sal / _SAL if asked.Sal else 2 * asked.cutoff)
+    spectrum = Spectrum(
+        shape, pixel, max(start, asked.cutoff), asked.cutoff, asked.hurst, asked.Str or 1.0,
+        asked.lay,
+    )  # fmt: skip
+    spectrum = _steep(spectrum, asked)
+    # Two generators whose draws have nothing in common, the first of them the same for both.
+    sources = np.random.default_rng(seed).spawn(1 if asked.honing is None else 2)
+    drawn = [_phases(synthetic.drawn(shape, pixel, rng)) for rng in sources]
+    state = _State(drawn, _of_each(asked.moments, len(drawn)))
+    for _ in range(_ROUNDS):
+        amplitudes = _families(spectrum, asked.honing)
+        heights, state = _imposed(shape, amplitudes, state, asked.moments)
+        corrected = _corrected(spectrum, asked, heights)
+        if corrected == spectrum:
+            break
+        spectrum = corrected
+    return heights, spectrum
+
+
+def _families(spectrum: Spectrum, honing: float | None) -> list[Array]:
+    """Return the amplitudes of the waves of each independent part of a map."""
+    turns = (0.0,) if honing is None else (-honing / 2, honing / 2)
+    return [np.sqrt(replace(spectrum, lay=spectrum.lay + turn).power) for turn in turns]
+
+
+def _steep(spectrum: Spectrum, asked: _Asked) -> Spectrum:
+    """Return a spectrum with the gradient asked for, if one is."""
+    if asked.Sdq is None:
+        return spectrum
+    sought = "rolloff" if asked.Sal is None and asked.rolloff is None else "cutoff"
+    return with_gradient(spectrum, sought, asked.Sdq, asked.Sq)
+
+
+def _corrected(spectrum: Spectrum, asked: _Asked, heights: Array) -> Spectrum:
+    """Return a spectrum closer to Sal and Str as a map shows them; the same if it is close."""
+    if asked.Sal is None and asked.Str is None:
+        return spectrum
+    Sal, Str, _ = texture(heights, spectrum.pixel)
+    rolloff, ratio = spectrum.rolloff, spectrum.ratio
+    if asked.Sal is not None and not abs(Sal / asked.Sal - 1) < _CLOSE:
+        rolloff = _longer(spectrum, asked, Sal)
+    if asked.Str is not None and not math.isnan(Str) and not abs(Str / asked.Str - 1) < _CLOSE:
+        ratio = min(ratio * (asked.Str / Str) ** _CAUTIOUS, 1.0)
+    if (rolloff, ratio) == (spectrum.rolloff, spectrum.ratio):
+        return spectrum
+    return _steep(replace(spectrum, rolloff=rolloff, ratio=ratio), asked)
+
+
+def _longer(spectrum: Spectrum, asked: _Asked, Sal: float) -> float:
+    """Return a roll-off closer to Sal, or complain that the map can hold none."""
+    assert asked.Sal is not None
+    side = min(n * edge for n, edge in zip(spectrum.shape, spectrum.pixel, strict=True))
+    if asked.Sal > side / 4:
+        raise InputError(
+            f"must be at most a quarter of the shorter side, {side / 4:.4g} m, for the map to show "
+            f"it, got {asked.Sal:.4g} m",
+            argument="Sal",
+            value=asked.Sal,
+        )
+    wanted = 4 * side if math.isnan(Sal) else spectrum.rolloff * asked.Sal / Sal
+    rolloff = min(max(wanted, spectrum.cutoff), 4 * side)
+    if rolloff == spectrum.rolloff:
+        kind, other = (
+            ("at least", "shorter than the cut-off of the waves; give a shorter ")
+            if rolloff == spectrum.cutoff
+            else ("at most", "longer than the map holds; give longer sides or another ")
+        )
+        raise InputError(
+            f"must be {kind} {Sal:.4g} m on this map, got {asked.Sal:.4g} m: its waves would be "
+            f"{other}",
+            Mention("cutoff_wavelength"),
+            argument="Sal",
+            value=asked.Sal,
+        )
+    return rolloff
+
+
+def _imposed(
+    shape: tuple[int, int], amplitudes: list[Array], state: _State, wanted: tuple[float, float]
+) -> tuple[Array, _State]:
+    """Return a map with these amplitudes and moments, and where the search for it has ended."""
+    scores = _normal_scores(math.prod(shape))
+    for _ in range(_TRANSLATIONS):
+        parts = [
+            _of_unit_height(fft.irfft2(amplitude * phases, shape))
+            for amplitude, phases in zip(amplitudes, state.phases, strict=True)
+        ]
+        heights = parts[0] if len(parts) == 1 else _of_unit_height(np.sum(parts, axis=0))
+        missed = [want - got for want, got in zip(wanted, johnson.moments(heights), strict=True)]
+        if all(
+            abs(by) < _CLOSE * max(abs(want), 1) for by, want in zip(missed, wanted, strict=True)
+        ):
+            break
+        aim = _aimed(state.aim, missed, len(parts))
+        ranks = _of_unit_height(johnson.fitted(*aim).heights(scores))
+        state = _State([_phases(fft.rfft2(_ranked(part, ranks))) for part in parts], aim)
+    return heights, state
+
+
+def _aimed(aim: tuple[float, float], missed: Sequence[float], parts: int) -> tuple[float, float]:
+    """Return the moments to aim at next in each part of a map."""
+    by = _of_each((missed[0], 3 + missed[1]), parts)
+    skewness, kurtosis = aim[0] + _GAIN * by[0], aim[1] + _GAIN * (by[1] - 3)
+    least = johnson.least_kurtosis(skewness) + _LEAST * johnson.STEP
+    return skewness, min(max(kurtosis, least), _MOST)
+
+
+def _of_each(moments: tuple[float, float], parts: int) -> tuple[float, float]:
+    """Return the skewness and kurtosis of each of some independent maps, from those of the sum."""
+    return math.sqrt(parts) * moments[0], 3 + parts * (moments[1] - 3)
+
+
+def _normal_scores(points: int) -> Array:
+    """Return the normal variable of every rank, rising."""
+    from scipy.special import ndtri
+
+    scores: Array = ndtri((np.arange(points) + 0.5) / points)
+    return scores
+
+
+def _ranked(heights: Array, ranks: Array) -> Array:
+    """Return the map whose heights, from the lowest to the highest, are those given."""
+    made = np.empty_like(heights)
+    made.reshape(-1)[np.argsort(heights, axis=None)] = ranks
+    return made
+
+
+def _phases(waves: Waves) -> Waves:
+    """Return waves of unit amplitude; 0 where there are none."""
+    size = np.abs(waves)
+    return np.divide(waves, size, out=np.zeros_like(waves), where=size > 0)
+
+
+def _of_unit_height(heights: Array) -> Array:
+    """Return heights about their mean, over their root mean square."""
+    deviation: Array = heights - heights.mean()
+    deviation /= math.sqrt(float(np.vdot(deviation, deviation)) / deviation.size)
+    return deviation
+
+
+# --- what was asked for beside what came of it --------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a generated map.
+
+    Parameters
+    ----------
+    name : str
+        Symbol of the standard, or ``"hurst"``.
+    asked : float
+        What was asked for, SI units.
+    found : float
+        What the map has; NaN where it does not show it.
+    """
+
+    name: str
+    asked: float
+    found: float
+
+    @property
+    def missed(self) -> float:
+        """By how much: relative, but for a skewness below 1; NaN where the map does not show it."""
+        scale = max(abs(self.asked), 1.0) if self.name == "Ssk" else abs(self.asked)
+        by = self.found - self.asked
+        return by if scale == 0 else by / scale
+
+    @property
+    def met(self) -> bool:
+        """Whether it is the one asked for, within `WITHIN`."""
+        return abs(self.missed) <= WITHIN
+
+
+def compared(surface: Surface) -> tuple[Parameter, ...]:
+    """Return the parameters that were asked for of a generated map beside those it has.
+
+    Parameters
+    ----------
+    surface : Surface
+        As `generate` has made it.
+
+    Returns
+    -------
+    tuple of Parameter
+        Skewness and kurtosis too where nothing was said of them, but for grooves of turning.
+
+    Raises
+    ------
+    InputError
+        If the map was not generated.
+    """
+    made = surface.provenance.origin
+    if made is None or made.method != "generate" or surface.provenance.operations:
+        raise InputError("is no map as it was generated", argument="surface")
+    given, found = made.arguments, made.found
+    asked = {name: given[name] for name in ("Sq", "Sal", "Sdq", "Str")}
+    if given["turning"] is None:
+        kurtosis = johnson.usual_kurtosis(given["Ssk"]) if given["Sku"] is None else given["Sku"]
+        asked |= {"Ssk": given["Ssk"], "Sku": kurtosis, "hurst": given["hurst"]}
+    return tuple(
+        Parameter(name, value, found.get(name, math.nan))
+        for name, value in asked.items()
+        if value is not None and (name != "hurst" or name in found)
+    )

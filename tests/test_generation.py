@@ -1,0 +1,253 @@
+"""Generated surfaces have what was asked of them, and say where they have not."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.cli import app
+from roughcontact.report import generated, script
+from roughcontact.surface import generation, johnson, marks, provenance, spectrum, waves
+from roughcontact.surface.waves import Spectrum
+
+Capture = pytest.CaptureFixture[str]
+
+PIXEL = (1e-6, 1e-6)
+SMALL = (128, 160)
+
+
+def made(shape: tuple[int, int] = SMALL, **asked: Any) -> rc.Surface:
+    return rc.generate(shape, PIXEL, **{"Sq": "0.5 um", "Sal": "5 um", **asked})
+
+
+def missed(surface: rc.Surface) -> dict[str, float]:
+    return {one.name: one.missed for one in generation.compared(surface) if not one.met}
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {},
+        {"Ssk": -1.2, "Sku": 5.0},
+        {"Ssk": 2.0, "Sku": 8.0},
+        {"Str": 0.4, "lay": 30.0, "Ssk": -0.6},
+        {"Sal": "6 um", "Sdq": 0.2, "hurst": 0.5},
+        {"Sal": None, "Sdq": 0.15},
+        {"Sal": None, "rolloff_wavelength": "24 um", "cutoff_wavelength": "3 um", "Sku": 6.0},
+        {"Ssk": -0.6, "Sku": 4.0, "honing": 50.0, "Str": 0.5},
+    ],
+    ids=str,
+)
+def test_a_map_has_the_parameters_asked_for(asked: dict[str, Any]) -> None:
+    surface = made(**asked)
+    assert missed(surface) == {}
+    named = {one.name: one for one in generation.compared(surface)}
+    values = surface.roughness()
+    for name, one in named.items():
+        if name != "hurst":
+            assert values[name] == pytest.approx(one.found, rel=1e-12)
+    assert values["Sq"] == pytest.approx(0.5e-6, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_all_at_once_on_a_large_map() -> None:
+    surface = rc.generate(
+        (1024, 1024), PIXEL, Sq=0.4e-6, Sal=8e-6, Sdq=0.09, Str=0.3, lay=60.0, Ssk=-1.0, Sku=5.0,
+        hurst=0.7,
+    )  # fmt: skip
+    assert missed(surface) == {}
+    assert len(generation.compared(surface)) == 7
+    assert generated.unmet(surface) == []
+
+
+def test_the_same_seed_gives_the_same_bits_and_another_another_map() -> None:
+    first, again, other = made(), made(), made(seed=1)
+    assert first.heights.tobytes() == again.heights.tobytes()
+    assert abs(np.corrcoef(first.heights.ravel(), other.heights.ravel())[0, 1]) < 0.2
+
+
+def test_a_seed_is_one_body_on_every_grid() -> None:
+    asked = {"Sal": None, "rolloff_wavelength": 30e-6, "cutoff_wavelength": 8e-6}
+    coarse = made((96, 96), **asked)
+    fine = rc.generate((192, 192), (0.5e-6, 0.5e-6), Sq="0.5 um", **asked)
+    # Equal but for the ranks of the heights, of which one map has four times as many.
+    assert np.corrcoef(coarse.heights.ravel(), fine.heights[::2, ::2].ravel())[0, 1] > 0.999
+
+
+def test_the_spectrum_is_flat_then_falls_then_ends() -> None:
+    surface = made((256, 256), Sal=None, rolloff_wavelength=32e-6, hurst=0.6, Ssk=-1.0)
+    q, power, _ = spectrum.radial_spectrum(surface.heights, PIXEL)
+    waves_per_metre = q / (2 * np.pi)
+    flat = waves_per_metre < 0.9 / 32e-6
+    sloped = (waves_per_metre > 1.2 / 32e-6) & (waves_per_metre < 0.9 / 8e-6)
+    beyond = waves_per_metre > 1.1 / 8e-6
+    assert np.ptp(power[flat]) < 0.01 * power[flat].mean()
+    slope = np.polyfit(np.log(q[sloped]), np.log(power[sloped]), 1)[0]
+    assert slope == pytest.approx(-2 - 2 * 0.6, abs=0.06)
+    assert power[beyond].max() < 1e-12 * power[flat].mean()
+
+
+def longest_direction(heights: np.ndarray) -> float:
+    """Return the direction [degrees] in which a map is alike longest, as it is drawn."""
+    slope_y, slope_x = np.gradient(heights)
+    # The structure tensor's weak axis; rows count downwards.
+    tensor = [[np.mean(slope_x**2), -np.mean(slope_x * slope_y)],
+              [-np.mean(slope_x * slope_y), np.mean(slope_y**2)]]  # fmt: skip
+    _, axes = np.linalg.eigh(tensor)
+    return float(np.degrees(np.arctan2(axes[1, 0], axes[0, 0])) % 180)
+
+
+@pytest.mark.parametrize("lay", [0.0, 30.0, 90.0, 135.0])
+def test_the_lay_is_counter_clockwise_as_drawn(lay: float) -> None:
+    surface = made(Str=0.3, lay=lay)
+    apart = (longest_direction(surface.heights) - lay + 90) % 180 - 90
+    assert abs(apart) < 4
+    turned = marks.turned((200, 200), PIXEL, 20e-6, 1e-3, lay)
+    assert abs((longest_direction(turned[5:-5, 5:-5]) - lay + 90) % 180 - 90) < 6
+
+
+def test_honing_crosses_at_its_angle() -> None:
+    surface = made((160, 160), Sal=None, rolloff_wavelength=2e-5, honing=60.0, lay=20.0)
+    power = np.abs(np.fft.fft2(surface.heights)) ** 2
+    fy, fx = np.meshgrid(np.fft.fftfreq(160), np.fft.fftfreq(160), indexing="ij")
+    # A wave across grooves runs at right angles to them.
+    grooves = (np.degrees(np.arctan2(-fy, fx)) + 90) % 180
+    ring = (np.hypot(fy, fx) > 0.02) & (np.hypot(fy, fx) < 0.12)
+    angles = np.arange(0, 180, 5)
+    shares = [power[ring & (np.abs((grooves - a + 90) % 180 - 90) < 2.5)].mean() for a in angles]
+    assert set(angles[np.argsort(shares)[-2:]]) == {50, 170}
+
+
+def test_turning_leaves_cusps_and_roughness_between_them() -> None:
+    shape, feed, radius = (64, 250), 50e-6, 0.4e-3
+    grooves = marks.turned(shape, PIXEL, feed, radius, lay=90.0)
+    assert np.ptp(grooves) == pytest.approx(feed**2 / (8 * radius), rel=0.05)
+    np.testing.assert_allclose(grooves[:, :50], grooves[:, 50:100], rtol=0, atol=1e-14)
+    surface = rc.generate(shape, PIXEL, Sq=0.4e-6, turning=(feed, radius), lay=90.0)
+    assert surface.Sq == pytest.approx(0.4e-6, rel=1e-9)
+    assert np.corrcoef(surface.heights.ravel(), grooves.ravel())[0, 1] > 0.3
+    assert [one.name for one in generation.compared(surface)] == ["Sq"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        ({"Sal": None}, "Sal or Sdq or rolloff_wavelength must be given"),
+        ({"rolloff_wavelength": 2e-5}, "Sal and rolloff_wavelength set the same"),
+        ({"Sal": 3e-6}, "Sal must be at least 3."),
+        ({"Sal": 6e-5}, "Sal must be at most a quarter of the shorter side"),
+        ({"Sdq": 3.0}, "Sdq must lie in 0.1"),
+        ({"Str": 0.0}, r"Str must lie in \(0, 1\]"),
+        ({"Ssk": 1.0, "Sku": 2.0}, r"Sku must exceed Ssk² \+ 1 = 2"),
+        ({"honing": 180.0}, "honing must be an angle"),
+        ({"hurst": 1.2}, "hurst must lie in"),
+        ({"cutoff_wavelength": 1e-6}, "cutoff_wavelength must be at least two pixels"),
+        ({"seed": -1}, "seed must be a whole number"),
+        ({"Sq": -1.0}, "Sq must be positive"),
+        ({"turning": (5e-5, 1e-3)}, "Sal does not go with turning"),
+        ({"Sal": None, "turning": (5e-5, 1e-3), "Ssk": 1.0}, "Ssk does not go with turning"),
+        ({"Sal": None, "turning": (5e-5, 1e-5)}, "turning has a nose radius"),
+        ({"Sal": None, "turning": (2e-6, 1e-3), "cutoff_wavelength": 2e-6}, "turning has a feed"),
+        ({"Sal": None, "turning": (8e-5, 1e-4)}, "Sq must be at least 3.434e-06 m, the Sq of the"),
+        ({"Sal": None, "turning": 5e-5}, r"turning must be a pair"),
+    ],
+)
+def test_what_no_map_can_have_is_refused(asked: dict[str, Any], told: str) -> None:
+    with pytest.raises(rc.InputError, match=f"^{told}"):
+        made((96, 128), **asked)
+
+
+def test_what_is_missed_is_said_with_its_reason() -> None:
+    grooves = made((96, 96), Str=0.05)
+    (told,) = generated.unmet(grooves)
+    assert told.startswith("Str is not determined, only at most 0.1")
+    few = made((96, 96), Sal=16e-6, Str=1.0, cutoff_wavelength="16 um")
+    assert any("with room for only about" in reason for reason in generated.unmet(few))
+
+
+def test_its_provenance_says_how_to_make_it_again() -> None:
+    surface = made(Ssk=-0.5, Str=0.5, lay=20.0, seed=7)
+    about = surface.provenance
+    assert provenance.from_text(provenance.to_text(about)) == about
+    assert about.source == "generated rough surface, seed 7"
+    (told,) = about.steps
+    assert told.startswith("generated: Sq 500 nm, Sal 5 µm, Str 0.5, Ssk -0.5, Hurst exponent 0.8")
+    assert "numpy.random.default_rng(7)" in told
+    names: dict[str, Any] = {}
+    exec(script.preparing(surface), names)
+    assert names["surface"].heights.tobytes() == surface.heights.tobytes()
+    with pytest.raises(rc.InputError, match="as it was generated"):
+        generation.compared(surface.leveled())
+
+
+def test_a_gradient_is_that_of_the_first_differences() -> None:
+    found = Spectrum((64, 80), (1e-6, 2e-6), 30e-6, 6e-6, 0.7, 0.5, 25.0)
+    rng = np.random.default_rng(0)
+    phases = np.exp(2j * np.pi * rng.random(found.power.shape))
+    # One column stands for both signs of a wave, and must agree with itself.
+    phases[:, 0] = 1
+    heights = np.fft.irfft2(np.sqrt(found.power) * phases, (64, 80))
+    slope_y, slope_x = (
+        (heights - np.roll(heights, 1, axis)) / edge for axis, edge in enumerate((1e-6, 2e-6))
+    )
+    expected = math.sqrt(np.mean(slope_y**2 + slope_x**2)) / heights.std()
+    assert found.gradient() == pytest.approx(expected, rel=1e-9)
+    again = waves.with_gradient(found, "cutoff", 1e-7 * 0.9 * found.gradient(), 1e-7)
+    assert again.gradient() == pytest.approx(0.9 * found.gradient(), rel=5e-3)
+
+
+def test_the_command_prints_both_and_writes_every_format(tmp_path: Path, capsys: Capture) -> None:
+    files = [tmp_path / f"made{suffix}" for suffix in (".nc", ".npz", ".csv", ".vti")]
+    figure = tmp_path / "made.png"
+    words = ["generate", "--points", "96x128", "--size", "96 um x 128 um", "--sq", "0.5 um",
+             "--sal", "5 um", "--ssk", "-0.5", "--seed", "4"]  # fmt: skip
+    outputs = [word for path in files for word in ("--output", str(path))]
+    assert app.main([*words, *outputs, "--figure", str(figure)]) == app.SOLVED
+    shown = capsys.readouterr().out
+    assert "asked for" in shown
+    assert "Sal" in shown
+    assert "96 × 128 points" in shown
+    assert figure.stat().st_size > 1000
+    expected = made((96, 128), Ssk=-0.5, seed=4).heights
+    for path in files[:3]:
+        assert rc.read_surface(path).heights.tobytes() == expected.tobytes()
+    assert app.main([*words, "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    sal = next(one for one in told["parameters"] if one["name"] == "Sal")
+    assert sal["asked"] == 5e-6
+    assert sal["met"]
+    assert told["seed"] == 4
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ([], "--sq must be given"),
+        (["--sq", "1 um"], "the map gives no lengths of its sides"),
+        (["--sq", "1 um", "--size", "1 mm"], "--sal or --sdq or --rolloff must be given"),
+        (["--sq", "1 um", "--size", "1 mm", "--sal", "9 um", "--ssk", "2", "--sku", "4"], "--sku"),
+        (["--sq", "1 um", "--size", "1 mm", "--sal", "9 um", "--output", "x.stl"], "--output"),
+        (["--sq", "1"], "--sq"),
+    ],
+)
+def test_mistakes_end_in_one_sentence(words: list[str], told: str, capsys: Capture) -> None:
+    assert app.main(["generate", *words]) == app.BAD_INPUT
+    shown = capsys.readouterr()
+    assert shown.err.startswith(f"roughcontact: error: {told}")
+    assert shown.err.count("\n") == 1
+    assert shown.out == ""
+
+
+def test_usual_kurtosis_is_that_of_a_gamma_distribution() -> None:
+    from scipy import stats
+
+    for skewness in (0.3, 1.0, 2.0):
+        shape = 4 / skewness**2
+        kurtosis = 3 + float(stats.gamma(shape).stats("k"))
+        assert johnson.usual_kurtosis(skewness) == pytest.approx(kurtosis)
