@@ -177,7 +177,7 @@ def joined(solutions, edges):
 def several_levels(monkeypatch):
     """Coarse grids and collective modes on a map small enough for a matrix."""
     monkeypatch.setattr(bounded, "_COARSEST", 4)
-    monkeypatch.setattr(patches, "_BLOCK_POINTS", 8)
+    monkeypatch.setattr(patches, "_BLOCK", 4)
 
 
 def gap(kind):
@@ -359,7 +359,8 @@ ALLOWED = {
     "preconditioner": {
         "on": "parts that `added` sums over the processes",
         "apply": "parts that `added` sums over the processes",
-        "_product": "blocks of the map, which all processes hold",
+        "_displaced": "blocks of the map, which all processes hold",
+        "_dot": "blocks of the map, which all processes hold",
     },
     "rest": {
         "rigid_tilt": "a whole map: one on several processes is left out",

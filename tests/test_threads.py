@@ -12,7 +12,6 @@ import pytest
 
 import house
 from roughcontact.halfspace import convolution
-from roughcontact.solvers.preconditioner import _stiffened
 
 # What sums by BLAS or LAPACK, whose last digits depend on their threads where there is much of it.
 BLAS = {
@@ -122,15 +121,3 @@ def test_operators_do_not_depend_on_threads(shape, backend):
         )
         for other in others:
             np.testing.assert_array_equal(other, one)
-
-
-@pytest.mark.parametrize("size", [1, 23, 24, 25, 100])
-def test_stiffened_modes(size):
-    rng = np.random.default_rng(size)
-    root = rng.standard_normal((size, size))
-    compliance = root @ root.T + np.eye(size)
-    stiffness = rng.random(size) * (rng.random(size) < 0.8)
-    expected = np.linalg.solve(np.eye(size) + compliance * stiffness, compliance)
-    found = _stiffened(compliance, stiffness)
-    np.testing.assert_allclose(found, expected, atol=1e-11 * np.abs(expected).max())
-    np.testing.assert_array_equal(found, found.T)

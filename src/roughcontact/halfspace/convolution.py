@@ -25,6 +25,8 @@ Visit = Callable[[int, slice, NDArray[Any]], None]
 # Rows of the kernel that one thread makes at a time. Where a band begins decides which of its
 # pixels count as near, hence their last digits: so it must not depend on the number of threads.
 _BAND = 64
+# Half the rows and columns of zeros that keep the opposite edges of a map apart.
+_APART = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,21 +162,29 @@ class Convolution:
         return displacement
 
     def approximate_inverse(self) -> Convolution:
-        """Return ``displacement / K₀₀ → pressure`` without padding, in single precision.
+        """Return ``displacement / K₀₀ → pressure`` with next to no padding, in single precision.
 
-        The inverse of a circular convolution divides by the spectrum, and every second wave of
-        the padded map is a wave of the unpadded one. A wave that the spectrum does not move is
+        The inverse of a circular convolution divides by the spectrum. A few rows and columns of
+        zeros keep opposite edges of a map that ends there apart; the symbol of each wave is that
+        of the nearest wave of the padded map. A wave that the spectrum does not move is
         taken for the softest of the others: one left out could not be inverted under a given
         approach. The buffer is shared: the two operators must not be at work at the same time.
         """
-        steps = [1 if wrapped else 2 for wrapped in self.wrapped]
-        spectrum = self.spectrum[:: steps[0], :: steps[1]].astype(np.float64)
+        period = [
+            points if wrapped else 2 * fft.fast_length(points // 2 + _APART)
+            for points, wrapped in zip(self.shape, self.wrapped, strict=True)
+        ]
+        waves = [
+            np.rint(np.arange(short // 2 + 1) * (long / short)).astype(np.int64)
+            for short, long in zip(period, self.padded, strict=True)
+        ]
+        spectrum = self.spectrum[np.ix_(*waves)].astype(np.float64)
         spectrum[spectrum <= 0] = spectrum.max()
         np.divide(self.self_displacement, spectrum, out=spectrum)
         return Convolution(
             spectrum,
             self.shape,
-            (self.padded[0] // steps[0], self.padded[1] // steps[1]),
+            (period[0], period[1]),
             workspace=self.workspace,
             precision="single",
         )

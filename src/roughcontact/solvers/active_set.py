@@ -15,7 +15,7 @@ from roughcontact.solvers.problem import Limit
 from roughcontact.solvers.projection import project
 
 # A linear solve stops at this reduction unless the set of free pixels is already right.
-_REDUCTION = 0.1
+_REDUCTION = 0.3
 # How a way along the bounds is shortened, and down to where.
 _SHORTER, _SHORTEST = 0.4, 0.1
 # Curvature over K₀₀ below which the uniform pressure of a periodic map is not resisted.
@@ -111,7 +111,7 @@ def _solved(
     support = patch.operator.support(free_index)
     precondition = patch.inverse.on(free_index)
     direction: NDArray[np.float64] | None = None
-    previous = 1.0
+    response, previous = residual, 1.0
     while viewer.convolutions < max_iterations:
         z = centred(precondition(residual / unit), sums)
         product = sums.dot(residual, z)
@@ -120,7 +120,9 @@ def _solved(
         if direction is None:
             direction = z
         else:
-            direction *= product / previous
+            # The inverse is not quite linear: what z shares with the residual before is taken off
+            # (Golub and Ye 1999, doi:10.1137/S1064827597323415).
+            direction *= -sums.dot(response, z) / previous
             direction += z
         del z
         previous = product
@@ -136,7 +138,6 @@ def _solved(
         response = centred(response, sums)
         response *= length
         residual -= response
-        del response
         error = norm(residual, sums) / unit
         violation = _excess(x, limit, sums) if bounded else math.inf
         if error <= enough or (bounded and violation > error):

@@ -53,7 +53,7 @@ _COARSEST = 32
 # in turn; the number of the former after a step that overshoots, doubled every time that they take
 # over; how often before giving up; over how many the energy may rise.
 _PATIENCE = 3
-_BURST = 8
+_BURST = 4
 _BURSTS = 20
 _NONMONOTONE = 5
 
@@ -221,7 +221,7 @@ def _solve_level(
             after = step_along_arc(best, viewer, patches, tolerance, max_iterations)
             bursts, fruitless = bursts + 1, -1
         else:
-            steps = _BURST << min(bursts // 2, 5)
+            steps = _BURST << min(bursts // 2, 6)
             after = projected_gradient(now, viewer, steps, max_iterations)
             bursts, fruitless = bursts + 1, -1
         fruitless = 0 if after.certificate < 0.9 * best.certificate else fruitless + 1

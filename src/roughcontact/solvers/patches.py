@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from roughcontact.solvers.operator import Family, Operator
 from roughcontact.solvers.preconditioner import FreePixelInverse
 
-# Blocks per side for the collective modes of the contact spots, and the fewest points in one.
-_BLOCKS = 24
-_BLOCK_POINTS = 64
+# Pixels along the edge of a block, and the fewest blocks along a side that are of use.
+_BLOCK = 8
+_FEWEST_BLOCKS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,24 +80,12 @@ class Patches:
         return self._last
 
     def _patch(self, first: tuple[int, int], operator: Operator) -> Patch:
-        response = _responses(operator.shape, self._family, self._pixel)
-        if response is not None:
-            response /= operator.self_displacement
-        inverse = FreePixelInverse(operator.approximate_inverse(), response)
-        return Patch(first, self._width, operator, inverse)
-
-
-def _responses(
-    shape: tuple[int, int], operator: Family, pixel: tuple[int, int]
-) -> NDArray[np.float64] | None:
-    """Return the displacement [m] of blocks of pixels by unit pressure on one pixel of the first.
-
-    None where the map is too small for blocks to be of use.
-    """
-    blocks = [min(_BLOCKS, points // _BLOCK_POINTS) for points in shape]
-    if min(blocks) < 2:
-        return None
-    size = [-(-points // number) for points, number in zip(shape, blocks, strict=True)]
-    unit = np.zeros(blocks)
-    unit[0, 0] = 1 / (size[0] * size[1])
-    return operator((blocks[0], blocks[1]), (size[0] * pixel[0], size[1] * pixel[1]))(unit)
+        inverse, unit = operator.approximate_inverse(), operator.self_displacement
+        number = [-(-points // _BLOCK) for points in operator.shape]
+        if min(number) < _FEWEST_BLOCKS:
+            return Patch(first, self._width, operator, FreePixelInverse(inverse))
+        pixel = (_BLOCK * self._pixel[0], _BLOCK * self._pixel[1])
+        blocks = self._family((number[0], number[1]), pixel)
+        return Patch(
+            first, self._width, operator, FreePixelInverse(inverse, blocks, (_BLOCK, _BLOCK), unit)
+        )
