@@ -128,3 +128,110 @@ def test_a_filter_passes_half_of_a_wave_at_its_cutoff():
         assert np.ptp(middle) == pytest.approx(1e-6, rel=1e-3)
     with pytest.raises(rc.InputError, match=r"2 µm to 8 mm"):
         surface.filtered(s=1e-2)
+
+
+# In files
+
+
+def traced(uneven=0.0):
+    """Positions [mm] and heights [µm] of a rough trace."""
+    rng = np.random.default_rng(3)
+    x = np.arange(2000) * 5e-4
+    z = np.convolve(rng.standard_normal(2010), np.ones(11) / 11, "valid")
+    return np.sort(x + uneven * rng.uniform(-1, 1, x.size)), z
+
+
+def written(path, x, z, head="", mark="\t", comma=False):
+    lines = [f"{a:.7f}{mark}{b:.6f}" for a, b in zip(x, z, strict=True)]
+    text = "\n".join(lines) + "\n"
+    path.write_text(head + (text.replace(".", ",") if comma else text), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "unit"),
+    [
+        ("a.txt", {"head": "X [mm]\tZ [um]\n"}, None),
+        (
+            "b.csv",
+            {"head": "Run 1\nDate;2024\n\nx (mm);z (µm)\n", "mark": ";", "comma": True},
+            None,
+        ),
+        ("c.txt", {"mark": "  "}, "mm, um"),
+        ("d.csv", {"mark": ",", "head": "# mm, um\n"}, None),
+        ("e.asc", {"mark": "\t", "comma": True}, "mm, um"),
+    ],
+)
+def test_two_columns_are_a_profile(tmp_path, name, options, unit):
+    x, z = traced()
+    path = written(tmp_path / name, x, z, **options)
+    surface = rc.read_surface(path, unit=unit)
+    assert surface.is_profile
+    assert surface.pixel[1] == pytest.approx(5e-7, rel=1e-9)
+    np.testing.assert_allclose(surface.heights[0], 1e-6 * z, atol=1e-12)
+    assert surface.provenance.steps == ()
+    (channel,) = rc.formats.read.channels(path)
+    assert channel.shape == (1, 2000)
+
+
+def test_uneven_points_are_brought_to_equal_distances_and_told(tmp_path):
+    x, _ = traced(uneven=2e-4)
+    path = written(tmp_path / "t.txt", x, np.sin(20 * x))
+    surface = rc.read_surface(path, unit="mm, um")
+    (note,) = surface.provenance.steps
+    assert "brought to" in note
+    assert "linear interpolation" in note
+    even = 1e3 * (x[0] * 1e-3 + surface.pixel[1] * np.arange(surface.shape[1]))
+    np.testing.assert_allclose(surface.heights[0], 1e-6 * np.sin(20 * even), atol=1e-10)
+    assert surface.size[1] == pytest.approx(1e-3, rel=1e-2)
+
+
+def test_falling_positions_are_read_from_the_other_end(tmp_path):
+    x, z = traced()
+    path = written(tmp_path / "t.txt", x[::-1], z)
+    np.testing.assert_allclose(
+        rc.read_surface(path, unit="mm, um").heights[0, ::-1], 1e-6 * z, atol=1e-12
+    )
+
+
+def test_a_gap_of_the_trace_is_missing(tmp_path):
+    x, z = traced()
+    kept = np.r_[0:700, 760:2000]
+    surface = rc.read_surface(written(tmp_path / "t.txt", x[kept], z[kept]), unit="mm, um")
+    assert surface.shape == (1, 2000)
+    assert np.array_equal(np.flatnonzero(np.isnan(surface.heights[0])), np.arange(700, 760))
+
+
+def test_units_and_length_of_a_profile_are_asked_for_and_may_be_replaced(tmp_path):
+    x, z = traced()
+    bare = written(tmp_path / "bare.txt", x, z)
+    with pytest.raises(rc.InputError, match=r"gives no units of its positions.*'mm, um'"):
+        rc.read_surface(bare)
+    stated = written(tmp_path / "stated.txt", x, z, head="x [mm]\tz [um]\n")
+    found = rc.read_surface(stated, unit="mm, nm")
+    assert found.provenance.steps == ("read: units mm and um of the file replaced by mm, nm",)
+    assert np.ptp(found.heights) == pytest.approx(1e-9 * np.ptp(z))
+    with pytest.raises(rc.InputError, match="gives its size itself"):
+        rc.read_surface(stated, size="2 mm")
+    found = rc.read_surface(stated, size="2 mm", override_size=True)
+    assert found.size[1] == pytest.approx(2e-3)
+    assert "sides of 1 mm, as the file gives them, replaced by 2 mm" in found.provenance.steps[0]
+    column = tmp_path / "column.txt"
+    np.savetxt(column, z)
+    with pytest.raises(rc.InputError, match="is a profile and gives no length"):
+        rc.read_surface(column, unit="um")
+    assert rc.read_surface(column, unit="um", size="1 mm").pixel[1] == pytest.approx(5e-7)
+
+
+def test_the_roughness_of_a_file_is_without_waves_beyond_the_cutoff():
+    from roughcontact.report import inputs
+
+    # A wave well below λc = 0.8 mm, one well beyond it.
+    x = np.arange(9600) * 5e-7
+    rough, form = (a * np.sin(2 * np.pi * x / w) for a, w in ((1e-6, 8e-5), (5e-6, 4.8e-3)))
+    surface = rc.Surface(rough + form, 5e-7).leveled("mean")
+    found = inputs.filtered(surface)
+    assert found["Rq"] == pytest.approx(1e-6 / math.sqrt(2), rel=2e-2)
+    assert found["Rsm"] == pytest.approx(8e-5, rel=1e-2)
+    assert found["Rz"] == pytest.approx(2e-6, rel=5e-2)
+    assert inputs.primary(surface)["Pq"] > 3e-6

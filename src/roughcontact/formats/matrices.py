@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from roughcontact import limits, units
 from roughcontact.errors import FormatError, InputError, Mention
-from roughcontact.formats import numpy_files
+from roughcontact.formats import numpy_files, traces
 from roughcontact.formats.numpy_files import Arrays
 from roughcontact.formats.scale import asked_pixel, in_metres, refuse_unit, unit_in_metres
 from roughcontact.formats.source import Asked, Channel, one_line, surface_of
+from roughcontact.surface.grid import WIDTH
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 
@@ -44,19 +45,28 @@ def read_text(path: Path, name: str, asked: Asked) -> Surface:
         raise InputError(
             f"{path.name} has no channels; leave out ", Mention("channel", asked.channel)
         )
+    trace = traces.found(path)
+    if trace is not None:
+        return traces.read(path, trace, asked)
     scale = _scale_in_text(path)
     values, steps = _read_text(path, points_possible=scale is None)
+    if scale is None and min(values.shape) == 1 and values.size >= traces.FEWEST:
+        return traces.column(path, values.ravel(), asked)
     asked.expect(values.shape)
     return _scaled(path, values, Provenance(path.name, f"matrix ({name})", "", steps), scale, asked)
 
 
 def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
-    """Return the matrix in a text file as the only channel."""
+    """Return the matrix or the profile in a text file as the only channel."""
+    trace = traces.found(path)
+    if trace is not None:
+        return (Channel("", trace.units[1], True, (1, len(trace.columns))),)
     stated = _head_of_text(path)
     quantity, unit = stated.get("quantity", ""), stated.get("unit", "")
     is_height = not stated or quantity == "height"
     values, _ = _read_text(path, points_possible=not stated)
-    return (Channel(quantity, unit, is_height, values.shape),)
+    shape = values.shape if stated or values.shape[1] > 1 else values.shape[::-1]
+    return (Channel(quantity, unit, is_height, shape),)
 
 
 def read_arrays(path: Path, name: str, asked: Asked) -> Surface:
@@ -65,12 +75,19 @@ def read_arrays(path: Path, name: str, asked: Asked) -> Surface:
     scale = _scale_in_arrays(path, arrays) if asked.channel in (None, "heights") else None
     channel = _chosen_array(path, arrays, asked.channel if scale is None else "heights")
     head = arrays.heads[channel]
-    _require_map(path, head.shape, head.dtype)
+    line = len(head.shape) == 1 and head.shape[0] >= traces.FEWEST
+    if scale is None and line and head.dtype.kind in "fiu":
+        limits.require_points(path.name, head.shape, _EACH)
+        return traces.column(path, arrays.read(channel), asked)
+    _require_map(path, head.shape, head.dtype, scale)
     limits.require_points(path.name, head.shape, _EACH)
     asked.expect(head.shape)
     provenance = Provenance(path.name, f"matrix ({name})", channel)
     values = arrays.read(channel)
     if scale is None:
+        trace = traces.in_columns(values)
+        if trace is not None:
+            return traces.read(path, trace, asked)
         _refuse_points(path, values)
     return _scaled(path, values, provenance, scale, asked)
 
@@ -83,7 +100,12 @@ def array_channels(path: Path, name: str) -> tuple[Channel, ...]:
     )
 
 
-def _require_map(path: Path, shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:
+def _require_map(
+    path: Path, shape: tuple[int, ...], dtype: np.dtype[Any], scale: Scale | None
+) -> None:
+    if shape[:1] == (1,) and scale is not None and scale[1][0] == WIDTH:
+        # A profile as the program keeps it.
+        shape = (2, *shape[1:])
     if dtype.kind not in "fiu" or len(shape) != 2 or min(shape) < 2:
         raise FormatError(
             f"{path.name} must hold a matrix of at least 2 × 2 real numbers, got {dtype} of shape "
@@ -95,7 +117,7 @@ def _scaled(
     path: Path, values: NDArray[Any], provenance: Provenance, scale: Scale | None, asked: Asked
 ) -> Surface:
     """Return the map of numbers whose scale the file states, or whoever reads it."""
-    _require_map(path, values.shape, values.dtype)
+    _require_map(path, values.shape, values.dtype, scale)
     if scale is None:
         metre, stated = unit_in_metres(path, asked.unit), None
     else:
@@ -307,12 +329,11 @@ def _comma_error(path: Path, word: str, number: int) -> FormatError:
 def _refuse_points(path: Path, matrix: NDArray[Any]) -> None:
     """Refuse coordinates beside the heights, which would pass for heights of a narrow map."""
     for pairs in (matrix, matrix.T):
-        if pairs.shape[1] == 2 and pairs.shape[0] >= 9 and any(map(_advances, pairs.T)):
+        if traces.in_columns(pairs) or traces.in_columns(pairs[:, ::-1]):
             raise FormatError(
-                f"{path.name} looks like a profile, {pairs.shape[0]} points x, z: what is pressed "
-                "is a map; for a body that is the same all along y write the heights alone, as "
-                "several equal rows, and solve with ", Mention("boundary", "periodic-y"),
-            )  # fmt: skip
+                f"{path.name} looks like a profile, {pairs.shape[0]} points x, z: write them in "
+                "two columns, the positions first"
+            )
     # Three columns of which two count through a grid would pass for a narrow map.
     if matrix.shape[1] == 3 and matrix.shape[0] >= 9:
         first, second = (np.unique(matrix[:, column]).size for column in (0, 1))
@@ -321,9 +342,3 @@ def _refuse_points(path: Path, matrix: NDArray[Any]) -> None:
                 f"{path.name} looks like a list of points x, y, z; write the heights as a matrix "
                 "with one row of the map per line"
             )
-
-
-def _advances(values: NDArray[Any]) -> bool:
-    """Return whether numbers only rise, or only fall."""
-    steps = np.diff(values.astype(np.float64))
-    return bool((steps > 0).all() or (steps < 0).all())

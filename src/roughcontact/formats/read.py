@@ -215,7 +215,8 @@ def _read(file: Path, known: InputFormat, wanted: str | None, asked: Asked) -> S
     about = surface.provenance
     read = {} if about.origin is None else about.origin.found
     notes = replace(about, origin=None).steps
-    found = {"format": known.name, "size": surface.size, "notes": notes, **read}
+    size = surface.size[surface.is_profile :]
+    found = {"format": known.name, "size": size, "notes": notes, **read}
     origin = Operation("read_surface", given, found)
     return replace(surface, provenance=replace(about, origin=origin, operations=()))
 

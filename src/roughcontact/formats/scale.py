@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from roughcontact import units
 from roughcontact.errors import FormatError, InputError, Mention
 from roughcontact.formats.source import Asked
+from roughcontact.surface.grid import WIDTH
 from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
@@ -115,6 +116,10 @@ def pixel_of(
         If the size is missing or cannot be used.
     """
     ny, nx = shape
+    if size is None and ny == 1:
+        raise InputError(
+            f"{name} is a profile and gives no length; give it, e.g. ", Mention("size", "4 mm")
+        )
     if size is None:
         raise InputError(
             f"{name} gives no lengths of its sides; give them in the order (y, x), e.g. ",
@@ -132,7 +137,10 @@ def pixel_of(
             raise InputError(
                 f"must be a pair (y, x) in metres, got {size!r}", argument="size", value=size
             ) from None
-    if len(sides) == 1 and ny == nx:
+    if ny == 1:
+        # The one side of a profile; who gives two means the last.
+        sides = (WIDTH, *sides[-1:])
+    elif len(sides) == 1 and ny == nx:
         sides *= 2
     if len(sides) != 2:
         raise InputError(
@@ -163,20 +171,21 @@ def check_scale(path: Path, surface: Surface) -> None:
         ("sides (y, x)", surface.size, _SIDE_RANGE),
         ("pixel (dy, dx)", surface.pixel, _PIXEL_RANGE),
     ):
-        if not all(low <= value <= high for value in values):
-            first, second = (units.engineering(value, "m") for value in values)
+        counted = values[surface.is_profile :]
+        if not all(low <= value <= high for value in counted):
             raise FormatError(
-                f"{path.name} was read with {name} of {first} × {second}, which is outside "
+                f"{path.name} was read with {name} of {units.lengths(counted)}, which is outside "
                 f"{units.engineering(low, 'm')} to {units.engineering(high, 'm')}; {what}, or "
                 "replace a size that the file has wrong by ", Mention("size", "0.1 mm x 0.2 mm"),
                 " and ", Mention("override_size", True),
             )  # fmt: skip
     top, bottom = float(np.nanmax(surface.heights)), float(np.nanmin(surface.heights))
     span = top - bottom
-    if span > _HEIGHT_OVER_SIDE * max(surface.size):
+    longest = max(surface.size[surface.is_profile :])
+    if span > _HEIGHT_OVER_SIDE * longest:
         raise FormatError(
             f"{path.name} was read with heights that span {units.engineering(span, 'm')} on sides "
-            f"of {units.engineering(max(surface.size), 'm')}; {what}, or mark outliers as missing"
+            f"of {units.engineering(longest, 'm')}; {what}, or mark outliers as missing"
         )
     if max(top, -bottom) > _SIDE_RANGE[1]:
         raise FormatError(

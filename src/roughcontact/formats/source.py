@@ -134,7 +134,8 @@ def surface_of(
     """
     found: dict[str, object] = {"unit": metre}
     if stated is not None and stated != pixel:
-        found["stated_size"] = [n * edge for n, edge in zip(heights.shape, stated, strict=True)]
+        sides = [n * edge for n, edge in zip(heights.shape, stated, strict=True)]
+        found["stated_size"] = sides[heights.shape[0] == 1 :]
     if acquired:
         found["acquired"] = acquired
     origin = Operation("read_surface", {"path": path.name}, found)

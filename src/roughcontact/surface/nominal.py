@@ -487,6 +487,30 @@ def parse(text: str, name: str = "body") -> Body:
     raise wrong
 
 
+def across(body: Body) -> Body:
+    """Return a body of `parse` as the profile across it has it.
+
+    Parameters
+    ----------
+    body : Body
+        Flat, or a cylinder or wedge along y, which they take if no angle is given.
+
+    Raises
+    ------
+    InputError
+        If it is another, or lies in another direction.
+    """
+    if body is flat:
+        return body
+    if isinstance(body, partial) and body.func in (cylinder, wedge):
+        if body.keywords["angle"] in (0.0, 90.0):
+            return partial(body.func, **{**body.keywords, "angle": 90.0})
+    raise InputError(
+        "a profile takes 'flat', a cylinder such as 'cylinder 5 mm' or a wedge such as 'wedge "
+        "0.01', which go on alike across it"
+    )
+
+
 def _measured(text: str, name: str, what: str) -> float:
     try:
         return units.parse(text, "length", what)

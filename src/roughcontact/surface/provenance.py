@@ -261,6 +261,9 @@ def _leveled(given: _Said, found: _Said) -> tuple[str, ...]:
         what = "robust plane (Tukey's biweight)"
     else:
         what = f"least-squares {form}"
+    if found.get("line"):
+        # Of a profile the plane is a line, and the quadric a parabola.
+        what = what.replace("plane", "line").replace("quadric", "parabola")
     return (f"leveled: {what} subtracted",)
 
 

@@ -174,7 +174,8 @@ class Surface:
             The residual heights; least squares leaves a zero mean over the valid points.
         """
         heights = leveling.level(self.heights, form, points)
-        return self._after(Operation("leveled", {"form": form, "points": points}), heights)
+        found: dict[str, object] = {"line": True} if self.is_profile else {}
+        return self._after(Operation("leveled", {"form": form, "points": points}, found), heights)
 
     def without_form(self, shape: str, degree: int | None = None) -> Surface:
         """Return a copy without its least-squares sphere, cylinder or polynomial.
