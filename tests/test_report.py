@@ -301,7 +301,7 @@ def test_every_case_is_told_as_it_is(problem: dict[str, Any], words: str) -> Non
     page = Page(report.render(result, date=DAY))
     assert words in page.words
     assert result.regime in page.words
-    for statement in report.assumptions.statements(result, result.spots()):
+    for statement in report.chapters.stated(result, result.spots()):
         assert statement.text in page.words
     assert ("Preparation of the counter-body" in page.words) is (result.counter_surface is not None)
 
@@ -316,7 +316,7 @@ def test_cautions_stand_on_the_first_page() -> None:
     y, x = np.mgrid[-24:24, -24:24] * 1e-6
     ball = rc.Surface(-(x**2 + y**2) / 0.02, (1e-6, 1e-6))
     smooth = Page(report.render(solved(ball, load=0.1)))
-    told = "Looked at, without cause for a caution: convergence, contact at the edges of the map"
+    told = "Looked at, without cause for a caution: convergence, contact at the edges"
     assert told in smooth.words.split("Contents", 1)[0]
     assert "Looked at: convergence" in first
 

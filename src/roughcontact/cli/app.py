@@ -481,7 +481,7 @@ def _info(file: Path | str | None, given: Given) -> None:
             {"name": c.name, "unit": c.unit, "is_height": c.is_height, "shape": list(c.shape)}
             for c in channels
         ]
-        print(to_json({**stored(inputs.FILE, measured), "channels": listed}))
+        print(to_json({**stored(inputs.file_table(measured), measured), "channels": listed}))
     else:
         from roughcontact.cli import console
 

@@ -131,17 +131,16 @@ def show_verified(checked: Sequence[Checked]) -> None:
     from roughcontact.report import tables
     from roughcontact.report.quantities import quantity_of
 
-    keys = ("load", "certificate")
-    told = {key: quantity_of(tables.CONTACT, key).told for key in keys}
+    certificate = quantity_of(tables.CONTACT, "certificate").told
     rows: list[Cells] = []
     for one in checked:
         numbers: tuple[str, ...] = ("",) * 5
         if one.found is not None:
             numbers = (
-                told["load"](one.found.load),
-                told["load"](one.found.found_load),
-                told["certificate"](one.found.certificate),
-                told["certificate"](one.found.found_certificate),
+                engineering(one.found.load, one.found.load_unit),
+                engineering(one.found.found_load, one.found.load_unit),
+                certificate(one.found.certificate),
+                certificate(one.found.found_certificate),
                 "agree" if one.sealed else "none",
             )
         rows.append((one.file, *numbers, "refused" if one.reason else "sound"))
@@ -214,7 +213,11 @@ def show_info(measured: Measured, channels: Sequence[Channel]) -> None:
         listed.append(
             ("" if listed else "channels", name + ("" if entry.is_height else ", no heights"))
         )
-    _print_table(_cells(rows_of(inputs.FILE, measured)), listed)
+    _print_table(_cells(rows_of(inputs.file_table(measured), measured)), listed)
+    if measured.surface.is_profile:
+        heads = ("after line", "all waves", "without λc", "")
+        _print_table(inputs.profile_parameters(measured.leveled), heads=heads)
+        return
     values = measured.leveled.roughness()
     roughness = [
         (name, inputs.parameter(name, values), meaning)
@@ -275,7 +278,7 @@ def _map(surface: Surface) -> list[Cells]:
 
     steps = surface.provenance.steps or ("none",)
     prepared = [("" if index else "preparation", str(step)) for index, step in enumerate(steps)]
-    return [*_cells(rows_of(inputs.SURFACE, surface, brief=True)), *prepared]
+    return [*_cells(rows_of(inputs.table_of(surface), surface, brief=True)), *prepared]
 
 
 def _body(material: Material) -> str:

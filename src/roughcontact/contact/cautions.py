@@ -9,6 +9,7 @@ from enum import StrEnum
 from typing import Any
 
 from roughcontact.errors import Mention, Part, Sentence, parts_of, worded
+from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering
 
 
@@ -111,15 +112,20 @@ def of_measurement(notes: Iterable[str]) -> tuple[Caution, ...]:
     return tuple(noted(Kind.MEASUREMENT, *parts_of(note)) for note in notes)
 
 
-def of_nominal(pressure: float, area: float) -> Caution:
-    """Return that a load was given as a pressure [Pa] on the area of the whole map [m²]."""
+def of_nominal(pressure: float, surface: Surface) -> Caution:
+    """Return that a load was given as a pressure [Pa] on the area of the whole map."""
+    area = surface.size[0] * surface.size[1]
+    what, in_force, in_area = ("map", "N", "m²")
+    if surface.is_profile:
+        what, in_force, in_area = ("profile", "N/m", "m")
     force, given, whole = (
         engineering(value, unit)
-        for value, unit in ((pressure * area, "N"), (pressure, "Pa"), (area, "m²"))
+        for value, unit in ((pressure * area, in_force), (pressure, "Pa"), (area, in_area))
     )
     return noted(
         Kind.NOMINAL,
-        f"the load was given as a nominal pressure: {given} on the whole map, {whole}, are {force}",
+        f"the load was given as a nominal pressure: {given} on the whole {what}, {whole}, are "
+        f"{force}",
         pressure=pressure,
         area=area,
         load=pressure * area,

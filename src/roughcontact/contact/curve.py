@@ -107,6 +107,8 @@ class LoadCurve:
         What the contacts under these loads give cause for.
     remarks : tuple of Caution
         What else is known of the numbers, from the measurement of the maps.
+    is_profile : bool
+        Whether the bodies are profiles: loads are per length [N/m], areas lengths [m].
     """
 
     steps: tuple[LoadStep, ...]
@@ -120,6 +122,7 @@ class LoadCurve:
     preparation: tuple[str, ...]
     found: tuple[Caution, ...] = ()
     remarks: tuple[Caution, ...] = ()
+    is_profile: bool = False
 
     @property
     def cautions(self) -> tuple[Caution, ...]:

@@ -251,12 +251,12 @@ def at_edge(result: ContactResult, *more: str) -> Caution | None:
     share = area.edge_load(result.pressure, result.boundary)
     return warned(
         Kind.EDGE,
-        "contact reaches the edge of the map, where the body is taken to end: right for a part "
-        "that ends there; for a sample of a larger face the rim carries too much (here "
-        f"{percent(share)} of the load on the outermost pixels), and approach and stiffness "
+        f"contact reaches the edge of the {result.pair.whole}, where the body is taken to end: "
+        "right for a part that ends there; for a sample of a larger face the rim carries too much "
+        f"(here {percent(share)} of the load on the outermost pixels), and approach and stiffness "
         "may be far off: solve with ",
         Mention("boundary", "periodic"),
-        "; for a body that is curved as a whole measure a larger map",
+        f"; for a body that is curved as a whole measure a larger {result.pair.whole}",
         *more,
         edge_load=share,
     )
@@ -280,7 +280,8 @@ def _resolution(result: ContactResult) -> Caution | None:
     return warned(
         Kind.RESOLUTION,
         f"half of the load is carried by spots of {counted(pixels, 'pixel')} or fewer: the "
-        "map does not resolve the contact, and areas and pressures depend on its pixel",
+        f"{result.pair.whole} does not resolve the contact, and "
+        f"{'lengths' if result.pair.is_profile else 'areas'} and pressures depend on its pixel",
         carrying_pixels=pixels,
     )
 
@@ -319,9 +320,10 @@ def _units(result: ContactResult) -> Caution | None:
         if not STRENGTHS[0] <= share <= STRENGTHS[1]:
             what = f"the yield strength of {whose} is {share:.2g} of its modulus, as in no solid"
             return _mistaken(what, "pascals, so 1 GPa is 1e9 or '1 GPa'", yield_over_young=share)
-    side = max(result.surface.size)
+    side = max(result.surface.size[result.surface.is_profile :])
     if side > LONGEST_SIDE:
-        return _mistaken(f"the map is {engineering(side, 'm')} long", _METRES, side=side)
+        what = f"the {result.pair.whole} is {engineering(side, 'm')} long"
+        return _mistaken(what, _METRES, side=side)
     return None
 
 
@@ -425,10 +427,16 @@ def _hardness(result: ContactResult) -> Caution | None:
     if not low:
         told += "no contact bears more than the hardness, which is the better ceiling: "
         return careful(Kind.HARDNESS, told, better, **numbers)
+    extent = "length" if result.pair.is_profile else "area"
+    told += (
+        f"it hardens as it flows, and where flow is full the contact {extent} is "
+        f"{hardness / ceiling:.2g} times too large and the hardness the better ceiling, "
+    )
+    if result.pair.is_profile:
+        return careful(Kind.HARDNESS, told, better, **numbers)
     return careful(
         Kind.HARDNESS,
-        f"{told}it hardens as it flows, and where flow is full the contact area is "
-        f"{hardness / ceiling:.2g} times too large and the hardness the better ceiling, ",
+        told,
         better,
         "; short of that give a law of ",
         Mention("hardening"),
@@ -451,8 +459,8 @@ def _shown(result: ContactResult) -> str:
 
 def _spikes(result: ContactResult) -> Caution | None:
     for surface, whose in (
-        (result.surface, "the map"),
-        (result.counter_surface, "the map of the counter-body"),
+        (result.surface, f"the {result.pair.whole}"),
+        (result.counter_surface, f"the {result.pair.whole} of the counter-body"),
     ):
         found = None if surface is None else spikes(surface)
         if found is not None:
@@ -531,7 +539,7 @@ def _filled(result: ContactResult) -> Caution | None:
     share = max(filled_share(body) for body in bodies)
     if share == 0:
         return None
-    text = f"{percent(share)} of the map was not measured but filled smoothly"
+    text = f"{percent(share)} of the {result.pair.whole} was not measured but filled smoothly"
     if share < MANY_FILLED:
         return noted(Kind.FILLED, text, filled=share)
     return careful(
@@ -546,12 +554,12 @@ def _missing(result: ContactResult) -> Caution | None:
     if not missing:
         return None
     share = missing / result.gap.size
+    part = f"{percent(share)} of the {result.pair.whole}"
     was = "was" if missing == 1 else "were"
     said = noted if share < MANY_FILLED else careful
     return said(
         Kind.MISSING,
-        f"{counted(missing, 'missing point')} ({percent(share)} of the map) {was} treated as "
-        "never touching",
+        f"{counted(missing, 'missing point')} ({part}) {was} treated as never touching",
         missing=missing,
     )
 
@@ -562,7 +570,7 @@ def _sealed(result: ContactResult) -> Caution | None:
 
 CHECKS = (
     Check("convergence", _convergence),
-    Check("contact at the edges of the map", at_edge, lambda r: bool(r.boundary.free_axes)),
+    Check("contact at the edges", at_edge, lambda r: bool(r.boundary.free_axes)),
     Check(
         "pressure against the strength of the softer body",
         _below_ceiling,

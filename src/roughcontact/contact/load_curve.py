@@ -195,6 +195,7 @@ class _Sweep:
             boundary=pair.boundary,
             source=pair.surface.provenance.source,
             preparation=pair.surface.provenance.steps,
+            is_profile=pair.is_profile,
             found=over_loads(judged, pair.load_unit if self.control == "load" else "m"),
         )
 

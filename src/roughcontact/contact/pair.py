@@ -101,6 +101,11 @@ class Pair:
         self.surface.require_map(what)
 
     @property
+    def whole(self) -> str:
+        """What is pressed, in a word: ``"map"`` or ``"profile"``."""
+        return "profile" if self.is_profile else "map"
+
+    @property
     def load_dimension(self) -> str:
         """Of a load, as `units.quantity` takes it."""
         return "line load" if self.is_profile else "force"

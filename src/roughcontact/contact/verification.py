@@ -45,6 +45,8 @@ class Verification:
         As the result states it, under a given load; else zero.
     precision : str
         Arithmetic of the transforms.
+    load_unit : str
+        Of the loads; ``"N/m"`` of profiles.
     """
 
     load: float
@@ -55,6 +57,7 @@ class Verification:
     gap_error: float
     load_error: float
     precision: str
+    load_unit: str = "N"
 
     @property
     def differences(self) -> tuple[str, ...]:
@@ -75,7 +78,8 @@ class Verification:
     def require(self, name: str) -> None:
         """Raise `FormatError` about a file of some name unless all is as it states."""
         words = {
-            "load": f"the load is {self.found_load:.6g} N instead of {self.load:.6g} N",
+            "load": f"the load is {self.found_load:.6g} {self.load_unit} instead of "
+            f"{self.load:.6g} {self.load_unit}",
             "certificate": f"the certificate is {self.found_certificate:.2g} instead of "
             f"{self.certificate:.2g}",
             "gap": f"the gap differs by {self.gap_error:.1g} of its size",
@@ -140,6 +144,7 @@ def verify(result: ContactResult, displaced: Array | None = None) -> Verificatio
         gap_error=float(np.abs(gap - result.gap[there]).max()) / (largest or math.inf),
         load_error=result.load_error if result.control == "load" else 0.0,
         precision=result.precision,
+        load_unit=result.pair.load_unit,
     )
 
 

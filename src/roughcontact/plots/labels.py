@@ -27,7 +27,7 @@ def result_names(results: Sequence[ContactResult], labels: Sequence[str] | None)
 
 def load_text(result: ContactResult) -> str:
     """Return the load of a result for a title."""
-    return engineering(result.load, "N", 3)
+    return engineering(result.load, result.pair.load_unit, 3)
 
 
 def doubt(result: ContactResult | ElastoplasticResult) -> str:

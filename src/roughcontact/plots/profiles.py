@@ -114,7 +114,7 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
     before = result.initial_gap
     peak = _highest(before)
     length = min(width or math.inf, max(result.surface.size))
-    lines = [_line(result, before, peak, axis, width or math.inf) for axis in (1, 0)]
+    lines = [line_of(result, before, peak, axis, width or math.inf) for axis in (1, 0)]
     far = max(line.limits[1] for line in lines)
     factor, unit = prefixed_window(far - length, far)
     figure = Figure(figsize=(10.6, 7.2), dpi=DPI, layout=layout())
@@ -128,8 +128,8 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
     pressure_factor, pressure_unit = prefixed(top, "Pa")
     for column, (line, name, other) in enumerate(zip(lines, "xy", "yx", strict=True)):
         upper, lower = grid[:, column]
-        _draw_profile(upper, line, factor, height_factor)
-        _draw_line_pressure(lower, line, top, factor, pressure_factor)
+        draw_profile(upper, line, factor, height_factor)
+        draw_line_pressure(lower, line, top, factor, pressure_factor)
         upper.set_title(
             f"along {name}, at {other} = {in_unit(line.across, (factor, unit), 'm')}",
             fontsize=TITLE,
@@ -214,7 +214,7 @@ def bearing_curve(surface: Surface) -> Figure:
     return figure
 
 
-class _Line(NamedTuple):
+class Line(NamedTuple):
     """Points on a section; lengths and heights in metres, heights above the counter-body."""
 
     place: Array
@@ -251,16 +251,17 @@ def window(centre: int, pixel: float, points: int, width: float) -> tuple[int, i
     return first, first + shown
 
 
-def _line(
+def line_of(
     result: ContactResult, before: Array, peak: tuple[int, int], axis: int, width: float
-) -> _Line:
+) -> Line:
+    """Return the section along an axis through a point, a length around that point [m]."""
     here: list[int | slice] = list(peak)
     pixel, points = result.surface.pixel[axis], result.surface.shape[axis]
     first, last = window(peak[axis], pixel, points, width)
     here[axis] = slice(first, last)
     where = tuple(here)
     ceiling = result.ceiling
-    return _Line(
+    return Line(
         place=pixel * (np.arange(first, last, dtype=np.float64) + 0.5),
         pixel=pixel,
         peak=(peak[axis] + 0.5) * pixel,
@@ -280,7 +281,8 @@ def _largest(*values: Array) -> float:
     return max(float(np.nanmax(np.abs(v), initial=0.0)) for v in values)
 
 
-def _draw_profile(axes: Axes, line: _Line, factor: float, height_factor: float) -> None:
+def draw_profile(axes: Axes, line: Line, factor: float, height_factor: float) -> None:
+    """Draw a section before and under load into axes."""
     place = line.place * factor
     before, under = line.before * height_factor, line.under * height_factor
     axes.fill_between(place, under, 0, where=under < 0, color="#dcebf5", label="gap left")
@@ -294,9 +296,10 @@ def _draw_profile(axes: Axes, line: _Line, factor: float, height_factor: float) 
         )
 
 
-def _draw_line_pressure(
-    axes: Axes, line: _Line, top: float, factor: float, pressure_factor: float
+def draw_line_pressure(
+    axes: Axes, line: Line, top: float, factor: float, pressure_factor: float
 ) -> None:
+    """Draw the pressure on a section into axes."""
     edges = np.append(line.place - line.pixel / 2, line.place[-1] + line.pixel / 2) * factor
     for mask, colour in ((~line.saturated, ELASTIC), (line.saturated, SATURATED)):
         values = np.where(mask, line.pressure, 0.0) * pressure_factor

@@ -84,15 +84,15 @@ def statements(
         points and single precision where there are any.
     """
     found = [
-        half_spaces(result, _elastic_half_spaces(result)),
+        half_spaces(result, elastic_half_spaces(result)),
         bodies(result),
         slopes(result),
-        _strains(result),
+        strains(result),
         FRICTIONLESS,
         _yielding(result, history),
         resolution(result, spots),
         holes(result),
-        _loading(result) if history is None else _path(history),
+        loading(result) if history is None else _path(history),
     ]
     if result.precision == "single":
         found.append(
@@ -105,7 +105,8 @@ def statements(
     return tuple(statement for statement in found if statement.text)
 
 
-def _elastic_half_spaces(result: ContactResult) -> str:
+def elastic_half_spaces(result: ContactResult) -> str:
+    """Return which bodies deform, without a full stop."""
     if is_rigid(result.material):
         return "The counter-body is an elastic half-space, the body with this map is rigid"
     if is_rigid(result.counter_material):
@@ -144,7 +145,8 @@ def slopes(result: ContactResult) -> Statement:
     slope = rms_slope(result)
     if math.isnan(slope):
         return Statement("Small slopes", "Slopes are taken as small; this map has none to judge.")
-    whose = "of this map" if result.counter_surface is None else "of both maps together"
+    whole = result.pair.whole
+    whose = f"of this {whole}" if result.counter_surface is None else f"of both {whole}s together"
     error = percent(min(slope**2, 1.0))
     if slope < SMALL_SLOPE:
         verdict = f"here {error}, which is small"
@@ -164,7 +166,7 @@ def slopes(result: ContactResult) -> Statement:
 
 def _sideways(result: ContactResult, slope: float) -> str:
     soft = [b for b in (result.material, result.counter_material) if math.isfinite(b.young)]
-    if len(soft) != 1:
+    if len(soft) != 1 or result.pair.is_profile:
         return ""
     # Johnson 1985, eqs. (3.41) and (3.42): the rim of a Hertz contact moves inwards.
     ratio = soft[0].poisson
@@ -175,7 +177,8 @@ def _sideways(result: ContactResult, slope: float) -> str:
     )
 
 
-def _strains(result: ContactResult) -> Statement:
+def strains(result: ContactResult) -> Statement:
+    """Return the statement on small strains."""
     ratio = result.max_pressure / result.contact_modulus
     return Statement(
         "Small strains",
@@ -298,8 +301,9 @@ def holes(result: ContactResult) -> Statement:
     )  # fmt: skip
     parts = []
     if missing:
+        part = f"{percent(missing / result.gap.size)} of the {result.pair.whole}"
         parts.append(
-            f"{counted(missing, 'point')} ({percent(missing / result.gap.size)} of the map) "
+            f"{counted(missing, 'point')} ({part}) "
             f"{'was' if missing == 1 else 'were'} not measured. Such points are taken as never "
             "touching; the load that they might carry lies on the others."
         )
@@ -312,7 +316,8 @@ def holes(result: ContactResult) -> Statement:
     return Statement("Missing points", " ".join(parts), (Kind.FILLED, Kind.MISSING))
 
 
-def _loading(result: ContactResult) -> Statement:
+def loading(result: ContactResult) -> Statement:
+    """Return the statement on one loading."""
     if result.control == "load":
         given = "The load was given, and the approach follows from it. "
     else:

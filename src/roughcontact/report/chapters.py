@@ -17,9 +17,19 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
 from roughcontact.errors import InputError
 from roughcontact.material.material import Material
-from roughcontact.report import assumptions, details, figures, inputs, page, results
+from roughcontact.report import (
+    assumptions,
+    assumptions_profile,
+    details,
+    figures,
+    inputs,
+    page,
+    profile as of_profile,
+    results,
+)
 from roughcontact.report.page import Addition, Cells, Chapter, Table
 from roughcontact.report.quantities import TRUST, Row, beside, rows_of
+from roughcontact.surface import profile
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
 
@@ -34,13 +44,13 @@ def subtitle(result: ContactResult) -> str:
     ny, nx = result.surface.shape
     height, width = (engineering(side, "m", 3) for side in result.surface.size)
     other = result.counter_surface
+    grid = f"{height} × {width}, {ny} × {nx} points (y × x)"
+    if result.surface.is_profile:
+        grid = f"profile of {width}, {nx} points"
     against = "a flat counter-body"
     if other is not None:
         against = other.provenance.source or "a second measured surface"
-    return (
-        f"{_body(result.material)} against {against} ({_body(result.counter_material)}); "
-        f"{height} × {width}, {ny} × {nx} points (y × x)"
-    )
+    return f"{_body(result.material)} against {against} ({_body(result.counter_material)}); {grid}"
 
 
 def _body(material: Material) -> str:
@@ -68,7 +78,8 @@ def prepared(result: ContactResult) -> list[Chapter]:
         surfaces.append(result.counter_surface)
         names = list(BODIES.values())
     chapter = Chapter("Input and preparation")
-    facts = [(row.title, *texts) for row, texts in beside(inputs.SURFACE, surfaces)]
+    table = inputs.table_of(result.surface)
+    facts = [(row.title, *texts) for row, texts in beside(table, surfaces)]
     chapter.add("table", Table(facts, ("", *names) if len(names) > 1 else ()))
     for surface, name in zip(surfaces, names, strict=True):
         of = f" of the {name}" if len(names) > 1 else ""
@@ -77,7 +88,10 @@ def prepared(result: ContactResult) -> list[Chapter]:
             chapter.add("steps", [page.sentence(step) for step in surface.provenance.steps])
         else:
             chapter.add("text", f"Preparation{of}: none recorded; the heights are as given.")
-        show(chapter, figures.MAP, figures.MapScene(surface, of), figures.PREPARATION)
+        table_of_figures = figures.of_map(surface)
+        show(chapter, table_of_figures, figures.MapScene(surface, of), figures.PREPARATION)
+    if result.surface.is_profile:
+        return [chapter, _profile_roughness(surfaces, names)]
     roughness = Chapter("Roughness of the prepared surface")
     roughness.add(
         "text",
@@ -89,6 +103,27 @@ def prepared(result: ContactResult) -> list[Chapter]:
         of = f" of the {name}" if len(names) > 1 else ""
         show(roughness, figures.MAP, figures.MapScene(surface, of), figures.ROUGHNESS)
     return [chapter, roughness]
+
+
+def _profile_roughness(surfaces: Sequence[Surface], names: Sequence[str]) -> Chapter:
+    chapter = Chapter("Roughness of the prepared profile")
+    for surface, name in zip(surfaces, names, strict=True):
+        of = f" of the {name}" if len(names) > 1 else ""
+        wave = profile.cutoff(surface.size[1])
+        rest = (
+            f"R without the waves beyond λc = {engineering(wave, 'm')}, the largest of the "
+            "standard of which five fit into the profile, by the Gaussian filter of ISO 16610-21."
+            if wave
+            else "R not determined: five of the smallest λc, 80 µm, do not fit into the profile."
+        )
+        chapter.add(
+            "text",
+            f"Parameters of ISO 21920-2{of}: P with all waves of the heights as they were pressed, "
+            f"{rest}",
+        )
+        heads = ("parameter", "P: all waves", "R: without λc", "meaning")
+        chapter.add("table", Table(inputs.profile_parameters(surface), heads))
+    return chapter
 
 
 def _roughness_table(surfaces: Sequence[Surface], names: Sequence[str]) -> Table:
@@ -130,7 +165,8 @@ def problem(result: ContactResult, given: Iterable[Row], model: str) -> Chapter:
     """
     chapter = Chapter("Materials and load")
     bodies = (result.material, result.counter_material)
-    told = [(row.title, *texts) for row, texts in beside(inputs.bodies(model), bodies)]
+    table = inputs.bodies(model, result.pair.is_profile)
+    told = [(row.title, *texts) for row, texts in beside(table, bodies)]
     chapter.add("table", Table(told, ("", "body", "counter-body")))
     chapter.add("table", Table(cells(given)))
     return chapter
@@ -157,6 +193,13 @@ def headlines(result: Any, keys: Iterable[str]) -> list[Cells]:
     return cells(replace(results.row(result, key), symbol="") for key in keys)
 
 
+def stated(result: ContactResult, spots: Spots) -> tuple[assumptions.Statement, ...]:
+    """Return what a contact takes for granted."""
+    if result.pair.is_profile:
+        return assumptions_profile.statements(result, spots)
+    return assumptions.statements(result, spots)
+
+
 def assumed(stated: Iterable[assumptions.Statement], cautions: Sequence[Caution]) -> Chapter:
     """Return the chapter on what is taken for granted, and what puts it in doubt."""
     chapter = Chapter("What is assumed")
@@ -174,6 +217,9 @@ def contact_spots(result: ContactResult, spots: Spots) -> Chapter:
     chapter = Chapter("Contact spots")
     if spots.count == 0:
         chapter.add("text", "The bodies do not touch.")
+        return chapter
+    if result.pair.is_profile:
+        chapter.add("table", Table(of_profile.segments(result, spots), ("", "value", "")))
         return chapter
     chapter.add(
         "text",
@@ -195,7 +241,7 @@ def load_curve(curve: LoadCurve) -> Chapter:
         f"{'loads' if curve.control == 'load' else 'approaches'}. Every one is solved as if it "
         "were the first: the model keeps no history, so that this is loading, not unloading.",
     )
-    if math.isfinite(curve.low_load_slope):
+    if math.isfinite(curve.low_load_slope) and not curve.is_profile:
         chapter.add(
             "text",
             f"At small loads (no more than {percent(LOW_LOAD)} in contact) the area grows as "
@@ -204,7 +250,7 @@ def load_curve(curve: LoadCurve) -> Chapter:
             "computations 1.8 to 2.3 (Hyun et al. 2004).",
         )
     chapter.add("table", Table(facts(curve)))
-    show(chapter, figures.CURVE, curve)
+    show(chapter, figures.of_curve(curve), curve)
     head, rows = results.listing(curve)
     chapter.add("table", Table(rows, head))
     return chapter

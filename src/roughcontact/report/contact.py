@@ -21,7 +21,6 @@ from roughcontact.errors import ConvergenceError, InputError, InsufficientMemory
 from roughcontact.files import write
 from roughcontact.plots import maps, profiles
 from roughcontact.report import (
-    assumptions,
     chapters,
     figures,
     page,
@@ -116,14 +115,14 @@ def _chapters(
 ) -> list[Chapter]:
     """Return what every report on a contact has."""
     spots = result.spots()
-    stated = assumptions.statements(result, spots)
+    stated = chapters.stated(result, spots)
     given = [results.row(result, result.control), *results.rows(result, PROBLEM)]
     found = [
         *chapters.prepared(result),
         chapters.problem(result, given, "ceiling"),
         chapters.assumed(stated, result.cautions),
         results_chapter(result, study),
-        sections(result),
+        *([] if result.pair.is_profile else [sections(result)]),
         chapters.contact_spots(result, spots),
     ]
     if result.saturated_fraction > 0:
@@ -235,7 +234,7 @@ def _best(solve: Callable[[], ContactResult]) -> ContactResult | None:
 def _title(result: ContactResult) -> str:
     name = result.surface.provenance.source or "an unnamed surface"
     if result.control == "load":
-        return f"Contact of {name} under {engineering(result.load, 'N')}"
+        return f"Contact of {name} under {engineering(result.load, result.pair.load_unit)}"
     return f"Contact of {name} at an approach of {engineering(result.approach, 'm')}"
 
 
@@ -271,7 +270,7 @@ def results_chapter(result: ContactResult, study: ResolutionStudy | None) -> Cha
         chapter.add("text", f"{sureness.WHAT} {sureness.NOT_BOUNDED}")
         told = [(capital(name), *texts) for name, *texts in sureness.rows(result, study)]
         chapter.add("table", Table(told, sureness.HEADS))
-    chapters.show(chapter, figures.CONTACT, figures.ContactScene(result))
+    chapters.show(chapter, figures.of_contact(result), figures.ContactScene(result))
     return chapter
 
 
@@ -321,7 +320,8 @@ def comparison(
             "text",
             f"{percent(inside / touching)} of the elastic contact also touches with the ceiling.",
         )
-    _draw_comparison(chapter, shown)
+    if not result.pair.is_profile:
+        _draw_comparison(chapter, shown)
     return chapter
 
 
@@ -359,7 +359,7 @@ def _label(result: ContactResult) -> str:
 
 
 def _beside(pair: Sequence[ContactResult], part: str) -> list[Cells]:
-    told = beside(tables.CONTACT, pair, part, brief=True)
+    told = beside(results.table_of(pair[0]), pair, part, brief=True)
     # What three yield strengths gave has a column of its own.
     return [(capital(row.name), *texts) for row, texts in told if row.key != "recommended"]
 

@@ -5,21 +5,34 @@ The names of the files that ``--figures`` writes come from here, too.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.pair import BODIES
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.spots import Spots
 from roughcontact.contact.stress import StressResult
 from roughcontact.plots import curves, maps, profiles, stress, volume
+from roughcontact.report import traces
+from roughcontact.report.scenes import (
+    ACCURACY as ACCURACY,
+    BODY as BODY,
+    PATH as PATH,
+    PREPARATION as PREPARATION,
+    RESULTS as RESULTS,
+    ROUGHNESS as ROUGHNESS,
+    SECTIONS as SECTIONS,
+    SPOTS as SPOTS,
+    ContactScene as ContactScene,
+    Illustration as Illustration,
+    Illustrations as Illustrations,
+    MapScene as MapScene,
+)
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
 from roughcontact.volume import depth
@@ -28,97 +41,13 @@ from roughcontact.volume.result import ElastoplasticResult
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Close-ups show this many times the root of the area of the spot at the peak, or the longer side
-# of the most loaded spot, but no fewer pixels; and only where this is a small part of the map.
-_AROUND_SPOT = 4
-_AROUND_LOADED = 1.5
-_SMALL_PART = 0.5
-_CLOSE_PIXELS = 40
-
 # Sections are drawn a second time around the largest plastic strain where the zone there is so
 # small a part of the map, and then as wide as so many of its depths or pixels.
 _SMALL_ZONE = 0.1
 _AROUND_ZONE = 6.0
 _CLOSE_ZONE_PIXELS = 24
 
-PREPARATION, ROUGHNESS, RESULTS, SECTIONS, SPOTS, BODY, PATH, ACCURACY = (
-    "preparation", "roughness", "results", "sections", "spots", "body", "path", "accuracy",
-)  # fmt: skip
-"""Chapters that have figures."""
-
 _ENOUGH_SPOTS = 3
-
-
-@dataclass(frozen=True)
-class MapScene:
-    """A prepared map.
-
-    Parameters
-    ----------
-    surface : Surface
-        The map.
-    of : str
-        Whose it is, where there are two.
-    when : str
-        In which state it is.
-    """
-
-    surface: Surface
-    of: str = ""
-    when: str = "as they were pressed, after preparation"
-
-
-@dataclass(frozen=True)
-class ContactScene:
-    """A contact, and where to look at it closely.
-
-    Parameters
-    ----------
-    result : ContactResult
-        The contact.
-    """
-
-    result: ContactResult
-
-    @cached_property
-    def spots(self) -> Spots:
-        """Its contact spots."""
-        return self.result.spots()
-
-    @property
-    def map(self) -> MapScene:
-        """The map of the body."""
-        return MapScene(self.result.surface)
-
-    @property
-    def missing(self) -> str:
-        """A sentence on missing points, if there are any."""
-        return " Grey points were not measured." if np.isnan(self.result.gap).any() else ""
-
-    @cached_property
-    def most_loaded(self) -> tuple[tuple[int, int], float]:
-        """Middle (y, x) of the spot that carries most, and a width that shows it [m]."""
-        pixel, spots = self.result.surface.pixel, self.spots
-        if spots.count == 0:
-            return (0, 0), math.inf
-        places = np.nonzero(spots.label == 1 + int(spots.load.argmax()))
-        ends = [(int(place.min()), int(place.max())) for place in places]
-        sides = [(last - first + 1) * edge for (first, last), edge in zip(ends, pixel, strict=True)]
-        middle = sum(ends[0]) // 2, sum(ends[1]) // 2
-        return middle, max(_AROUND_LOADED * max(sides), _CLOSE_PIXELS * max(pixel))
-
-    @cached_property
-    def around_peak(self) -> float:
-        """A width that shows the spot at the highest peak [m]."""
-        result = self.result
-        peak = np.unravel_index(np.nanargmin(result.initial_gap), result.gap.shape)
-        number = int(self.spots.label[peak])
-        size = math.sqrt(float(self.spots.area[number - 1])) if number else 0.0
-        return max(_AROUND_SPOT * size, _CLOSE_PIXELS * max(result.surface.pixel))
-
-    def is_part(self, width: float) -> bool:
-        """Return whether a width is so small a part of the map that it is worth a figure."""
-        return width < _SMALL_PART * min(self.result.surface.size)
 
 
 @dataclass(frozen=True)
@@ -181,40 +110,6 @@ class VolumeScene:
         width = max(_AROUND_ZONE * deep, _CLOSE_ZONE_PIXELS * max(surface.pixel))
         small = deep < _SMALL_ZONE * size and width < size
         return replace(self, width=width if small else None)
-
-
-@dataclass(frozen=True)
-class Illustration:
-    """A figure of a report.
-
-    Parameters
-    ----------
-    name : str
-        Of its file; empty if only the report has it.
-    draw : callable
-        ``draw(scene)`` returns the figure.
-    alt, caption : str or callable
-        What stands for it where it is not seen, and below it.
-    chapter : str
-        Where in a report it stands.
-    when : callable
-        ``when(scene)`` says whether a report shows it.
-    """
-
-    name: str
-    draw: Callable[[Any], Figure]
-    alt: str | Callable[[Any], str]
-    caption: str | Callable[[Any], str]
-    chapter: str = RESULTS
-    when: Callable[[Any], bool] = lambda _: True
-
-    def words(self, scene: Any) -> tuple[str, str]:
-        """Return what stands for the figure, and what stands below it."""
-        alt, caption = (w if isinstance(w, str) else w(scene) for w in (self.alt, self.caption))
-        return alt, caption
-
-
-Illustrations = Sequence[Illustration]
 
 
 def _of(attribute: str, inner: Illustration) -> Illustration:
@@ -572,14 +467,31 @@ def drawings(result: Any) -> dict[str, Callable[[], Figure]]:
 def _scene(result: Any) -> tuple[Illustrations, Any]:
     match result:
         case ContactResult():
-            return CONTACT, ContactScene(result)
+            return of_contact(result), ContactScene(result)
         case ElastoplasticResult():
             return VOLUME, VolumeScene(result)
         case StressResult():
             return STRESS, result
         case LoadHistory():
             return HISTORY, result
+        case LoadCurve():
+            return of_curve(result), result
     return CURVE, result
+
+
+def of_map(surface: Surface) -> Illustrations:
+    """Return the figures of a map or of a profile."""
+    return traces.MAP if surface.is_profile else MAP
+
+
+def of_contact(result: ContactResult) -> Illustrations:
+    """Return the figures of a contact."""
+    return traces.CONTACT if result.pair.is_profile else CONTACT
+
+
+def of_curve(curve: LoadCurve) -> Illustrations:
+    """Return the figures of a load curve."""
+    return traces.CURVE if curve.is_profile else CURVE
 
 
 def _later(entry: Illustration, scene: Any) -> Callable[[], Figure]:

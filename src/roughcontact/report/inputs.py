@@ -12,6 +12,7 @@ import numpy as np
 from roughcontact.material.material import Material
 from roughcontact.report import wording
 from roughcontact.report.quantities import ABSENT, Quantity, Table, quantity_of, within, written
+from roughcontact.surface import profile
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent, plain
 
@@ -61,6 +62,25 @@ SURFACE: Table = (
 """Of a `Surface`."""
 
 
+_OF_A_MAP = ("shape", "pixel", "size")
+
+TRACE: Table = (
+    *(quantity for quantity in SURFACE[:3]),
+    Quantity(
+        "points", "points", of=lambda s: s.shape[1], text=lambda s: f"{s.shape[1]} of a profile",
+    ),
+    Quantity("spacing", "distance of the points", unit="m", of=lambda s: s.pixel[1]),
+    Quantity("length", "length", unit="m", of=lambda s: s.size[1]),
+    *(quantity for quantity in SURFACE[3:] if quantity.key not in _OF_A_MAP),
+)  # fmt: skip
+"""Of a `Surface` that is a profile."""
+
+
+def table_of(surface: Surface) -> Table:
+    """Return the quantities of a map or of a profile."""
+    return TRACE if surface.is_profile else SURFACE
+
+
 def _strength(name: str) -> Callable[[Material], str]:
     def text(body: Material) -> str:
         value: float | None = getattr(body, name)
@@ -98,8 +118,19 @@ BODY: Table = (
 """Of a `Material`."""
 
 
-def bodies(model: str) -> Table:
-    """Return what of a material counts: with the volume model the law, not the hardness."""
+def bodies(model: str, profile: bool = False) -> Table:
+    """Return what of a material counts: with the volume model the law, not the hardness.
+
+    Profiles yield as cylinders do, spots of a map as spheres.
+    """
+    if profile:
+        sphere = quantity_of(BODY, "first_yield_pressure")
+        line = "line_yield_pressure"
+        cylinder = replace(
+            sphere, key=line, name="peak pressure at first yield of a cylinder",
+            text=_strength(line),
+        )  # fmt: skip
+        return tuple(cylinder if q is sphere else q for q in bodies(model))
     if model == "volume":
         return tuple(quantity for quantity in BODY if quantity.key != "hardness")
     law = quantity_of(BODY, "hardening")
@@ -136,10 +167,98 @@ FILE: Table = (
 )
 """Of a map in a file, `Measured`."""
 
+FILE_OF_PROFILE: Table = (
+    *(within("surface", quantity) for quantity in TRACE),
+    Quantity("missing_fraction", of=lambda f: f.surface.missing / f.surface.heights.size),
+    Quantity(
+        "cutoff", "roughness without waves beyond λc", unit="m",
+        of=lambda found: profile.cutoff(found.surface.size[1]),
+        form=lambda v: "λc not determined: five of 0.08 mm do not fit into the profile"
+        if v is None else f"{engineering(v, 'm')}, the largest λc of which five fit",
+    ),
+    Quantity("primary", of=lambda found: primary(found.leveled)),
+    Quantity("roughness", of=lambda found: filtered(found.leveled)),
+)  # fmt: skip
+"""Of a profile in a file, `Measured`."""
+
+
+def file_table(found: Measured) -> Table:
+    """Return the quantities of a map or of a profile in a file."""
+    return FILE_OF_PROFILE if found.surface.is_profile else FILE
+
+
+def primary(surface: Surface) -> dict[str, float]:
+    """Return the parameters of a leveled profile with all of its waves, by their symbols."""
+    return {f"P{name[1:]}": value for name, value in surface.roughness().items()}
+
+
+def filtered(surface: Surface) -> dict[str, float]:
+    """Return the parameters of a leveled profile without its waves beyond λc, by their symbols.
+
+    Parameters
+    ----------
+    surface : Surface
+        A profile.
+
+    Returns
+    -------
+    dict
+        As of `profile.summary`, Rz over sections of λc; empty where five λc do not fit. Half of λc
+        is left out at each end, where the filter lacks neighbours, if five still fit.
+    """
+    wave = profile.cutoff(surface.size[1])
+    if wave is None:
+        return {}
+    heights, spacing = surface.filtered(l=wave).heights[0], surface.pixel[1]
+    rest = round((surface.size[1] - profile.SECTIONS * wave) / spacing)
+    end = min(round(0.5 * wave / spacing), rest // 2)
+    kept = heights[end : heights.size - end]
+    # One more or less by rounding of positions is no section.
+    return profile.summary(kept, spacing, int(kept.size * spacing / wave + 0.01))
+
 
 def measured(surface: Surface) -> Measured:
     """Return a map as it is in a file, and leveled."""
     return Measured(surface, surface.leveled())
+
+
+PROFILE_ROUGHNESS = {
+    "q": ("m", "root-mean-square height"),
+    "a": ("m", "mean absolute height"),
+    "z": ("m", "height from deepest dale to highest peak, mean of the section lengths"),
+    "t": ("m", "the same of all of the profile"),
+    "p": ("m", "highest peak above the mean"),
+    "v": ("m", "deepest dale below the mean"),
+    "sk": ("", "skewness: negative if dales reach further than peaks"),
+    "ku": ("", "kurtosis: 3 for a Gaussian distribution of heights"),
+    "sm": ("m", "mean width of the elements, a peak and a dale each"),
+    "dq": ("", "root-mean-square slope"),
+}
+"""Unit and meaning of the parameters of a profile, by what follows P or R in their symbols."""
+
+
+def profile_parameters(surface: Surface) -> list[tuple[str, str, str, str]]:
+    """Return name, values of the primary and of the roughness profile, and meaning, in rows.
+
+    Parameters
+    ----------
+    surface : Surface
+        A leveled profile.
+    """
+    whole, rough = primary(surface), filtered(surface)
+    return [
+        (
+            f"P{name}, R{name}",
+            _parameter(whole[f"P{name}"], unit),
+            _parameter(rough[f"R{name}"], unit) if rough else ABSENT,
+            meaning,
+        )
+        for name, (unit, meaning) in PROFILE_ROUGHNESS.items()
+    ]
+
+
+def _parameter(value: float, unit: str) -> str:
+    return "not defined" if math.isnan(value) else engineering(value, unit)
 
 
 ROUGHNESS = {

@@ -27,8 +27,8 @@ def regime(result: ContactResult) -> str:
     if name is Regime.SATURATED:
         share = percent(result.saturated_fraction / result.contact_fraction)
         return (
-            f"The material yields at the surface: on {share} of the contact area the pressure is "
-            "at its ceiling, and the surface there keeps an indentation."
+            f"The material yields at the surface: on {share} of the contact {_extent(result)} the "
+            "pressure is at its ceiling, and the surface there keeps an indentation."
         )
     body = result.pair.softer
     if name is Regime.UNKNOWN and (body is None or body.hardness is None):
@@ -48,13 +48,14 @@ def regime(result: ContactResult) -> str:
             )
         return (
             f"The elastic pressure, up to {largest}, exceeds the hardness of the softer body, "
-            f"{hardness}, more than it can carry. The true contact area is larger, the true "
-            "pressure lower."
+            f"{hardness}, more than it can carry. The true contact {_extent(result)} is larger, "
+            "the true pressure lower."
         )
     yielding = result.pair.first_to_yield
     assert yielding is not None
-    assert yielding.first_yield_pressure is not None
-    first = engineering(yielding.first_yield_pressure, "Pa", 3)
+    pressure = result.pair.yields_at(yielding)
+    assert pressure is not None
+    first = engineering(pressure, "Pa", 3)
     if name is Regime.BELOW_FIRST_YIELD:
         return (
             f"Nothing yields: the largest pressure, {largest}, stays below {first}, at which "
@@ -73,8 +74,8 @@ def regime(result: ContactResult) -> str:
     times = result.max_pressure / body.yield_strength
     return (
         f"The elastic pressure, up to {largest}, is {times:.3g} times the yield strength of the "
-        "softer body, more than it can carry. The true contact area is larger, the true pressure "
-        "lower."
+        f"softer body, more than it can carry. The true contact {_extent(result)} is larger, the "
+        "true pressure lower."
     )
 
 
@@ -85,10 +86,15 @@ def _strength(softer: Material) -> str:
 def _sphere(result: ContactResult) -> str:
     """Return whose sphere yields first, where both bodies may."""
     pair = result.pair
+    what = "a cylinder" if pair.is_profile else "a sphere"
     if None in (pair.material.first_yield_pressure, pair.counter_material.first_yield_pressure):
-        return "a sphere"
+        return what
     whose = "body" if pair.first_to_yield is pair.material else "counter-body"
-    return f"a sphere of the {whose}"
+    return f"{what} of the {whose}"
+
+
+def _extent(result: ContactResult) -> str:
+    return "length" if result.pair.is_profile else "area"
 
 
 def _other(result: ContactResult) -> str:

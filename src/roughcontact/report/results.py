@@ -14,7 +14,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.stress import StressResult
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.files import require_suffix, to_json, write
-from roughcontact.report import found, tables
+from roughcontact.report import found, profile, tables
 from roughcontact.report.quantities import (
     ANSWER,
     Columns,
@@ -34,13 +34,13 @@ def table_of(result: Any) -> Table:
     """Return the quantities of a kind of result."""
     match result:
         case ContactResult():
-            return tables.CONTACT
+            return profile.CONTACT if result.pair.is_profile else tables.CONTACT
         case ElastoplasticResult():
             return tables.VOLUME
         case StressResult():
             return tables.STRESS
         case LoadCurve():
-            return tables.CURVE
+            return profile.CURVE if result.is_profile else tables.CURVE
         case LoadHistory():
             return tables.HISTORY
         case FoundLoads():
@@ -56,7 +56,7 @@ def columns_of(result: Any) -> Columns:
         case ElastoplasticResult():
             return tables.INCREMENTS
         case LoadCurve():
-            return tables.CURVE_COLUMNS
+            return profile.CURVE_COLUMNS if result.is_profile else tables.CURVE_COLUMNS
         case LoadHistory():
             return tables.HISTORY_COLUMNS
         case FoundLoads():
@@ -70,7 +70,7 @@ def summary(result: Any) -> dict[str, Any]:
     """Return a result by name, in SI units, ready for JSON."""
     told = stored(table_of(result), result)
     if isinstance(result, LoadCurve):
-        return {**told, **stored_columns(tables.CURVE_COLUMNS, result), "version": __version__}
+        return {**told, **stored_columns(columns_of(result), result), "version": __version__}
     return told
 
 

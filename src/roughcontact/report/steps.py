@@ -17,6 +17,7 @@ from roughcontact.report import (
     contact,
     figures,
     page,
+    profile as of_profile,
     regimes,
     results,
     tables,
@@ -27,6 +28,7 @@ from roughcontact.units import counted, engineering
 
 # What a report on a load curve says first: how these go from the first load to the last.
 _OF_A_CURVE = ("contact_area", "saturated_area", "max_pressure", "approach", "stiffness")
+_OF_A_PROFILE = ("contact_length", "saturated_length", *_OF_A_CURVE[2:])
 
 
 def render_curve(
@@ -61,8 +63,8 @@ def render_curve(
         HTML with its figures inside.
     """
     spots = last.spots()
-    stated = assumptions.statements(last, spots)
-    under = f"under {engineering(last.load, 'N')}"
+    stated = chapters.stated(last, spots)
+    under = f"under {engineering(last.load, last.pair.load_unit)}"
     given = [row for row in results.rows(last, PROBLEM)]
     found = [
         chapters.load_curve(curve),
@@ -70,7 +72,7 @@ def render_curve(
         chapters.problem(last, given, "ceiling"),
         chapters.assumed(stated, curve.cautions),
         _titled(contact.results_chapter(last, None), f"The contact {under}"),
-        contact.sections(last),
+        *([] if last.pair.is_profile else [contact.sections(last)]),
         chapters.contact_spots(last, spots),
     ]
     if last.saturated_fraction > 0:
@@ -181,7 +183,9 @@ def save_history(
 
 def _title_of_curve(curve: LoadCurve) -> str:
     name = curve.source or "an unnamed surface"
-    unit = "N" if curve.control == "load" else "m"
+    unit = "m"
+    if curve.control == "load":
+        unit = of_profile.LOAD if curve.is_profile else "N"
     first, last = (engineering(getattr(curve.steps[n], curve.control), unit) for n in (0, -1))
     return f"Load curve of {name} from {first} to {last}"
 
@@ -193,10 +197,10 @@ def _title_of_history(history: LoadHistory) -> str:
 
 def _from_first_to_last(curve: LoadCurve) -> list[Cells]:
     head, rows = results.listing(curve)
-    names = [column.key for column in tables.CURVE_COLUMNS if column.name]
+    names = [column.key for column in results.columns_of(curve) if column.name]
     found: list[Cells] = []
-    for key in _OF_A_CURVE:
-        if key == "saturated_area" and curve.ceiling is None:
+    for key in _OF_A_PROFILE if curve.is_profile else _OF_A_CURVE:
+        if key.startswith("saturated") and curve.ceiling is None:
             continue
         at = names.index(key)
         ends = rows[0][at], rows[-1][at]

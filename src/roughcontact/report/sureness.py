@@ -6,8 +6,8 @@ from roughcontact.contact import certainty
 from roughcontact.contact.certainty import Cause, Interval
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.study import ResolutionStudy
-from roughcontact.report import tables
-from roughcontact.report.quantities import Quantity, quantity_of
+from roughcontact.report import results
+from roughcontact.report.quantities import Quantity, Table, quantity_of
 from roughcontact.units import changed_by, percent
 
 HEADS = ("how sure", "between", "because of")
@@ -36,11 +36,12 @@ def rows(result: ContactResult, study: ResolutionStudy | None = None) -> list[tu
     study : ResolutionStudy, optional
         The same contact on other grids.
     """
-    return [_row(interval) for interval in certainty.intervals(result, study)]
+    table = results.table_of(result)
+    return [_row(interval, table) for interval in certainty.intervals(result, study)]
 
 
-def _row(interval: Interval) -> tuple[str, str, str]:
-    quantity = quantity_of(tables.CONTACT, interval.name)
+def _row(interval: Interval, table: Table) -> tuple[str, str, str]:
+    quantity = quantity_of(table, interval.name)
     return quantity.name, _ends(quantity, interval), "; ".join(_causes(interval))
 
 

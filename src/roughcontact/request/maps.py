@@ -56,6 +56,8 @@ def surfaces(request: Request, say: Say) -> list[Surface]:
         if len(maps) == 2:
             maps[1] = _on_form(maps[1], counter_form)
         else:
+            if maps[0].is_profile:
+                counter_form = nominal.across(counter_form)
             maps.append(counter_form(shape=maps[0].shape, pixel=maps[0].pixel))
     return maps
 
@@ -68,6 +70,8 @@ def resolution_notes(request: Request, maps: Sequence[Surface]) -> tuple[str, ..
 
 
 def _on_form(surface: Surface, form: nominal.Body) -> Surface:
+    if surface.is_profile:
+        form = nominal.across(form)
     return surface.with_form(form(shape=surface.shape, pixel=surface.pixel))
 
 
@@ -99,6 +103,8 @@ def _prepared(request: Request, surface: Surface, path: Path) -> Surface:
         surface = surface.filtered(request["s-filter"], request["l-filter"])
     if request["pixel"] is not None:
         grid = [side / request["pixel"] for side in surface.size]
+        if surface.is_profile:
+            grid[0] = 1.0
         limits.require_grid("pixel", grid, request["pixel"])
         ny, nx = map(round, grid)
         memory.require(request, (ny, nx))

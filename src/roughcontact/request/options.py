@@ -129,8 +129,8 @@ OPTIONS = (
     ),
     Option(
         "load", BODIES, "FORCE|PRESSURE",
-        'Normal load, such as "1 N", or as a nominal pressure on the area of the map, such as '
-        '"20 MPa"; this or --approach.', parsing.load, fits=(SOLVE, STRESS),
+        'Normal load, such as "1 N", of a profile "600 N/mm", or as a nominal pressure on the area '
+        'of the map, such as "20 MPa"; this or --approach.', parsing.load, fits=(SOLVE, STRESS),
     ),
     Option(
         "approach", BODIES, "LENGTH", 'Approach of the bodies from first touch, such as "1 um".',
@@ -163,10 +163,10 @@ OPTIONS = (
     ),
     Option(
         "from", BODIES, "LOAD|APPROACH", 'First load, such as "10 mN", or approach, such as '
-        '"0.1 um".', parsing.load_or_approach, fits=(SWEEP,),
+        '"0.1 um"; of a profile "1 N/mm".', parsing.end_of_sweep, fits=(SWEEP,),
     ),
     Option(
-        "to", BODIES, "LOAD|APPROACH", "Last load or approach.", parsing.load_or_approach,
+        "to", BODIES, "LOAD|APPROACH", "Last load or approach.", parsing.end_of_sweep,
         fits=(SWEEP,),
     ),
     Option(

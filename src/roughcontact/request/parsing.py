@@ -239,14 +239,26 @@ class Nominal:
     pressure: float
 
 
-def load(text: str, argument: str) -> float | Nominal:
-    """Return a force [N], or the nominal pressure that stands for one."""
-    try:
-        units.parse(text, "pressure", argument, positive=False)
-    except InputError:
-        needs = "a load such as '1 N', or a nominal pressure such as '20 MPa'"
-        return units.parse(text, "force", argument, needs=needs)
-    return Nominal(units.parse(text, "pressure", argument))
+@dataclass(frozen=True)
+class LineLoad:
+    """A load that was given as a force per length [N/m]."""
+
+    per_length: float
+
+
+def load(text: str, argument: str) -> float | Nominal | LineLoad:
+    """Return a force [N], or the nominal pressure or force per length that stands for one."""
+    for dimension, kind in (("pressure", Nominal), ("line load", LineLoad)):
+        try:
+            units.parse(text, dimension, argument, positive=False)
+        except InputError:
+            continue
+        return kind(units.parse(text, dimension, argument))
+    needs = (
+        "a load such as '1 N', or a nominal pressure such as '20 MPa'; for a profile a load per "
+        "length such as '600 N/mm'"
+    )
+    return units.parse(text, "force", argument, needs=needs)
 
 
 def load_or_approach(text: str, argument: str) -> tuple[str, float]:
@@ -256,6 +268,14 @@ def load_or_approach(text: str, argument: str) -> tuple[str, float]:
     except InputError:
         needs = "a load such as '1 N', or an approach such as '1 um'"
         return "load", units.parse(text, "force", argument, needs=needs)
+
+
+def end_of_sweep(text: str, argument: str) -> tuple[str, float]:
+    """Return whether a text is a load, a load per length or an approach, and its value."""
+    try:
+        return "line load", units.parse(text, "line load", argument)
+    except InputError:
+        return load_or_approach(text, argument)
 
 
 def stages(text: str, argument: str) -> tuple[tuple[str, float], ...]:

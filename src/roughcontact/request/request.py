@@ -22,10 +22,11 @@ from roughcontact.request.options import (
     offered,
     parsed,
 )
-from roughcontact.request.parsing import Nominal, about
+from roughcontact.request.parsing import LineLoad, Nominal, about
 
 if TYPE_CHECKING:
     from roughcontact.material.material import Material
+    from roughcontact.surface.surface import Surface
 
 _MOVES = ("align", "offset", "angle", "mirror")
 
@@ -101,12 +102,27 @@ class Request:
         """Whether the maps have to be brought to one grid."""
         return any(self[name] not in (None, False) for name in _MOVES)
 
-    def on(self, size: tuple[float, float]) -> Request:
-        """Return the request with the force that a nominal pressure is on a map of this size."""
-        load = self["load"]
-        if not isinstance(load, Nominal):
-            return self
-        return replace(self, values={**self.values, "load": load.pressure * size[0] * size[1]})
+    def on(self, surface: Surface) -> Request:
+        """Return the request with the load that is meant on a map [N], on a profile [N/m].
+
+        Raises
+        ------
+        InputError
+            If a load per length is given for a map, or a force for a profile.
+        """
+        values = dict(self.values)
+        load, length, across = self["load"], *surface.size[::-1]
+        if isinstance(load, Nominal):
+            values["load"] = load.pressure * length * across
+        elif isinstance(load, LineLoad) and surface.is_profile:
+            values["load"] = load.per_length
+        elif isinstance(load, LineLoad) or (load is not None and surface.is_profile):
+            raise _not_on(surface, "load")
+        if self.task == SWEEP and self["from"][0] != "approach":
+            if (self["from"][0] == "line load") != surface.is_profile:
+                raise _not_on(surface, "from")
+            values |= {name: ("load", self[name][1]) for name in ("from", "to")}
+        return replace(self, values=values)
 
     @property
     def moments(self) -> tuple[float, float] | None:
@@ -271,6 +287,20 @@ class Request:
             if error.argument is not None:
                 error.argument = f"{under}{error.argument}"
             raise
+
+
+def _not_on(surface: Surface, argument: str) -> InputError:
+    """Return the refusal of a load that is none of a map, or of a profile."""
+    if surface.is_profile:
+        return InputError(
+            "is a force, and the file holds a profile: give a load per length such as '600 N/mm'",
+            argument=argument,
+        )
+    return InputError(
+        "is a load per length, as of a profile, and the file holds a map: give a force such as "
+        "'1 N'",
+        argument=argument,
+    )
 
 
 def _hardened(

@@ -173,10 +173,9 @@ def run(request: Request, say: Say, look: Look | None = None) -> Outcome:
     request.check_places()
     maps = surfaces(request, say)
     remarks = of_measurement(resolution_notes(request, maps))
-    size = maps[0].size
     if isinstance(request["load"], Nominal):
-        remarks = (of_nominal(request["load"].pressure, size[0] * size[1]), *remarks)
-        request = request.on(size)
+        remarks = (of_nominal(request["load"].pressure, maps[0]), *remarks)
+    request = request.on(maps[0])
     outcome = _TASKS[request.kind](request, maps, say, look or _nobody)
     outcome = _remarked(outcome, remarks)
     if not outcome.converged:
@@ -406,6 +405,9 @@ def _files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
         yield request["report"], partial(_report, outcome, maps)
     drawings = figures.drawings(found)
     for _, name, path in request.figures():
+        # A profile has fewer of them than a map.
+        if name and name not in drawings:
+            continue
         yield path, outputs.saver(drawings[name or next(iter(drawings))])
 
 

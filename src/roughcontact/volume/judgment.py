@@ -67,7 +67,7 @@ def checked(result: ElastoplasticResult) -> tuple[str, ...]:
     if result.step_error is not None:
         subjects.append("error of the load steps")
     if result.solution.boundary.free_axes:
-        subjects.append("contact at the edges of the map")
+        subjects.append("contact at the edges")
     return (
         *subjects,
         "size of the spots in pixels",

@@ -1,0 +1,142 @@
+"""Commands on profiles: units and words per length, reports, and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.cli import app
+
+STEEL = ["--young", "210 GPa", "--poisson", "0.3", "--yield-strength", "1 GPa"]
+
+
+@pytest.fixture
+def trace(tmp_path):
+    rng = np.random.default_rng(7)
+    x = np.arange(1000) * 5e-4
+    z = np.convolve(rng.standard_normal(1010), np.ones(11) / 11, "valid") + 2 * x
+    path = tmp_path / "trace.txt"
+    rows = "\n".join(f"{a:.4f}\t{b:.6f}" for a, b in zip(x, z, strict=True))
+    path.write_text(f"X [mm]\tZ [um]\n{rows}\n", encoding="utf-8")
+    return path
+
+
+def solved(path, *options):
+    return app.main(["solve", str(path), *STEEL, "--load", "20 N/mm", *options])
+
+
+def test_a_load_per_length_is_told_as_one(trace, capsys):
+    assert solved(trace) == app.SOLVED
+    shown = capsys.readouterr().out
+    for words in (
+        "load per length W′       20 kN/m (given)",
+        "contact length",
+        "leveled: least-squares line",
+    ):
+        assert words in shown
+    for words in ("m²", "area", "1 m ×", " N\n", "map"):
+        assert words not in shown
+    assert solved(trace, "--json") == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert (told["kind"], told["load"], told["load_unit"]) == ("profile", 20000.0, "N/m")
+    assert told["boundary"] == "free"
+    assert told["contact_length"] == pytest.approx(told["contact_fraction"] * 5e-4)
+    assert "contact_area" not in told
+
+
+def test_a_nominal_pressure_is_one_on_the_length(trace, capsys):
+    assert app.main(["solve", str(trace), *STEEL, "--load", "40 MPa", "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert told["load"] == pytest.approx(40e6 * 5e-4)
+    assert "40 MPa on the whole profile, 500 µm, are 20 kN/m" in " ".join(told["warnings"])
+
+
+def test_a_force_is_none_of_a_profile_nor_a_load_per_length_of_a_map(trace, tmp_path, capsys):
+    assert app.main(["solve", str(trace), *STEEL, "--load", "1 N"]) == app.BAD_INPUT
+    assert "--load is a force, and the file holds a profile" in capsys.readouterr().err
+    ends = ["--from", "1 N", "--to", "2 N"]
+    assert app.main(["sweep", str(trace), *STEEL, *ends]) == app.BAD_INPUT
+    assert "--from is a force, and the file holds a profile" in capsys.readouterr().err
+    heights, pixel = rc.reference_map(32)
+    rc.Surface(heights, pixel).save(tmp_path / "map.npz")
+    assert solved(tmp_path / "map.npz") == app.BAD_INPUT
+    assert "--load is a load per length, as of a profile" in capsys.readouterr().err
+
+
+def test_a_report_on_a_profile_says_what_it_cannot_know(trace, tmp_path):
+    page, result = tmp_path / "r.html", tmp_path / "r.nc"
+    figures = ["--figures", str(tmp_path / "f.png")]
+    assert solved(trace, "--report", str(page), "--output", str(result), *figures) == app.SOLVED
+    text = page.read_text(encoding="utf-8")
+    for words in (
+        "What a profile cannot know", "not the real contact area of a surface",
+        "at a distance of the length of the profile, 500 µm", "Rsm", "ISO 21920-2",
+        "Contact of trace.txt under 20 kN/m", "profile of 500 µm, 1000 points",
+    ):  # fmt: skip
+        assert words in text
+    for words in (" of the map", "1 m × ", "m²", "contact area of the map"):
+        assert words not in text
+    assert {path.name for path in tmp_path.glob("*.png")} == {
+        "f-surface.png", "f-pressure.png", "f-contact.png"
+    }  # fmt: skip
+    again = rc.load_result(result)
+    assert again.pair.is_profile
+    assert again.load == pytest.approx(2e4)
+    assert app.main(["verify", str(result)]) == app.SOLVED
+
+
+def test_a_load_curve_of_a_profile(trace, tmp_path, capsys):
+    page, table = tmp_path / "r.html", tmp_path / "c.csv"
+    ends = ["--from", "1 N/mm", "--to", "20 N/mm", "--steps", "3", "--boundary", "periodic"]
+    files = ["--report", str(page), "--output", str(table)]
+    assert app.main(["sweep", str(trace), *STEEL, *ends, *files]) == app.SOLVED
+    shown = capsys.readouterr().out
+    assert "20 kN/m" in shown
+    assert "segments" in shown
+    assert "m²" not in shown
+    head = table.read_text(encoding="utf-8").splitlines()[0]
+    assert "load [N/m]" in head
+    assert "contact_length [m]" in head
+    assert "persson" not in head
+    assert "from 1 kN/m to 20 kN/m" in page.read_text(encoding="utf-8")
+
+
+def test_a_roller_is_a_cylinder_across_the_profile(trace, capsys):
+    for form, status in (("cylinder 5 mm", app.SOLVED), ("sphere 5 mm", app.BAD_INPUT)):
+        assert solved(trace, "--counter-body", form, "--json") == status
+        found = capsys.readouterr()
+        if status == app.SOLVED:
+            told = json.loads(found.out)
+            # 2√(4 W′R/(π E*)) wide at most on a smooth line.
+            assert told["contact_length"] < 3e-5
+        else:
+            assert "a profile takes 'flat', a cylinder such as" in found.err
+
+
+def test_info_has_the_parameters_of_a_profile(trace, capsys):
+    assert app.main(["info", str(trace)]) == app.SOLVED
+    shown = capsys.readouterr().out
+    for words in ("1000 of a profile", "Pq, Rq", "Psm, Rsm", "80 µm, the largest λc"):
+        assert words in shown
+    assert app.main(["info", str(trace), "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert {"Rq", "Ra", "Rz", "Rsk", "Rku", "Rsm", "Rdq"} <= told["roughness"].keys()
+    assert told["cutoff"] == 8e-5
+
+
+def test_what_needs_a_map_is_refused_in_one_sentence(trace, capsys):
+    for command in (
+        ["solve", "--load", "20 N/mm", "--model", "volume"],
+        ["solve", "--load", "20 N/mm", "--load-point", "0 um, 5 um"],
+        ["solve", "--load", "20 N/mm", "--ceiling", "recommended"],
+        ["history", "--path", "1 N, 0 N"],
+        ["find", "--contact", "5 %"],
+        ["solve", "--load", "20 N/mm", "--rotate", "90"],
+    ):
+        task, *options = command
+        assert app.main([task, str(trace), *STEEL, *options]) == app.BAD_INPUT, command
+        error = capsys.readouterr().err
+        assert "is a profile" in error, command
+        assert "needs a map" in error, command
+        assert error.count("\n") == 1
