@@ -15,7 +15,7 @@ import typer
 
 from roughcontact import units
 from roughcontact._version import __version__
-from roughcontact.cli import terminal
+from roughcontact.cli import guide, terminal
 from roughcontact.errors import ConvergenceError, Mention, RoughcontactError, Sentence
 from roughcontact.files import to_json
 from roughcontact.request.options import (
@@ -113,9 +113,10 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
 
 _app = typer.Typer(
     name="roughcontact",
-    add_completion=False,
+    cls=guide.Commands,
     pretty_exceptions_enable=False,
-    rich_markup_mode="rich",
+    # Plain text: what draws boxes takes longer to import than all of the help.
+    rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog='Example:\n\nroughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3',
 )
@@ -137,6 +138,7 @@ def _root(
     """Contact of measured rough surfaces: pressure, real contact area, yielding and gap.
 
     Every quantity takes its unit, in quotes: "1 N", "210 GPa", "0.1 mm".
+
     Exit status: 0 solved, 1 not converged, 2 bad input or usage.
     """
 
@@ -202,11 +204,12 @@ def _command(
         parameters = [
             *([] if argument is None else [argument]),
             *(_parameter(option) for option in offered(name).values()),
+            *([_ALL] if name in guide.FIRST else []),
         ]
         # Typer reads what a command takes from here.
         called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-        _app.command(name, help=help, epilog=epilog)(called)
+        _app.command(name, cls=guide.Command, help=help, epilog=epilog)(called)
         return work
 
     return registered
@@ -225,6 +228,7 @@ def _parameter(option: Option) -> inspect.Parameter:
         help=option.help,
         rich_help_panel=option.panel,
         show_default=False,
+        autocompletion=guide.completion(option),
     )
     default = False if option.is_flag else None
     return inspect.Parameter(
@@ -235,14 +239,35 @@ def _parameter(option: Option) -> inspect.Parameter:
     )
 
 
+_ALL = inspect.Parameter(
+    "all_options",
+    inspect.Parameter.KEYWORD_ONLY,
+    default=False,
+    annotation=Annotated[
+        bool,
+        typer.Option(
+            f"--{guide.ALL}", help="Show this message with all options and exit.", is_eager=True,
+            callback=guide.show_all, expose_value=False,
+        ),
+    ],
+)  # fmt: skip
+
+
 def _argument(
-    kind: Any, metavar: str, text: str, default: Any = inspect.Parameter.empty
+    kind: Any,
+    metavar: str,
+    text: str,
+    default: Any = inspect.Parameter.empty,
+    completion: Callable[[str], list[str]] | None = None,
 ) -> inspect.Parameter:
+    words = typer.Argument(
+        metavar=metavar, help=text, show_default=False, autocompletion=completion
+    )
     return inspect.Parameter(
         "subject",
         inspect.Parameter.POSITIONAL_OR_KEYWORD,
         default=default,
-        annotation=Annotated[kind, typer.Argument(metavar=metavar, help=text, show_default=False)],
+        annotation=Annotated[kind, words],
     )
 
 
@@ -326,8 +351,9 @@ interrupted.
 
 \b
 Example:
-roughcontact sweep ground.opd --from "10 mN" --to "10 N" --steps 13 --young "210 GPa" \\
-    --poisson 0.3 --holes fill --folder ground-sweep --output curve.csv
+roughcontact sweep ground.opd --from "10 mN" --to "10 N" --steps 13 \\
+    --young "210 GPa" --poisson 0.3 --holes fill --folder ground-sweep \\
+    --output curve.csv
 """,
 )(functools.partial(_carry_out, SWEEP))
 
@@ -352,8 +378,8 @@ The ceiling acts as perfect plasticity of the surface: what it indents stays ind
 
 \b
 Example:
-roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 --holes fill \\
-    --output history.csv --residual indented.x3p
+roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 \\
+    --holes fill --output history.csv --residual indented.x3p
 """,
 )(functools.partial(_carry_out, HISTORY))
 
@@ -490,7 +516,7 @@ def _info(file: Path | str | None, given: Given) -> None:
 
 @_command(
     MATERIALS,
-    _argument(str | None, "NAME", "Show one, with its sources.", None),
+    _argument(str | None, "NAME", "Show one, with its sources.", None, guide.materials),
     help="List the catalogue of materials, or one of them with the source of every value.",
     epilog="Example:\n\nroughcontact materials 'bearing steel'",
 )

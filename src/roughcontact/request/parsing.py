@@ -99,17 +99,23 @@ def counted_or_auto(least: int, most: int) -> Callable[[str, str], int | str]:
     return parsed
 
 
-def choice(*known: str) -> Callable[[str, str], str]:
-    """Return a parser that takes one of the words known."""
+@dataclass(frozen=True)
+class Choice:
+    """A parser that takes one of the words known."""
 
-    def chosen(text: str, argument: str) -> str:
-        if text not in known:
-            raise InputError(
-                f"must be one of {', '.join(known)}, got {text!r}", argument=argument, value=text
-            )
+    known: tuple[str, ...]
+
+    def __call__(self, text: str, argument: str) -> str:
+        """Return the word."""
+        if text not in self.known:
+            known = ", ".join(self.known)
+            raise InputError(f"must be one of {known}, got {text!r}", argument=argument, value=text)
         return text
 
-    return chosen
+
+def choice(*known: str) -> Choice:
+    """Return a parser that takes one of the words known."""
+    return Choice(known)
 
 
 def ceiling(text: str, argument: str) -> str | float | None:

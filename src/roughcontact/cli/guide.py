@@ -1,0 +1,146 @@
+"""The help: of many options the ten that most people need first, and what completes a word."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import typer.core
+
+from roughcontact.request import parsing
+from roughcontact.request.options import (
+    FIND,
+    HISTORY,
+    SOLVE,
+    STRESS,
+    SWEEP,
+    Option,
+)
+
+_BODY = ("material", "young", "poisson", "yield-strength")
+
+FIRST = {
+    SOLVE: ("load", *_BODY, "ceiling", "holes", "output", "report", "json"),
+    SWEEP: ("from", "to", "steps", *_BODY, "holes", "output", "report"),
+    STRESS: ("load", *_BODY, "friction", "onset", "holes", "output", "report"),
+    HISTORY: ("path", "passes", *_BODY, "holes", "residual", "output", "report"),
+    FIND: ("contact", "saturated", "mean-gap", "approach", "first-yield", "material", "ceiling",
+           "holes", "output", "report"),
+}  # fmt: skip
+"""Command -> the ten options that its help explains; ``--help-all`` explains all of them."""
+
+ALL = "help-all"
+_ASKED = "roughcontact.help-all"
+
+# Longer words of an option have a line of their own.
+_WORDS = 27
+
+Rows = list[tuple[str, str]]
+
+
+class Commands(typer.core.TyperGroup):
+    """The program, whose help says of each command all that its first sentence says."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands, and then the options."""
+        named: list[tuple[str, Any]] = [
+            (name, self.get_command(ctx, name)) for name in self.list_commands(ctx)
+        ]
+        _section(formatter, "Commands", [(name, _first_sentence(one.help)) for name, one in named])
+        _section(formatter, "Options", [_row(option) for option in _options(self, ctx)])
+
+
+class Command(typer.core.TyperCommand):
+    """A command, whose help says first what most people need."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write arguments and options: ten of them, and the names of the rest, where more are."""
+        params: list[Any] = self.get_params(ctx)
+        given = [one for one in params if one.param_type_name == "argument"]
+        _section(formatter, "Arguments", [(str(one.metavar), str(one.help)) for one in given])
+        options = {option.opts[0].removeprefix("--"): option for option in _options(self, ctx)}
+        first = () if ctx.meta.get(_ASKED) else FIRST.get(str(self.name), ())
+        panels: dict[str, list[Any]] = {}
+        for name, option in options.items():
+            if name not in first:
+                panels.setdefault(option.rich_help_panel or "Help", []).append(option)
+        if not first:
+            for panel, held in panels.items():
+                _section(formatter, panel, [_row(option) for option in held])
+            return
+        _section(formatter, "What most people need", [_row(options[name]) for name in first])
+        about = [_row(option) for option in panels.pop("Help")]
+        rest = [(panel, " ".join(one.opts[0] for one in held)) for panel, held in panels.items()]
+        _section(formatter, f"Further options, which --{ALL} explains", rest)
+        _section(formatter, "Help", about)
+
+
+def show_all(ctx: typer.Context, wanted: bool) -> None:
+    """Print the help with all options, and end."""
+    if wanted:
+        ctx.meta[_ASKED] = True
+        print(ctx.get_help())
+        raise typer.Exit(0)
+
+
+def _options(command: Any, ctx: Any) -> Iterator[Any]:
+    return (one for one in command.get_params(ctx) if one.param_type_name == "option")
+
+
+def _row(option: Any) -> tuple[str, str]:
+    takes = "" if option.is_flag else f" {option.metavar}"
+    return ", ".join(sorted(option.opts, key=len)) + takes, str(option.help)
+
+
+def _section(formatter: Any, heading: str, rows: Rows) -> None:
+    """Write two columns under a heading; no option is divided at its hyphens."""
+    if not rows:
+        return
+    left = min(max(len(words) for words, _ in rows), _WORDS) + 2
+    with formatter.section(heading):
+        indent = " " * formatter.current_indent
+        for words, text in rows:
+            width = formatter.width - len(indent) - left
+            lines = textwrap.wrap(text, width, break_on_hyphens=False)
+            if len(words) + 2 > left:
+                lines.insert(0, "")
+            for number, line in enumerate(lines):
+                start = words if number == 0 else ""
+                formatter.write(f"{indent}{start:{left}}{line}".rstrip() + "\n")
+
+
+def _first_sentence(text: str | None) -> str:
+    return " ".join((text or "").partition("\n\n")[0].split())
+
+
+# What completes a word
+
+
+def completion(option: Option) -> Callable[[str], list[str]] | None:
+    """Return what gives the values of an option that begin with a text; None where any will do."""
+    if option.parse is parsing.material:
+        return materials
+    if isinstance(option.parse, parsing.Choice):
+        known = [str(word) for word in option.parse.known]
+        return lambda incomplete: [word for word in known if word.startswith(incomplete)]
+    return _formats if option.name == "format" else None
+
+
+def materials(incomplete: str) -> list[str]:
+    """Return the materials that begin with a text; of none all by their first names."""
+    from roughcontact.material import catalogue
+
+    names = [
+        name
+        for entry in catalogue.entries()
+        for name in (entry.key, *(entry.names if incomplete else ()))
+    ]
+    # A shell would take a name with a blank for two words.
+    return [name for name in names if name.startswith(incomplete) and " " not in name]
+
+
+def _formats(incomplete: str) -> list[str]:
+    from roughcontact.formats import read
+
+    return [known.name for known in read.FORMATS if known.name.startswith(incomplete)]

@@ -1,0 +1,133 @@
+"""The help on one screen, and words that a shell completes."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from roughcontact.cli import app, guide
+from roughcontact.request.options import COMMANDS, TASKS, offered
+
+Capture = pytest.CaptureFixture[str]
+
+SOURCE = Path(app.__file__).parents[2]
+
+
+def shown(capsys: Capture, *words: str) -> str:
+    assert app.main(list(words)) == app.SOLVED
+    return capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", guide.FIRST)
+def test_ten_options_come_first_and_the_others_are_named(
+    command: str, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    out = shown(capsys, command, "--help")
+    first, rest = out.split("What most people need:")[1].split("Further options")
+    explained = re.findall(r"^  --([\w-]+)", first, re.MULTILINE)
+    assert explained == list(guide.FIRST[command])
+    assert len(set(explained)) == 10
+    named = set(re.findall(r"(?<=\s)--([\w-]+)", rest)) - {"help-all", "help"}
+    assert named == set(offered(command)) - set(explained)
+    assert max(map(len, out.splitlines())) <= 80
+    assert out.count("\n") < 72
+
+
+def test_every_command_of_many_options_has_its_ten() -> None:
+    assert {name for name in COMMANDS if len(offered(name)) > 14} == set(guide.FIRST)
+    assert set(TASKS) <= set(guide.FIRST)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_all_options_are_explained_in_their_order(command: str, capsys: Capture) -> None:
+    out = shown(capsys, command, "--help-all" if command in guide.FIRST else "--help")
+    explained = re.findall(r"^  --([\w-]+)", out, re.MULTILINE)
+    assert [name for name in explained if name != "help-all"] == list(offered(command))
+    plain = " ".join(out.split())
+    assert all(" ".join(option.help.split()) in plain for option in offered(command).values())
+
+
+def test_the_program_says_what_its_commands_do(capsys: Capture) -> None:
+    plain = " ".join(shown(capsys, "--help").split())
+    assert "solve Press a measured map against a flat or another map: pressure," in plain
+    assert "--install-completion" in plain
+    assert [plain.index(f" {name} ") for name in COMMANDS] == sorted(
+        plain.index(f" {name} ") for name in COMMANDS
+    )
+
+
+# Completion
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> dict[str, str]:
+    """The environment of a user who has the program on the path, and no settings yet."""
+    program = tmp_path / "bin" / "roughcontact"
+    program.parent.mkdir()
+    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m roughcontact "$@"\n')
+    program.chmod(0o755)
+    path = f"{program.parent}{os.pathsep}{os.environ['PATH']}"
+    return {**os.environ, "HOME": str(tmp_path), "PATH": path, "PYTHONPATH": str(SOURCE)}
+
+
+# What bash does when TAB is pressed.
+PRESS_TAB = r"""
+source ~/.bashrc
+function=$(complete -p roughcontact | sed 's/.*-F \([^ ]*\).*/\1/')
+while read -r line; do
+    [[ $line == *'|' ]] && line=${line%|} && read -ra COMP_WORDS <<< "$line" && COMP_WORDS+=("") \
+        || read -ra COMP_WORDS <<< "$line"
+    COMP_CWORD=$(( ${#COMP_WORDS[@]} - 1 )) COMPREPLY=()
+    $function roughcontact
+    echo "${COMPREPLY[*]}"
+done
+"""
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="bash is absent")
+def test_bash_completes_commands_options_and_materials(home: dict[str, str]) -> None:
+    done = subprocess.run(
+        ["bash", "-c", "roughcontact --install-completion; true"], env=home, check=True,
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert "bash completion installed" in done.stdout
+    typed = {
+        "roughcontact so": "solve",
+        "roughcontact sweep x.opd --yield": "--yield-strength",
+        "roughcontact solve x.opd --material 100": "100Cr6",
+        "roughcontact solve x.opd --boundary periodic-": "periodic-x periodic-y",
+        "roughcontact materials Ti-": "Ti-6Al-4V",
+        "roughcontact solve x.opd --holes|": "error fill mask crop",
+        # Nothing of ours: the shell completes the name of a file.
+        "roughcontact solve x.o": "",
+    }
+    done = subprocess.run(
+        ["bash", "-c", PRESS_TAB], input="\n".join(typed) + "\n", env=home, check=True,
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.stdout.splitlines() == list(typed.values())
+
+
+@pytest.mark.parametrize(
+    ("shell", "given"),
+    [("zsh", {"_TYPER_COMPLETE_ARGS": "roughcontact solve x.opd --material 100"}),
+     ("fish", {"_TYPER_COMPLETE_ARGS": "roughcontact solve x.opd --material 100",
+               "_TYPER_COMPLETE_FISH_ACTION": "get-args"})],
+)  # fmt: skip
+def test_other_shells_are_answered_and_have_a_script(
+    shell: str, given: dict[str, str], home: dict[str, str]
+) -> None:
+    about = {**home, "_ROUGHCONTACT_COMPLETE": f"complete_{shell}", **given}
+    done = subprocess.run(["roughcontact"], env=about, capture_output=True, text=True, check=True)
+    assert "100Cr6" in done.stdout
+    assert "42CrMo4" not in done.stdout
+    about = {**home, "_ROUGHCONTACT_COMPLETE": f"source_{shell}"}
+    done = subprocess.run(["roughcontact"], env=about, capture_output=True, text=True, check=True)
+    assert f"complete_{shell}" in done.stdout
