@@ -404,7 +404,8 @@ The same seed gives the same surface. What the map has is printed beside what wa
 
 \b
 Example:
-roughcontact generate --size "0.5 mm" --sq "0.4 um" --sal "12 um" --ssk -0.8 --output honed.x3p
+roughcontact generate --size "0.5 mm" --sq "0.4 um" --sal "12 um" --ssk -0.8 \\
+    --output honed.x3p
 """,
 )
 def _generate(_: Subject, given: Given) -> None:
