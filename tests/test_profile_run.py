@@ -140,3 +140,40 @@ def test_what_needs_a_map_is_refused_in_one_sentence(trace, capsys):
         assert "is a profile" in error, command
         assert "needs a map" in error, command
         assert error.count("\n") == 1
+
+
+def test_stress_below_a_profile_is_told_per_length(trace, tmp_path, capsys):
+    page, result = tmp_path / "s.html", tmp_path / "s.nc"
+    words = ["stress", str(trace), *STEEL, "--load", "20 N/mm", "--onset"]
+    files = ["--report", str(page), "--output", str(result), "--figures", str(tmp_path / "s.png")]
+    assert app.main([*words, *files]) == app.SOLVED
+    shown = capsys.readouterr().out
+    for told in ("deep, at x =", "cross-section above the yield strength", "kN/m"):
+        assert told in shown
+    for told in ("m³", "at y, x", "pass along y", " N\n", " kN\n"):
+        assert told not in shown
+    assert "oad of first yield per length" in page.read_text(encoding="utf-8")
+    assert {path.name for path in tmp_path.glob("*.png")} == {
+        "s-stress-depth.png", "s-stress-section.png"
+    }  # fmt: skip
+    told = json.loads(json.dumps(rc.load_result(result).summary()))
+    assert told["load_unit"] == "N/m"
+
+
+def test_files_of_a_profile(trace, tmp_path, capsys):
+    table = tmp_path / "p.csv"
+    assert solved(trace, "--quiet", "--output", str(table)) == app.SOLVED
+    columns = np.loadtxt(table, delimiter=",")
+    assert columns.shape == (1000, 2)
+    assert columns[:, 1].sum() * 5e-7 == pytest.approx(2e4)
+    assert solved(trace, "--quiet", "--output", str(tmp_path / "p.vti")) == app.BAD_INPUT
+    assert "for a profile, got" in capsys.readouterr().err
+    surface = rc.read_surface(trace)
+    for name in ("s.csv", "s.npz", "s.nc"):
+        surface.save(tmp_path / name)
+        again = rc.read_surface(tmp_path / name)
+        assert again.is_profile
+        assert np.array_equal(again.heights, surface.heights)
+        assert again.pixel == pytest.approx(surface.pixel, rel=1e-12)
+    with pytest.raises(rc.InputError, match="for a profile"):
+        surface.save(tmp_path / "s.x3p")

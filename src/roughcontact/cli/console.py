@@ -83,12 +83,11 @@ def show_volume(volume: ElastoplasticResult, written: Sequence[Path]) -> None:
 
 def show_stress(stress: StressResult, onset: StressResult | None, written: Sequence[Path]) -> None:
     """Print the largest stresses below a contact that was shown, and where it yields."""
-    from roughcontact.report import results, tables
-    from roughcontact.report.quantities import rows_of
+    from roughcontact.report import results
 
     rows = results.rows(stress, brief=True)
     if onset is not None:
-        rows += rows_of(tables.FIRST_YIELD, onset, brief=True)
+        rows += results.first_yield(onset, brief=True)
     _print_table(_cells(rows))
     # Those of the contact stand above, with its numbers.
     own = [caution for caution in stress.cautions if caution not in stress.solution.cautions]

@@ -137,7 +137,8 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
 def _scalar_attributes(result: ContactResult) -> dict[str, Any]:
     attributes: dict[str, Any] = {}
     for name, unit in _NUMBERS.items():
-        attributes |= _with_unit(name, float(getattr(result, name)), unit)
+        held = result.pair.load_unit if name == "load" else unit
+        attributes |= _with_unit(name, float(getattr(result, name)), held)
     attributes |= {name: str(getattr(result, name)) for name in _WORDS}
     attributes |= {name: getattr(result, name) for name in _COUNTS}
     for name, unit in _PAIRS.items():

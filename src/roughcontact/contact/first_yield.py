@@ -90,7 +90,8 @@ def onset(
         As for `yield_onset`.
     """
     require_positive(tolerance=tolerance)
-    pair.boundary.require_stress()
+    if not pair.is_profile:
+        pair.boundary.require_stress()
     first = quantity(start, "force", "start")
     if first is not None:
         require_positive(start=first)

@@ -32,7 +32,7 @@ _OF_THE_RESOLUTION = (
 )
 _AT_THE_SURFACE = (
     "the largest stress lies at the surface: at the rim of a spot that slides it is right to 1 % "
-    "from 20 pixels a radius on, to 6 % at 6 pixels, and one of the resolution of the map below"
+    "from 20 pixels a radius on, to 6 % at 6 pixels, and one of the resolution below"
 )
 _NOT_SHALLOW_ENOUGH = "the largest stress lies at the least depth: look nearer to the surface"
 
@@ -136,7 +136,7 @@ class StressResult:
         depth = self.profile.depth_of_max
         if depth == 0:
             return [careful(Kind.SHALLOW, _AT_THE_SURFACE, depth=depth)]
-        if depth < 2 * max(self.solution.pair.pixel):
+        if depth < 2 * max(self.solution.pair.pixel[self.solution.pair.is_profile :]):
             return [careful(Kind.SHALLOW, _OF_THE_RESOLUTION, depth=depth)]
         if depth == self.profile.depths[0]:
             return [warned(Kind.SHALLOW, _NOT_SHALLOW_ENOUGH, depth=depth)]
@@ -255,9 +255,11 @@ def _add_profile(dataset: xarray.Dataset, profile: stress_summary.Summary) -> No
         "largest amplitude of the orthogonal shear stress in a pass along an axis",
     )  # fmt: skip
     if profile.yielded_area is not None:
+        # Of a profile the pixels are one metre wide.
+        extent, unit = ("length", "m") if profile.peak.shape[0] == 1 else ("area", "m2")
         dataset["yielded_area"] = _variable(
-            ("depth",), profile.yielded_area, "m2",
-            "area where the von Mises stress exceeds the yield strength",
+            ("depth",), profile.yielded_area, unit,
+            f"{extent} where the von Mises stress exceeds the yield strength",
         )  # fmt: skip
     dataset["peak_von_mises"] = _variable(
         ("y", "x"), profile.peak, "Pa", "largest von Mises stress over depth"

@@ -161,6 +161,10 @@ FORMATS = (
 """Every format; help, messages, project file and documentation read them from here."""
 
 
+# What is written there has two sides.
+_OF_MAPS = (".x3p", ".sur", ".vti", ".vtr")
+
+
 def suffixes(*kinds: Kind) -> tuple[str, ...]:
     """Return how files may end that hold one of some kinds.
 
@@ -218,6 +222,7 @@ def save_surface(surface: Surface, path: str | os.PathLike[str]) -> None:
     --------
     roughcontact.read_surface : Reads all of them but ``.vti``.
     """
+    _require_kept(surface, path)
     _writer(Kind.SURFACE, path)(surface, path)
 
 
@@ -246,8 +251,22 @@ def save(result: Result, path: str | os.PathLike[str]) -> None:
     """
     from roughcontact.volume.result import ElastoplasticResult
 
-    kind = Kind.VOLUME if isinstance(result, ElastoplasticResult) else Kind.CONTACT
-    _writer(kind, path)(result, path)
+    if isinstance(result, ElastoplasticResult):
+        _writer(Kind.VOLUME, path)(result, path)
+        return
+    _require_kept(result.surface, path)
+    _writer(Kind.CONTACT, path)(result, path)
+
+
+def _require_kept(surface: Surface, path: str | os.PathLike[str]) -> None:
+    """Raise `InputError` where a format has no profiles."""
+    if surface.is_profile and Path(path).suffix.lower() in _OF_MAPS:
+        raise InputError(
+            "needs a name that ends in .nc, .npz (heights), .csv or .json (results) for a profile, "
+            f"got {str(path)!r}",
+            argument="path",
+            value=str(path),
+        )
 
 
 def _writer(kind: Kind, path: str | os.PathLike[str]) -> Writer:

@@ -9,6 +9,7 @@ import os
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
@@ -32,7 +33,9 @@ _SUMMARY_UNITS = {
     "ceiling": "Pa",
     "contact_area": "m2",
     "corrected_contact_area": "m2",
+    "contact_length": "m",
     "contact_fraction": "1",
+    "spacing": "m",
     "saturated_fraction": "1",
     "max_pressure": "Pa",
     "mean_gap": "m",
@@ -101,7 +104,7 @@ def save_csv(
     -----
     Lines that start with # head the file and name quantity, unit and pixel; `read_surface` takes
     unit and size of a file of heights from them. Every number keeps its bits; "nan" is a missing
-    point, and masks are 0 and 1.
+    point, and masks are 0 and 1. Of a profile there are two columns, the position [m] first.
     """
     require_suffix(path, ".csv")
     if field is None:
@@ -123,10 +126,23 @@ def save_csv(
         f"# {values.shape[0]} rows along y from the smallest y on, {values.shape[1]} columns "
         "along x; nan where missing\n"
     )
+    if fields.surface_of(source).is_profile:
+        _save_columns(values[0], dx, f"{field} [{fields.UNITS[field]}]", path)
+        return
     with replacing(path) as stream:
         stream.write(head.encode("utf-8"))
         for row in values:
             stream.write((",".join(map(repr, row.tolist())) + "\n").encode("ascii"))
+
+
+def _save_columns(
+    values: NDArray[Any], spacing: float, name: str, path: str | os.PathLike[str]
+) -> None:
+    """Write what a profile has at each of its points."""
+    with replacing(path) as stream:
+        stream.write(f"# x [m],{name}\n".encode())
+        for number, value in enumerate(values.tolist()):
+            stream.write(f"{(number + 0.5) * spacing!r},{value!r}\n".encode("ascii"))
 
 
 def save_table(result: ContactResult, path: str | os.PathLike[str]) -> None:
@@ -161,6 +177,8 @@ def save_table(result: ContactResult, path: str | os.PathLike[str]) -> None:
     for name, value in rows:
         quantity = name.removeprefix("counter_").removeprefix("material_")
         unit = _SUMMARY_UNITS.get(quantity, "")
+        if quantity == "load":
+            unit = result.pair.load_unit
         table.writerow((name, _cell(value), "" if isinstance(value, str) else unit))
     write(path, text.getvalue().encode("utf-8", "backslashreplace"))
 

@@ -73,6 +73,9 @@ def graded_depths(
     total = float(pressure.sum())
     if not total > 0:
         raise InputError("is zero everywhere: there is no stress to look at", argument="pressure")
+    if pressure.shape[0] == 1:
+        # How wide a profile is does not matter.
+        pixel = (pixel[1], pixel[1])
     reach = 0.0
     for axis, edge in enumerate(pixel):
         weights = pressure.sum(axis=1 - axis) / total

@@ -35,6 +35,8 @@ _COARSEST = 16
 _BLEND = 1.25
 _BLEND_SAMPLES = 0.1
 _STEEPNESS = 3.8
+# Pixels of a profile over its length: stress differs from plane strain by the inverse of it.
+_LONG = 1e6
 # Waves on a periodic map are left out where e^(-qz) falls below rounding.
 _DAMPED = {"single": 18.0, "double": 40.0}
 
@@ -62,13 +64,19 @@ def field_of(
     precision: str,
     workspace: Workspace,
 ) -> Field:
-    """Return the stress field below a pressure; arguments as for `stress.slices`."""
+    """Return the stress field below a pressure; arguments as for `stress.slices`.
+
+    A single row that is periodic along y is a profile: its pixels are made so long that what lies
+    beyond their ends is not felt, which is plane strain.
+    """
     require_pixel(pixel)
     stress_kernels.require_poisson(poisson)
+    source = _checked_source(pressure)
     boundary = Boundary(boundary)
+    if source.shape[0] == 1 and boundary is Boundary.PERIODIC_Y:
+        boundary, pixel = Boundary.FREE, (_LONG * source.shape[1] * pixel[1], pixel[1])
     boundary.require_stress()
     require_choice(("double", "single"), precision=precision)
-    source = _checked_source(pressure)
     pulls = pulls_of(friction, direction)
     terms = _terms(pulls)
     unit = float(np.abs(source).max()) or 1.0

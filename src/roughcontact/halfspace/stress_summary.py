@@ -159,7 +159,9 @@ def summarise(
         require_positive(yield_strength=yield_strength)
     pulls = pulls_of(friction, direction)
     rim = partial(_rim, field, pressure, pixel, poisson, Boundary(boundary), pulls, workspace)
-    passage = _Passage(field, yield_strength, np.asarray(pressure), rim if pulls else None)
+    # Between the points of a profile nothing is looked for.
+    looked = pulls and field.shape[0] > 1
+    passage = _Passage(field, yield_strength, np.asarray(pressure), rim if looked else None)
     if depths is None:
         passage.look(graded_depths(np.asarray(pressure), pixel, boundary=boundary))
         passage.close_in()

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from roughcontact.contact.found import FoundLoads
 from roughcontact.contact.stress import StressResult
-from roughcontact.report import figures, results, tables
+from roughcontact.report import figures, results
 from roughcontact.report.page import Addition, sentence
-from roughcontact.report.quantities import rows_of
 from roughcontact.units import engineering
 
 
@@ -14,14 +13,14 @@ def of_stress(stress: StressResult, onset: StressResult | None = None) -> Additi
     """Return the chapter on the stress below the surface, and on the load of first yield."""
     told = results.rows(stress)
     if onset is not None:
-        told += rows_of(tables.FIRST_YIELD, onset)
+        told += results.first_yield(onset)
     rows = (("quantity", "value"), *((row.title, row.text) for row in told))
     own = tuple(c for c in stress.cautions if c not in stress.solution.cautions)
     text = (
         "Elastic stress under the pressure found. Tension is positive.",
         *(sentence(c.text) for c in own),
     )
-    drawn = figures.drawn(figures.STRESS, stress)
+    drawn = figures.drawn(figures.of_stress(stress), stress)
     return Addition("Stress below the surface", text, rows, drawn, cautions=own)
 
 

@@ -471,7 +471,7 @@ def _scene(result: Any) -> tuple[Illustrations, Any]:
         case ElastoplasticResult():
             return VOLUME, VolumeScene(result)
         case StressResult():
-            return STRESS, result
+            return of_stress(result), result
         case LoadHistory():
             return HISTORY, result
         case LoadCurve():
@@ -487,6 +487,11 @@ def of_map(surface: Surface) -> Illustrations:
 def of_contact(result: ContactResult) -> Illustrations:
     """Return the figures of a contact."""
     return traces.CONTACT if result.pair.is_profile else CONTACT
+
+
+def of_stress(found: StressResult) -> Illustrations:
+    """Return the figures of the stress below a contact; a profile is not seen from above."""
+    return STRESS[:2] if found.solution.pair.is_profile else STRESS
 
 
 def of_curve(curve: LoadCurve) -> Illustrations:

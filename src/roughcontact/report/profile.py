@@ -9,6 +9,7 @@ from typing import Any
 from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
+from roughcontact.contact.stress import StressResult
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.report import tables
 from roughcontact.report.quantities import (
@@ -99,6 +100,50 @@ CONTACT: Table = (
     *(_of(key) for key in ("seconds", "precision", "version")),
 )  # fmt: skip
 """Of a `ContactResult` of profiles."""
+
+
+# Stress below a profile
+
+
+def _place(stress: StressResult) -> str:
+    depth, _, x = (engineering(length, "m") for length in stress.place)
+    return f"{depth} deep, at x = {x}"
+
+
+_SHEAR = "max_orthogonal_shear_along_x"
+
+STRESS: Table = (
+    *(quantity_of(tables.STRESS, key) for key in ("body", "friction", "direction")),
+    Quantity("kind", of=lambda _: "profile"),
+    replace(quantity_of(tables.STRESS, "load"), unit=LOAD),
+    *(quantity_of(tables.STRESS, key) for key in ("max_pressure", "max_von_mises")),
+    replace(
+        quantity_of(tables.STRESS, "max_von_mises_place"),
+        of=lambda stress: [stress.place[0], stress.place[2]],
+        text=_place,
+    ),
+    quantity_of(tables.STRESS, "max_tresca"),
+    replace(quantity_of(tables.STRESS, _SHEAR), name="orthogonal shear amplitude in a pass"),
+    *(quantity_of(tables.STRESS, key) for key in ("yield_strength", "yield_factor")),
+    replace(
+        quantity_of(tables.STRESS, "yielded_volume"),
+        key="yielded_section",
+        name="cross-section above the yield strength",
+        unit="m²",
+    ),
+    *(
+        quantity_of(tables.STRESS, key)
+        for key in ("depths", "warnings", "cautions", "precision", "version")
+    ),
+)
+"""Of a `StressResult` of profiles."""
+
+
+FIRST_YIELD: Table = (
+    replace(tables.FIRST_YIELD[0], name="load of first yield per length", unit=LOAD),
+    *tables.FIRST_YIELD[1:],
+)
+"""Of the `StressResult` at which the first point yields."""
 
 
 # Many loads

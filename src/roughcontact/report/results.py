@@ -38,7 +38,7 @@ def table_of(result: Any) -> Table:
         case ElastoplasticResult():
             return tables.VOLUME
         case StressResult():
-            return tables.STRESS
+            return profile.STRESS if result.solution.pair.is_profile else tables.STRESS
         case LoadCurve():
             return profile.CURVE if result.is_profile else tables.CURVE
         case LoadHistory():
@@ -90,6 +90,12 @@ def save(result: LoadCurve | LoadHistory | FoundLoads, path: str | os.PathLike[s
 def rows(result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
     """Return what is told of a result; see `quantities.rows_of`."""
     return rows_of(table_of(result), result, part, brief)
+
+
+def first_yield(onset: StressResult, brief: bool = False) -> list[Row]:
+    """Return what is told of the contact at the load of first yield."""
+    of_profile = onset.solution.pair.is_profile
+    return rows_of(profile.FIRST_YIELD if of_profile else tables.FIRST_YIELD, onset, brief=brief)
 
 
 def row(result: Any, key: str) -> Row:
