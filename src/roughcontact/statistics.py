@@ -1,0 +1,399 @@
+"""Means of a few measurements, differences between groups of them, and how sure both are.
+
+Everything here is about numbers alone. Intervals are those of Student, Welch, Games and Howell:
+they take the scatter of a group as normal, and no two groups as equally scattered.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+LEVEL = 0.95
+"""Confidence of every interval."""
+
+USUAL = 4
+"""Parts along a side from whose scatter the error of a whole is told."""
+
+# How often chance alone may send us from sixteen parts to four.
+_ODD = 0.1
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Mean:
+    """A mean and where that of all that could be measured lies.
+
+    Parameters
+    ----------
+    count : int
+        Measurements.
+    value : float
+        Their mean.
+    deviation : float
+        Their standard deviation, n - 1 in the denominator; NaN of a single one.
+    low, high : float
+        Ends of the interval of confidence `LEVEL`; NaN of a single measurement.
+    """
+
+    count: int
+    value: float
+    deviation: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A difference of two means.
+
+    Parameters
+    ----------
+    value : float
+        Second mean less first.
+    low, high : float
+        Ends of its interval of confidence `LEVEL`, which all pairs of groups share; NaN where it
+        cannot be told.
+    p : float
+        How often chance alone would make some pair of groups differ as much, if none did.
+    """
+
+    value: float
+    low: float
+    high: float
+    p: float
+
+    @property
+    def known(self) -> bool:
+        """Whether there is an interval."""
+        return not math.isnan(self.low)
+
+    @property
+    def excludes_zero(self) -> bool:
+        """Whether the interval lies on one side of zero."""
+        return self.known and (self.low > 0 or self.high < 0)
+
+
+@dataclass(frozen=True)
+class Components:
+    """The two parts of a scatter: between groups, and within them.
+
+    Parameters
+    ----------
+    between, within : float
+        Standard deviations.
+    share : float
+        Of the variance, what is between groups; NaN where nothing scatters.
+    low, high : float
+        Ends of its interval of confidence `LEVEL`, cut at 0 and 1.
+    groups, count : int
+        Groups, and measurements in all of them.
+    """
+
+    between: float
+    within: float
+    share: float
+    low: float
+    high: float
+    groups: int
+    count: int
+
+
+@dataclass(frozen=True)
+class Whole:
+    """How sure the number of a whole is, as the scatter of its parts tells.
+
+    Parameters
+    ----------
+    half : float
+        Half of its interval of confidence `LEVEL`.
+    divisions, parts : int
+        Parts along a side, and in all, whose scatter it comes from.
+    scaling : float
+        Variance of sixteen parts over that of 64, times four: 1 where neighbors are independent,
+        more where long waves join them. NaN where there are no 64.
+    falls : bool
+        Whether chance alone explains that it is not 1.
+    """
+
+    half: float
+    divisions: int
+    parts: int
+    scaling: float
+    falls: bool
+
+
+def mean(values: ArrayLike) -> Mean:
+    """Return the mean of measurements with its interval (Student).
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+        Measurements, one at least.
+
+    Returns
+    -------
+    Mean
+        Mean, deviation and interval.
+
+    Examples
+    --------
+    >>> found = mean([1.0, 2.0, 3.0])
+    >>> found.value, found.deviation, round(found.high, 3)
+    (2.0, 1.0, 4.484)
+    """
+    x = np.asarray(values, dtype=np.float64)
+    average = float(x.mean())
+    if x.size < 2:
+        return Mean(x.size, average, math.nan, math.nan, math.nan)
+    spread = _deviation(x)
+    half = _student(x.size - 1) * spread / math.sqrt(x.size)
+    return Mean(x.size, average, spread, average - half, average + half)
+
+
+def paired(first: ArrayLike, second: ArrayLike) -> Difference:
+    """Return the mean difference of measurements that belong together in pairs (Student).
+
+    Parameters
+    ----------
+    first, second : array_like, shape (n,)
+        The same pieces before and after.
+
+    Returns
+    -------
+    Difference
+        Second less first; no interval of a single pair.
+    """
+    from scipy.special import stdtr
+
+    found = mean(np.subtract(np.asarray(second, float), np.asarray(first, float)))
+    if math.isnan(found.low):
+        return Difference(found.value, math.nan, math.nan, math.nan)
+    error = found.deviation / math.sqrt(found.count)
+    p = 2 * float(stdtr(found.count - 1, -_ratio(found.value, error)))
+    return Difference(found.value, found.low, found.high, p)
+
+
+def differences(groups: Sequence[ArrayLike]) -> dict[tuple[int, int], Difference]:
+    """Return the differences of all pairs of groups (Welch; of more than two Games and Howell).
+
+    Parameters
+    ----------
+    groups : sequence of array_like
+        Measurements of each group.
+
+    Returns
+    -------
+    dict
+        By the numbers of first and second group, first < second.
+
+    Notes
+    -----
+    Two groups: Welch's t, with its own degrees of freedom. More: the intervals are so wide that
+    all of them hold together with confidence `LEVEL` (Games and Howell 1976,
+    doi:10.3102/10769986001002113), from the distribution of the studentized range; for two
+    groups both are the same.
+
+    Examples
+    --------
+    >>> found = differences([[1.0, 2.0, 3.0], [5.0, 6.0, 7.5]])[0, 1]
+    >>> round(found.value, 3), found.excludes_zero
+    (4.167, True)
+    """
+    taken = [np.asarray(group, dtype=np.float64) for group in groups]
+    return {
+        (i, j): _difference(taken[i], taken[j], len(taken))
+        for i, j in combinations(range(len(taken)), 2)
+    }
+
+
+def _difference(first: Array, second: Array, groups: int) -> Difference:
+    value = float(second.mean() - first.mean())
+    if min(first.size, second.size) < 2:
+        return Difference(value, math.nan, math.nan, math.nan)
+    parts = [_deviation(x) ** 2 / x.size for x in (first, second)]
+    variance = sum(parts)
+    if not variance:
+        return Difference(value, value, value, float(not value))
+    freedom = variance**2 / sum(
+        part**2 / (x.size - 1) for part, x in zip(parts, (first, second), strict=True)
+    )
+    error = math.sqrt(variance)
+    if groups == 2:
+        from scipy.special import stdtr
+
+        width, p = _student(freedom), 2 * float(stdtr(freedom, -abs(value) / error))
+    else:
+        from scipy.stats import studentized_range
+
+        width = float(studentized_range.ppf(LEVEL, groups, freedom)) / math.sqrt(2)
+        p = float(studentized_range.sf(math.sqrt(2) * abs(value) / error, groups, freedom))
+    return Difference(value, value - width * error, value + width * error, p)
+
+
+def components(groups: Sequence[ArrayLike]) -> Components:
+    """Return how a scatter splits into that between groups and that within (one-way, random).
+
+    Parameters
+    ----------
+    groups : sequence of array_like
+        Measurements of each group: two groups at least, and two measurements in one of them.
+
+    Returns
+    -------
+    Components
+        What is between groups is estimated from mean squares, and zero where they are smaller
+        than those within.
+
+    Notes
+    -----
+    The interval of the share is that of F, exact for groups of one size; for others it takes the
+    mean size of Searle, Casella and McCulloch (1992), section 3.6.
+
+    Examples
+    --------
+    >>> found = components([[1.0, 1.2], [3.0, 3.1], [5.2, 5.0]])
+    >>> found.share > 0.99, found.low < found.share < found.high
+    (True, True)
+    """
+    from scipy.special import fdtri
+
+    taken = [np.asarray(group, dtype=np.float64) for group in groups]
+    sizes = np.array([x.size for x in taken])
+    total, number = int(sizes.sum()), len(taken)
+    whole = float(np.concatenate(taken).mean())
+    outer = sum(x.size * (float(x.mean()) - whole) ** 2 for x in taken) / (number - 1)
+    inner = sum((x.size - 1) * _deviation(x) ** 2 for x in taken if x.size > 1) / (total - number)
+    size = (total - float((sizes**2).sum()) / total) / (number - 1)
+    between = max(outer - inner, 0.0) / size
+    if not outer and not inner:
+        return Components(0.0, 0.0, math.nan, math.nan, math.nan, number, total)
+    ends = []
+    for tail in ((1 + LEVEL) / 2, (1 - LEVEL) / 2):
+        ratio = _ratio(outer, inner) / float(fdtri(number - 1, total - number, tail))
+        share = 1.0 if math.isinf(ratio) else (ratio - 1) / (ratio + size - 1)
+        ends.append(min(max(share, 0.0), 1.0))
+    share, (low, high) = between / (between + inner), ends
+    return Components(math.sqrt(between), math.sqrt(inner), share, low, high, number, total)
+
+
+def single(values: ArrayLike) -> float:
+    """Return half of the interval about the true mean in which one measurement lies.
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+        Measurements whose deviation is taken, two at least.
+    """
+    x = np.asarray(values, dtype=np.float64)
+    return _student(x.size - 1) * _deviation(x)
+
+
+def of_whole(levels: Mapping[int, ArrayLike]) -> Whole:
+    """Return how sure the number of a whole is, from the scatter of its equal parts.
+
+    Parameters
+    ----------
+    levels : mapping of int to array_like
+        The number of each part, by how many parts there are along a side: 2 and 4, and as far as
+        there are, 8.
+
+    Returns
+    -------
+    Whole
+        Half of its interval, from the deviation of sixteen parts over √16.
+
+    Notes
+    -----
+    Neighbors that long waves join scatter together. The variance of means over squares of side L
+    is S/L² (1 - a/L) where waves are short beside L: two sizes of parts give S, and that is taken
+    where it is larger. Where the sixteen parts scatter more beside the 64 than chance would have
+    it once in ten times, waves are not short, and the quarters count, if they tell more.
+
+    Over Gaussian fields whose waves are up to half as long as a part is wide, the intervals hold
+    in 93 to 97 of a hundred maps.
+    """
+    many, few = (np.asarray(levels[n], dtype=np.float64) for n in (USUAL, USUAL // 2))
+    variance = _deviation(many) ** 2 / many.size
+    if 2 * USUAL not in levels:
+        half = _student(many.size - 1) * math.sqrt(variance)
+        return Whole(half, USUAL, many.size, math.nan, falls=True)
+    small = np.asarray(levels[2 * USUAL], dtype=np.float64)
+    variance += max(variance - _deviation(small) ** 2 / small.size, 0.0)
+    half = _student(many.size - 1) * math.sqrt(variance)
+    ratio, least, most = scaling(many, small)
+    falls = least <= ratio <= most
+    if ratio > scaling(many, small, 1 - 2 * _ODD)[2]:
+        coarse = _student(few.size - 1) * _deviation(few) / math.sqrt(few.size)
+        if coarse > half:
+            return Whole(coarse, USUAL // 2, few.size, ratio, falls)
+    return Whole(half, USUAL, many.size, ratio, falls)
+
+
+def spread_of(count: int) -> tuple[float, float]:
+    """Return between which multiples of the deviation of so many values the true one lies.
+
+    Examples
+    --------
+    >>> low, high = spread_of(16)
+    >>> round(low, 2), round(high, 2)
+    (0.74, 1.55)
+    """
+    from scipy.special import chdtri
+
+    freedom = count - 1
+    # `chdtri` takes the upper tail.
+    tails = (1 - LEVEL) / 2, (1 + LEVEL) / 2
+    low, high = (math.sqrt(freedom / float(chdtri(freedom, tail))) for tail in tails)
+    return low, high
+
+
+def scaling(coarse: ArrayLike, fine: ArrayLike, level: float = LEVEL) -> tuple[float, float, float]:
+    """Return how the variance falls from small parts to large ones, over what independence gives.
+
+    Parameters
+    ----------
+    coarse, fine : array_like
+        A number of each part, of large parts and of small ones that make them up.
+    level : float
+        Confidence of the ends.
+
+    Returns
+    -------
+    (float, float, float)
+        Variance of the large parts over that of the small ones, times how many small ones make up
+        a large one: 1 where neighbors are independent, more where long waves join them; and
+        between which values chance keeps it there (F).
+    """
+    from scipy.special import fdtri
+
+    large, small = (np.asarray(x, dtype=np.float64) for x in (coarse, fine))
+    ratio = _ratio(_deviation(large) ** 2 * small.size / large.size, _deviation(small) ** 2)
+    ends = (float(fdtri(large.size - 1, small.size - 1, tail))
+            for tail in ((1 - level) / 2, (1 + level) / 2))  # fmt: skip
+    low, high = ends
+    return ratio, low, high
+
+
+def _deviation(x: Array) -> float:
+    # Of equal numbers exactly zero, whatever their mean rounds to.
+    return float((x - x[0]).std(ddof=1)) if x.size > 1 else math.nan
+
+
+def _ratio(value: float, error: float) -> float:
+    """Return a size over its error; infinite over none."""
+    if error:
+        return abs(value) / error
+    return math.inf if value else 0.0
+
+
+def _student(freedom: float) -> float:
+    from scipy.special import stdtrit
+
+    return float(stdtrit(freedom, (1 + LEVEL) / 2))

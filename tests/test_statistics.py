@@ -1,0 +1,156 @@
+"""Means, differences and shares of a scatter: intervals hold as often as they say."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.ndimage import gaussian_filter
+
+from roughcontact import statistics
+
+GROUPS = 400
+"""Synthetic groups over which intervals are counted."""
+
+
+def held(count: int, number: int = GROUPS) -> bool:
+    """Return whether intervals of 95 % hold in 93 to 97 of a hundred cases."""
+    return 0.93 <= count / number <= 0.97
+
+
+def test_intervals_are_those_of_scipy() -> None:
+    rng = np.random.default_rng(0)
+    a, b, c = rng.normal(size=4), rng.normal(1, 2, size=6), rng.normal(2, 1, size=3)
+    found = statistics.mean(a)
+    error = float(a.std(ddof=1)) / 2
+    assert (found.low, found.high) == pytest.approx(stats.t.interval(0.95, 3, a.mean(), error))
+
+    two = statistics.differences([a, b])[0, 1]
+    welch = stats.ttest_ind(b, a, equal_var=False)
+    assert two.p == pytest.approx(welch.pvalue)
+    ends = welch.confidence_interval()
+    assert (two.low, two.high) == pytest.approx((ends.low, ends.high))
+
+    pairs = statistics.paired(a, b[:4])
+    student = stats.ttest_rel(b[:4], a)
+    ends = student.confidence_interval()
+    assert pairs.p == pytest.approx(student.pvalue)
+    assert (pairs.low, pairs.high) == pytest.approx((ends.low, ends.high))
+
+    three = statistics.differences([a, b, c])
+    tukey = stats.tukey_hsd(a, b, c, equal_var=False)
+    ends = tukey.confidence_interval()
+    for (i, j), one in three.items():
+        assert one.p == pytest.approx(tukey.pvalue[i, j])
+        assert (one.low, one.high) == pytest.approx((-ends.high[i, j], -ends.low[i, j]))
+        assert one.excludes_zero == (one.p < 0.05)
+
+
+def test_what_has_no_scatter_or_no_second_measurement() -> None:
+    alone = statistics.mean([2.0])
+    assert alone.value == 2.0
+    assert math.isnan(alone.low)
+    alike = statistics.mean([0.1] * 3)
+    assert (alike.deviation, alike.low, alike.high) == (0.0, alike.value, alike.value)
+    unknown = statistics.differences([[1.0], [2.0, 3.0]])[0, 1]
+    assert unknown.value == 1.5
+    assert not unknown.known
+    assert not unknown.excludes_zero
+    constant = statistics.differences([[1.0, 1.0], [2.0, 2.0]])[0, 1]
+    assert (constant.low, constant.high, constant.excludes_zero) == (1.0, 1.0, True)
+    same = statistics.differences([[1.0, 1.0], [1.0, 1.0]])[0, 1]
+    assert (same.p, same.excludes_zero) == (1.0, False)
+    assert not statistics.paired([1.0], [2.0]).known
+    assert math.isnan(statistics.components([[1.0, 1.0], [1.0, 1.0]]).share)
+    assert statistics.components([[1.0, 1.0], [2.0, 2.0]]).share == 1.0
+
+
+def test_intervals_of_means_and_differences_hold() -> None:
+    rng = np.random.default_rng(1)
+    means = pairs = differences = 0
+    for _ in range(GROUPS):
+        a, b = rng.normal(3, 1, size=4), rng.normal(5, 4, size=6)
+        found = statistics.mean(a)
+        means += found.low <= 3 <= found.high
+        apart = statistics.differences([a, b])[0, 1]
+        differences += apart.low <= 2 <= apart.high
+        common = rng.normal(0, 10, size=5)
+        change = statistics.paired(common, common + rng.normal(0.5, 1, size=5))
+        pairs += change.low <= 0.5 <= change.high
+    assert held(means)
+    assert held(differences)
+    assert held(pairs)
+
+
+@pytest.mark.slow
+def test_intervals_of_three_groups_hold_together() -> None:
+    rng = np.random.default_rng(2)
+    together = 0
+    for _ in range(GROUPS):
+        groups = [rng.normal(1, s, size=n) for s, n in ((1, 5), (2, 8), (0.5, 6))]
+        together += not any(one.excludes_zero for one in statistics.differences(groups).values())
+    assert held(together)
+
+
+def test_the_scatter_splits_as_it_was_made() -> None:
+    rng = np.random.default_rng(3)
+    held_shares, between, within = 0, [], []
+    for _ in range(GROUPS):
+        groups = [level + rng.normal(0, 1, size=4) for level in rng.normal(0, 2, size=6)]
+        found = statistics.components(groups)
+        held_shares += found.low <= 0.8 <= found.high
+        between.append(found.between**2)
+        within.append(found.within**2)
+    assert held(held_shares)
+    # Twice the standard error of the mean of 400 estimates.
+    assert np.mean(between) == pytest.approx(4, rel=0.07)
+    assert np.mean(within) == pytest.approx(1, rel=0.035)
+
+
+def test_unequal_groups_split_by_their_mean_size() -> None:
+    rng = np.random.default_rng(4)
+    found = [
+        statistics.components(
+            [level + rng.normal(0, 1, size=n)
+             for level, n in zip(rng.normal(0, 1, size=4), (2, 3, 6, 9), strict=True)]
+        )
+        for _ in range(GROUPS)
+    ]  # fmt: skip
+    # Estimates below zero count as zero, which lifts the mean a little.
+    assert np.mean([one.between**2 for one in found]) == pytest.approx(1, rel=0.12)
+
+
+# In pixels; parts have 32. Heights have fallen to 1/e of their correlation at twice the width.
+@pytest.mark.parametrize("width", [0, 4, 12])
+def test_the_error_of_a_whole_holds_whatever_joins_its_parts(width: int) -> None:
+    rng = np.random.default_rng(0)
+    size, found, misses = 128, [], 0
+    for _ in range(GROUPS):
+        field = rng.normal(size=(size + 64, size + 64))
+        field = gaussian_filter(field, width, mode="wrap")[:size, :size]
+        levels = {
+            n: field.reshape(n, size // n, n, size // n).mean((1, 3)).ravel() for n in (2, 4, 8)
+        }
+        found.append(statistics.of_whole(levels))
+        misses += abs(float(field.mean())) > found[-1].half
+    assert held(GROUPS - misses)
+    falling = np.mean([one.falls for one in found])
+    assert falling > 0.9 if width <= 4 else falling < 0.2
+
+
+def test_without_small_parts_sixteen_tell_the_error() -> None:
+    rng = np.random.default_rng(5)
+    parts = rng.normal(size=16)
+    found = statistics.of_whole({2: rng.normal(size=4), 4: parts})
+    assert found.half == pytest.approx(stats.t.ppf(0.975, 15) * parts.std(ddof=1) / 4)
+    assert (found.parts, found.falls) == (16, True)
+    assert math.isnan(found.scaling)
+
+
+def test_a_deviation_is_as_sure_as_chi_square_says() -> None:
+    rng = np.random.default_rng(6)
+    low, high = statistics.spread_of(16)
+    spreads = rng.normal(size=(GROUPS, 16)).std(axis=1, ddof=1)
+    assert held(int(np.count_nonzero((low * spreads <= 1) & (high * spreads >= 1))))
