@@ -75,6 +75,34 @@ def notes(
     return (*_tip_notes(heights, pixel, tip_radius, instrument), *_wave_notes(heights, pixel))
 
 
+def shortest_wave(heights: Array, pixel: tuple[float, float]) -> float:
+    """Return the shortest wave that a map shows [m].
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights [m]; NaN where missing, and then judged on the largest rectangle without holes.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+
+    Returns
+    -------
+    float
+        Two pixels, or the wave below which the map holds noise (`noise_cutoff`) or nothing
+        (`smoothing_cutoff`), whichever is longest.
+    """
+    require_pixel(pixel)
+    finest = 2 * max(pixel)
+    if np.isnan(heights).any():
+        rows, columns = largest_rectangle(heights)
+        heights = heights[slice(*rows), slice(*columns)]
+    if min(heights.shape) < _LEAST_POINTS:
+        return finest
+    plane = level(heights)
+    cuts = (noise_cutoff(plane, pixel), smoothing_cutoff(plane, pixel))
+    return max([finest, *(cut for cut in cuts if cut is not None)])
+
+
 def tip_cutoff(heights: Array, pixel: tuple[float, float], tip_radius: float) -> float | None:
     """Return the lateral scale below which a map shows the tip that measured it.
 
