@@ -14,7 +14,7 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 # From the ground up; what stands beside the wings is a module of its own.
 WINGS = (
     "_version", "errors", "units", "files", "pipes", "memory", "limits", "checksums", "locks",
-    "hdf5", "netcdf",
+    "hdf5", "netcdf", "statistics",
     "material", "theory", "halfspace", "solvers", "surface", "contact", "volume",
     "formats", "plots", "report", "request", "fleet", "cli",
     "__init__", "__main__",
@@ -30,9 +30,11 @@ DELEGATIONS: dict[str, set[str]] = {
         "report.contact",
         "report.results",
     },
+    "contact.compared": {"report.comparison", "report.results"},
     "contact.curve": {"report.results"},
     "contact.found": {"report.results"},
     "contact.history": {"report.results"},
+    "contact.sampling": {"report.results"},
     "contact.stress": {"report.results"},
     "contact.study": {"report.results"},
     "surface.surface": {"formats.export"},

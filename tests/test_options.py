@@ -41,6 +41,7 @@ NEEDED = {
     "sweep": {"from": "0.5 N", "to": "1 N", "steps": "2", "spacing": "linear"},
     "history": {"path": "1 N, 0 N", "passes": "2"},
     "find": {"contact": "20 %, 30 %", "mean-gap": "300 nm"},
+    "compare": {"load": "10 MPa", "first-load": "100 MPa"},
 }
 
 

@@ -1,4 +1,4 @@
-"""Write the measurements that the how-to pages use: ground.sdf, lapped.sdf and matrix.txt.
+"""Write the measurements that the how-to pages use: ground.sdf, lapped.sdf and others.
 
 python docs/howto/maps.py
 """
@@ -67,6 +67,17 @@ def main() -> None:
         rng=np.random.default_rng(5),
     )
     save(Path("lapped.sdf"), lapped, pixel)
+    for name, rms_height, seed in (("turned", 0.12e-6, 11), ("honed", 0.09e-6, 21)):
+        for number in range(3):
+            piece = synthetic.self_affine(
+                (points, points),
+                (pixel, pixel),
+                rms_height=rms_height,
+                rolloff_wavelength=SIDE / 8,
+                cutoff_wavelength=8 * pixel,
+                rng=np.random.default_rng(seed + number),
+            )
+            save(Path(f"{name}-{number + 1}.sdf"), piece, pixel)
     np.savetxt("matrix.txt", 1e6 * heights[:64, :128], fmt="%.6f")
 
 

@@ -1,6 +1,8 @@
 """What `roughcontact` offers: the one list, which is read at run time as well."""
 
 from .contact.archive import save_result as save_result
+from .contact.compare import compare as compare
+from .contact.compared import Comparison as Comparison
 from .contact.curve import LoadCurve as LoadCurve
 from .contact.find import find_load as find_load
 from .contact.first_yield import yield_onset as yield_onset
@@ -16,6 +18,10 @@ from .contact.load_curve import load_curve as load_curve
 from .contact.load_history import load_history as load_history
 from .contact.resolution_study import resolution_study as resolution_study
 from .contact.result import ContactResult as ContactResult
+from .contact.sampling import (
+    SamplingStudy as SamplingStudy,
+    sampling_error as sampling_error,
+)
 from .contact.solve import solve as solve
 from .contact.stress import StressResult as StressResult
 from .contact.study import ResolutionStudy as ResolutionStudy
@@ -45,6 +51,7 @@ from .solvers.progress import (
     Step as Step,
 )
 from .surface.generation import generate as generate
+from .surface.partition import partition as partition
 from .surface.provenance import Provenance as Provenance
 from .surface.surface import Surface as Surface
 from .surface.synthetic import (

@@ -19,6 +19,7 @@ from roughcontact.cli import guide, terminal
 from roughcontact.errors import ConvergenceError, Mention, RoughcontactError, Sentence
 from roughcontact.files import to_json
 from roughcontact.request.options import (
+    COMPARE,
     DEMO,
     FIND,
     GENERATE,
@@ -275,15 +276,18 @@ def _argument(
 
 _FILE = "Measured height map: an instrument's file, or a matrix as .npy, .npz, .csv, .txt, .asc."
 _MAP = _argument(Path | None, "FILE", _FILE, None)
+_MAPS = _argument(list[Path] | None, "[FILE...]", "Measured height maps, of one surface.", None)
 
 
-def _carry_out(task: str, file: Path | str | None, given: Given) -> None:
+def _carry_out(task: str, subject: Subject, given: Given) -> None:
     """Carry out a task, and show what it gave."""
     from roughcontact.request.request import from_text
     from roughcontact.request.run import run
 
     as_json, quiet = (given.pop(name, False) for name in SHOWN)
-    request = from_text(task, None if file is None else Path(file), given)
+    several = isinstance(subject, (list, tuple))
+    file = None if several or subject is None else Path(subject)
+    request = from_text(task, file, given, tuple(subject) if several else ())
     with terminal.progress(quiet) as say:
         outcome = run(request, say, lambda at: say(terminal.described(at)))
     if as_json:
@@ -317,6 +321,8 @@ def _show(outcome: Outcome) -> None:
         console.show_history(outcome.history, outcome.written)
     elif outcome.loads is not None:
         console.show_loads(outcome.loads, outcome.written)
+    elif outcome.comparison is not None:
+        console.show_comparison(outcome.comparison, outcome.written)
     elif outcome.volume is not None:
         console.show_volume(outcome.volume, outcome.written)
     else:
@@ -394,6 +400,22 @@ roughcontact find ground.opd --contact "5 %" --saturated "1 %" --first-yield \\
     --material 100Cr6 --holes fill --output loads.csv
 """,
 )(functools.partial(_carry_out, FIND))
+
+_command(
+    COMPARE,
+    _MAPS,
+    help="""Compare several maps under the same nominal pressure: means, differences, how sure.
+
+Files alone are maps of one surface; --group makes several, --quarters one of each map, and
+--first-load sets each map beside itself after a first loading. --sampling tells how large an
+area is needed.
+
+\b
+Example:
+roughcontact compare --group ground=a.opd,b.opd,c.opd --group honed=d.opd,e.opd,f.opd \\
+    --load "20 MPa" --material 100Cr6 --holes fill --report finish.html
+""",
+)(functools.partial(_carry_out, COMPARE))
 
 
 @_command(

@@ -14,15 +14,17 @@ from rich.table import Table
 from rich.text import Text
 
 from roughcontact.cli import terminal
-from roughcontact.request.options import FIND, HISTORY, SOLVE, STRESS, SWEEP
+from roughcontact.request.options import COMPARE, FIND, HISTORY, SOLVE, STRESS, SWEEP
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
     from roughcontact.contact.cautions import Caution
+    from roughcontact.contact.compared import Comparison
     from roughcontact.contact.curve import LoadCurve
     from roughcontact.contact.found import FoundLoads
     from roughcontact.contact.history import LoadHistory
     from roughcontact.contact.result import ContactResult
+    from roughcontact.contact.sampling import SamplingStudy
     from roughcontact.contact.stress import StressResult
     from roughcontact.contact.study import ResolutionStudy
     from roughcontact.fleet.plan import Report
@@ -71,6 +73,25 @@ def show_loads(loads: FoundLoads, written: Sequence[Path]) -> None:
     """Print the loads that were asked for, one row each."""
     _print_steps(loads)
     _print_cautions(loads.cautions, FIND)
+    _print_written(written)
+
+
+def show_comparison(found: Comparison | SamplingStudy, written: Sequence[Path]) -> None:
+    """Print means, differences and shares of the scatter, then the area that maps need."""
+    from roughcontact.contact.compared import Comparison
+    from roughcontact.report import compared, results
+    from roughcontact.report.quantities import PROBLEM
+
+    _print_table(_cells(results.rows(found, PROBLEM, brief=True)))
+    studies = found.sampling if isinstance(found, Comparison) else (found,)
+    if isinstance(found, Comparison):
+        for heads, rows in compared.tables_of(found):
+            _print_table(rows, heads=heads)
+    for study in studies:
+        _print_steps(study)
+        _print(Text(terminal.printable(f"{compared.answer(study)}.")))
+        print()
+    _print_cautions(found.cautions, COMPARE)
     _print_written(written)
 
 
@@ -325,7 +346,9 @@ def _answers(result: Any) -> tuple[list[Cells], list[Cells]]:
     return _cells(results.rows(result, brief=True)), trust
 
 
-def _print_steps(result: LoadCurve | LoadHistory | FoundLoads | ResolutionStudy) -> None:
+def _print_steps(
+    result: LoadCurve | LoadHistory | FoundLoads | ResolutionStudy | SamplingStudy,
+) -> None:
     """Print one row a step, and what is told of all steps together."""
     from roughcontact.report import results
     from roughcontact.report.quantities import TRUST

@@ -43,6 +43,11 @@ class Kind(StrEnum):
     HARDENING = "plastic strain beyond the table"
     LOAD_STEPS = "error of the load steps"
     RESIDUAL = "residual stress beyond the yield strength"
+    UNLIKE = "maps that differ in more than their surfaces"
+    FEW = "few maps"
+    PARTS = "parts of one map"
+    MULTIPLE = "several intervals at once"
+    SCALING = "scatter that does not fall with the area"
 
 
 class Severity(StrEnum):

@@ -161,6 +161,7 @@ def digest_of(entry: Entry) -> str:
             "version": __version__,
             "task": request.task,
             "options": given,
+            "groups": [[Path(name).name, len(paths)] for name, paths in request.groups.items()],
             # The suffix tells the format.
             "inputs": [[path.suffix.lower(), _content(path)] for path in request.inputs],
         }

@@ -17,6 +17,7 @@ from roughcontact.fleet.plan import Entry, spell_key
 from roughcontact.request import outputs
 from roughcontact.request.options import (
     CEILING,
+    COMPARE,
     OPTIONS,
     SHOWN,
     SOLVE,
@@ -28,6 +29,8 @@ from roughcontact.request.options import (
 from roughcontact.request.request import from_text
 
 _OWN_KEYS = ("name", "file", "task")
+_MAPS = ("files", "groups")
+"""What a comparison has in place of a file."""
 _MATERIAL_KEYS = ("young", "poisson", "yield-strength")
 
 WRITABLE = tuple(
@@ -51,10 +54,11 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
         The file. ``folder`` and ``write`` (a list of suffixes) say what is written where;
         ``[materials.NAME]`` holds constants; ``[defaults]`` and each ``[[contact]]`` hold the
         options of its ``task`` (``"solve"``, the default, ``"sweep"``, ``"stress"``,
-        ``"history"`` or ``"find"``) under the names that the command of that name gives them, and
-        a contact its ``name`` and ``file``. Defaults that do not fit task and model of a contact
-        are left out there. A list of loads makes one contact of each, a ``folder`` for steps gets
-        a folder for each. Paths are relative to the file.
+        ``"history"``, ``"find"`` or ``"compare"``) under the names that the command of that name
+        gives them, and a contact its ``name`` and ``file``; one of task ``"compare"`` has
+        ``files``, a list, or ``groups``, a table of lists by name. Defaults that do not fit task
+        and model of a contact are left out there. A list of loads makes one contact of each, a
+        ``folder`` for steps gets a folder for each. Paths are relative to the file.
 
     Returns
     -------
@@ -254,8 +258,9 @@ def _entries(project: _Project) -> Iterator[tuple[_Contact, Entry]]:
                 # One may be given to all contacts.
                 described["folder"] = str(source.path.parent / str(described["folder"]) / stem)
             file = None if "file" not in values else source.path.parent / values["file"]
+            files = tuple(source.path.parent / name for name in values.get("files", ()))
             try:
-                request = from_text(contact.task, file, described)
+                request = from_text(contact.task, file, described, files)
             except InputError as error:
                 raise contact.placed(error) from None
             yield contact, Entry(name, request, project.target / f"{stem}.json")
@@ -286,11 +291,30 @@ def _contact(project: _Project, number: int, read: Any) -> _Contact:
             wanted = " or ".join(f'"{other}"' for other in others)
             raise contact.refusal(key, f'{key} needs task = {wanted}, got "{task}"')
         del values[key]
-    for key in ("name", "file"):
+    for key in ("name",) if task == COMPARE else ("name", "file"):
         nominal = key == "file" and key not in read and "points" in values
         if not nominal and (not isinstance(read.get(key), str) or not read[key].strip()):
             raise project.source.refusal(table, f"this contact needs a {key}, a text")
+    if task == COMPARE:
+        _check_maps(contact)
     return contact
+
+
+def _check_maps(contact: _Contact) -> None:
+    """Refuse what is no list of maps to compare."""
+    given = {key: contact.values[key] for key in _MAPS if key in contact.values}
+    if not given:
+        raise contact.refusal("name", "this comparison needs files, a list, or groups, a table")
+    lists = [given["files"]] if "files" in given else []
+    groups = given.get("groups", {})
+    named = groups if isinstance(groups, dict) else {"": groups}
+    for key, listed in [
+        *(("files", one) for one in lists),
+        *(("groups", g) for g in named.values()),
+    ]:
+        if not isinstance(listed, list) or not all(isinstance(one, str) for one in listed):
+            wanted = "a list of files" if key == "files" else "a table of lists of files by name"
+            raise contact.refusal(key, f"{key} must be {wanted}, got {given[key]!r}")
 
 
 def _serves(key: str, task: str, values: Mapping[str, Any]) -> bool:
@@ -303,7 +327,8 @@ def _keys(task: str) -> list[str]:
     """Return what a contact may hold; its files are named by the project."""
     options = offered(task).values()
     named = (option.name for option in options if not option.suffixes)
-    return [*_OWN_KEYS, *(name for name in named if name not in SHOWN)]
+    own = ("name", "task", *_MAPS) if task == COMPARE else _OWN_KEYS
+    return [*own, *(name for name in named if name not in (*SHOWN, "group"))]
 
 
 def _described(
@@ -315,7 +340,13 @@ def _described(
     """
     given: dict[str, str | bool | list[str]] = {}
     for key, value in values.items():
-        if key in _OWN_KEYS:
+        if key == "groups":
+            given["group"] = [
+                f"{name}={contact.source.path.parent / file}"
+                for name, files in value.items()
+                for file in files
+            ]
+        if key in (*_OWN_KEYS, *_MAPS):
             continue
         prefix = key.removesuffix("material")
         if prefix != key and isinstance(value, str) and value in materials:

@@ -187,7 +187,8 @@ def render(
     key_numbers : sequence of (str, str, str)
         Names, values and remarks of what is asked for first.
     regime, regime_text : str
-        How far the bodies are from elastic, in two words and in sentences.
+        How far the bodies are from elastic, in two words and in sentences; where there are no such
+        words, the sentences are what the page comes to.
     certificate : str
         How exactly it is solved, in sentences.
     cautions : sequence of Caution

@@ -7,14 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from roughcontact._version import __version__
+from roughcontact.contact.compared import Comparison
 from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.found import FoundLoads
 from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.sampling import SamplingStudy
 from roughcontact.contact.stress import StressResult
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.files import require_suffix, to_json, write
-from roughcontact.report import found, profile, tables
+from roughcontact.report import compared, found, profile, tables
 from roughcontact.report.quantities import (
     ANSWER,
     Columns,
@@ -45,6 +47,10 @@ def table_of(result: Any) -> Table:
             return tables.HISTORY
         case FoundLoads():
             return found.FOUND
+        case Comparison():
+            return compared.COMPARISON
+        case SamplingStudy():
+            return compared.SAMPLING
         case ResolutionStudy():
             return tables.STUDY
     raise TypeError(f"there is no table for a {type(result).__name__}")
@@ -61,6 +67,10 @@ def columns_of(result: Any) -> Columns:
             return tables.HISTORY_COLUMNS
         case FoundLoads():
             return found.FOUND_COLUMNS
+        case Comparison():
+            return compared.COMPARISON_COLUMNS
+        case SamplingStudy():
+            return compared.SAMPLING_COLUMNS
         case ResolutionStudy():
             return tables.STUDY_COLUMNS
     return ()
@@ -79,7 +89,10 @@ def csv(result: Any) -> str:
     return csv_text(columns_of(result), result)
 
 
-def save(result: LoadCurve | LoadHistory | FoundLoads, path: str | os.PathLike[str]) -> None:
+def save(
+    result: LoadCurve | LoadHistory | FoundLoads | Comparison | SamplingStudy,
+    path: str | os.PathLike[str],
+) -> None:
     """Write a result of many loads as a table, or as JSON; see `LoadCurve.save`."""
     require_suffix(path, ".csv", ".json")
     table = Path(path).suffix.lower() == ".csv"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request.options import FIND, HISTORY, STRESS, SWEEP, VOLUME
+from roughcontact.request.options import COMPARE, FIND, HISTORY, STRESS, SWEEP, VOLUME
 from roughcontact.request.request import Request
 from roughcontact.surface import memory
 
@@ -52,7 +52,8 @@ def require(request: Request, shape: tuple[int, int]) -> None:
             shape, extent.LEAST_LAYERS, boundary=boundary, precision=precision or "single"
         )
     else:
-        series = {SWEEP: load_curve.HELD, HISTORY: load_history.HELD, FIND: find.HELD}
+        series = {SWEEP: load_curve.HELD, COMPARE: load_curve.HELD, HISTORY: load_history.HELD,
+                  FIND: find.HELD}  # fmt: skip
         held = series.get(request.kind, 0)
         Room(shape, boundary, precision or "double", bodies + held).require()
     if request.kind == STRESS or request["first-yield"]:

@@ -9,12 +9,16 @@ from typing import Any
 from roughcontact.request import parsing
 
 SOLVE, SWEEP, STRESS, HISTORY, FIND = "solve", "sweep", "stress", "history", "find"
-TASKS = (SOLVE, SWEEP, STRESS, HISTORY, FIND)
+COMPARE = "compare"
+SINGLE = (SOLVE, SWEEP, STRESS, HISTORY, FIND)
+"""Tasks on one contact."""
+TASKS = (*SINGLE, COMPARE)
 """What a run can be asked for; each is a command, and a ``task`` of a project file."""
 
 MAP, BODIES, SOLVER, OUTPUT = "Map", "Bodies and load", "Solver", "Output"
 """Headings of the help."""
 
+TABLES = (".csv", ".json")
 PICTURES = (".png", ".svg", ".pdf")
 LENGTH, PRESSURE = (parsing.quantity(name) for name in ("length", "pressure"))
 
@@ -69,7 +73,7 @@ class Option:
     @property
     def is_place(self) -> bool:
         """Whether it names a file or a folder."""
-        return self.parse is parsing.path or bool(self.suffixes)
+        return self.parse in (parsing.path, parsing.group) or bool(self.suffixes)
 
     @property
     def is_flag(self) -> bool:

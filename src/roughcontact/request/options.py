@@ -13,9 +13,10 @@ from roughcontact.errors import Mention
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request import parsing, surface_options
+from roughcontact.request import comparison_options, parsing, surface_options
 from roughcontact.request.option import (
     BODIES,
+    COMPARE as COMPARE,
     FIND as FIND,
     HISTORY as HISTORY,
     LENGTH,
@@ -23,10 +24,12 @@ from roughcontact.request.option import (
     OUTPUT,
     PICTURES as PICTURES,
     PRESSURE,
+    SINGLE,
     SOLVE as SOLVE,
     SOLVER,
     STRESS as STRESS,
     SWEEP as SWEEP,
+    TABLES,
     TASKS as TASKS,
     Option as Option,
 )
@@ -43,15 +46,17 @@ CEILING, VOLUME = "ceiling", "volume"
 
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
 HOLES = ("error", "fill", "mask", "crop")
-TABLES = (".csv", ".json")
 SURFACES = export.suffixes(Kind.SURFACE)
 RESULTS = {CEILING: export.suffixes(Kind.CONTACT), VOLUME: export.suffixes(Kind.VOLUME)}
 """How files of results may end, by model."""
 ALL_RESULTS = export.suffixes(Kind.CONTACT, Kind.VOLUME)
-_UNITS = {parsing.load: "N", LENGTH: "m", PRESSURE: "Pa", parsing.ceiling: "Pa"}
+_UNITS = {
+    parsing.load: "N", parsing.nominal: "Pa", LENGTH: "m", PRESSURE: "Pa", parsing.ceiling: "Pa",
+}  # fmt: skip
 
 OPTIONS = (
     *surface_options.OPTIONS,
+    *comparison_options.OPTIONS,
     Option(
         "format", MAP, "NAME", "Format of the file; default: told by its suffix.", parsing.words,
         fits=(*TASKS, INFO),
@@ -231,29 +236,30 @@ OPTIONS = (
     ),
     Option(
         "counter-body", BODIES, "FORM", "Nominal form of the counter-body; default: flat.",
-        parsing.body,
+        parsing.body, fits=SINGLE,
     ),
     Option(
         "counter-surface", BODIES, "FILE",
         "Height map of the counter-body, laid on point by point; on another grid it needs --align.",
-        parsing.path,
+        parsing.path, fits=SINGLE,
     ),
     Option(
         "align", BODIES, "",
         "Bring both maps to one grid, centre on centre, and keep what both cover.", default=False,
+        fits=SINGLE,
     ),
     Option(
         "offset", BODIES, "LENGTHS", 'Shift (y, x) of the aligned counter-map, such as "0 um, '
-        '5 um".', parsing.offset,
+        '5 um".', parsing.offset, fits=SINGLE,
     ),
     Option(
         "angle", BODIES, "DEGREES", "Turn of the aligned counter-map, counter-clockwise.",
-        parsing.number,
+        parsing.number, fits=SINGLE,
     ),
     Option(
         "mirror", BODIES, "",
         "Mirror the aligned counter-map, as a map measured from its own front needs.",
-        default=False,
+        default=False, fits=SINGLE,
     ),
     Option(
         "ceiling", BODIES, "PRESSURE",
@@ -325,7 +331,7 @@ OPTIONS = (
     ),
     Option(
         "tolerance", SOLVER, "NUMBER", "Certificate to reach; default: 1e-6.", parsing.number,
-        fits=(HISTORY, FIND),
+        fits=(HISTORY, FIND, COMPARE),
     ),
     Option(
         "max-iterations", SOLVER, "NUMBER",
@@ -334,7 +340,7 @@ OPTIONS = (
     ),
     Option(
         "max-iterations", SOLVER, "NUMBER", "Most convolutions on any one grid; default: 2000.",
-        parsing.counted(1, limits.ITERATIONS), fits=(SWEEP, STRESS, HISTORY, FIND),
+        parsing.counted(1, limits.ITERATIONS), fits=(SWEEP, STRESS, HISTORY, FIND, COMPARE),
     ),
     Option(
         "precision", SOLVER, "double|single",

@@ -267,6 +267,25 @@ def load(text: str, argument: str) -> float | Nominal | LineLoad:
     return units.parse(text, "force", argument, needs=needs)
 
 
+def nominal(text: str, argument: str) -> float:
+    """Return a nominal pressure [Pa]."""
+    needs = "a nominal pressure such as '20 MPa', the same for maps of all sizes"
+    return units.parse(text, "pressure", argument, needs=needs)
+
+
+def group(text: str, argument: str) -> tuple[str, tuple[str, ...]]:
+    """Return the name of a group of maps, and its files as they were written."""
+    name, _, listed = text.partition("=")
+    files = tuple(part.strip() for part in listed.split(","))
+    if not name.strip() or not all(files):
+        raise InputError(
+            f"must be a name and files, such as 'ground=a.opd,b.opd', got {text!r}",
+            argument=argument,
+            value=text,
+        )
+    return name.strip(), files
+
+
 def load_or_approach(text: str, argument: str) -> tuple[str, float]:
     """Return which of the two a text with a unit is, and its value."""
     try:

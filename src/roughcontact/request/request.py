@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import math
 import shlex
 from collections.abc import Iterator, Mapping
@@ -14,6 +15,7 @@ from roughcontact.errors import InputError, Mention, require_count
 from roughcontact.request import outputs
 from roughcontact.request.options import (
     CEILING,
+    COMPARE,
     FIND,
     HISTORY,
     SWEEP,
@@ -48,12 +50,15 @@ class Request:
         The options that were given, as text, to repeat the run.
     values : Mapping
         Their values.
+    files : tuple of Path
+        Maps to compare that belong to no group.
     """
 
     task: str
     file: Path | None
     given: Given
     values: Mapping[str, Any]
+    files: tuple[Path, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what can be seen to be wrong without looking at any file."""
@@ -65,6 +70,8 @@ class Request:
             self._check_history()
         elif self.task == FIND:
             self._check_find()
+        elif self.task == COMPARE:
+            self._check_compare()
         elif "load" in offered(self.task) and (self["load"] is None) == (self["approach"] is None):
             raise InputError(
                 "give either ", Mention("load"), " or ", Mention("approach"),
@@ -95,7 +102,22 @@ class Request:
     @property
     def inputs(self) -> list[Path]:
         """The files that are read."""
-        return [path for path in (self.file, self["counter-surface"]) if path is not None]
+        maps = [path for paths in self.groups.values() for path in paths]
+        single = (self.file, self["counter-surface"])
+        return [*(path for path in single if path is not None), *maps]
+
+    @property
+    def groups(self) -> dict[str, list[Path]]:
+        """The files to compare by the names of their groups, which is empty where they have none.
+
+        The four quarters of a map are a group with the name of its file.
+        """
+        found: dict[str, list[Path]] = {"": list(self.files)} if self.files else {}
+        for name, words in self["group"] or ():
+            found.setdefault(name, []).extend(path for word in words for path in _matching(word))
+        if self["quarters"]:
+            return {str(path): [path] for paths in found.values() for path in paths}
+        return found
 
     @property
     def aligned(self) -> bool:
@@ -141,7 +163,8 @@ class Request:
     @property
     def command(self) -> str:
         """The command that repeats the run."""
-        words = ["roughcontact", self.task, *([] if self.file is None else [str(self.file)])]
+        files = [*([] if self.file is None else [self.file]), *self.files]
+        words = ["roughcontact", self.task, *map(str, files)]
         for name, value in self.given.items():
             for text in value if isinstance(value, list) else [value]:
                 words += [f"--{name}"] if text is True else [f"--{name}", str(text)]
@@ -197,17 +220,18 @@ class Request:
 
     def _check_maps(self) -> None:
         nominal = all(self[name] is not None for name in ("body", "points", "size"))
-        if self.file is None and not nominal:
+        measured = self.file is not None or bool(self.groups)
+        if not measured and not nominal:
             raise InputError(
                 f"is missing, see roughcontact {self.task} --help; or give ", Mention("body"),
                 ", ", Mention("points"), " and ", Mention("size"),
                 " for a nominal body without roughness", argument="file",
             )  # fmt: skip
-        if self["override-size"] and (self.file is None or self["size"] is None):
+        if self["override-size"] and (not measured or self["size"] is None):
             raise InputError(
                 "needs a ", Mention("file"), " and a ", Mention("size"), argument="override_size"
             )
-        if self.file is not None and self["points"] is not None:
+        if measured and self["points"] is not None:
             raise InputError(
                 "goes with a nominal ", Mention("body"), " without ", Mention("file"), "; see ",
                 Mention("pixel"), argument="points",
@@ -247,6 +271,27 @@ class Request:
             *most, last = (Mention(name) for name in asked)
             words = [part for mention in most for part in (mention, ", ")]
             raise InputError("nothing is asked: give ", *words[:-1], " or ", last)
+
+    def _check_compare(self) -> None:
+        if self["load"] is None:
+            raise InputError(
+                "is needed: a nominal pressure such as '20 MPa', the same for maps of all sizes",
+                argument="load",
+            )
+        maps = sum(map(len, self.groups.values())) or 1
+        if self["quarters"] and (self["group"] or self["paired"]):
+            raise InputError(
+                "makes a group of each map, and goes without ", Mention("group"), " and ",
+                Mention("paired"), argument="quarters",
+            )  # fmt: skip
+        alone = not (self["quarters"] or self["sampling"] or self["first-load"])
+        # One that has a file stands for a single map of another.
+        if maps < 2 and alone and self.file is None:
+            raise InputError(
+                "a single map has nothing to be compared with: give a second one, or ",
+                Mention("quarters"), " for its four quarters, or ", Mention("sampling"),
+                " for the error of its numbers",
+            )  # fmt: skip
 
     def _check_model(self) -> None:
         model = self["model"] or CEILING
@@ -329,7 +374,15 @@ def _hardened(
     return replace(material, hardening=linear)
 
 
-def from_text(task: str, file: Path | None, given: Given) -> Request:
+def _matching(word: str) -> list[Path]:
+    """Return the files that a word with wildcards fits, or the one that it names."""
+    path = Path(word)
+    if not any(sign in word for sign in "*?[") or path.exists():
+        return [path]
+    return sorted(Path(found) for found in glob.glob(word)) or [path]
+
+
+def from_text(task: str, file: Path | None, given: Given, files: tuple[Path, ...] = ()) -> Request:
     """Return the request that options in words describe.
 
     Parameters
@@ -341,6 +394,8 @@ def from_text(task: str, file: Path | None, given: Given) -> Request:
     given : Mapping
         Text by the names of options that the task has; ``True`` for a flag, a list for what may
         be repeated.
+    files : tuple of Path
+        Maps to compare that belong to no group.
 
     Returns
     -------
@@ -352,4 +407,4 @@ def from_text(task: str, file: Path | None, given: Given) -> Request:
     InputError
         If a value cannot be used, or values do not go together; it carries the argument.
     """
-    return Request(task, file, dict(given), parsed(given, task))
+    return Request(task, file, dict(given), parsed(given, task), files)

@@ -16,17 +16,28 @@ from roughcontact.formats import tables
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import outputs
 from roughcontact.request.maps import resolution_notes, surfaces
-from roughcontact.request.options import FIND, HISTORY, SOLVE, STRESS, SWEEP, VOLUME, spell_option
+from roughcontact.request.options import (
+    COMPARE,
+    FIND,
+    HISTORY,
+    SOLVE,
+    STRESS,
+    SWEEP,
+    VOLUME,
+    spell_option,
+)
 from roughcontact.request.outputs import Say
 from roughcontact.request.parsing import Nominal
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
 
 if TYPE_CHECKING:
+    from roughcontact.contact.compared import Comparison
     from roughcontact.contact.curve import LoadCurve
     from roughcontact.contact.found import FoundLoads
     from roughcontact.contact.history import LoadHistory, Stage
     from roughcontact.contact.result import ContactResult
+    from roughcontact.contact.sampling import SamplingStudy
     from roughcontact.contact.stress import StressResult
     from roughcontact.contact.study import ResolutionStudy
     from roughcontact.surface.surface import Surface
@@ -45,8 +56,9 @@ class Outcome:
         What was asked for.
     result : ContactResult or None
         The contact: the solution or the best found, that of the volume model, that below which the
-        stress is, the last of a history, that under the largest load found; none of a sweep.
-    volume, stress, curve, history, loads : optional
+        stress is, the last of a history, that under the largest load found; none of a sweep or a
+        comparison.
+    volume, stress, curve, history, loads, comparison : optional
         What the task found besides.
     study : ResolutionStudy or None
         The same on other grids, if it was asked for.
@@ -67,6 +79,7 @@ class Outcome:
     curve: LoadCurve | None = None
     history: LoadHistory | None = None
     loads: FoundLoads | None = None
+    comparison: Comparison | SamplingStudy | None = None
     study: ResolutionStudy | None = None
     first_yield: StressResult | None = None
     reused: int = 0
@@ -76,7 +89,9 @@ class Outcome:
     @property
     def found(self) -> Any:
         """What was asked for."""
-        whole = (self.volume, self.stress, self.curve, self.history, self.loads)
+        whole = (
+            self.volume, self.stress, self.curve, self.history, self.loads, self.comparison
+        )  # fmt: skip
         return next((found for found in whole if found is not None), self.result)
 
     @property
@@ -107,7 +122,12 @@ class Outcome:
 
     @property
     def last(self) -> dict[str, Any]:
-        """The contact in a few numbers, by the keys of `record`; the last one of several."""
+        """The contact in a few numbers, by the keys of `record`; the last one of several.
+
+        None of maps that are compared.
+        """
+        if self.comparison is not None:
+            return {}
         if self.curve is not None:
             step, area = self.curve.steps[-1], self.curve.nominal_area
             return {
@@ -132,6 +152,8 @@ class Outcome:
             told = self.history.summary()
         elif self.loads is not None:
             told = self.loads.summary()
+        elif self.comparison is not None:
+            told = self.comparison.summary()
         else:
             assert self.result is not None
             told = tables.record(self.volume or self.result)
@@ -171,13 +193,19 @@ def run(request: Request, say: Say, look: Look | None = None) -> Outcome:
         If the request cannot be done.
     """
     request.check_places()
+    if request.kind == COMPARE:
+        return _written(_compare(request, say, look or _nobody), (), say)
     maps = surfaces(request, say)
     remarks = of_measurement(resolution_notes(request, maps))
     if isinstance(request["load"], Nominal):
         remarks = (of_nominal(request["load"].pressure, maps[0]), *remarks)
     request = request.on(maps[0])
     outcome = _TASKS[request.kind](request, maps, say, look or _nobody)
-    outcome = _remarked(outcome, remarks)
+    return _written(_remarked(outcome, remarks), maps, say)
+
+
+def _written(outcome: Outcome, maps: Sequence[Surface], say: Say) -> Outcome:
+    """Write the files of an outcome, and return it with their names."""
     if not outcome.converged:
         return outcome
     # The numbers are shown even where the files cannot be written.
@@ -343,6 +371,14 @@ def _find(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Ou
     return Outcome(request, loads.largest, loads=loads)
 
 
+def _compare(request: Request, say: Say, look: Look) -> Outcome:
+    from roughcontact.request.comparing import compared
+
+    problem = _problem(request, (), "tolerance", "max-iterations")
+    del problem["counter_surface"]
+    return Outcome(request, comparison=compared(request, problem, say, look))
+
+
 def _stages(request: Request) -> list[Stage]:
     from roughcontact.contact.history import Stage
 
@@ -403,6 +439,12 @@ def _files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
         yield request["residual"], outcome.history.residual.save
     if request["report"] is not None:
         yield request["report"], partial(_report, outcome, maps)
+    if outcome.comparison is not None:
+        from roughcontact.report import comparison
+
+        for _, _, path in request.figures():
+            yield path, outputs.saver(partial(comparison.figure, outcome.comparison))
+        return
     drawings = figures.drawings(found)
     for _, name, path in request.figures():
         # A profile has fewer of them than a map.
@@ -413,7 +455,7 @@ def _files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
 
 def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
     """Write the report on an outcome."""
-    from roughcontact.report import additions, contact, steps, volume
+    from roughcontact.report import additions, comparison, contact, steps, volume
 
     request = outcome.request
     spell = partial(spell_option, command=request.task)
@@ -424,6 +466,8 @@ def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
     elif outcome.loads is not None and outcome.result is not None:
         answers = additions.of_loads(outcome.loads)
         contact.save_compared(outcome.result, path, request.command, [answers], None, spell)
+    elif outcome.comparison is not None:
+        comparison.save(outcome.comparison, path, request.command, spell)
     elif outcome.stress is not None:
         below = additions.of_stress(outcome.stress, outcome.first_yield)
         solution = outcome.stress.solution

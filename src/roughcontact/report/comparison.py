@@ -1,0 +1,261 @@
+"""The report on maps that are compared, and on the area that a map needs."""
+
+from __future__ import annotations
+
+import datetime
+import os
+from typing import TYPE_CHECKING
+
+from roughcontact._version import __version__
+from roughcontact.contact.compared import Comparison
+from roughcontact.contact.sampling import SamplingStudy
+from roughcontact.errors import Spell
+from roughcontact.files import write
+from roughcontact.plots import samples as plots
+from roughcontact.report import chapters, compared, page, results
+from roughcontact.report.compared import LEVEL, name_of, unit_of
+from roughcontact.report.page import Cells, Chapter, Table
+from roughcontact.report.quantities import PROBLEM, TRUST, capital
+from roughcontact.units import counted, engineering, lengths
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_FIRST = ("contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sdq")
+
+
+def figure(found: Comparison | SamplingStudy) -> Figure:
+    """Return all that is compared, or how an error falls with the area, in one figure."""
+    if isinstance(found, SamplingStudy):
+        return plots.sampling(found, name_of)
+    return plots.overview(found, name_of, unit_of)
+
+
+def save(
+    found: Comparison | SamplingStudy,
+    path: str | os.PathLike[str],
+    command: str = "",
+    spell: Spell = str,
+) -> None:
+    """Write a report to an HTML file; see `render`."""
+    page.check_path(path)
+    write(path, render(found, command=command, spell=spell))
+
+
+def render(
+    found: Comparison | SamplingStudy,
+    *,
+    command: str = "",
+    date: datetime.date | None = None,
+    spell: Spell = str,
+) -> str:
+    """Return a report as the text of an HTML file.
+
+    Parameters
+    ----------
+    found : Comparison or SamplingStudy
+        What the report is on.
+    command : str
+        What was typed to get it.
+    date : date, optional
+        Date of the report; today by default.
+    spell : callable
+        ``spell(mention)`` returns the words for an argument; those of Python without.
+
+    Returns
+    -------
+    str
+        HTML with its figures inside.
+    """
+    if isinstance(found, SamplingStudy):
+        told, first = [_sampling(found)], _of_study(found)
+        verdict = f"{compared.answer(found)}."
+    else:
+        told, first, verdict = _chapters(found), _first(found), _verdict(found)
+    return page.render(
+        [*told, chapters.repetition(__version__, command, "")],
+        title=_title(found),
+        subtitle=f"Nominal pressure {engineering(found.pressure, 'Pa')} on every map",
+        date=date,
+        status="converged",
+        key_numbers=first,
+        regime="",
+        regime_text=verdict,
+        certificate=_certificates(found),
+        cautions=found.cautions,
+        checked=(),
+        spell=spell,
+    )
+
+
+def _title(found: Comparison | SamplingStudy) -> str:
+    if isinstance(found, SamplingStudy):
+        return f"How sure the numbers of {found.name} are"
+    names = [group.name for group in found.groups if group.name]
+    if found.first_pressure is not None:
+        return f"{counted(len(found.groups[0].samples), 'map')} before and after a first loading"
+    return " and ".join(names) if 1 < len(names) <= 3 else _counts(found)
+
+
+def _counts(found: Comparison) -> str:
+    groups = f" in {counted(len(found.groups), 'group')}" if len(found.groups) > 1 else ""
+    return f"Comparison of {counted(len(found.samples), 'map')}{groups}"
+
+
+def _first(found: Comparison) -> list[Cells]:
+    keys = [name for name in _FIRST if name in found.names]
+    heads = [group.name for group in found.groups]
+    return [
+        (
+            capital(name_of(name)),
+            " / ".join(
+                compared.told(name, found.mean(at, name).value, digits=3)
+                for at in range(len(found.groups))
+            ),
+            " / ".join(heads) if len(heads) > 1 else "mean of all maps",
+        )
+        for name in keys
+    ]
+
+
+def _of_study(study: SamplingStudy) -> list[Cells]:
+    return [
+        (
+            capital(name_of(one.name)),
+            f"±{compared.part(one.relative)}",
+            f"{compared.FIVE} needs {compared.side(one.area)}",
+        )
+        for one in study.errors
+    ]
+
+
+def _verdict(found: Comparison) -> str:
+    """Return in words which differences exclude zero."""
+    if len(found.groups) < 2:
+        return f"Means of {counted(len(found.samples), 'map')}, each with its {LEVEL} interval."
+    sentences = []
+    for first, second in found.differences(found.names[0]):
+        differ = [
+            name_of(name)
+            for name in found.names
+            if found.differences(name)[first, second].excludes_zero
+        ]
+        pair = compared.pair_of(found, first, second)
+        sentences.append(
+            f"{capital(pair)}: the {LEVEL} interval excludes zero for {', '.join(differ)}."
+            if differ
+            else f"{capital(pair)}: no {LEVEL} interval excludes zero."
+        )
+    return " ".join(sentences)
+
+
+def _certificates(found: Comparison | SamplingStudy) -> str:
+    if isinstance(found, SamplingStudy):
+        return ""
+    row = results.row(found, "worst_certificate")
+    return (
+        f"Certificates of {counted(len(found.samples), 'map')}: {row.text}. They say how exactly "
+        "each contact is solved, and the intervals how far the maps stand for their surfaces."
+    )
+
+
+def _chapters(found: Comparison) -> list[Chapter]:
+    head, rows = compared.means(found)
+    numbers = Chapter(f"Numbers under {engineering(found.pressure, 'Pa')}")
+    numbers.add("text", f"Each cell: {compared.MEANS}.")
+    numbers.add("table", Table(rows, head))
+    _show(
+        numbers, plots.numbers(found, name_of, unit_of),
+        "Each dot is a map; thick lines are means, the bar beside each its interval. Where two or "
+        "three maps make it much wider than they lie apart, it runs out of the panel.",
+    )  # fmt: skip
+    told = [numbers]
+    if len(found.groups) > 1:
+        told.append(_differences(found))
+    if len(found.pressures) > 1:
+        told.append(_curves(found))
+    told += [_sampling(study) for study in found.sampling]
+    return [*told, _maps(found)]
+
+
+def _differences(found: Comparison) -> Chapter:
+    chapter = Chapter("Differences")
+    head, rows = compared.differences(found)
+    how = (
+        "Student's t of the pairs" if found.paired
+        else "Welch's t, for groups that may scatter unequally" if len(found.groups) == 2
+        else "Games and Howell: for each number the intervals of all pairs hold together"
+    )  # fmt: skip
+    chapter.add(
+        "text",
+        f"Intervals of {LEVEL} by {how}. Where one excludes zero, so small a number of maps would "
+        "seldom differ as much by chance alone; where it does not, they may still differ by what "
+        "the interval holds.",
+    )
+    chapter.add("table", Table(rows, head))
+    shares, split = compared.components(found)
+    if split:
+        chapter.add(
+            "text",
+            "How the scatter of all maps splits into that between groups and that within (one-way, "
+            "random effects). Where groups are pieces and maps places on them, the first is how "
+            "the pieces differ; where groups are instruments or lenses on one piece, it is the "
+            "instrument. Few groups leave the share wide open.",
+        )
+        chapter.add("table", Table(split, shares))
+    return chapter
+
+
+def _curves(found: Comparison) -> Chapter:
+    chapter = Chapter("Load curves")
+    _show(
+        chapter, plots.curves(found, name_of, unit_of),
+        f"Each map a thin line over the nominal pressure, the mean of each group a thick one with "
+        f"the band of its {LEVEL} interval at every pressure.",
+    )  # fmt: skip
+    return chapter
+
+
+def _sampling(study: SamplingStudy) -> Chapter:
+    chapter = Chapter(f"The area that is needed: {study.name}")
+    parts = ", ".join(str(len(level)) for level in study.levels.values())
+    chapter.add("text", f"{compared.answer(study)}.")
+    chapter.add(
+        "text",
+        f"The map was cut into {parts} equal parts; each was leveled and pressed by itself under "
+        "the same nominal pressure. Their scatter gives the error of the whole, which falls with "
+        "the root of the area as long as parts are independent.",
+    )
+    head, rows = results.listing(study)
+    chapter.add("table", Table(rows, head))
+    _show(
+        chapter, plots.sampling(study, name_of),
+        "Half of the interval over the side of a square: dots of single parts, squares of the map, "
+        f"lines by the root of the area; {compared.FIVE} is dashed.",
+    )  # fmt: skip
+    return chapter
+
+
+def _maps(found: Comparison) -> Chapter:
+    chapter = Chapter("Maps")
+    chapter.add("table", Table([(row.title, row.text) for row in results.rows(found, PROBLEM)]))
+    rows: list[Cells] = [
+        (
+            sample.name,
+            group.name,
+            lengths(sample.size),
+            lengths(sample.pixel),
+            engineering(sample.shortest_wave, "m", 3),
+        )
+        for group in found.groups
+        for sample in group.samples
+    ]
+    head = ("map", "group", "size (y × x)", "pixel (y × x)", "shortest wave")
+    chapter.add("table", Table(rows, head))
+    rows = [(row.title, row.text) for row in results.rows(found, TRUST)]
+    chapter.add("table", Table(rows))
+    return chapter
+
+
+def _show(chapter: Chapter, drawn: Figure, caption: str) -> None:
+    chapter.add("figure", page.picture(drawn, caption, caption))

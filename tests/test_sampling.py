@@ -1,0 +1,80 @@
+"""How large an area is needed, by the scatter between parts of a map."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact import statistics
+from roughcontact.contact.cautions import Kind
+from roughcontact.surface import leveling
+
+STEEL = rc.Material(210e9, 0.3, 1e9)
+PIXEL = (1e-6, 1e-6)
+
+
+def patch(side: int, rolloff: float, *seed: int) -> rc.Surface:
+    heights = rc.self_affine(
+        (2 * side, 2 * side), PIXEL, rms_height=0.3e-6, rolloff_wavelength=rolloff,
+        cutoff_wavelength=4e-6, rng=np.random.default_rng(seed),
+    )  # fmt: skip
+    return rc.Surface(leveling.level(heights[:side, :side]), PIXEL)
+
+
+def study(surface: rc.Surface) -> rc.SamplingStudy:
+    return rc.sampling_error(surface, material=STEEL, pressure="200 MPa", tolerance=1e-4)
+
+
+def test_parts_are_pressed_by_themselves_and_tell_the_error() -> None:
+    surface = patch(64, 8e-6, 1)
+    found = study(surface)
+    assert sorted(found.levels) == [2, 4]
+    parts = rc.partition(surface, 4)
+    load = 200e6 * parts[0].size[0] * parts[0].size[1]
+    alone = [rc.solve(part, material=STEEL, load=load, tolerance=1e-4) for part in parts[:3]]
+    values = found.values(4, "contact_fraction")
+    assert values[:3] == [one.contact_fraction for one in alone]
+    one = found.error("contact_fraction")
+    assert one.half == statistics.of_whole({n: found.values(n, one.name) for n in (2, 4)}).half
+    # The half falls with the root of the area.
+    assert one.area == pytest.approx(64e-6**2 * (one.relative / 0.05) ** 2)
+    assert one.area_low < one.area < one.area_high
+    assert one.drift == pytest.approx(np.mean(values) / one.value - 1)
+    assert math.isnan(one.scaling)
+    assert {error.name for error in found.errors} == {
+        "contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sa", "Sdq"
+    }  # fmt: skip
+
+
+def test_long_waves_are_told() -> None:
+    y, x = np.mgrid[:128, :128] / 128
+    waves = 1.5e-6 * np.cos(2 * np.pi * (2.5 * x + 0.3)) * np.cos(2 * np.pi * 1.5 * y)
+    found = study(rc.Surface(patch(128, 8e-6, 2).heights + waves, PIXEL))
+    one = found.error("Sq")
+    assert one.scaling > 2
+    assert not one.falls
+    # Slopes are those of the short waves.
+    assert found.error("Sdq").falls
+    told = [c for c in found.cautions if "neighboring parts are alike" in c.text]
+    assert [c.kind for c in told] == [Kind.SCALING]
+    assert "Sq" in told[0].numbers
+    assert "Sdq" not in told[0].numbers
+
+
+def test_a_map_too_small_for_sixteen_parts_is_refused() -> None:
+    with pytest.raises(rc.InputError, match="needs 64 points") as caught:
+        study(patch(63, 8e-6, 3))
+    assert caught.value.argument == "surface"
+
+
+@pytest.mark.slow
+def test_the_error_of_a_map_holds_over_400_maps() -> None:
+    found = [study(patch(128, 10e-6, 4, number)) for number in range(400)]
+    for name in ("contact_fraction", "Sq", "Sdq"):
+        errors = [one.error(name) for one in found]
+        truth = float(np.mean([one.value for one in errors]))
+        held = sum(abs(one.value - truth) <= one.half for one in errors)
+        assert 0.93 <= held / 400 <= 0.97, (name, held / 400)
