@@ -148,7 +148,10 @@ def test_truncated_files_are_refused(tmp_path: Path, name: str, fraction: float)
 def test_other_content_is_refused_for_every_suffix(
     tmp_path: Path, suffix: str, content: bytes
 ) -> None:
-    refused(write(tmp_path, f"wrong{suffix}", content), f"wrong{suffix} cannot be read as format")
+    # Text under a suffix that other programs give to theirs is read as such.
+    text = suffix == ".dat" and content.startswith(b"hello")
+    words = "has 'hello' in line 1" if text else "cannot be read as format"
+    refused(write(tmp_path, f"wrong{suffix}", content), f"wrong{suffix} {words}")
 
 
 @needs_reader

@@ -45,20 +45,27 @@ def test_a_text_that_may_be_cut_off_says_so(tmp_path: Path) -> None:
         assert [("no line end" in step) for step in surface.provenance.steps] == [True] * told
 
 
+@pytest.mark.parametrize("mark", [";", " ", "\t"])
+def test_decimal_commas_where_nothing_else_is_meant(tmp_path: Path, mark: str) -> None:
+    text = "1,5 2\n-3,25 40\n".replace(" ", mark)
+    surface = read_surface(write(tmp_path, "map.txt", text), unit="nm", size="20 nm")
+    np.testing.assert_allclose(surface.heights, [[1.5e-9, 2e-9], [-3.25e-9, 40e-9]])
+    assert "read: decimal commas" in surface.provenance.steps
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
         ("1;2\n3;4;5\n", "3 numbers in line 2 but 2 in line 1"),
-        ("1,5;2,5\n3,5;4,5\n", "decimal comma '1,5' in line 1"),
-        ("1,5 2,5\n3,5 4,5\n", "decimal comma '1,5' in line 1"),
-        ("1\t2\n3\t4,5\n", "decimal comma '4,5' in line 2"),
+        ("1,5;2,5\n3,5;4.5\n", "decimal points and, by line 2, decimal commas"),
+        ("1.5 2.5\n3 4,5\n", "decimal points and, by line 2, decimal commas"),
+        ("1,5,2;2,5\n3,5;4,5\n", "'1,5,2' in line 1"),
         ("x,y\n1,2\n3,4\n", "'x' in line 1, cell 1"),
         ("1 2\n3 inf\n", "'inf' in line 2, cell 2"),
         ("1 2\n3 1_0\n", "'1_0' in line 2, cell 2"),
         ("# nothing\n\n", "holds no numbers"),
         ("1 2 3 4\n", "at least 2 × 2"),
         ("nan nan\nnan nan\n", "no finite value"),
-        ("".join(f"{x} {y} 0.5\n" for y in range(3) for x in range(4)), "points x, y, z"),
         (b"\xff\xfe1\x00", "no text in UTF-8"),
         (b"\x89PNG\r\n\x1a\n\x00", "no text in UTF-8"),
     ],

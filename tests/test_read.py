@@ -21,8 +21,8 @@ def test_files_that_are_none(tmp_path: Path) -> None:
         read_surface(tmp_path / "absent.opd")
     refused(tmp_path, "is a directory")
     refused(write(tmp_path, "empty.opd", ""), "empty.opd is empty")
-    refused(write(tmp_path, "map.xyz", "1"), "unknown suffix '.xyz'", ".x3p", "give format or")
-    refused(write(tmp_path, "map", "1"), "unknown suffix ''")
+    refused(write(tmp_path, "map.abc", b"\0"), "unknown suffix '.abc'", ".x3p", "give format or")
+    refused(write(tmp_path, "map", b"\0"), "unknown suffix ''")
     refused(write(tmp_path, "map.opd", "1"), "'hgt'", format="hgt", kind=InputError)
     refused(Path("a\0b.opd"), "does not exist")
 

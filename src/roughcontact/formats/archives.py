@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import gzip
 import mmap
 import re
+import tempfile
 import zipfile
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-from roughcontact import limits
+from roughcontact import limits, memory
 from roughcontact.errors import FormatError
 
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _BLOCK = 2**20
 
 _XML = (b"<", b"\xef\xbb\xbf<", b"\xff\xfe<", b"\xfe\xff\0<")
+
+_GZIP = b"\x1f\x8b"
 
 # How a stream of zlib starts.
 _ZLIB = re.compile(rb"\x78[\x01\x5e\x9c\xda]")
@@ -55,6 +61,53 @@ def check(path: Path) -> None:
         for member in members:
             check_method(path, member)
             _check_member(path, archive, member)
+
+
+@contextmanager
+def unpacked(path: Path) -> Iterator[Path]:
+    """Give what is in a file packed by gzip as a file, under the name that it has packed.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Yields
+    ------
+    Path
+        The file itself if it is not packed.
+
+    Raises
+    ------
+    FormatError
+        If it is damaged, or unpacks to more than a map may take.
+    InsufficientMemoryError
+        If it unpacks to more than the memory that is free.
+    """
+    with path.open("rb") as stream:
+        packed = stream.read(2) == _GZIP
+    if not packed:
+        yield path
+        return
+    with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
+        copy = Path(folder) / path.name
+        _unpack(path, copy)
+        yield copy
+
+
+def _unpack(path: Path, target: Path) -> None:
+    """Write what gzip has packed into a file, as far as a map may go."""
+    packed, size = path.stat().st_size, 0
+    most = min(limits.most_unpacked(packed), memory.free())
+    try:
+        with gzip.open(path) as source, target.open("xb") as copy:
+            while size <= most and (block := source.read(_BLOCK)):
+                size += copy.write(block)
+    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        raise FormatError(
+            f"{path.name} cannot be unpacked ({error}); check that the file is complete"
+        ) from None
+    limits.require_size(path.name, size, packed=packed)
 
 
 def check_method(path: Path, member: zipfile.ZipInfo) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import os
 from collections.abc import Iterator
 from typing import Any
 
@@ -10,6 +12,20 @@ from numpy.typing import NDArray
 
 BLOCK = 2**20
 """Bytes handled at a time; divisible by the size of every number."""
+
+
+class Bounded(io.BufferedReader):
+    """A stream that reserves no more memory for a read than the file can fill.
+
+    A damaged header may ask for terabytes, which `io.BufferedReader` reserves before it reads.
+    """
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Return so many bytes, or those that are left."""
+        if size is not None and size > 0:
+            left = os.fstat(self.fileno()).st_size - self.tell()
+            size = min(size, max(left, 0))
+        return super().read(size)
 
 
 def little_endian(values: NDArray[Any]) -> memoryview:

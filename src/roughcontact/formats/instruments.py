@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import io
 import math
-import os
 import re
 import zipfile
 from collections.abc import Callable, Iterator
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 from roughcontact import hdf5, limits
 from roughcontact.errors import FormatError, InputError, Mention, RoughcontactError
 from roughcontact.formats import archives, metrology, readers
+from roughcontact.formats.binary import Bounded
 from roughcontact.formats.scale import (
     asked_pixel,
     in_metres,
@@ -238,19 +238,6 @@ def _opener(path: Path, kind: str) -> Callable[[Any], Any]:
     return partial(open_topography, format=kind)
 
 
-class _Bounded(io.BufferedReader):
-    """A stream that reserves no more memory for a read than the file can fill.
-
-    A damaged header may ask for terabytes, which `io.BufferedReader` reserves before it reads.
-    """
-
-    def read(self, size: int | None = -1, /) -> bytes:
-        if size is not None and size > 0:
-            left = os.fstat(self.fileno()).st_size - self.tell()
-            size = min(size, max(left, 0))
-        return super().read(size)
-
-
 def _check_packed(path: Path, kind: str) -> None:
     """Refuse a file that is damaged where its reader does not look, or would fill the memory."""
     limits.require_size(path.name, path.stat().st_size)
@@ -283,7 +270,7 @@ def _opened(path: Path, kind: str) -> Iterator[Any]:
         # Our own stream: a reader that fails half-way leaves files open that it opened.
         with (
             np.errstate(all="ignore"),
-            _Bounded(io.FileIO(path)) as stream,
+            Bounded(io.FileIO(path)) as stream,
             opened(stream) as reader,
         ):
             yield reader

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from roughcontact import limits, units
 from roughcontact.errors import FormatError, InputError, Mention
-from roughcontact.formats import numpy_files, traces
+from roughcontact.formats import heads, numpy_files, points, traces
+from roughcontact.formats.heads import Head
 from roughcontact.formats.numpy_files import Arrays
 from roughcontact.formats.scale import asked_pixel, in_metres, refuse_unit, unit_in_metres
 from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.surface.grid import WIDTH
-from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
@@ -37,43 +38,135 @@ _EACH = 20
 
 _MISSING = re.compile(r"|nan|n/?a|bad|\*+|-{2,}", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+# The same, or a whole number or a missing point beside it.
+_WITH_COMMA = re.compile(rf"{_DECIMAL_COMMA.pattern}|[+-]?\d+|nan|bad", re.IGNORECASE)
+# Suffix of files that list points x, y, z.
+_POINTS = ".xyz"
 
 
 def read_text(path: Path, name: str, asked: Asked) -> Surface:
-    """Return the map in a text matrix."""
+    """Return the map in a text: a matrix, or points x, y, z on a grid."""
     if asked.channel is not None:
         raise InputError(
             f"{path.name} has no channels; leave out ", Mention("channel", asked.channel)
         )
-    trace = traces.found(path)
+    scale = _scale_in_text(path)
+    if scale is not None:
+        values, steps = _read_text(path)
+        asked.expect(values.shape)
+        about = Provenance(path.name, f"matrix ({name})", "", steps)
+        return _scaled(path, values, about, scale, asked)
+    head = _foreign_head(path)
+    trace = None if head.is_map else traces.found(path)
     if trace is not None:
         return traces.read(path, trace, asked)
-    scale = _scale_in_text(path)
-    values, steps = _read_text(path, points_possible=scale is None)
-    if scale is None and min(values.shape) == 1 and values.size >= traces.FEWEST:
+    values, steps = _read_text(path, head.lines)
+    if _lists_points(path, values, head):
+        return _of_points(path, name, values, head, steps, asked)
+    if min(values.shape) == 1 and values.size >= traces.FEWEST:
         return traces.column(path, values.ravel(), asked)
+    if not head.is_map:
+        _refuse_points(path, values)
+    values = _as_told(path, values, head)
     asked.expect(values.shape)
-    return _scaled(path, values, Provenance(path.name, f"matrix ({name})", "", steps), scale, asked)
+    metre, told = _unit_told(path, head, asked)
+    _require_map(path, values.shape, values.dtype, None)
+    ny, nx = values.shape
+    stated = head.pixel_of((ny, nx))
+    pixel = asked_pixel(path, stated, values.shape, asked)
+    about = Provenance(path.name, f"matrix ({name})", head.channel, (*steps, *told))
+    heights = in_metres(values, metre * head.factor)
+    return surface_of(path, heights, pixel, about, metre * head.factor, stated)
 
 
 def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
-    """Return the matrix or the profile in a text file as the only channel."""
-    trace = traces.found(path)
+    """Return the map or the profile in a text file as the only channel."""
+    stated = _head_of_text(path)
+    if stated:
+        quantity, unit = stated.get("quantity", ""), stated.get("unit", "")
+        values, _ = _read_text(path)
+        return (Channel(quantity, unit, quantity == "height", values.shape),)
+    head = _foreign_head(path)
+    trace = None if head.is_map else traces.found(path)
     if trace is not None:
         return (Channel("", trace.units[1], True, (1, len(trace.columns))),)
-    stated = _head_of_text(path)
-    quantity, unit = stated.get("quantity", ""), stated.get("unit", "")
-    is_height = not stated or quantity == "height"
-    values, _ = _read_text(path, points_possible=not stated)
-    shape = values.shape if stated or values.shape[1] > 1 else values.shape[::-1]
-    return (Channel(quantity, unit, is_height, shape),)
+    values, _ = _read_text(path, head.lines)
+    if _lists_points(path, values, head):
+        values = points.gridded(path, values)[0]
+    elif values.shape[1] == 1:
+        values = values.T
+    else:
+        if not head.is_map:
+            _refuse_points(path, values)
+        values = _as_told(path, values, head)
+    return (Channel(head.channel, head.unit, True, values.shape),)
+
+
+def _foreign_head(path: Path) -> Head:
+    """Return what another program has written above its numbers; an empty head if nothing."""
+    try:
+        with path.open(encoding="utf-8-sig", errors="replace") as stream:
+            return heads.head_of(path, _lines(path, stream)) or Head(0)
+    except OSError as error:
+        raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None
+
+
+def _lists_points(path: Path, values: Array, head: Head) -> bool:
+    """Return whether a text lists points x, y, z: it says so, or its numbers do."""
+    if values.shape[1] != 3 or head.sides or head.pixel:
+        return False
+    named = head.columns or head.lateral is not None or path.suffix.lower() == _POINTS
+    return named or points.look_like_points(values)
+
+
+def _of_points(
+    path: Path, name: str, values: Array, head: Head, steps: tuple[str, ...], asked: Asked
+) -> Surface:
+    """Return the map of points x, y, z on a grid, all in one unit where the head tells no other."""
+    heights, steps_apart, absent = points.gridded(path, values)
+    asked.expect(heights.shape)
+    metre, told = _unit_told(path, head, asked)
+    lateral = head.lateral or metre
+    stated = steps_apart[0] * lateral, steps_apart[1] * lateral
+    pixel = asked_pixel(path, stated, heights.shape, asked)
+    note = f"read: {values.shape[0]} points x, y, z laid on their grid"
+    if absent:
+        note += f", {absent} of it without a point"
+    about = Provenance(path.name, f"points ({name})", head.channel, (*steps, *told, note))
+    laid = in_metres(heights, metre * head.factor)
+    return surface_of(path, laid, pixel, about, metre * head.factor, stated)
+
+
+def _as_told(path: Path, values: Array, head: Head) -> Array:
+    """Return a matrix as its head describes it, rows along y."""
+    if head.turned:
+        values = np.ascontiguousarray(values.T)
+    if head.points is not None and head.points != values.shape:
+        ny, nx = head.points
+        raise FormatError(
+            f"{path.name} announces {ny} × {nx} points, but has {values.shape[0]} × "
+            f"{values.shape[1]}; check that the file is complete"
+        )
+    return values
+
+
+def _unit_told(path: Path, head: Head, asked: Asked) -> tuple[float, tuple[str, ...]]:
+    """Return the unit [m] of the heights, and what was decided: who reads a file knows better."""
+    if asked.unit is None or not head.unit:
+        return unit_in_metres(path, head.unit or asked.unit), ()
+    metre = unit_in_metres(path, asked.unit)
+    if metre == unit_in_metres(path, head.unit):
+        return metre, ()
+    return metre, (
+        f"read: heights in {asked.unit}, as was said, instead of {head.unit}, as the file has it",
+    )
 
 
 def read_arrays(path: Path, name: str, asked: Asked) -> Surface:
     """Return the map in a NumPy file; ``name`` says whether it is one array or an archive."""
     arrays = numpy_files.opened(path, name)
     scale = _scale_in_arrays(path, arrays) if asked.channel in (None, "heights") else None
-    channel = _chosen_array(path, arrays, asked.channel if scale is None else "heights")
+    channel = chosen(path, list(arrays.heads), asked.channel if scale is None else "heights")
     head = arrays.heads[channel]
     line = len(head.shape) == 1 and head.shape[0] >= traces.FEWEST
     if scale is None and line and head.dtype.kind in "fiu":
@@ -89,6 +182,7 @@ def read_arrays(path: Path, name: str, asked: Asked) -> Surface:
         if trace is not None:
             return traces.read(path, trace, asked)
         _refuse_points(path, values)
+        _refuse_list(path, values)
     return _scaled(path, values, provenance, scale, asked)
 
 
@@ -111,6 +205,20 @@ def _require_map(
             f"{path.name} must hold a matrix of at least 2 × 2 real numbers, got {dtype} of shape "
             f"{shape}"
         )
+
+
+def scaled(
+    path: Path, values: NDArray[Any], provenance: Provenance, unit: str, asked: Asked
+) -> Surface:
+    """Return the map of an array that states its unit, or none, and no pixel."""
+    _require_map(path, values.shape, values.dtype, None)
+    _refuse_points(path, values)
+    _refuse_list(path, values)
+    metre, told = _unit_told(path, Head(0, unit=unit), asked)
+    pixel = asked_pixel(path, None, values.shape, asked)
+    for text in told:
+        provenance = provenance.then(Operation.note(text))
+    return surface_of(path, in_metres(values, metre), pixel, provenance, metre)
 
 
 def _scaled(
@@ -202,8 +310,8 @@ def _scale_in_arrays(path: Path, arrays: Arrays) -> Scale | None:
     return metre, (float(pixel[0]) * metre, float(pixel[1]) * metre)
 
 
-def _chosen_array(path: Path, arrays: Arrays, channel: str | int | None) -> str:
-    names = list(arrays.heads)
+def chosen(path: Path, names: list[str], channel: str | int | None) -> str:
+    """Return which array of a file is meant: by its name, by its index, or the only one."""
     if channel is None and len(names) == 1:
         return names[0]
     listing = "; ".join(f"{index}: {name!r}" for index, name in enumerate(names)) or "none"
@@ -220,23 +328,35 @@ def _chosen_array(path: Path, arrays: Arrays, channel: str | int | None) -> str:
     raise InputError(f"{path.name} has no array {channel!r}; it holds {listing}")
 
 
-def _read_text(path: Path, points_possible: bool = True) -> tuple[Array, tuple[str, ...]]:
-    """Return the matrix in a text file, and what was decided in reading it."""
+def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
+    """Return the matrix in a text file below its head, and what was decided in reading it."""
     values, trailing, ended = array("d"), True, True
+    marks: set[str] = set()
     first, columns, room = 0, 0, 0
     delimiter: str | None = None
     try:
         with path.open(encoding="utf-8-sig") as stream:
             for number, line in enumerate(_lines(path, stream), start=1):
                 ended = line.endswith("\n")
+                if number <= head:
+                    continue
+                if head and line.startswith("#") and heads.begins(line):
+                    raise FormatError(
+                        f"{path.name} holds several maps, another from line {number} on; export "
+                        "each into its own file"
+                    )
                 text = line.split("#", 1)[0].strip(" \r\n")
                 if not text.strip():
                     continue
                 if not first:
-                    delimiter = _delimiter(path, text, number)
+                    delimiter = _delimiter(text)
                 cells = text.split(delimiter)
                 trailing = trailing and delimiter is not None and not cells[-1].strip()
-                row = _row(path, cells, number, delimiter)
+                commas = bool(marks)
+                row = _row(path, cells, number, delimiter, marks)
+                # Fractions before the first decimal comma had decimal points.
+                if marks and not commas and any(z % 1 for z in values if not math.isnan(z)):
+                    raise _mixed(path, number)
                 if not first:
                     first, columns = number, len(row)
                 if len(row) != columns:
@@ -260,55 +380,46 @@ def _read_text(path: Path, points_possible: bool = True) -> tuple[Array, tuple[s
         raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None
     if not values:
         raise FormatError(f"{path.name} holds no numbers; a matrix of heights was expected")
-    return _judged(
-        path, np.frombuffer(values).reshape(-1, columns), trailing, ended, points_possible
-    )
+    return _judged(np.frombuffer(values).reshape(-1, columns), trailing, ended, "," in marks)
 
 
 def _judged(
-    path: Path, matrix: Array, trailing: bool, ended: bool, points_possible: bool
+    matrix: Array, trailing: bool, ended: bool, commas: bool
 ) -> tuple[Array, tuple[str, ...]]:
     """Return a matrix as it was meant, and what was decided about it."""
-    steps: tuple[str, ...] = ()
+    steps: tuple[str, ...] = ("read: decimal commas",) if commas else ()
     # Many programs end each row with the delimiter; that is no column.
     if trailing and matrix.shape[1] > 1:
         matrix = matrix[:, :-1]
-        steps = ("read: the delimiter at the end of every row is no column",)
+        steps += ("read: the delimiter at the end of every row is no column",)
     if not ended:
         # Rows are missing without a trace where a file was cut off, and the sides are given for
         # all of them.
         steps += ("read: the last row has no line end; check that the file was not cut off",)
-    if points_possible:
-        _refuse_points(path, matrix)
     return matrix, steps
 
 
-def _delimiter(path: Path, line: str, number: int) -> str | None:
+def _delimiter(line: str) -> str | None:
     for mark in (";", "\t"):
         if mark in line:
             return mark
     words = line.split()
-    if "," in line and len(words) > 1 and all(_DECIMAL_COMMA.fullmatch(word) for word in words):
-        raise _comma_error(path, words[0], number)
     # None splits at any run of white space.
+    if "," in line and len(words) > 1 and all(map(_WITH_COMMA.fullmatch, words)):
+        return None
     return "," if "," in line else None
 
 
-def _row(path: Path, cells: list[str], number: int, delimiter: str | None) -> list[float]:
+def _row(
+    path: Path, cells: list[str], number: int, delimiter: str | None, marks: set[str]
+) -> list[float]:
+    """Return the numbers of a line; ``marks`` collects how decimals are marked in the file."""
     values = []
     for position, cell in enumerate(cells, start=1):
         try:
             value = float(cell)
         except ValueError:
-            word = cell.strip()
-            if not _MISSING.fullmatch(word):
-                if delimiter != "," and _DECIMAL_COMMA.fullmatch(word):
-                    raise _comma_error(path, word, number) from None
-                raise FormatError(
-                    f"{path.name} has {word[:40]!r} in line {number}, cell {position}, where a "
-                    "number was expected; start lines that are no data with #"
-                ) from None
-            value = math.nan
+            value = _unusual(path, cell.strip(), number, position, delimiter, marks)
         else:
             # Python's float() takes 1_0 for ten; no instrument writes that.
             if "_" in cell or math.isinf(value):
@@ -316,13 +427,30 @@ def _row(path: Path, cells: list[str], number: int, delimiter: str | None) -> li
                     f"{path.name} has {cell.strip()[:40]!r} in line {number}, cell {position}; "
                     "write finite numbers, and nan for missing points"
                 )
+            if marks and "." in cell:
+                raise _mixed(path, number)
         values.append(value)
     return values
 
 
-def _comma_error(path: Path, word: str, number: int) -> FormatError:
+def _unusual(
+    path: Path, word: str, number: int, position: int, delimiter: str | None, marks: set[str]
+) -> float:
+    """Return what a cell means that is no number with a decimal point."""
+    if _MISSING.fullmatch(word):
+        return math.nan
+    if delimiter != "," and _DECIMAL_COMMA.fullmatch(word):
+        marks.add(",")
+        return float(word.replace(",", "."))
+    raise FormatError(
+        f"{path.name} has {word[:40]!r} in line {number}, cell {position}, where a number was "
+        "expected; start lines that are no data with #"
+    )
+
+
+def _mixed(path: Path, number: int) -> FormatError:
     return FormatError(
-        f"{path.name} has the decimal comma {word!r} in line {number}; write decimal points"
+        f"{path.name} has decimal points and, by line {number}, decimal commas; write one of both"
     )
 
 
@@ -334,11 +462,12 @@ def _refuse_points(path: Path, matrix: NDArray[Any]) -> None:
                 f"{path.name} looks like a profile, {pairs.shape[0]} points x, z: write them in "
                 "two columns, the positions first"
             )
-    # Three columns of which two count through a grid would pass for a narrow map.
-    if matrix.shape[1] == 3 and matrix.shape[0] >= 9:
-        first, second = (np.unique(matrix[:, column]).size for column in (0, 1))
-        if min(first, second) > 1 and first * second == matrix.shape[0]:
-            raise FormatError(
-                f"{path.name} looks like a list of points x, y, z; write the heights as a matrix "
-                "with one row of the map per line"
-            )
+
+
+def _refuse_list(path: Path, matrix: NDArray[Any]) -> None:
+    """Refuse an array of points x, y, z, which would pass for a narrow map."""
+    if points.look_like_points(matrix.astype(np.float64)):
+        raise FormatError(
+            f"{path.name} looks like a list of points x, y, z; write the heights as a matrix with "
+            "one row of the map per line, or the points as text"
+        )

@@ -1,4 +1,4 @@
-"""Height maps in NetCDF, as this program writes them."""
+"""Height maps in NetCDF, as this program writes them; the classic kind is SurfaceTopography's."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from roughcontact import limits, netcdf
 from roughcontact.contact.archive import surface_to_dataset
 from roughcontact.errors import FormatError, RoughcontactError
+from roughcontact.formats import netcdf_classic
 from roughcontact.formats.scale import asked_pixel, refuse_unit
 from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.surface.provenance import Provenance
@@ -45,13 +46,22 @@ def save(surface: Surface, path: str | os.PathLike[str]) -> None:
 
 def read(path: Path, name: str, asked: Asked) -> Surface:
     """Return the variable ``height`` [m] over ``y`` and ``x`` [m] of a NetCDF file."""
+    if _is_classic(path):
+        return netcdf_classic.read(path, asked)
     refuse_unit(path, asked)
     return _map(path, asked)
 
 
 def channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the heights as the only channel."""
+    if _is_classic(path):
+        return netcdf_classic.channels(path)
     return (Channel("height", "m", True, _map(path, Asked()).shape),)
+
+
+def _is_classic(path: Path) -> bool:
+    with path.open("rb") as stream:
+        return stream.read(3) == netcdf_classic.SIGNATURE
 
 
 def _map(path: Path, asked: Asked) -> Surface:

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from roughcontact.errors import FormatError, InputError, Mention
-from roughcontact.formats import instruments, matrices, netcdf
+from roughcontact.formats import content, hdf5_arrays, instruments, matrices, netcdf
 from roughcontact.formats.scale import check_scale
 from roughcontact.formats.source import Asked, Channel, InputFormat, existing
 from roughcontact.surface.provenance import Operation
@@ -21,7 +21,10 @@ FORMATS: tuple[InputFormat, ...] = (
     InputFormat("netcdf", (".nc",), netcdf.read, netcdf.channels),
     InputFormat("npy", (".npy",), matrices.read_arrays, matrices.array_channels),
     InputFormat("npz", (".npz",), matrices.read_arrays, matrices.array_channels),
-    InputFormat("text", (".csv", ".txt", ".asc"), matrices.read_text, matrices.text_channels),
+    InputFormat("hdf5", (".h5", ".hdf5"), hdf5_arrays.read, hdf5_arrays.channels),
+    InputFormat(
+        "text", (".csv", ".txt", ".asc", ".xyz"), matrices.read_text, matrices.text_channels
+    ),
     *(
         InputFormat(
             name, suffixes, instruments.read, instruments.channels, name in instruments.NUMBERED
@@ -34,7 +37,7 @@ FORMATS: tuple[InputFormat, ...] = (
 SUFFIXES = {suffix: known.name for known in FORMATS for suffix in known.suffixes}
 """Suffix of a file -> name of the format; a suffix of three digits is Bruker's ``di`` as well."""
 
-_PIPED = ".txt"
+_PIPED, _PACKED = ".txt", ".gz"
 _THREE_DIGITS = re.compile(r"\.\d{3}")
 
 
@@ -51,17 +54,19 @@ def read_surface(
     Parameters
     ----------
     path : str or path
-        Instrument file, matrix of numbers (``.npy``, ``.npz``, ``.csv``, ``.txt``, ``.asc``) or
-        NetCDF file of this program.
+        Instrument file, matrix of numbers (``.npy``, ``.npz``, ``.h5``, ``.csv``, ``.txt``,
+        ``.asc``), points x, y, z on a grid (``.xyz``), NetCDF file of this program or of
+        SurfaceTopography; packed by gzip or not.
     format : str, optional
         Name of the format or a suffix that stands for it, see `SUFFIXES`; by default the suffix
-        of the file decides.
+        of the file, unless its content is plainly another.
     channel : str or int, optional
         Name or index of the height channel; by default the one the file proposes, or its first
         height channel.
     unit : str, optional
-        Unit of the heights, such as ``"um"``; for files that do not give it, and only these. If
-        an instrument file gives lengths of its sides but no unit, they are in this unit as well.
+        Unit of the heights, such as ``"um"``; for files that do not give it, and only these, but
+        for texts of other programs, whose own it replaces. If a file gives lengths of its sides,
+        or coordinates, but no unit, they are in this unit as well.
     size : (float, float) or str, optional
         Lengths of the sides ``(y, x)`` [m], or with their units, ``"0.1 mm x 0.2 mm"``;
         one length for a square grid. For files that do not give it, and only these unless
@@ -230,10 +235,19 @@ def _format_of(path: Path, wanted: str | None, piped: bool) -> InputFormat:
         names = ", ".join(sorted(known.name for known in FORMATS))
         raise InputError(f"must be one of {names}, got {wanted!r}", argument="format", value=wanted)
     # What a shell makes of <(zcat map.csv.gz) has a number for its name.
-    suffix = path.suffix.lower() or (_PIPED if piped else "")
+    suffix = _suffix(path) or (_PIPED if piped else "")
     numbered = _THREE_DIGITS.fullmatch(suffix) is not None
+    hinted = next(
+        (
+            known.name
+            for known in FORMATS
+            if suffix in known.suffixes or (numbered and known.numbered)
+        ),
+        None,
+    )
+    told = content.format_of(path, hinted)
     for known in FORMATS:
-        if suffix in known.suffixes or (numbered and known.numbered):
+        if known.name == told:
             return known
     suffixes = ", ".join(sorted(SUFFIXES))
     raise FormatError(
@@ -241,3 +255,9 @@ def _format_of(path: Path, wanted: str | None, piped: bool) -> InputFormat:
         Mention("format"),
         f" or one of the known suffixes {suffixes}, .000 to .999",
     )
+
+
+def _suffix(path: Path) -> str:
+    """Return the suffix of a file, of one that gzip has packed that before ``.gz``."""
+    suffix = path.suffix.lower()
+    return Path(path.stem).suffix.lower() if suffix == _PACKED else suffix

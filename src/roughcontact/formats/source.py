@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from roughcontact import pipes
 from roughcontact.errors import FormatError, InputError
+from roughcontact.formats import archives
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, quantity
@@ -97,7 +98,10 @@ class InputFormat:
 
 @contextmanager
 def existing(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a file that is there and not empty, as one that may be opened again and searched."""
+    """Give a file that is there and not empty, as one that may be opened again and searched.
+
+    What gzip has packed is unpacked.
+    """
     path = Path(path)
     with ExitStack() as stack:
         try:
@@ -108,6 +112,7 @@ def existing(path: str | os.PathLike[str]) -> Iterator[Path]:
             file = stack.enter_context(pipes.regular(path))
             with file.open("rb"):
                 empty = not file.stat().st_size
+            file = stack.enter_context(archives.unpacked(file))
         except FormatError:
             raise
         except (OSError, ValueError) as error:

@@ -1,0 +1,229 @@
+"""The suffix is a hint, the content decides; packed files, HDF5 and the NetCDF of another."""
+
+from __future__ import annotations
+
+import contextlib
+import gzip
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bounded_reader import Reader
+from reading import HEIGHTS, refused
+from roughcontact import limits
+from roughcontact.errors import InputError, RoughcontactError
+from roughcontact.formats.read import channels, read_surface
+from roughcontact.formats.source import Channel
+
+SIZE = "6 um x 4 um"
+
+
+def close(surface: Any, metre: float = 1e-6) -> None:
+    np.testing.assert_allclose(surface.heights, HEIGHTS * metre, rtol=1e-12)
+
+
+# What gzip has packed
+
+
+def test_a_packed_file_is_what_is_in_it(tmp_path: Path) -> None:
+    plain = tmp_path / "map.csv"
+    np.savetxt(plain, HEIGHTS, delimiter=",")
+    packed = tmp_path / "map.csv.gz"
+    packed.write_bytes(gzip.compress(plain.read_bytes()))
+    surface = read_surface(packed, unit="um", size=SIZE)
+    close(surface)
+    assert surface.provenance.source == "map.csv.gz"
+    assert surface.provenance.origin is not None
+    assert surface.provenance.origin.arguments["path"] == "map.csv.gz"
+    unnamed = tmp_path / "map.gz"
+    unnamed.write_bytes(packed.read_bytes())
+    close(read_surface(unnamed, unit="um", size=SIZE))
+    surface.save(tmp_path / "map.npz")
+    again = tmp_path / "map.npz.gz"
+    again.write_bytes(gzip.compress((tmp_path / "map.npz").read_bytes()))
+    close(read_surface(again))
+
+
+def test_damaged_packings_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = gzip.compress(b"1 2\n3 4\n" * 1000)
+    path = tmp_path / "map.txt.gz"
+    for content in (whole[:-10], whole[:30], whole[:40] + b"\0\0\0" + whole[43:], whole[:2]):
+        path.write_bytes(content)
+        refused(path, "map.txt.gz cannot be unpacked", unit="um", size="1 mm x 1 mm")
+    monkeypatch.setattr(limits, "_SMALL", 4000)
+    monkeypatch.setattr(limits, "_PACKED", 2)
+    path.write_bytes(whole)
+    refused(path, "as no measurement is", unit="um", size="1 mm x 1 mm")
+
+
+# The content decides
+
+
+def test_the_content_decides_where_the_suffix_errs(tmp_path: Path) -> None:
+    np.save(tmp_path / "map.npy", HEIGHTS)
+    wrong = tmp_path / "map.txt"
+    wrong.write_bytes((tmp_path / "map.npy").read_bytes())
+    close(read_surface(wrong, unit="um", size=SIZE))
+    for name in ("map.dat", "map.prn", "map"):
+        np.savetxt(tmp_path / name, HEIGHTS)
+        surface = read_surface(tmp_path / name, unit="um", size=SIZE)
+        close(surface)
+        assert surface.provenance.origin is not None
+        assert surface.provenance.origin.found["format"] == "text"
+    # Whoever names the format is believed.
+    refused(wrong, "no text in UTF-8", format="text", unit="um", size=SIZE)
+    unknown = tmp_path / "map.bin"
+    unknown.write_bytes(bytes(range(256)))
+    refused(unknown, "unknown suffix '.bin'")
+
+
+# HDF5
+
+
+def test_matrices_in_hdf5_are_channels(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "map.h5"
+    with h5py.File(path, "w") as file:
+        file["scan/heights"] = HEIGHTS
+        file["scan/heights"].attrs["units"] = "nm"
+        file["scan/line"] = HEIGHTS[0]
+        file["phase"] = HEIGHTS + 1
+        file["words"] = np.array([[b"a", b"b"], [b"c", b"d"]])
+    found = {entry.name: entry for entry in channels(path)}
+    assert found["scan/heights"] == Channel("scan/heights", "nm", True, (3, 4))
+    assert set(found) == {"scan/heights", "phase"}
+    refused(path, "choose one with channel", size=SIZE, kind=InputError)
+    surface = read_surface(path, channel="scan/heights", size=SIZE)
+    close(surface, 1e-9)
+    assert surface.pixel == pytest.approx((2e-6, 1e-6))
+    told = read_surface(path, channel="scan/heights", size=SIZE, unit="um").provenance.steps
+    assert told == ("read: heights in um, as was said, instead of nm, as the file has it",)
+    refused(path, "gives no unit", channel="phase", size=SIZE, kind=InputError)
+    refused(path, "no lengths of its sides", channel="phase", unit="um", kind=InputError)
+    with h5py.File(path, "w") as file:
+        file["line"] = HEIGHTS[0]
+    refused(path, "holds no matrix")
+    content = path.read_bytes()
+    for length in (9, 100, len(content) // 2):
+        path.write_bytes(content[:length])
+        refused(path, "map.h5 ")
+
+
+# The NetCDF of SurfaceTopography
+
+
+def classic(path: Path, *, dimensions: tuple[str, ...] = ("x", "y"), **changes: Any) -> Path:
+    from scipy.io import netcdf_file
+
+    given = {"length": True, "unit": b"um", "mask": True, "name": "heights", **changes}
+    with netcdf_file(path, "w", version=2) as file:
+        for axis, points in (("x", 4), ("y", 3)):
+            file.createDimension(axis, points)
+            variable = file.createVariable(axis, "f8", (axis,))
+            variable[:] = np.arange(points)
+            if given["length"]:
+                variable.length = 2.0 * points
+            if given["unit"]:
+                variable.unit = given["unit"]
+        values = np.nan_to_num(HEIGHTS.T) if len(dimensions) == 2 else np.arange(4.0)
+        heights = file.createVariable(given["name"], "f8", dimensions)
+        heights[:] = values
+        if given["unit"]:
+            heights.unit = given["unit"]
+        if given["mask"] and len(dimensions) == 2:
+            mask = file.createVariable("mask", "i1", dimensions)
+            mask[:] = np.isnan(HEIGHTS.T)
+    return path
+
+
+def test_classic_netcdf_of_surface_topography(tmp_path: Path) -> None:
+    path = classic(tmp_path / "map.nc")
+    surface = read_surface(path)
+    close(surface)
+    assert surface.pixel == pytest.approx((2e-6, 2e-6))
+    assert channels(path) == (Channel("heights", "um", True, (3, 4)),)
+    refused(path, "gives its unit itself", unit="nm", kind=InputError)
+    bare = classic(tmp_path / "bare.nc", length=False, unit=b"", mask=False)
+    refused(bare, "gives no unit", size=SIZE, kind=InputError)
+    refused(bare, "no lengths of its sides", unit="um", kind=InputError)
+    assert read_surface(bare, unit="nm", size=SIZE).pixel == pytest.approx((2e-6, 1e-6))
+    refused(classic(tmp_path / "line.nc", dimensions=("x",)), "'heights' over (x), no map")
+    refused(classic(tmp_path / "other.nc", name="other"), "holds mask, other, x, y; expected")
+
+
+def test_what_surface_topography_writes_is_read_as_it_reads_it(tmp_path: Path) -> None:
+    library = pytest.importorskip("SurfaceTopography", exc_type=ImportError)
+    path = tmp_path / "map.nc"
+    values = np.arange(12.0).reshape(4, 3)
+    library.Topography(values, (8.0, 9.0), unit="um").to_netcdf(path)
+    surface = read_surface(path)
+    np.testing.assert_allclose(surface.heights, values.T * 1e-6)
+    assert surface.pixel == pytest.approx((3e-6, 2e-6))
+
+
+def test_damaged_classic_netcdf_is_refused(tmp_path: Path) -> None:
+    path = classic(tmp_path / "map.nc")
+    content = path.read_bytes()
+    for length in (4, 20, 100, len(content) - 8):
+        path.write_bytes(content[:length])
+        refused(path, "map.nc ")
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        damaged = bytearray(content)
+        for place in rng.integers(4, 300, 3):
+            damaged[place] = rng.integers(256)
+        path.write_bytes(damaged)
+        # Anything but an error of this program ends the test.
+        with contextlib.suppress(RoughcontactError):
+            read_surface(path)
+
+
+# What asks for more than any machine has
+
+
+def test_heads_and_points_that_ask_for_terabytes_are_refused(tmp_path: Path) -> None:
+    pytest.importorskip("resource", reason="limits of memory are POSIX")
+    reader = Reader(tmp_path)
+    rows = "1 2\n3 4\n"
+    points = "".join(f"{x} {y} 1\n" for x in range(4) for y in range(4))
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "vast.h5", "w") as file:
+        file.create_dataset("z", (2**20, 2**20), "f8", chunks=(64, 64))
+    huge = {
+        "koala.txt": f"h=99999999 w=99999999\npixel size=1e-6 m\n{rows}".encode(),
+        "spip.txt": f"# x-pixels = {10**15}\n# y-pixels = 2\n# z-unit = nm\n{rows}".encode(),
+        "far.xyz": (points + "1e12 1e12 1\n").encode(),
+        "fine.xyz": (points + "1e-9 0.5 1\n").encode(),
+        "vast.h5": (tmp_path / "vast.h5").read_bytes(),
+        "long.txt": b"# Width: 1 um " + b"-" * 10**6 + b"\n" + f"{'# ' * 10**6}\n{rows}".encode(),
+        "vast.nc": classic(tmp_path / "small.nc").read_bytes().replace(
+            b"\0\0\0\1x\0\0\0\0\0\0\4", b"\0\0\0\1x\0\0\0\x7f\xff\xff\xf0"
+        ),
+    }  # fmt: skip
+    try:
+        for name, content in huge.items():
+            path = tmp_path / name
+            path.write_bytes(content)
+            answer = reader.read(path, {"unit": "um", "size": "1 mm x 1 mm"})
+            if name == "long.txt":
+                assert "pixel" in answer, answer
+            else:
+                assert name in str(answer.get("refused")), (name, answer)
+    finally:
+        reader.close()
+
+
+def test_the_table_of_examples_says_of_each_what_came_of_it(tmp_path: Path) -> None:
+    import examples
+
+    np.savetxt(tmp_path / "bare.txt", HEIGHTS)
+    np.savez(tmp_path / "two.npz", a=HEIGHTS, b=HEIGHTS)
+    classic(tmp_path / "map.nc")
+    (tmp_path / "words.txt").write_text("this is no map\n")
+    lines = examples.table(tmp_path.iterdir()).splitlines()[2:]
+    assert [line.split("|")[2].strip() for line in lines] == [
+        "read with unit, size", "read", "read with unit, size, channel", "refused",
+    ]  # fmt: skip
+    assert "'this' in line 1" in lines[3]
