@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -112,6 +113,10 @@ def test_the_smoother_surface_touches_more_and_the_interval_says_so() -> None:
     assert apart.value > 0
     values = [group.values("contact_fraction") for group in found.groups]
     assert apart == statistics.differences(values)[0, 1]
+    pairs = replace(found, paired=True)
+    assert pairs.differences("Sdq")[0, 1] == statistics.paired(
+        *(group.values("Sdq") for group in found.groups)
+    )
     split = found.components("contact_fraction")
     assert split is not None
     assert 0.5 < split.share < 1
@@ -255,12 +260,21 @@ def test_quarters_and_the_area_that_is_needed(folder: Path, capsys: Capture) -> 
     assert [study["source"] for study in told["sampling"]] == ["g1.npy", "h1.npy"]
     kinds = [caution["kind"] for caution in told["cautions"]]
     assert kinds.count(Kind.PARTS) == 1
+    # One map has a mean, and no interval.
+    alone = ["compare", "--group", f"a={files[0]}", "--group", f"b={files[1]}", *OPTIONS]
+    assert app.main([*alone, "--steps", "1", "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert told["groups"][0]["means"]["Sq"]["low"] is None
+    assert told["differences"][0]["excludes_zero"] is False
+    assert told["components"] == {}
 
 
 def test_what_the_command_cannot_compare_ends_in_one_sentence(
     folder: Path, capsys: Capture
 ) -> None:
     first, second = str(folder / "g1.npy"), str(folder / "g2.npy")
+    profile = folder / "trace.txt"
+    np.savetxt(profile, np.column_stack([np.arange(64.0), 1e3 * MAPS[0].heights[0] * 1e3]))
     for words, said in (
         (["compare", first, *OPTIONS], "or --quarters for its four quarters, or --sampling"),
         (["compare", first, second, *OPTIONS[:-2]], "--load is needed: a nominal pressure"),
@@ -270,6 +284,8 @@ def test_what_the_command_cannot_compare_ends_in_one_sentence(
          "--quarters makes a group of each map"),
         (["compare", first, second, "--paired", *OPTIONS], "--paired needs two groups"),
         (["compare", *OPTIONS], "FILE is missing"),
+        (["compare", str(profile), str(profile), "--unit", "um", *OPTIONS[4:]],
+         "is a profile; a comparison needs a map"),
     ):  # fmt: skip
         assert app.main(words) == app.BAD_INPUT, words
         told = capsys.readouterr().err

@@ -276,7 +276,7 @@ def _argument(
 
 _FILE = "Measured height map: an instrument's file, or a matrix as .npy, .npz, .csv, .txt, .asc."
 _MAP = _argument(Path | None, "FILE", _FILE, None)
-_MAPS = _argument(list[Path] | None, "[FILE...]", "Measured height maps, of one surface.", None)
+_MAPS = _argument(list[Path] | None, "FILE...", "Measured height maps, of one surface.", None)
 
 
 def _carry_out(task: str, subject: Subject, given: Given) -> None:
@@ -412,7 +412,7 @@ area is needed.
 
 \b
 Example:
-roughcontact compare --group ground=a.opd,b.opd,c.opd --group honed=d.opd,e.opd,f.opd \\
+roughcontact compare --group "ground=ground*.opd" --group "honed=honed*.opd" \\
     --load "20 MPa" --material 100Cr6 --holes fill --report finish.html
 """,
 )(functools.partial(_carry_out, COMPARE))

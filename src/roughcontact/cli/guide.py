@@ -10,6 +10,7 @@ import typer.core
 
 from roughcontact.request import parsing
 from roughcontact.request.options import (
+    COMPARE,
     FIND,
     HISTORY,
     SOLVE,
@@ -27,6 +28,8 @@ FIRST = {
     HISTORY: ("path", "passes", *_BODY, "holes", "residual", "output", "report"),
     FIND: ("contact", "saturated", "mean-gap", "approach", "first-yield", "material", "ceiling",
            "holes", "output", "report"),
+    COMPARE: ("load", "group", "quarters", "sampling", "first-load", "material", "holes", "pixel",
+              "output", "report"),
 }  # fmt: skip
 """Command -> the ten options that its help explains; ``--help-all`` explains all of them."""
 

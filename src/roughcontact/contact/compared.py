@@ -6,7 +6,6 @@ import math
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -274,8 +273,8 @@ def _of(groups: Sequence[Group]) -> str:
 
 
 def _of_one_file(samples: Sequence[Sample]) -> bool:
-    sources = [sample.source for sample in samples]
-    return any(a == b and a for a, b in pairwise(sources))
+    sources = [sample.source for sample in samples if sample.part]
+    return len(set(sources)) < len(sources)
 
 
 def of_samples(samples: Sequence[Sample] | Sequence[SamplingStudy]) -> list[Caution]:

@@ -46,6 +46,8 @@ class Sample:
         What it is called.
     source : str
         Where its map came from.
+    part : bool
+        Whether it was cut out of a map.
     size, pixel : (float, float)
         Sides and pixel edges (y, x) of the map [m].
     shortest_wave : float
@@ -58,6 +60,7 @@ class Sample:
 
     name: str
     source: str
+    part: bool
     size: tuple[float, float]
     pixel: tuple[float, float]
     shortest_wave: float
@@ -135,6 +138,7 @@ def sample(
     return Sample(
         name=name,
         source=surface.provenance.source,
+        part=any(step.method == "cropped" for step in surface.provenance.operations),
         size=surface.size,
         pixel=surface.pixel,
         shortest_wave=_shortest_wave(surface),

@@ -156,14 +156,15 @@ def digest_of(entry: Entry) -> str:
         name: _placeless(value) if options[name].is_place else value
         for name, value in request.given.items()
     }
+    groups = [[Path(name).name, len(paths)] for name, paths in request.groups.items()]
     return checksums.of_words(
         {
             "version": __version__,
             "task": request.task,
             "options": given,
-            "groups": [[Path(name).name, len(paths)] for name, paths in request.groups.items()],
             # The suffix tells the format.
             "inputs": [[path.suffix.lower(), _content(path)] for path in request.inputs],
+            **({"groups": groups} if groups else {}),
         }
     )
 

@@ -20,7 +20,7 @@ def _flag(name: str, text: str) -> Option:
     return _option(name, MAP, "", text, parsing.flag, default=False)
 
 
-OPTIONS = (
+MAPS = (
     _option(
         "group", MAP, "NAME=FILE[,FILE…]",
         'Maps of one surface, such as ground=a.opd,b.opd or "ground=ground*.opd"; may be repeated. '
@@ -37,6 +37,10 @@ OPTIONS = (
         "paired", "Take the maps of two groups one by one, such as the same places before and "
         "after.",
     ),
+)  # fmt: skip
+"""What is compared with what."""
+
+LOADS = (
     _option(
         "load", BODIES, "PRESSURE",
         'Nominal pressure on every map, such as "20 MPa": maps of all sizes have the same.',
@@ -52,6 +56,10 @@ OPTIONS = (
         "Pressures of the load curves, from a hundredth of the load up to it; 1 for no curve; "
         "default: 7.", parsing.counted(1, limits.STEPS), default=7,
     ),
+)  # fmt: skip
+"""Under which pressures."""
+
+FILES = (
     _option(
         "output", OUTPUT, "FILE.csv|json", "Write the table of means and differences.",
         parsing.path, suffixes=TABLES,
@@ -61,4 +69,4 @@ OPTIONS = (
         suffixes=PICTURES,
     ),
 )  # fmt: skip
-"""Options of ``compare``."""
+"""What is written."""

@@ -56,7 +56,7 @@ _UNITS = {
 
 OPTIONS = (
     *surface_options.OPTIONS,
-    *comparison_options.OPTIONS,
+    *comparison_options.MAPS,
     Option(
         "format", MAP, "NAME", "Format of the file; default: told by its suffix.", parsing.words,
         fits=(*TASKS, INFO),
@@ -132,6 +132,7 @@ OPTIONS = (
         "rotate", MAP, "DEGREES", "Turn the map counter-clockwise by a multiple of 90.",
         parsing.turns, default=0,
     ),
+    *comparison_options.LOADS,
     Option(
         "load", BODIES, "FORCE|PRESSURE",
         'Normal load, such as "1 N", of a profile "600 N/mm", or as a nominal pressure on the area '
@@ -357,6 +358,7 @@ OPTIONS = (
         "Solve again on coarser and finer grids, with filters and other ceilings, and tell what "
         "depends on them.", fits=(SOLVE,), default=False, model=CEILING,
     ),
+    *comparison_options.FILES,
     Option(
         "output", OUTPUT, "FILE",
         f"Write the result: {export.told(Kind.CONTACT, Kind.VOLUME)}; may be repeated.",
