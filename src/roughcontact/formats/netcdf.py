@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import limits, netcdf
-from roughcontact.contact.archive import surface_to_dataset
 from roughcontact.errors import FormatError, RoughcontactError
 from roughcontact.formats import netcdf_classic
 from roughcontact.formats.scale import asked_pixel, refuse_unit
@@ -41,6 +40,9 @@ def save(surface: Surface, path: str | os.PathLike[str]) -> None:
     OSError
         If the file cannot be written; an old file survives.
     """
+    # What keeps contacts is loaded by who writes one of their surfaces.
+    from roughcontact.contact.archive import surface_to_dataset
+
     netcdf.write(surface_to_dataset(surface), path)
 
 

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roughcontact.contact.advice import AgreedCeiling
 from roughcontact.contact.ceiling import AGREEMENT
-from roughcontact.contact.result import ContactResult
 from roughcontact.material.hardening import Linear, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.units import changed_by, engineering
-from roughcontact.volume.result import ElastoplasticResult
+
+if TYPE_CHECKING:
+    from roughcontact.contact.advice import AgreedCeiling
+    from roughcontact.contact.result import ContactResult
+    from roughcontact.volume.result import ElastoplasticResult
 
 
 def ceiling(result: ContactResult) -> str:

@@ -1,0 +1,78 @@
+"""A command loads what it needs and no more: what makes it quick, told by no clock."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.cli import app
+from written import HAS_READER
+
+SOURCE = Path(app.__file__).parents[2]
+
+# What reads, draws, converts or tells, and takes a tenth of a second to import, or several.
+NEVER = ("xarray", "SurfaceTopography", "NuMPI", "pandas", "h5netcdf", "scipy.fft", "scipy.ndimage",
+         "scipy.special", "scipy.optimize", "scipy.stats", "pint", "dask")  # fmt: skip
+DRAWS = ("matplotlib", "PIL", "jinja2")
+TELLS = ("rich",)
+SOLVES = ("scipy", "roughcontact.solvers.bounded", "roughcontact.contact.solve",
+          "roughcontact.volume.result")  # fmt: skip
+
+
+def loaded(*words: str) -> set[str]:
+    """Return the modules that a command has loaded at its end, alone or with their package."""
+    code = (
+        "import sys, roughcontact.__main__ as program; "
+        f"sys.argv = {['roughcontact', *words]!r}; status = program.main(); "
+        "print(*sys.modules, file=sys.stderr); sys.exit(status)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True,
+        env={"PYTHONPATH": str(SOURCE)},
+    )  # fmt: skip
+    return set(done.stderr.split())
+
+
+@pytest.fixture(params=[".npz", pytest.param(".x3p", marks=pytest.mark.skipif(
+    not HAS_READER, reason="SurfaceTopography is absent"))])  # fmt: skip
+def file(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    heights = rc.self_affine(
+        (32, 24), (1e-6, 1e-6), rms_height=1e-7, rolloff_wavelength=16e-6,
+        cutoff_wavelength=4e-6,
+        rng=np.random.default_rng(3),
+    )  # fmt: skip
+    path = tmp_path / f"map{request.param}"
+    rc.Surface(heights, (1e-6, 1e-6)).save(path)
+    return str(path)
+
+
+def test_help_loads_no_arrays() -> None:
+    found = loaded("--help")
+    assert not found & {*NEVER, *DRAWS, *TELLS, *SOLVES, "numpy", "pydantic"}
+
+
+def test_materials_are_told_without_a_solver() -> None:
+    assert not loaded("materials", "100Cr6") & {*NEVER, *DRAWS, *SOLVES}
+
+
+def test_info_loads_no_solver(file: str) -> None:
+    assert not loaded("info", file) & {*NEVER, *DRAWS, *SOLVES}
+    assert not loaded("info", file, "--json") & {*NEVER, *DRAWS, *SOLVES, *TELLS}
+
+
+def test_a_solve_draws_and_tells_nothing_that_is_not_asked_for(file: str) -> None:
+    found = loaded("solve", file, "--load", "1 mN", "--material", "100Cr6", "--json")
+    assert not found & {*NEVER, *DRAWS, *TELLS, "scipy.sparse"}
+    assert "roughcontact.solvers.bounded" in found
+
+
+def test_a_report_reads_and_converts_nothing_that_is_not_there(file: str, tmp_path: Path) -> None:
+    report = tmp_path / "report.html"
+    words = ("--load", "1 mN", "--material", "100Cr6", "--report", str(report))
+    assert not loaded("solve", file, *words) & {*NEVER, "matplotlib.pyplot"}
+    assert report.exists()
