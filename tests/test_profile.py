@@ -158,6 +158,7 @@ def written(path, x, z, head="", mark="\t", comma=False):
             None,
         ),
         ("c.txt", {"mark": "  "}, "mm, um"),
+        ("f.txt", {"mark": " ", "head": "X [mm] Z [um]\n"}, None),
         ("d.csv", {"mark": ",", "head": "# mm, um\n"}, None),
         ("e.asc", {"mark": "\t", "comma": True}, "mm, um"),
     ],

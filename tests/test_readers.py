@@ -17,8 +17,6 @@ from roughcontact.formats.read import SUFFIXES, read_with_channels
 
 pytestmark = needs_reader
 
-# Loads what the library computes with lines; it is read by the whole library.
-NOT_ALONE = {"qep"}
 HEAVY = ("SurfaceTopography", "NuMPI", "scipy.optimize", "matplotlib", "pandas", "openpyxl", "pint")
 
 
@@ -52,11 +50,7 @@ def test_a_reader_alone_gives_the_bits_of_the_library(
 
 @pytest.mark.parametrize("name", sorted(instruments.SUFFIXES))
 def test_every_reader_loads_alone(name: str) -> None:
-    if name in NOT_ALONE:
-        with pytest.raises(ImportError):
-            readers.reader(name)
-    else:
-        assert readers.reader(name).format() == name
+    assert readers.reader(name).format() == name
 
 
 def test_what_does_not_load_alone_is_read_by_the_library(

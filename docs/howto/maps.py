@@ -79,6 +79,18 @@ def main() -> None:
             )
             save(Path(f"{name}-{number + 1}.sdf"), piece, pixel)
     np.savetxt("matrix.txt", 1e6 * heights[:64, :128], fmt="%.6f")
+    trace()
+
+
+def trace() -> None:
+    """Write a stylus trace across the lay of a ground face, in mm and µm."""
+    position = 5e-4 * np.arange(9600)
+    waves = np.fft.rfftfreq(position.size, 5e-4)
+    size = np.where((waves > 0) & (waves < 200), 1 / np.maximum(waves, 4) ** 1.3, 0)
+    phase = np.exp(2j * np.pi * np.random.default_rng(3).random(waves.size))
+    heights = np.fft.irfft(size * phase, position.size)
+    columns = np.column_stack([position, 0.4 * heights / heights.std() + 2 * position])
+    np.savetxt("trace.txt", columns, fmt="%.4f", header="X [mm] Z [um]", comments="")
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from roughcontact import hdf5, limits
 from roughcontact.errors import FormatError, InputError, Mention, RoughcontactError
-from roughcontact.formats import archives, metrology, readers
+from roughcontact.formats import archives, metrology, readers, traces
 from roughcontact.formats.binary import Bounded
 from roughcontact.formats.scale import (
     asked_pixel,
@@ -28,6 +28,7 @@ from roughcontact.formats.scale import (
     unit_in_metres,
 )
 from roughcontact.formats.source import Asked, Channel, one_line, surface_of
+from roughcontact.surface.grid import WIDTH
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 
@@ -51,6 +52,7 @@ SUFFIXES = {
     "mdt": (".mdt",),
     "metropro": (".dat",),
     "mi": (".mi",),
+    "mitutoyo": (".xlsx",),
     "mnt": (".mnt",),
     # Some releases read its lateral sizes 10⁶ too large: such a size is refused as implausible.
     "nms": (".nms",),
@@ -62,7 +64,7 @@ SUFFIXES = {
     "plux": (".plux",),
     "poir": (".poir",),
     "ps": (".tif", ".tiff"),
-    "qep": (".qep",),
+    "qep": (".prf", ".qep"),
     "sdf": (".sdf",),
     "sur": (".sur",),
     "tmd": (".tmd",),
@@ -114,8 +116,13 @@ def read(path: Path, name: str, asked: Asked) -> Surface:
             refuse_unit(path, asked)
         metre = unit_in_metres(path, described.unit or asked.unit)
         topography, stated = _sized(entry, metre)
-        pixel = asked_pixel(path, stated, described.shape, asked)
         values = np.ma.filled(np.ma.asarray(topography.heights(), dtype=np.float64), np.nan)
+        notes: tuple[str, ...] = ()
+        if values.ndim == 1:
+            values, stated, notes = _along(topography, values, metre)
+        elif described.shape[0] == 1 and stated is not None:
+            stated = WIDTH, stated[1]
+        pixel = asked_pixel(path, stated, values.T.shape, asked)
         contradiction = _contradiction(path, name, entry, values)
         if contradiction:
             raise FormatError(
@@ -129,6 +136,7 @@ def read(path: Path, name: str, asked: Asked) -> Surface:
         source=path.name,
         instrument=instrument,
         channel=_channel_name(found, index),
+        steps=notes,
     )
     return surface_of(path, heights, pixel, provenance, metre, stated, acquired)
 
@@ -141,12 +149,25 @@ def channels(path: Path, name: str) -> tuple[Channel, ...]:
 
 def _sized(entry: Any, metre: float) -> tuple[Any, tuple[float, float] | None]:
     """Return SurfaceTopography's map of a channel, and the pixel [m] that its file gives."""
+    if entry.dim == 1:
+        return entry.topography(), None
     if entry.physical_sizes is None:
         # Any size will do for the reader; ours is in metres whatever its unit.
         return entry.topography(physical_sizes=(1.0, 1.0)), None
     topography = entry.topography()
     along_x, along_y = (float(edge) for edge in topography.pixel_size)
     return topography, (along_y * metre, along_x * metre)
+
+
+def _along(
+    profile: Any, values: Array, metre: float
+) -> tuple[Array, tuple[float, float], tuple[str, ...]]:
+    """Return a profile as SurfaceTopography has maps, its pixel [m], and what was done to it."""
+    if profile.is_uniform:
+        return values[:, None], (WIDTH, float(profile.pixel_size[0]) * metre), ()
+    position = np.asarray(profile.positions(), dtype=np.float64) * metre
+    even, spacing, notes = traces.evenly(position, values)
+    return even[:, None], (WIDTH, spacing), notes
 
 
 def _described(path: Path, entry: Any) -> Channel:
@@ -158,14 +179,16 @@ def _described(path: Path, entry: Any) -> Channel:
         unit = entry.data_unit
         known = unit == entry.unit
     text = "" if unit is None else str(unit)
+    points = [int(count) for count in np.atleast_1d(entry.nb_grid_pts or ())]
     is_height = (
         known
         and bool(entry.is_height_channel)
-        and entry.dim == 2
+        and entry.dim in (1, 2)
+        and entry.dim == len(points)
         and (not text or is_length(path, text))
         and not _NOT_HEIGHT.search(str(entry.name))
     )
-    shape = tuple(int(points) for points in reversed(entry.nb_grid_pts or ()))
+    shape = (1, *points) if entry.dim == 1 else tuple(reversed(points))
     return Channel(str(entry.name), text, is_height, shape)
 
 
@@ -209,7 +232,8 @@ def _chosen(path: Path, found: list[Channel], channel: str | int | None, default
 
 def _check_grid(path: Path, described: Channel) -> None:
     points = math.prod(described.shape)
-    if len(described.shape) != 2 or min(described.shape) < 2:
+    profile = described.shape[:1] == (1,) and described.is_height
+    if len(described.shape) != 2 or min(described.shape[profile:]) < 2:
         raise FormatError(
             f"{path.name} holds a grid of shape {described.shape}, no map of at least 2 × 2 points"
         )
@@ -270,7 +294,7 @@ def _opened(path: Path, kind: str) -> Iterator[Any]:
         # Our own stream: a reader that fails half-way leaves files open that it opened.
         with (
             np.errstate(all="ignore"),
-            Bounded(io.FileIO(path)) as stream,
+            _stream(path, kind) as stream,
             opened(stream) as reader,
         ):
             yield reader
@@ -284,6 +308,17 @@ def _opened(path: Path, kind: str) -> Iterator[Any]:
             "the file is complete, or give its ",
             Mention("format"),
         ) from error
+
+
+def _stream(path: Path, kind: str) -> io.BufferedIOBase:
+    """Return what a reader reads of a file; a bare profile of Mahr in the archive it expects."""
+    if kind != "qep" or zipfile.is_zipfile(path):
+        return Bounded(io.FileIO(path))
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        archive.write(path, "Kontur1.prf")
+    packed.seek(0)
+    return packed
 
 
 def _channel_name(found: list[Channel], index: int) -> str:

@@ -39,6 +39,7 @@ _BLANK = r"|nan|n/?a|bad|\*+|-{2,}"
 _CELL = re.compile(rf"\s*(?:{_NUMBER}{_BLANK})\s*", re.IGNORECASE)
 _OF_A_MAP = "# roughcontact map"
 _FILLED = re.compile(rf"\s*{_NUMBER}\s*")
+_BRACKETED = re.compile(r"[\[(]\s*([a-zA-Z\u00b5\u03bcÅ]+)\s*[\])]")
 _UNIT = re.compile(r"[\[(/]\s*([a-zA-Z\u00b5\u03bcÅ]+)\s*[\])]?\s*$")
 
 
@@ -203,6 +204,9 @@ def _value(cell: str) -> float:
 def _units(head: Sequence[str]) -> tuple[str, str]:
     """Return the units that the last line in front of the numbers gives its two columns."""
     for line in reversed(head):
+        bracketed = _BRACKETED.findall(line)
+        if len(bracketed) == 2 and all(is_length(Path(), word) for word in bracketed):
+            return bracketed[0], bracketed[1]
         cells = _cells(line.lstrip("# "))
         if len(cells) == 2:
             named = [_UNIT.search(cell) for cell in cells]

@@ -214,7 +214,8 @@ def assumed(stated: Iterable[assumptions.Statement], cautions: Sequence[Caution]
 
 def contact_spots(result: ContactResult, spots: Spots) -> Chapter:
     """Return the chapter on number, size and load of the spots."""
-    chapter = Chapter("Contact spots")
+    what = "segments" if result.pair.is_profile else "spots"
+    chapter = Chapter(f"Contact {what}")
     if spots.count == 0:
         chapter.add("text", "The bodies do not touch.")
         return chapter

@@ -173,7 +173,7 @@ CURVE: Table = (
 """Of a `LoadCurve` of profiles."""
 
 CURVE_COLUMNS: Columns = (
-    _column("load", name="load per length", unit=LOAD),
+    _column("load", unit=LOAD),
     _column("approach"),
     _column("contact_area", "contact_length", unit="m", shown=_share("contact_area")),
     _column("saturated_area", "saturated_length", unit="m", shown=_share("saturated_area")),

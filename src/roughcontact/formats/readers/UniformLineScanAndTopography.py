@@ -1,4 +1,4 @@
-"""The maps that readers make: heights, sides and a scale, as SurfaceTopography's have them."""
+"""The maps and profiles that readers make, as SurfaceTopography has them."""
 
 from __future__ import annotations
 
@@ -54,5 +54,37 @@ class Topography:
         return self._heights if self._factor is None else self._factor * self._heights
 
 
-# Channels that are no maps are refused before they are made.
-UniformLineScan = Topography
+class UniformLineScan:
+    """Heights of a profile and its length in the unit of the file; arguments as of `Topography`."""
+
+    is_uniform = True
+
+    def __init__(
+        self,
+        heights: Any,
+        physical_sizes: float | Sequence[float],
+        periodic: bool | None = False,
+        unit: str | None = None,
+        info: Mapping[str, Any] | None = None,
+    ) -> None:
+        if np.ndim(heights) != 1:
+            raise ValueError("the heights are no profile")
+        self._heights: Any = np.ma.masked_invalid(np.ma.asanyarray(heights, dtype=float))
+        self._size = float(np.ravel(physical_sizes)[0])
+
+    @classmethod
+    def register_function(cls, name: str, function: Any) -> None:
+        """Take a function that is not needed."""
+
+    def scale(self, factor: float) -> UniformLineScan:
+        """Return the profile with its heights multiplied."""
+        return UniformLineScan(factor * self._heights, self._size)
+
+    @property
+    def pixel_size(self) -> tuple[float]:
+        """Distance of the points."""
+        return (self._size / self._heights.size,)
+
+    def heights(self) -> Any:
+        """Return the heights, masked where some are missing."""
+        return self._heights

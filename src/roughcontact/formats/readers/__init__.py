@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from typing import Any
 
 # Readers whose module is not called as they are.
-_MODULES = {"metropro": "MetroPro", "opdx": "OPDx", "poir": "OIR"}
+_MODULES = {"metropro": "MetroPro", "mitutoyo": "Mitutoyo", "opdx": "OPDx", "poir": "OIR"}
 
 
 def _library() -> list[str]:
