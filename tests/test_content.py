@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import gzip
+import sys
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -227,3 +229,59 @@ def test_the_table_of_examples_says_of_each_what_came_of_it(tmp_path: Path) -> N
         "read with unit, size", "read", "read with unit, size, channel", "refused",
     ]  # fmt: skip
     assert "'this' in line 1" in lines[3]
+
+
+# Excel
+
+
+def workbook(path: Path, **sheets: list[list[Any]]) -> Path:
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for name, rows in sheets.items():
+        sheet = book.create_sheet(name)
+        for row in rows:
+            sheet.append(row)
+    book.save(path)
+    return path
+
+
+def test_sheets_of_excel_are_matrices_points_or_profiles(tmp_path: Path) -> None:
+    matrix = [[None if np.isnan(z) else z for z in row] for row in HEIGHTS.tolist()]
+    path = workbook(tmp_path / "map.xlsx", heights=matrix)
+    surface = read_surface(path, unit="um", size=SIZE)
+    close(surface)
+    assert surface.provenance.source == "map.xlsx"
+    points = [["x [um]", "y [um]", "z [nm]"]]
+    points += [[0.5 * i, 0.25 * j, float(i + 4 * j)] for j in range(3) for i in range(4)]
+    path = workbook(tmp_path / "two.xlsx", notes=[["taken", "today"]], points=points)
+    surface = read_surface(path, channel="points")
+    np.testing.assert_allclose(surface.heights, np.arange(12.0).reshape(3, 4) * 1e-9)
+    assert surface.pixel == pytest.approx((0.25e-6, 0.5e-6))
+    assert surface.provenance.channel == "points"
+    assert [entry.is_height for entry in channels(path)] == [False, True]
+    refused(path, "0: 'notes'; 1: 'points'", kind=InputError)
+    refused(path, "has 'taken' in line 1", channel="notes")
+    content = path.read_bytes()
+    for length in (10, len(content) // 2, len(content) - 5):
+        path.write_bytes(content[:length])
+        refused(path, "two.xlsx cannot be read as an Excel workbook")
+
+
+def test_a_sheet_that_states_millions_of_cells_is_not_believed(tmp_path: Path) -> None:
+    path = workbook(tmp_path / "map.xlsx", heights=[[1.0, 2.0], [3.0, 4.0]])
+    vast = tmp_path / "vast.xlsx"
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(vast, "w") as new:
+        for name in old.namelist():
+            inside = old.read(name).replace(b'ref="A1:B2"', b'ref="A1:XFD1048576"')
+            new.writestr(name, inside)
+    assert read_surface(vast, unit="nm", size="1 um").shape == (2, 2)
+
+
+def test_excel_without_its_library_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "map.xlsx"
+    path.write_bytes(b"PK\3\4")
+    monkeypatch.setitem(sys.modules, "openpyxl", None)
+    refused(path, "needs openpyxl", "roughcontact[excel]")

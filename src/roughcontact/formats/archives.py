@@ -51,16 +51,37 @@ def check(path: Path) -> None:
     A member is read to the size that the archive states and no further, whatever it unpacks to;
     readers of a damaged length would stop before they come to the checksum.
     """
+    check_sizes(path)
+    with zipfile.ZipFile(path) as archive:
+        for member in archive.infolist():
+            _check_member(path, archive, member)
+
+
+def check_sizes(path: Path) -> int:
+    """Refuse an archive that states more than a map may take, or is packed in an unusual way.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    int
+        Bytes that it unpacks to, as it states.
+
+    Raises
+    ------
+    FormatError, InsufficientMemoryError, BadZipFile
+        As `check`.
+    """
     with zipfile.ZipFile(path) as archive:
         members = archive.infolist()
-        limits.require_size(
-            path.name,
-            sum(member.file_size for member in members),
-            packed=path.stat().st_size,
-        )
-        for member in members:
-            check_method(path, member)
-            _check_member(path, archive, member)
+    size = sum(member.file_size for member in members)
+    limits.require_size(path.name, size, packed=path.stat().st_size)
+    for member in members:
+        check_method(path, member)
+    return size
 
 
 @contextmanager

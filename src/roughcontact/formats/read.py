@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from roughcontact.errors import FormatError, InputError, Mention
-from roughcontact.formats import content, hdf5_arrays, instruments, matrices, netcdf
+from roughcontact.formats import content, hdf5_arrays, instruments, matrices, netcdf, spreadsheets
 from roughcontact.formats.scale import check_scale
 from roughcontact.formats.source import Asked, Channel, InputFormat, existing
 from roughcontact.surface.provenance import Operation
@@ -21,6 +21,7 @@ FORMATS: tuple[InputFormat, ...] = (
     InputFormat("netcdf", (".nc",), netcdf.read, netcdf.channels),
     InputFormat("npy", (".npy",), matrices.read_arrays, matrices.array_channels),
     InputFormat("npz", (".npz",), matrices.read_arrays, matrices.array_channels),
+    InputFormat("xlsx", (".xlsx",), spreadsheets.read, spreadsheets.channels),
     InputFormat("hdf5", (".h5", ".hdf5"), hdf5_arrays.read, hdf5_arrays.channels),
     InputFormat(
         "text", (".csv", ".txt", ".asc", ".xyz"), matrices.read_text, matrices.text_channels
@@ -54,8 +55,8 @@ def read_surface(
     Parameters
     ----------
     path : str or path
-        Instrument file, matrix of numbers (``.npy``, ``.npz``, ``.h5``, ``.csv``, ``.txt``,
-        ``.asc``), points x, y, z on a grid (``.xyz``), NetCDF file of this program or of
+        Instrument file, matrix of numbers (``.npy``, ``.npz``, ``.h5``, ``.xlsx``, ``.csv``,
+        ``.txt``, ``.asc``), points x, y, z on a grid (``.xyz``), NetCDF file of this program or of
         SurfaceTopography; packed by gzip or not.
     format : str, optional
         Name of the format or a suffix that stands for it, see `SUFFIXES`; by default the suffix

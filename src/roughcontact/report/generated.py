@@ -89,7 +89,7 @@ def _told(name: str, value: float) -> str:
     if name in inputs.ROUGHNESS and inputs.ROUGHNESS[name][0] == "m":
         return engineering(value, "m")
     # Of a skewness of 0 only what it is to the digits that it can be had to.
-    return f"{value:.3g}" if abs(value) >= WITHIN / 2 else f"{value:.3f}"
+    return f"{value:.3g}" if value == 0 or abs(value) >= WITHIN / 2 else f"{value:.3f}"
 
 
 # Smaller differences are rounding to who reads them.

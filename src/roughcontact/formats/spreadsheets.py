@@ -1,0 +1,105 @@
+"""Sheets of Excel, taken as the text that they would be: a matrix, points, or two columns."""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from roughcontact import limits
+from roughcontact.errors import FormatError, RoughcontactError
+from roughcontact.formats import archives, matrices
+from roughcontact.formats.source import Asked, Channel, one_line
+from roughcontact.surface.surface import Surface
+
+
+def read(path: Path, name: str, asked: Asked) -> Surface:
+    """Return the map in one of the sheets of a workbook."""
+    sheets = _sheets(path)
+    sheet = matrices.chosen(path, sheets, asked.channel)
+    with _as_text(path, sheet) as text:
+        surface = matrices.read_text(text, name, replace(asked, channel=None))
+    if len(sheets) == 1:
+        return surface
+    return replace(surface, provenance=replace(surface.provenance, channel=sheet))
+
+
+def channels(path: Path, name: str) -> tuple[Channel, ...]:
+    """Return the sheets of a workbook; those without numbers are no heights."""
+    found = []
+    for sheet in _sheets(path):
+        try:
+            with _as_text(path, sheet) as text:
+                (inside,) = matrices.text_channels(text, name)
+            found.append(replace(inside, name=sheet))
+        except FormatError:
+            found.append(Channel(sheet, "", False, ()))
+    return tuple(found)
+
+
+def _sheets(path: Path) -> list[str]:
+    with _opened(path) as workbook:
+        return [sheet.title for sheet in workbook.worksheets]
+
+
+@contextlib.contextmanager
+def _as_text(path: Path, sheet: str) -> Iterator[Path]:
+    """Give a sheet as a text under the name of the workbook, a tab between two cells."""
+    with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
+        copy = Path(folder) / path.name
+        with _opened(path) as workbook, copy.open("x", encoding="utf-8") as stream:
+            size, most = 0, limits.most_unpacked(path.stat().st_size)
+            for row in _rows(path, workbook[sheet]):
+                size += stream.write("\t".join(map(_cell, row)) + "\n")
+                # One cell may stand thousands of empty ones away from the others.
+                if size > most:
+                    limits.require_size(path.name, size, packed=path.stat().st_size)
+        if not copy.stat().st_size:
+            raise FormatError(f"{path.name} holds no numbers in its sheet {sheet!r}")
+        yield copy
+
+
+def _rows(path: Path, sheet: Any) -> Iterator[tuple[Any, ...]]:
+    """Return the rows of a sheet, of one length unless it states more cells than are there."""
+    stated = (sheet.max_row or 0) * (sheet.max_column or 0)
+    if stated > archives.check_sizes(path):
+        sheet.reset_dimensions()
+    return iter(sheet.iter_rows(values_only=True))
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    # A break in a cell would part the row.
+    return repr(value) if isinstance(value, float) else " ".join(str(value).split())
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Give a workbook that is read row by row, with one kind of error."""
+    try:
+        import openpyxl
+    except ImportError as error:
+        raise FormatError(
+            f"{path.name} needs openpyxl, which cannot be imported ({one_line(error)}); run pip "
+            "install 'roughcontact[excel]'"
+        ) from None
+    workbook = None
+    try:
+        archives.check_sizes(path)
+        workbook = openpyxl.load_workbook(path, read_only=True, data_only=True)
+        yield workbook
+    except RoughcontactError:
+        raise
+    # Readers of damaged files fail with anything.
+    except Exception as error:
+        raise FormatError(
+            f"{path.name} cannot be read as an Excel workbook ({one_line(error)}); check that the "
+            "file is complete"
+        ) from None
+    finally:
+        if workbook is not None:
+            workbook.close()
