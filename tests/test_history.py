@@ -448,7 +448,7 @@ def test_progress_names_the_step() -> None:
         ([1.0, -1.0], rc.InputError, "stage 2: load must be finite and not negative"),
         ([1.0, math.nan], rc.InputError, "stage 2: load must be finite"),
         ([1.0, None], rc.InputError, "stage 2: must be a Stage or a load"),
-        ([1.0, "heavy"], rc.InputError, "stage 2: load needs a force with its unit"),
+        ([1.0, "heavy"], rc.InputError, "stage 2: load needs a load such as"),
         ([], rc.InputError, "path is empty"),
     ],
 )  # fmt: skip

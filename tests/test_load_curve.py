@@ -297,7 +297,7 @@ def test_a_step_that_fails_names_itself_and_keeps_the_others(tmp_path: Path) -> 
         ({"loads": [1.0, 1.0]}, "loads must ascend"),
         ({"loads": [-1.0]}, "loads must be positive"),
         ({"approaches": [float("nan")]}, "approaches must be positive"),
-        ({"loads": ["1 m"]}, "loads needs a force"),
+        ({"loads": ["1 m"]}, "loads needs a load such as"),
         ({"loads": ["0 N"]}, "loads must be positive"),
     ],
 )

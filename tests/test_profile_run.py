@@ -49,7 +49,10 @@ def test_a_nominal_pressure_is_one_on_the_length(trace, capsys):
     assert app.main(["solve", str(trace), *STEEL, "--load", "40 MPa", "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     assert told["load"] == pytest.approx(40e6 * 5e-4)
-    assert "40 MPa on the whole profile, 500 µm, are 20 kN/m" in " ".join(told["warnings"])
+    assert told["given_load"]["load"] == told["load"]
+    assert app.main(["solve", str(trace), *STEEL, "--load", "40 MPa"]) == app.SOLVED
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "40 MPa on the whole profile, 500 µm, are 20 kN/m" in shown
 
 
 def test_a_force_is_none_of_a_profile_nor_a_load_per_length_of_a_map(trace, tmp_path, capsys):
@@ -61,7 +64,7 @@ def test_a_force_is_none_of_a_profile_nor_a_load_per_length_of_a_map(trace, tmp_
     heights, pixel = rc.reference_map(32)
     rc.Surface(heights, pixel).save(tmp_path / "map.npz")
     assert solved(tmp_path / "map.npz") == app.BAD_INPUT
-    assert "--load is a load per length, as of a profile" in capsys.readouterr().err
+    assert "--load (line load) needs a nominal cylinder" in capsys.readouterr().err
 
 
 def test_a_report_on_a_profile_says_what_it_cannot_know(trace, tmp_path):

@@ -324,7 +324,7 @@ def alive(process: psutil.Process) -> bool:
         ('load = "0.5 N"', 'load = "0.5 mm"', ("load needs a load", "(a length)")),
         ('load = "0.5 N"', "load = [1, []]", ("load",)),
         ('load = "0.5 N"', "load = []", ("load is an empty list",)),
-        ('load = "0.5 N"', 'level = "plane"', ("either load or approach",)),
+        ('load = "0.5 N"', 'level = "plane"', ("give one of load, hertz and approach",)),
         ('load = "0.5 N"', 'load = "0.5 N"\nstudy = 1', ("study must be true or false",)),
         ('load = "0.5 N"', 'load = "0.5 N"\noutput = "a.nc"', ("unknown key output",)),
         ('name = "two"', 'name = "one 1 N"', ("'one 1 N' is taken",)),
@@ -352,7 +352,7 @@ def test_messages_name_key_and_line(
         found = int(err.split(" line ")[1].split(":")[0])
         first = line_of(old)
         assert found in range(
-            first - (4 if "either" in words[0] or "name" in old else 0), first + 2
+            first - (4 if "give one of" in words[0] or "name" in old else 0), first + 2
         )
     assert not (folder / "results").exists()
 
@@ -472,8 +472,9 @@ def test_every_task_can_be_asked_for(folder: Path, capsys: Capture) -> None:
     [
         ('task = "sweep"', 'task = "swep"', ("task must be one of solve, sweep",)),
         ('task = "sweep"', 'task = "history"', ('from needs task = "sweep", got "history"',)),
-        ('from = "0.1 N"', 'from = "0.1 MPa"', ("from needs a load such as",)),
-        ('from = "0.1 N"', 'from = "1 um"', ("from and to must both be loads or both",)),
+        ('from = "0.1 N"', 'from = "0.1 J"', ("from needs a load such as",)),
+        ('from = "0.1 N"', 'from = "0.1 MPa"', ("from and to must both be loads of one form",)),
+        ('from = "0.1 N"', 'from = "1 um"', ("from and to must both be loads of one form or",)),
         ("steps = 3", "steps = 1", ("steps must be a whole number from 2 to 10000, got 1",)),
         ("steps = 3", "step = 1", ("unknown key step;", "from, to, steps")),
         ("steps = 3", "load = '1 N'", ('load needs task = "solve" or "stress"',)),

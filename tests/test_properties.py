@@ -412,7 +412,18 @@ QUANTITIES = {
 WRONG = {
     "--unit": ["N", "MPa", "px", "pixel", "pica", "s", "m^2", "m/m", "5", "5 um", "quux", "µ m"],
     "length": ["1 N", "1 MPa", "1", "1 m^2", "1 px", "1 s", "mm", "1,5 mm", "-1 mm", "0 m"],
-    "force": ["1 MPa", "1 mm", "1", "1 N/m", "1 kg", "1 newtonmeter", "1,5 N", "-1 N", "0 N", "N"],
+    "force": [
+        "1 MPa m",
+        "1 mm",
+        "1",
+        "1 N/m^3",
+        "1 kg",
+        "1 newtonmeter",
+        "1,5 N",
+        "-1 N",
+        "0 N",
+        "N",
+    ],
     "pressure": ["1 N", "1 mm", "210", "210e9", "210 gpa", "1 N/mm", "1 kg/mm^2", "-1 GPa", "0 Pa"],
 }
 

@@ -90,7 +90,7 @@ def test_every_task_takes_units() -> None:
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: rc.solve(BALL, material=STEEL, load="5 mm"), "load needs a force .* '5 mm' .a le"),
+        (lambda: rc.solve(BALL, material=STEEL, load="5 mm"), "load needs a load .* '5 mm' .a le"),
         (lambda: rc.solve(BALL, material=STEEL, load="50"), "got '50' which has no unit"),
         (lambda: rc.solve(BALL, material=STEEL, load=5 * UNIT.mm), "got a quantity in millimeter"),
         (lambda: rc.solve(BALL, material=STEEL, load="-1 N"), "load must be positive"),
@@ -100,7 +100,7 @@ def test_every_task_takes_units() -> None:
         (lambda: rc.Material("-210 GPa", 0.3), "young must be positive"),
         (lambda: rc.Material(210e9, 0.3, hardness="99 HRC"), "^hardness: 99 HRC is outside"),
         (lambda: rc.Surface(np.ones((3, 3)) * UNIT.N, PIXEL), "heights needs a length"),
-        (lambda: rc.load_history(BALL, ["1 m"], material=STEEL), "stage 1: load needs a force"),
+        (lambda: rc.load_history(BALL, ["1 m"], material=STEEL), "stage 1: load needs a load"),
     ],
 )  # fmt: skip
 def test_another_dimension_is_refused(call: object, words: str) -> None:

@@ -158,11 +158,13 @@ def test_a_nominal_pressure_presses_as_its_force_on_the_map_and_says_so(
     pressure = json.loads(capsys.readouterr().out)
     assert pressure["load"] == pytest.approx(0.24, rel=1e-14)
     assert pressure["max_pressure"] == pytest.approx(force["max_pressure"], rel=1e-6)
-    (note,) = (c for c in pressure["cautions"] if c["kind"] == "load given as a nominal pressure")
-    assert note["severity"] == "note"
-    assert note["numbers"] == pytest.approx({"pressure": 50e6, "area": 4.8e-9, "load": 0.24})
-    assert "50 MPa on the whole map, 4800 µm², are 240 mN" in note["text"]
-    assert not any("nominal pressure" in c["text"] for c in force["cautions"])
+    given = pressure["given_load"]
+    assert given.pop("form") == "nominal pressure"
+    assert given == pytest.approx({"value": 50e6, "unit": "Pa", "load": 0.24})
+    assert force["given_load"] is None
+    assert app.main([*common[:-1], "--load", "50 MPa"]) == app.SOLVED
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "nominal pressure: 50 MPa on the whole map, 4800 µm², are 240 mN" in shown
     assert app.main(["verify", str(output)]) == app.SOLVED
 
 
@@ -172,9 +174,11 @@ def test_the_report_on_a_nominal_pressure_names_it_and_repeats_it(tmp_path: Path
     np.save(path, 0.02 * np.cos(y / 3) * np.cos(x / 4))
     report = tmp_path / "out.html"
     words = ("--unit", "um", "--size", "60 um x 80 um", "--level", "none", "--crop", "0:24,0:16",
-             "--material", "100Cr6", "--load", "20 MPa", "--report", str(report))  # fmt: skip
+             "--counter-body", "cylinder 10 mm", "--material", "100Cr6", "--load", "20 MPa",
+             "--report", str(report))  # fmt: skip
     assert app.main(["solve", str(path), *words, "--quiet"]) == app.SOLVED
     text = html.unescape(report.read_text(encoding="utf-8"))
     # The half of the map that is kept.
     assert "20 MPa on the whole map, 2400 µm², are 48 mN" in text
     assert "--load '20 MPa'" in text
+    assert "Smooth beside rough" in text

@@ -48,6 +48,38 @@ def save(path: Path, heights: np.ndarray, pixel: float) -> None:
     path.write_text("\n".join([*lines, "*", ""]), encoding="ascii")
 
 
+def raceway(points: tuple[int, int] = (256, 160), pixel: float = 2e-6) -> np.ndarray:
+    """Return a ground raceway of 20 mm radius: the roller's axis along x, grooves along y.
+
+    Parameters
+    ----------
+    points : (int, int)
+        Grid points ``(ny, nx)``.
+    pixel : float
+        Pixel edge [m].
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Heights [m]: an rms roughness of 60 nm, on the form that the ring has.
+    """
+    ny, nx = points
+    side = max(points)
+    even = synthetic.self_affine(
+        (side, side),
+        (pixel, pixel),
+        rms_height=1.0,
+        rolloff_wavelength=40e-6,
+        cutoff_wavelength=4 * pixel,
+        rng=np.random.default_rng(7),
+    )
+    # The wheel goes along y: waves shorter than a tenth of a millimetre hardly vary that way.
+    waves = np.exp(-0.5 * (np.fft.fftfreq(side, pixel) * 50e-6)[:, None] ** 2)
+    ground = np.fft.ifft2(np.fft.fft2(even) * waves).real[:ny, :nx]
+    y = (np.arange(ny) - (ny - 1) / 2) * pixel
+    return 60e-9 * ground / ground.std() - (y**2 / (2 * 0.02))[:, None]
+
+
 def main() -> None:
     """Write all maps into the current folder."""
     points = 256
@@ -78,6 +110,9 @@ def main() -> None:
                 rng=np.random.default_rng(seed + number),
             )
             save(Path(f"{name}-{number + 1}.sdf"), piece, pixel)
+    ring = raceway()
+    ring[np.random.default_rng(8).random(ring.shape) < 1e-3] = np.nan
+    save(Path("raceway.sdf"), ring + np.linspace(0, 2e-7, ring.shape[1]), 2e-6)
     np.savetxt("matrix.txt", 1e6 * heights[:64, :128], fmt="%.6f")
     trace()
 

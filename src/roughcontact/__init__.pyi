@@ -16,6 +16,11 @@ from .contact.history import (
 )
 from .contact.load_curve import load_curve as load_curve
 from .contact.load_history import load_history as load_history
+from .contact.loads import (
+    HertzPressure as HertzPressure,
+    LineLoad as LineLoad,
+    NominalPressure as NominalPressure,
+)
 from .contact.resolution_study import resolution_study as resolution_study
 from .contact.result import ContactResult as ContactResult
 from .contact.sampling import (

@@ -49,13 +49,15 @@ _WIDEST = 100
 
 def show_solution(outcome: Outcome) -> None:
     """Print problem, answer and trust of a result, then its warnings and files."""
-    from roughcontact.report import sureness
+    from roughcontact.report import smooth, sureness
 
     result = outcome.result
     assert result is not None
     _print_table(_problem(result, result), *_answers(result))
     if result.converged and result.load:
         _print_table(sureness.rows(result, outcome.study), heads=sureness.HEADS)
+    if smooth.applies(result):
+        _print_table(smooth.rows(result), heads=smooth.HEADS)
     _print_cautions(result.cautions, outcome.request.task)
     if outcome.study is not None:
         _print_study(outcome.study)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 from collections.abc import Iterator
@@ -14,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import memory, netcdf
-from roughcontact.contact import cautions, ranges, verification
+from roughcontact.contact import cautions, loads, ranges, verification
 from roughcontact.contact.advice import AgreedCeiling
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import FormatError, InsufficientMemoryError
+from roughcontact.files import to_json
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material import hardening
 from roughcontact.material.material import Material
@@ -65,6 +67,7 @@ _OF_THE_PAIR = ("contact_modulus", "boundary")
 _COUNTS = ("iterations", "convolutions")
 _PAIRS = {"tilt": "1", "moments": "N m"}
 _UNSEALED = "unsealed"
+_GIVEN = "given_load"
 MATERIALS = ("material", "counter_material")
 
 
@@ -146,6 +149,8 @@ def _scalar_attributes(result: ContactResult) -> dict[str, Any]:
         if pair is not None:
             for axis, value in zip("yx", pair, strict=True):
                 attributes |= _with_unit(f"{name}_{axis}", value, unit)
+    if result.given is not None:
+        attributes[_GIVEN] = to_json(result.given.summary())
     if result.recommended is not None:
         for name, unit in _RECOMMENDED.items():
             value = getattr(result.recommended, name)
@@ -380,6 +385,8 @@ def _scalars(attributes: dict[str, Any]) -> dict[str, Any]:
             name: float(attributes[f"recommended_{name}"]) for name in _RECOMMENDED
         }
         scalars["recommended"] = AgreedCeiling(**told | {"solves": int(told["solves"])})
+    if _GIVEN in attributes:
+        scalars["given"] = loads.from_summary(json.loads(str(attributes[_GIVEN])))
     # Files of earlier versions know no tilt.
     return scalars | {
         name: (float(attributes[f"{name}_y"]), float(attributes[f"{name}_x"]))

@@ -9,8 +9,6 @@ from enum import StrEnum
 from typing import Any
 
 from roughcontact.errors import Mention, Part, Sentence, parts_of, worded
-from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering
 
 
 class Kind(StrEnum):
@@ -24,7 +22,7 @@ class Kind(StrEnum):
     SLOPES = "slopes not small"
     STRAINS = "strains not small"
     UNITS = "numbers that suggest another unit"
-    NOMINAL = "load given as a nominal pressure"
+    HERTZ = "limits of Hertz's theory"
     CEILING = "ceiling off the recommended one"
     HARDNESS = "yield strength at odds with the hardness"
     IMPRINT = "permanent indentation of a ceiling"
@@ -115,26 +113,6 @@ def warned(kind: Kind, *parts: Part, **numbers: float) -> Caution:
 def of_measurement(notes: Iterable[str]) -> tuple[Caution, ...]:
     """Return what limits the lateral resolution of maps; see `Surface.resolution_notes`."""
     return tuple(noted(Kind.MEASUREMENT, *parts_of(note)) for note in notes)
-
-
-def of_nominal(pressure: float, surface: Surface) -> Caution:
-    """Return that a load was given as a pressure [Pa] on the area of the whole map."""
-    area = surface.size[0] * surface.size[1]
-    what, in_force, in_area = ("map", "N", "m²")
-    if surface.is_profile:
-        what, in_force, in_area = ("profile", "N/m", "m")
-    force, given, whole = (
-        engineering(value, unit)
-        for value, unit in ((pressure * area, in_force), (pressure, "Pa"), (area, in_area))
-    )
-    return noted(
-        Kind.NOMINAL,
-        f"the load was given as a nominal pressure: {given} on the whole {what}, {whole}, are "
-        f"{force}",
-        pressure=pressure,
-        area=area,
-        load=pressure * area,
-    )
 
 
 def ordered(found: Iterable[Caution]) -> tuple[Caution, ...]:

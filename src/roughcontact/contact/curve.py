@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact.cautions import Caution, ordered
+from roughcontact.contact.loads import GivenLoad
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.theory import persson
@@ -109,6 +110,8 @@ class LoadCurve:
         What else is known of the numbers, from the measurement of the maps.
     is_profile : bool
         Whether the bodies are profiles: loads are per length [N/m], areas lengths [m].
+    given : tuple of GivenLoad
+        The loads in the form in which they were given, those that were no forces.
     """
 
     steps: tuple[LoadStep, ...]
@@ -123,6 +126,7 @@ class LoadCurve:
     found: tuple[Caution, ...] = ()
     remarks: tuple[Caution, ...] = ()
     is_profile: bool = False
+    given: tuple[GivenLoad, ...] = ()
 
     @property
     def cautions(self) -> tuple[Caution, ...]:

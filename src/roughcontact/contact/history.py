@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import limits
-from roughcontact.contact import imprint, judgment
+from roughcontact.contact import imprint, judgment, loads
 from roughcontact.contact.advice import AgreedCeiling
 from roughcontact.contact.cautions import Caution, ordered
+from roughcontact.contact.loads import GivenLoad, Load
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, require_count
@@ -45,8 +46,9 @@ class Stage:
 
     Parameters
     ----------
-    load : float, str or quantity of pint, optional
-        Normal load W [N], 0 for bodies that just touch; give either this or ``approach``.
+    load : float, str, quantity of pint or `Load`, optional
+        Normal load W [N], 0 for bodies that just touch, or in any form that `solve` takes; give
+        either this or ``approach``.
     approach : float, str or quantity of pint, optional
         Approach ω from the first touch of the undeformed bodies at the first position [m]; where
         they do not touch at it the load is 0.
@@ -60,17 +62,17 @@ class Stage:
         If a value cannot be used.
     """
 
-    load: float | None = None
+    load: float | Load | None = None
     approach: float | None = None
     shift: tuple[float, float] = (0.0, 0.0)
 
     def __init__(
         self,
-        load: Quantity | None = None,
+        load: Quantity | Load | None = None,
         approach: Quantity | None = None,
         shift: Quantities = (0.0, 0.0),
     ) -> None:
-        object.__setattr__(self, "load", quantity(load, "force", "load"))
+        object.__setattr__(self, "load", loads.given(load))
         object.__setattr__(self, "approach", quantity(approach, "length", "approach"))
         object.__setattr__(self, "shift", quantity(shift, "length", "shift"))
         self._check()
@@ -79,7 +81,8 @@ class Stage:
         """Refuse what is no point of a path."""
         if (self.load is None) == (self.approach is None):
             raise InputError("a stage needs either a load or an approach, and only one of them")
-        if self.load is not None and not (_is_finite(self.load) and self.load >= 0):
+        plain = self.load is not None and not isinstance(self.load, Load)
+        if plain and not (_is_finite(self.load) and self.force >= 0):
             raise InputError(
                 f"must be finite and not negative [N], got {self.load!r}",
                 argument="load",
@@ -102,6 +105,19 @@ class Stage:
                 value=self.shift,
             )
         object.__setattr__(self, "shift", (y, x))
+
+    @property
+    def force(self) -> float:
+        """The load [N], once `on` has made one of what stands for it."""
+        assert self.load is not None
+        assert not isinstance(self.load, Load)
+        return self.load
+
+    def on(self, pair: Pair) -> Stage:
+        """Return the stage with the force that its load is on two bodies."""
+        if not isinstance(self.load, Load):
+            return self
+        return replace(self, load=loads.force(self.load, pair))
 
 
 @dataclass(frozen=True)
@@ -185,6 +201,8 @@ class LoadHistory:
         loading to the largest load.
     remarks : tuple of Caution
         What else is known of the numbers, from the measurement of the maps.
+    given : tuple of GivenLoad
+        The loads in the form in which they were given, those that were no forces.
     """
 
     path: tuple[Stage, ...]
@@ -198,6 +216,7 @@ class LoadHistory:
     before: Pair
     recommended: AgreedCeiling | None = None
     remarks: tuple[Caution, ...] = ()
+    given: tuple[GivenLoad, ...] = ()
 
     @property
     def under_largest(self) -> ContactResult:
@@ -273,7 +292,8 @@ class LoadHistory:
         """Return the largest load and approach asked for at each position from a stage on."""
         found: dict[tuple[tuple[float, float], str], float] = {}
         for stage in self.path[first:]:
-            for control, value in (("load", stage.load), ("approach", stage.approach)):
+            load = None if stage.load is None else stage.force
+            for control, value in (("load", load), ("approach", stage.approach)):
                 if value is not None:
                     what = stage.shift, control
                     found[what] = max(found.get(what, value), value)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from roughcontact.contact import area
+from roughcontact.contact import area, hertzian
 from roughcontact.contact.advice import RECOMMENDED, RecommendedCeiling
 from roughcontact.contact.cautions import Caution, Kind, careful, noted, ordered, unsealed, warned
 from roughcontact.contact.ceiling import recommended_ceiling
@@ -596,5 +596,10 @@ CHECKS = (
     Check("spikes of the measurement", _spikes),
     Check("filled points", _filled),
     Check("missing points", _missing),
+    Check(
+        "Hertz's theory behind the load",
+        hertzian.of_given_load,
+        lambda r: r.given is not None and r.smooth is not None and r.contact_area > 0,
+    ),
     Check("checksums of its file", _sealed, lambda r: r.unsealed),
 )

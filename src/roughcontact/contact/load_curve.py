@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import pairwise
 from numbers import Real
@@ -21,6 +21,7 @@ from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.checks import check, check_profile
 from roughcontact.contact.curve import LoadCurve, LoadStep
 from roughcontact.contact.judgment import over_loads
+from roughcontact.contact.loads import GivenLoad, Load, on
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.resume import Place
@@ -54,7 +55,7 @@ def load_curve(
     surface: Surface,
     *,
     material: Material,
-    loads: Quantities | None = None,
+    loads: Quantities | Sequence[Load] | None = None,
     approaches: Quantities | None = None,
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
@@ -73,9 +74,9 @@ def load_curve(
     surface, material, counter_material, counter_surface, ceiling, boundary, tolerance, \
 max_iterations, precision
         As for `solve`. With ``"recommended"`` every load has its own ceiling.
-    loads : sequence of float, str or quantity of pint
-        Normal loads W, ascending: numbers in N, or with their units, as ``"1 N"``;
-        give either this or ``approaches``.
+    loads : sequence of float, str, quantity of pint, or `Load`
+        Normal loads W, ascending: numbers in N, or in any form that `solve` takes, as ``"1 N"`` or
+        ``"20 MPa"``; give either this or ``approaches``.
     approaches : sequence of float, str or quantity of pint
         Approaches ω [m], ascending.
     folder : path, optional
@@ -121,11 +122,13 @@ max_iterations, precision
         )  # fmt: skip
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
     terms = Terms(None, None, None, ceiling, tolerance, max_iterations, precision)
+    asked = None if loads is None else [on(load, pair, "loads") for load in _listed(pair, loads)]
     sweep = _Sweep(
         pair,
         terms,
         "load" if approaches is None else "approach",
-        _ascending(pair, loads, approaches),
+        _ascending(pair, None if asked is None else [force for force, _ in asked], approaches),
+        tuple(given for _, given in asked or () if given is not None),
     )
     sweep.check()
     if folder is None:
@@ -144,6 +147,7 @@ class _Sweep:
     terms: Terms
     control: str
     values: list[float]
+    given: tuple[GivenLoad, ...] = ()
 
     def terms_at(self, value: float) -> Terms:
         """Return the terms of one load or approach."""
@@ -197,6 +201,7 @@ class _Sweep:
             preparation=pair.surface.provenance.steps,
             is_profile=pair.is_profile,
             found=over_loads(judged, pair.load_unit if self.control == "load" else "m"),
+            given=self.given,
         )
 
     def seen(self, step: LoadStep, pressure: Array) -> ContactResult:
@@ -319,6 +324,13 @@ def spaced(first: float, last: float, number: int, spacing: str = "log") -> list
     require_count(2, limits.STEPS, number=number)
     values = (np.geomspace if spacing == "log" else np.linspace)(first, last, number)
     return [float(value) for value in values]
+
+
+def _listed(pair: Pair, loads: Any) -> list[Any]:
+    """Return loads one by one; a quantity of pint may hold all of them."""
+    if not hasattr(loads, "m_as"):
+        return list(loads)
+    return list(quantity(loads, pair.load_dimension, "loads"))
 
 
 def _ascending(pair: Pair, loads: Quantities | None, approaches: Quantities | None) -> list[float]:

@@ -17,6 +17,7 @@ from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.checks import check
 from roughcontact.contact.facing import Facing, facing, indented
 from roughcontact.contact.history import HistoryStep, LoadHistory, Stage
+from roughcontact.contact.loads import GivenLoad, Load, given as given_load
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
@@ -27,7 +28,7 @@ from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers.bounded import Status
 from roughcontact.solvers.progress import Progress, Step, numbered
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantity, lengths, quantity
+from roughcontact.units import Quantity, lengths
 
 Array = NDArray[np.float64]
 
@@ -55,7 +56,7 @@ _AT_CEILING = 1e-6
 
 def load_history(
     surface: Surface,
-    path: Sequence[Stage | Quantity],
+    path: Sequence[Stage | Quantity | Load],
     *,
     material: Material,
     counter_material: Material = RIGID,
@@ -73,9 +74,9 @@ def load_history(
     surface, material, counter_material, counter_surface, ceiling, boundary, max_iterations
         As for `solve`. A path has one ceiling: ``"recommended"`` is that of a first loading to the
         largest load of the path.
-    path : sequence of Stage, float, str or quantity of pint
-        The stages one after the other; a number in N, or a force with its unit, is a load at the
-        first position.
+    path : sequence of Stage, float, str, quantity of pint or `Load`
+        The stages one after the other; a load in any form that `solve` takes is one at the first
+        position.
     tolerance : float
         Certificate ε of every step.
     progress : callable, optional
@@ -130,9 +131,10 @@ def load_history(
     >>> history.shaken_down, history.steps[0].indentation_volume > 0
     (True, True)
     """
-    stages = _stages(path)
+    asked = _stages(path)
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
     pair.require_map("a load history")
+    stages = tuple(stage.on(pair) for stage in asked)
     terms = Terms(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
     check(pair, replace(terms, load=_LEAST), held=HELD)
     limit = resolved_ceiling(terms.ceiling, pair)
@@ -148,12 +150,22 @@ def load_history(
     reference = bodies.facing(untouched, (0, 0)).highest
     way = _Way(bodies, replace(terms, ceiling=limit), stages, shifts, reference)
     _check_way(way)
+    given = _given(asked, stages)
     if not (isinstance(ceiling, str) and ceiling == RECOMMENDED):
-        return _followed(way, progress)
+        return replace(_followed(way, progress), given=given)
     first = _heaviest(way)
     way = replace(way, terms=replace(terms, ceiling=first.ceiling))
     _check_way(way)
-    return replace(_followed(way, progress), recommended=first.recommended)
+    return replace(_followed(way, progress), recommended=first.recommended, given=given)
+
+
+def _given(asked: Sequence[Stage], stages: Sequence[Stage]) -> tuple[GivenLoad, ...]:
+    """Return the loads of stages that were given in another form than as forces."""
+    return tuple(
+        GivenLoad(one.load, stage.force)
+        for one, stage in zip(asked, stages, strict=True)
+        if isinstance(one.load, Load)
+    )
 
 
 def _heaviest(way: _Way) -> ContactResult:
@@ -200,7 +212,7 @@ class _Way:
     def terms_of(self, stage: Stage, lowered: float) -> Terms:
         """Return the terms of a stage, the approach counted from the touch of the bodies."""
         if stage.approach is None:
-            return replace(self.terms, load=stage.load or 0.0)
+            return replace(self.terms, load=stage.force)
         return replace(self.terms, approach=stage.approach - lowered)
 
 
@@ -291,14 +303,18 @@ def _pressed(pair: Pair, terms: Terms, progress: Callable[[Step], None] | None) 
     )
 
 
-def _stages(path: Sequence[Stage | Quantity]) -> tuple[Stage, ...]:
+def _loaded(load: Real | Load) -> Stage:
+    return Stage(load if isinstance(load, Load) else float(load))
+
+
+def _stages(path: Sequence[Stage | Quantity | Load]) -> tuple[Stage, ...]:
     stages = []
     for number, stage in enumerate(path, start=1):
         try:
-            load = quantity(stage, "force", "load")
-            if not isinstance(load, (Stage, Real)):
+            load = given_load(stage)
+            if not isinstance(load, (Stage, Real, Load)):
                 raise InputError(f"must be a Stage or a load [N], got {stage!r}")
-            stages.append(load if isinstance(load, Stage) else Stage(load=float(load)))
+            stages.append(load if isinstance(load, Stage) else _loaded(load))
         except InputError as error:
             raise InputError(f"stage {number}: ", *error.sentence) from None
     if not stages:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.checks import check
+from roughcontact.contact.loads import Load, on
 from roughcontact.contact.memory import Room
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
@@ -48,7 +49,7 @@ def resolution_study(
     surface: Surface,
     *,
     material: Material,
-    load: Quantity,
+    load: Quantity | Load,
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
     ceiling: Quantity | ArrayLike | None = "auto",
@@ -105,7 +106,7 @@ contact area, contact area without rim excess, maximum pressure, mean pressure.
             f"resolution needs at least {2 * _FEWEST_POINTS} along each side",
             argument="surface",
         )
-    terms = Terms(load=load, ceiling=ceiling, tolerance=tolerance, precision=precision)
+    terms = Terms(load=on(load, pair)[0], ceiling=ceiling, tolerance=tolerance, precision=precision)
     check(pair, terms)
     limit = resolved_ceiling(terms.ceiling, pair)
     if isinstance(ceiling, str) and ceiling == RECOMMENDED:

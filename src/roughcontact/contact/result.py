@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from roughcontact.contact import area, spots
 from roughcontact.contact.advice import AgreedCeiling
 from roughcontact.contact.cautions import Caution
+from roughcontact.contact.loads import GivenLoad
 from roughcontact.contact.pair import Pair
+from roughcontact.contact.smooth import Smooth, smooth
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
@@ -90,6 +92,8 @@ class ContactResult:
     remarks : tuple of Caution
         What else is known of the numbers, from the measurement of the maps or a study of the
         resolution; ``cautions`` tells it with what the result shows by itself.
+    given : GivenLoad or None
+        The load in the form in which it was given, where that was no force.
     """
 
     pair: Pair
@@ -113,6 +117,7 @@ class ContactResult:
     unsealed: bool = False
     recommended: AgreedCeiling | None = None
     remarks: tuple[Caution, ...] = ()
+    given: GivenLoad | None = None
 
     def __post_init__(self) -> None:
         """Make the maps read-only."""
@@ -226,6 +231,14 @@ class ContactResult:
     def mean_gap(self) -> float:
         """Mean open gap [m] over the points that are there; indented pixels count as closed."""
         return float(np.nanmean(np.maximum(self.gap, 0)))
+
+    @cached_property
+    def smooth(self) -> Smooth | None:
+        """Hertz's contact of the nominal bodies under this load; ``None`` where there is none.
+
+        See `roughcontact.contact.smooth.smooth`.
+        """
+        return smooth(self.pair, self.load)
 
     @cached_property
     def centre_of_pressure(self) -> tuple[float, float]:

@@ -16,6 +16,7 @@ from roughcontact.contact import checks
 from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.area import centre_of_pressure
 from roughcontact.contact.ceiling import agreed, resolved_ceiling
+from roughcontact.contact.loads import Load, on
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.scale import Scale
@@ -28,7 +29,7 @@ from roughcontact.solvers import bounded, tilt
 from roughcontact.solvers.problem import Loaded
 from roughcontact.solvers.progress import Progress, Step, numbered
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, Quantity, quantity
+from roughcontact.units import Quantities, Quantity
 
 LOAD_TOLERANCE = 1e-10
 """Largest load error of a converged result."""
@@ -52,7 +53,7 @@ def solve(
     surface: Surface,
     *,
     material: Material,
-    load: Quantity | None = None,
+    load: Quantity | Load | None = None,
     approach: Quantity | None = None,
     moments: Quantities | None = None,
     counter_material: Material = RIGID,
@@ -74,10 +75,13 @@ def solve(
         Heights of the rough body, without unhandled holes.
     material, counter_material : Material
         Of the rough body and of its counter-body.
-    load : float, str or quantity of pint
+    load : float, str, quantity of pint, NominalPressure, LineLoad or HertzPressure
         Normal load W: a number in N, or with its unit, as ``"50 N"``; give either this or
-        ``approach``. All lengths, forces and pressures are taken like this. Of a profile the load
-        per length, in N/m or as ``"600 N/mm"``.
+        ``approach``. All lengths, forces and pressures are taken like this. A pressure, as
+        ``"20 MPa"``, acts on the area of the whole map, a load per length, as ``"600 N/mm"``, on
+        the length of the map along a nominal cylinder, and ``"hertz 1.5 GPa"`` is the load at
+        which the nominal bodies, smooth, would have that peak pressure. Of a profile the load per
+        length, in N/m or as ``"600 N/mm"``.
     approach : float, str or quantity of pint
         Approach ω of the bodies from the first touch [m].
     moments : (float, float), optional
@@ -142,10 +146,10 @@ def solve(
     converged and below first yield
     """
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
-    load = quantity(load, pair.load_dimension, "load")
+    force, given = on(load, pair)
     return press(
         pair,
-        Terms(load, approach, moments, ceiling, tolerance, max_iterations, precision),
+        Terms(force, approach, moments, ceiling, tolerance, max_iterations, precision, given),
         start=start,
         on_failure=on_failure,
         progress=numbered(progress, 1, 1),
@@ -288,6 +292,7 @@ def _result(
         version=__version__,
         tilt=slope,
         moments=None if moments is None else (float(moments[0]), float(moments[1])),
+        given=terms.given,
     )
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
+from roughcontact.contact.loads import GivenLoad
 from roughcontact.material.hardness import stress
 from roughcontact.units import Quantities, Quantity, quantity
 
@@ -17,7 +18,9 @@ class Terms:
     Parameters
     ----------
     load, approach, moments, ceiling, tolerance, max_iterations, precision
-        As for `roughcontact.solve`.
+        As for `roughcontact.solve`; the load is a force.
+    given : GivenLoad or None
+        The load in the form in which it was given, where that was no force.
     """
 
     load: float | None = None
@@ -27,6 +30,7 @@ class Terms:
     tolerance: float | None = None
     max_iterations: int = 2000
     precision: str = "double"
+    given: GivenLoad | None = None
 
     def __init__(
         self,
@@ -37,6 +41,7 @@ class Terms:
         tolerance: float | None = None,
         max_iterations: int = 2000,
         precision: str = "double",
+        given: GivenLoad | None = None,
     ) -> None:
         object.__setattr__(self, "load", quantity(load, "force", "load"))
         object.__setattr__(self, "approach", quantity(approach, "length", "approach"))
@@ -47,6 +52,7 @@ class Terms:
         object.__setattr__(self, "tolerance", tolerance)
         object.__setattr__(self, "max_iterations", max_iterations)
         object.__setattr__(self, "precision", precision)
+        object.__setattr__(self, "given", given)
 
     @property
     def control(self) -> str:

@@ -242,16 +242,17 @@ def _entries(project: _Project) -> Iterator[tuple[_Contact, Entry]]:
         contact = _contact(project, number, read)
         values, source = contact.values, project.source
         idle -= values.keys()
-        loads = values.pop("load", None)
+        key = "hertz" if isinstance(values.get("hertz"), list) else "load"
+        loads = values.pop(key, None)
         if loads == []:
-            raise contact.refusal("load", "load is an empty list")
+            raise contact.refusal(key, f"{key} is an empty list")
         for load in loads if isinstance(loads, list) else [loads]:
             name = f"{values['name']} {load}" if isinstance(loads, list) else values["name"]
             stem = re.sub(r"[^\w.+-]+", "-", name)
             if stem in seen:
                 raise source.refusal(contact.table, f"the name {name!r} is taken by {seen[stem]}")
             seen[stem] = source.place(contact.table)
-            given = values if load is None else {**values, "load": load}
+            given = values if load is None else {**values, key: load}
             described = _described(contact, given, project.materials)
             described |= _outputs(project, contact.task, stem)
             if "folder" in described:

@@ -10,13 +10,16 @@ from importlib import metadata
 from typing import Any
 
 from roughcontact._version import __version__
+from roughcontact.contact import hertzian
 from roughcontact.contact.cautions import Caution
 from roughcontact.contact.curve import LOW_LOAD, LoadCurve
 from roughcontact.contact.pair import BODIES
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.smooth import LINE
 from roughcontact.contact.spots import Spots
 from roughcontact.errors import InputError
 from roughcontact.material.material import Material
+from roughcontact.plots import hertz
 from roughcontact.report import (
     assumptions,
     assumptions_profile,
@@ -26,9 +29,10 @@ from roughcontact.report import (
     page,
     profile as of_profile,
     results,
+    smooth,
 )
 from roughcontact.report.page import Addition, Cells, Chapter, Table
-from roughcontact.report.quantities import TRUST, Row, beside, rows_of
+from roughcontact.report.quantities import TRUST, Row, beside, capital, rows_of
 from roughcontact.surface import profile
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
@@ -210,6 +214,53 @@ def assumed(stated: Iterable[assumptions.Statement], cautions: Sequence[Caution]
     )
     chapter.add("terms", [(item.topic, item.text, item.doubts(cautions)) for item in stated])
     return chapter
+
+
+def smooth_beside_rough(result: ContactResult) -> list[Chapter]:
+    """Return the chapter on Hertz's contact of the nominal bodies; none where none is given."""
+    contact = result.smooth
+    if contact is None or not smooth.applies(result):
+        return []
+    chapter = Chapter("Smooth beside rough")
+    chapter.add(
+        "text",
+        "The nominal bodies without their roughness, under the same load, in closed form (Hertz; "
+        f"Johnson 1985, chapter 4): {smooth.bodies(contact)}. {smooth.SIZE}",
+    )
+    told = [(capital(name), *texts) for name, *texts in smooth.rows(result)]
+    chapter.add("table", Table(told, ("", *smooth.HEADS[1:])))
+    if contact.approach is None:
+        chapter.add("text", _NO_APPROACH[contact.shape.kind == LINE])
+    chapter.add("text", _VALIDITY)
+    for limit in hertzian.limits(result):
+        kind = "warning" if limit.severity == "warning" else "text"
+        chapter.add(kind, page.sentence(limit.text))
+    chapter.add(
+        "figure",
+        page.picture(
+            hertz.beside_hertz(result),
+            "Pressure against the distance from the middle of the contact, here and after Hertz.",
+            "Pressure here, its mean and its largest value "
+            + ("on lines along the cylinder" if contact.shape.kind == LINE
+               else "on rings of the shape of Hertz's contact")
+            + ", and Hertz's of the smooth bodies.",
+        ),
+    )  # fmt: skip
+    return [chapter]
+
+
+_NO_APPROACH = {
+    True: "Hertz's line contact has no approach of its own here: a line load displaces a "
+    "half-space without bound.",
+    False: "Hertz's approach is that of a contact alone on its half-space, and not given beside "
+    "that of a map which repeats.",
+}
+
+_VALIDITY = (
+    "Hertz's numbers hold for smooth, elastic bodies whose contact is small beside their radii, "
+    "lies within the map and has no neighbors. Roughness spreads the same load over a wider "
+    "region of single spots; the approach here counts from the first touch of the highest peak."
+)
 
 
 def contact_spots(result: ContactResult, spots: Spots) -> Chapter:

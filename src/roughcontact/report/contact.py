@@ -122,6 +122,7 @@ def _chapters(
         chapters.problem(result, given, "ceiling"),
         chapters.assumed(stated, result.cautions),
         results_chapter(result, study),
+        *chapters.smooth_beside_rough(result),
         *([] if result.pair.is_profile else [sections(result)]),
         chapters.contact_spots(result, spots),
     ]

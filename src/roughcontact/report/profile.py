@@ -69,7 +69,7 @@ CONTACT: Table = (
     ),
     Quantity("load_unit", of=lambda _: LOAD),
     _of("approach", meaning=REFERENCE),
-    _of("control"),
+    *(_of(key) for key in ("control", "given_load")),
     _of(
         "boundary", of=beyond, part=PROBLEM,
         text=lambda r: ": ".join(BOUNDARY[r.boundary]),
@@ -91,7 +91,7 @@ CONTACT: Table = (
     _of("saturated_share", meaning="of the contact length that is at the ceiling"),
     _of("max_pressure", meaning="on any point"),
     _of("mean_pressure", meaning="load over contact length"),
-    *(_of(key) for key in ("mean_gap", "max_residual_indentation", "regime")),
+    *(_of(key) for key in ("mean_gap", "max_residual_indentation", "regime", "hertz")),
     *(_of(key) for key in ("warnings", "cautions")),
     Quantity("points", of=lambda r: r.pressure.size),
     Quantity("spacing", unit="m", of=lambda r: r.surface.pixel[1]),
@@ -160,7 +160,10 @@ def _column(key: str, new: str = "", **changes: Any) -> Column:
 
 
 CURVE: Table = (
-    *(quantity_of(tables.CURVE, key) for key in ("source", "preparation", "control")),
+    *(
+        quantity_of(tables.CURVE, key)
+        for key in ("source", "preparation", "control", "given_loads")
+    ),
     Quantity("kind", of=lambda _: "profile"),
     Quantity("boundary", of=lambda curve: BOUNDARY[curve.boundary][0]),
     Quantity("length", unit="m", of="nominal_area"),

@@ -16,7 +16,7 @@ from roughcontact.contact.sampling import SamplingStudy
 from roughcontact.contact.stress import StressResult
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.files import require_suffix, to_json, write
-from roughcontact.report import compared, found, profile, tables
+from roughcontact.report import compared, found, profile, studied, tables
 from roughcontact.report.quantities import (
     ANSWER,
     Columns,
@@ -52,7 +52,7 @@ def table_of(result: Any) -> Table:
         case SamplingStudy():
             return compared.SAMPLING
         case ResolutionStudy():
-            return tables.STUDY
+            return studied.STUDY
     raise TypeError(f"there is no table for a {type(result).__name__}")
 
 
@@ -72,7 +72,7 @@ def columns_of(result: Any) -> Columns:
         case SamplingStudy():
             return compared.SAMPLING_COLUMNS
         case ResolutionStudy():
-            return tables.STUDY_COLUMNS
+            return studied.STUDY_COLUMNS
     return ()
 
 

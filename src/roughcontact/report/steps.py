@@ -72,6 +72,7 @@ def render_curve(
         chapters.problem(last, given, "ceiling"),
         chapters.assumed(stated, curve.cautions),
         _titled(contact.results_chapter(last, None), f"The contact {under}"),
+        *chapters.smooth_beside_rough(last),
         *([] if last.pair.is_profile else [contact.sections(last)]),
         chapters.contact_spots(last, spots),
     ]
@@ -129,7 +130,7 @@ def render_history(
     exact = contact.exactness(history.largest)
     found = [
         _path(history),
-        *([_under(largest)] if largest.load else []),
+        *([_under(largest), *chapters.smooth_beside_rough(largest)] if largest.load else []),
         _left(history),
         *chapters.prepared(largest),
         chapters.problem(largest, results.rows(largest, PROBLEM), "ceiling"),

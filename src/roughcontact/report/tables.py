@@ -19,8 +19,7 @@ from roughcontact.contact.pair import BODIES
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE
 from roughcontact.contact.stress import StressResult
-from roughcontact.contact.study import QUANTITIES, ResolutionStudy
-from roughcontact.report import wording
+from roughcontact.report import smooth, wording
 from roughcontact.report.quantities import (
     HEADLINE,
     PROBLEM,
@@ -118,6 +117,10 @@ CONTACT: Table = (
     ),
     Quantity("control"),
     Quantity(
+        "given_load", "load given as", part=PROBLEM, of=lambda r: r.given and r.given.summary(),
+        text=lambda r: wording.given_load(r.given, r), when=lambda r: r.given is not None,
+    ),
+    Quantity(
         "moments", "moments", symbol="W·y, W·x", unit="N m",
         meaning="of the load about the middle of the map, as given",
         of=lambda r: None if r.moments is None else list(r.moments), part=PROBLEM, when=_tilts,
@@ -198,6 +201,7 @@ CONTACT: Table = (
         "regime", "regime", meaning="how far the softer body is from elastic",
         of=lambda r: str(r.regime),
     ),
+    Quantity("hertz", of=smooth.record),
     *_cautions(),
     Quantity("shape", of=lambda r: list(r.pressure.shape)),
     Quantity("pixel", unit="m", of=lambda r: list(r.surface.pixel)),
@@ -278,6 +282,7 @@ VOLUME: Table = (
     _of_contact("certificate", name="certificate of the contact", when=_loaded),
     _of_contact("load", text=_path_of_loads),
     _of_contact("load_error", when=_loaded, brief=False),
+    _of_contact("given_load"),
     _of_contact("approach", text=None),
     _of_contact("nominal_area"),
     _of_contact("contact_area", when=_loaded),
@@ -468,10 +473,18 @@ def _slope(slope: float) -> str:
     return f"{slope:.4g}; theory 1.6 (Persson) to 2.5 (Bush, Gibson, Thomas)"
 
 
+def _given_loads(unit: Callable[[Any], str] = lambda _: "N") -> Quantity:
+    return Quantity(
+        "given_loads", "loads given as", of=lambda r: [one.summary() for one in r.given],
+        text=lambda r: wording.given_loads(r.given, unit(r)), when=lambda r: bool(r.given),
+    )  # fmt: skip
+
+
 CURVE: Table = (
     Quantity("source"),
     Quantity("preparation", of=lambda curve: list(curve.preparation)),
     Quantity("control"),
+    _given_loads(lambda curve: "N/m" if curve.is_profile else "N"),
     Quantity("boundary", of=lambda curve: str(curve.boundary)),
     Quantity("nominal_area", unit="m²"),
     Quantity("contact_modulus", unit="Pa"),
@@ -536,6 +549,7 @@ HISTORY_COLUMNS: Columns = (
 HISTORY: Table = (
     Quantity("source", of=lambda history: history.last.surface.provenance.source),
     Quantity("preparation", of=lambda history: list(history.last.surface.provenance.steps)),
+    _given_loads(),
     Quantity("boundary", of=lambda history: str(history.last.boundary)),
     Quantity("contact_modulus", unit="Pa", of="last.contact_modulus"),
     Quantity(
@@ -566,34 +580,3 @@ HISTORY: Table = (
 
 HISTORY_HEADLINES = ("max_indentation", "indentation_volume", "dissipated_energy", "shaken_down")
 """What a report on a load history says first."""
-
-
-# Can it be trusted
-
-
-STUDY: Table = (
-    Quantity("grids", of=lambda study: [vars(grid) for grid in study.grids]),
-    Quantity("cutoffs", of=lambda study: [vars(cutoff) for cutoff in study.cutoffs]),
-    Quantity("ceilings", of=lambda study: [vars(ceiling) for ceiling in study.ceilings]),
-    Quantity("independent", of=lambda s: {name: s.independent(name) for name in QUANTITIES}),
-    Quantity("at_ceiling"),
-    Quantity("sentences", of=lambda study: list(study.sentences)),
-)  # fmt: skip
-"""Of a `ResolutionStudy`."""
-
-
-def _cases(key: str) -> Callable[[ResolutionStudy], list[float]]:
-    return lambda study: [getattr(case, key) for _, case in study.named()]
-
-
-STUDY_COLUMNS: Columns = (
-    Column("case", "case", of=lambda study: [name for name, _ in study.named()]),
-    Column("contact_fraction", "contact", of=_cases("contact_fraction"), form=percent),
-    Column(
-        "corrected_fraction", "without rim", of=_cases("corrected_fraction"), form=percent
-    ),
-    Column("saturated_fraction", "saturated", of=_cases("saturated_fraction"), form=percent),
-    Column("max_pressure", "largest pressure", unit="Pa", of=_cases("max_pressure")),
-    Column("mean_pressure", "mean pressure", unit="Pa", of=_cases("mean_pressure")),
-)  # fmt: skip
-"""Of the solves of a `ResolutionStudy`."""

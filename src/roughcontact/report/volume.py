@@ -71,7 +71,7 @@ def render(
     if result.increments:
         found.append(_path(result))
     if spots.count:
-        found.append(chapters.contact_spots(contact, spots))
+        found += [*chapters.smooth_beside_rough(contact), chapters.contact_spots(contact, spots)]
     found += [chapters.added(addition) for addition in additions]
     lines = script.repeating_volume(result)
     found += [_certificate(result), chapters.repetition(result.version, command, lines)]

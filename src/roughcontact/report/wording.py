@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roughcontact.contact.ceiling import AGREEMENT
+from roughcontact.contact.loads import NAMES, GivenLoad, HertzPressure, LineLoad, NominalPressure
 from roughcontact.material.hardening import Linear, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.units import changed_by, engineering
@@ -58,6 +60,60 @@ def ceiling(result: ContactResult) -> str:
         return f"{text}, {recommended(result.recommended)}"
     factor = float(ceiling) / body.yield_strength
     return f"{text}, as given: {factor:.3g} times the yield strength{whose}"
+
+
+def given_load(given: GivenLoad, result: ContactResult) -> str:
+    """Return a load in the form in which it was given, and the force that it came to."""
+    force = engineering(given.force, result.pair.load_unit)
+    words = f"{NAMES[type(given.form)]}: {_form(given.form)}"
+    smooth = result.smooth
+    match given.form:
+        case NominalPressure():
+            of_profile = result.pair.is_profile
+            what, unit = ("profile", "m") if of_profile else ("map", "m²")
+            area = engineering(result.pressure.size * result.pixel_area, unit)
+            return f"{words} on the whole {what}, {area}, are {force}"
+        case LineLoad() if smooth is not None and smooth.length is not None:
+            return (
+                f"{words} on {engineering(smooth.length, 'm')}, the length of the map, are {force}"
+            )
+        case HertzPressure() if smooth is not None:
+            line = ""
+            if smooth.length is not None and not result.pair.is_profile:
+                line = f", {_line_load(given.force / smooth.length)}"
+            return f"{words} of the smooth bodies ({smooth.shape.kind}), under {force}{line}"
+    return f"{words}, {force}"
+
+
+def given_loads(given: Sequence[GivenLoad], unit: str = "N") -> str:
+    """Return several loads in the forms in which they were given, with their forces [``unit``]."""
+    if len({type(one.form) for one in given}) == 1 and len(given) > _FEW_LOADS:
+        ends = [given[0], given[-1]]
+        values, forces = (
+            " to ".join(texts)
+            for texts in zip(*((_form(one.form), engineering(one.force, unit)) for one in ends),
+                             strict=True)
+        )  # fmt: skip
+        return f"{NAMES[type(ends[0].form)]}: {values}, {forces}"
+    return "; ".join(
+        f"{NAMES[type(one.form)]} {_form(one.form)}, {engineering(one.force, unit)}"
+        for one in dict.fromkeys(given)
+    )
+
+
+def _form(form: NominalPressure | LineLoad | HertzPressure) -> str:
+    if isinstance(form, LineLoad):
+        return _line_load(form.value)
+    return engineering(form.value, "Pa")
+
+
+def _line_load(value: float) -> str:
+    # As engineers write it.
+    return f"{engineering(value / 1e3, 'N')}/mm"
+
+
+# Loads that are told one by one.
+_FEW_LOADS = 3
 
 
 def recommended(found: AgreedCeiling) -> str:

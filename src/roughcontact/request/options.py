@@ -134,9 +134,15 @@ OPTIONS = (
     ),
     *comparison_options.LOADS,
     Option(
-        "load", BODIES, "FORCE|PRESSURE",
-        'Normal load, such as "1 N", of a profile "600 N/mm", or as a nominal pressure on the area '
-        'of the map, such as "20 MPa"; this or --approach.', parsing.load, fits=(SOLVE, STRESS),
+        "load", BODIES, "LOAD",
+        'Normal load, such as "1 N"; or as a nominal pressure on the area of the map, such as '
+        '"20 MPa"; or per length of a profile or of a nominal cylinder, such as "600 N/mm"; this, '
+        "--hertz or --approach.", parsing.load, fits=(SOLVE, STRESS),
+    ),
+    Option(
+        "hertz", BODIES, "PRESSURE",
+        "Load under which the nominal bodies, smooth, have this peak pressure, such as "
+        '"1.5 GPa".', parsing.peak, fits=(SOLVE, STRESS),
     ),
     Option(
         "approach", BODIES, "LENGTH", 'Approach of the bodies from first touch, such as "1 um".',
@@ -168,11 +174,12 @@ OPTIONS = (
         "it; that contact is elastic.", fits=(FIND,), default=False,
     ),
     Option(
-        "from", BODIES, "LOAD|APPROACH", 'First load, such as "10 mN", or approach, such as '
-        '"0.1 um"; of a profile "1 N/mm".', parsing.end_of_sweep, fits=(SWEEP,),
+        "from", BODIES, "LOAD|APPROACH", 'First load, such as "10 mN", "1 MPa", "50 N/mm" (as for '
+        '--load of solve) or "hertz 0.5 GPa" (as for --hertz), or approach, such as "0.1 um".',
+        parsing.load_or_approach, fits=(SWEEP,),
     ),
     Option(
-        "to", BODIES, "LOAD|APPROACH", "Last load or approach.", parsing.end_of_sweep,
+        "to", BODIES, "LOAD|APPROACH", "Last load or approach.", parsing.load_or_approach,
         fits=(SWEEP,),
     ),
     Option(
@@ -184,7 +191,8 @@ OPTIONS = (
         "log.", parsing.choice("log", "linear"), fits=(SWEEP,), default="log",
     ),
     Option(
-        "path", BODIES, "LOADS", 'Loads or approaches in their order: "1 N, 0 N, 1 N".',
+        "path", BODIES, "LOADS", 'Loads or approaches in their order: "1 N, 0 N, 1 N"; or '
+        '"20 MPa", "600 N/mm", "hertz 1.5 GPa", as for --load and --hertz of solve.',
         parsing.stages, fits=(HISTORY,),
     ),
     Option(

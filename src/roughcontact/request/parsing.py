@@ -9,12 +9,13 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from roughcontact import limits, units
 from roughcontact.errors import InputError, Mention, require_count
 
 if TYPE_CHECKING:
+    from roughcontact.contact.loads import Load
     from roughcontact.material.material import Material
     from roughcontact.surface.nominal import Body
 
@@ -238,33 +239,11 @@ def form(text: str, argument: str) -> tuple[str, int | None]:
     )
 
 
-@dataclass(frozen=True)
-class Nominal:
-    """A load that was given as a pressure on the area of the whole map [Pa]."""
+def load(text: str, argument: str) -> float | Load:
+    """Return a force [N], or what stands for one on given bodies."""
+    from roughcontact.contact import loads
 
-    pressure: float
-
-
-@dataclass(frozen=True)
-class LineLoad:
-    """A load that was given as a force per length [N/m]."""
-
-    per_length: float
-
-
-def load(text: str, argument: str) -> float | Nominal | LineLoad:
-    """Return a force [N], or the nominal pressure or force per length that stands for one."""
-    for dimension, kind in (("pressure", Nominal), ("line load", LineLoad)):
-        try:
-            units.parse(text, dimension, argument, positive=False)
-        except InputError:
-            continue
-        return kind(units.parse(text, dimension, argument))
-    needs = (
-        "a load such as '1 N', or a nominal pressure such as '20 MPa'; for a profile a load per "
-        "length such as '600 N/mm'"
-    )
-    return units.parse(text, "force", argument, needs=needs)
+    return cast("float | Load", loads.required(text, argument))
 
 
 def nominal(text: str, argument: str) -> float:
@@ -286,24 +265,25 @@ def group(text: str, argument: str) -> tuple[str, tuple[str, ...]]:
     return name.strip(), files
 
 
-def load_or_approach(text: str, argument: str) -> tuple[str, float]:
+def peak(text: str, argument: str) -> Load:
+    """Return the load at which smooth bodies have a peak pressure."""
+    from roughcontact.contact.loads import HertzPressure
+
+    return HertzPressure(units.parse(text, "pressure", argument))
+
+
+def load_or_approach(text: str, argument: str) -> tuple[str, float | Load]:
     """Return which of the two a text with a unit is, and its value."""
+    from roughcontact.contact import loads
+
     try:
         return "approach", units.parse(text, "length", argument)
     except InputError:
-        needs = "a load such as '1 N', or an approach such as '1 um'"
-        return "load", units.parse(text, "force", argument, needs=needs)
+        needs = f"{loads.NEEDS}, or an approach such as '1 um'"
+        return "load", cast("float | Load", loads.required(text, argument, needs))
 
 
-def end_of_sweep(text: str, argument: str) -> tuple[str, float]:
-    """Return whether a text is a load, a load per length or an approach, and its value."""
-    try:
-        return "line load", units.parse(text, "line load", argument)
-    except InputError:
-        return load_or_approach(text, argument)
-
-
-def stages(text: str, argument: str) -> tuple[tuple[str, float], ...]:
+def stages(text: str, argument: str) -> tuple[tuple[str, float | Load], ...]:
     """Return loads and approaches in their order; a load may be zero."""
     plain = [word.strip() for word in text.split(",")]
     return tuple(

@@ -24,11 +24,10 @@ from roughcontact.request.options import (
     offered,
     parsed,
 )
-from roughcontact.request.parsing import LineLoad, Nominal, about
+from roughcontact.request.parsing import about
 
 if TYPE_CHECKING:
     from roughcontact.material.material import Material
-    from roughcontact.surface.surface import Surface
 
 _MOVES = ("align", "offset", "angle", "mirror")
 
@@ -72,13 +71,10 @@ class Request:
             self._check_find()
         elif self.task == COMPARE:
             self._check_compare()
-        elif "load" in offered(self.task) and (self["load"] is None) == (self["approach"] is None):
-            raise InputError(
-                "give either ", Mention("load"), " or ", Mention("approach"),
-                ", and only one of them, such as ", Mention("load", "1 N"),
-            )  # fmt: skip
+        elif "load" in offered(self.task):
+            self._check_load()
         self._check_model()
-        if self["load-point"] is not None and (self["load"] is None or self["study"]):
+        if self["load-point"] is not None and (self.load[0] is None or self["study"]):
             raise InputError(
                 "needs ", Mention("load"), ", and goes without ", Mention("study"),
                 argument="load_point",
@@ -124,41 +120,26 @@ class Request:
         """Whether the maps have to be brought to one grid."""
         return any(self[name] not in (None, False) for name in _MOVES)
 
-    def on(self, surface: Surface) -> Request:
-        """Return the request with the load that is meant on a map [N], on a profile [N/m].
-
-        Raises
-        ------
-        InputError
-            If a load per length is given for a map, or a force for a profile.
-        """
-        values = dict(self.values)
-        load, length, across = self["load"], *surface.size[::-1]
-        if isinstance(load, Nominal):
-            values["load"] = load.pressure * length * across
-        elif isinstance(load, LineLoad) and surface.is_profile:
-            values["load"] = load.per_length
-        elif isinstance(load, LineLoad) or (load is not None and surface.is_profile):
-            raise _not_on(surface, "load")
-        if self.task == SWEEP and self["from"][0] != "approach":
-            if (self["from"][0] == "line load") != surface.is_profile:
-                raise _not_on(surface, "from")
-            values |= {name: ("load", self[name][1]) for name in ("from", "to")}
-        return replace(self, values=values)
-
     @property
-    def moments(self) -> tuple[float, float] | None:
-        """Moments (y, x) about the middle of the map that a tilt has to balance [N m]."""
-        point, load = self["load-point"], self["load"]
+    def load(self) -> tuple[Any, str]:
+        """The load in the form in which it is given, None where there is none, and its argument."""
+        argument = "load" if self["hertz"] is None else "hertz"
+        return self[argument], argument
+
+    def moments(self, load: float) -> tuple[float, float] | None:
+        """Return the moments (y, x) about the middle of the map that a tilt balances [N m]."""
+        point = self["load-point"]
         return None if point is None else (load * point[0], load * point[1])
 
     @property
-    def steps(self) -> tuple[str, list[float]]:
-        """Whether a sweep is over loads or approaches, and which."""
+    def steps(self) -> tuple[str, list[Any]]:
+        """Whether a sweep is over loads or approaches, and which, in the form of its ends."""
         from roughcontact.contact.load_curve import spaced
 
         (control, first), (_, last) = self["from"], self["to"]
-        return control, spaced(first, last, self["steps"], self["spacing"])
+        form = type(first)
+        ends = (first, last) if form is float else (first.value, last.value)
+        return control, [form(value) for value in spaced(*ends, self["steps"], self["spacing"])]
 
     @property
     def command(self) -> str:
@@ -242,17 +223,26 @@ class Request:
                 Mention("mirror"), " need a ", Mention("counter_surface"),
             )  # fmt: skip
 
+    def _check_load(self) -> None:
+        given = [name for name in ("load", "hertz", "approach") if self[name] is not None]
+        if len(given) != 1:
+            raise InputError(
+                "give one of ", Mention("load"), ", ", Mention("hertz"), " and ",
+                Mention("approach"), ", and no more than one, such as ", Mention("load", "1 N"),
+            )  # fmt: skip
+
     def _check_sweep(self) -> None:
         for name in ("from", "to"):
             if self[name] is None:
                 raise InputError(
                     "is needed: a load such as '1 N' or an approach such as '1 um'", argument=name
                 )
-        if self["from"][0] != self["to"][0]:
+        if _forms(self["from"]) != _forms(self["to"]):
             first, last = self.given["from"], self.given["to"]
             raise InputError(
                 Mention("from"), " and ", Mention("to"),
-                f" must both be loads or both approaches, got {first!r} and {last!r}",
+                " must both be loads of one form or both approaches, got "
+                f"{first!r} and {last!r}",
             )  # fmt: skip
         _ = self.steps
 
@@ -334,18 +324,9 @@ class Request:
             raise
 
 
-def _not_on(surface: Surface, argument: str) -> InputError:
-    """Return the refusal of a load that is none of a map, or of a profile."""
-    if surface.is_profile:
-        return InputError(
-            "is a force, and the file holds a profile: give a load per length such as '600 N/mm'",
-            argument=argument,
-        )
-    return InputError(
-        "is a load per length, as of a profile, and the file holds a map: give a force such as "
-        "'1 N'",
-        argument=argument,
-    )
+def _forms(end: tuple[str, Any]) -> tuple[str, type]:
+    """Return what an end of a sweep is, and in which form."""
+    return end[0], type(end[1])
 
 
 def _hardened(

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact.contact import certainty
-from roughcontact.contact.cautions import Caution, of_measurement, of_nominal
+from roughcontact.contact.cautions import Caution, of_measurement
 from roughcontact.errors import InputError, RoughcontactError, Sentence, parts_of
 from roughcontact.formats import tables
 from roughcontact.halfspace.boundary import Boundary
@@ -27,7 +27,6 @@ from roughcontact.request.options import (
     spell_option,
 )
 from roughcontact.request.outputs import Say
-from roughcontact.request.parsing import Nominal
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
 
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
     from roughcontact.contact.curve import LoadCurve
     from roughcontact.contact.found import FoundLoads
     from roughcontact.contact.history import LoadHistory, Stage
+    from roughcontact.contact.loads import GivenLoad
     from roughcontact.contact.result import ContactResult
     from roughcontact.contact.sampling import SamplingStudy
     from roughcontact.contact.stress import StressResult
@@ -197,9 +197,6 @@ def run(request: Request, say: Say, look: Look | None = None) -> Outcome:
         return _written(_compare(request, say, look or _nobody), (), say)
     maps = surfaces(request, say)
     remarks = of_measurement(resolution_notes(request, maps))
-    if isinstance(request["load"], Nominal):
-        remarks = (of_nominal(request["load"].pressure, maps[0]), *remarks)
-    request = request.on(maps[0])
     outcome = _TASKS[request.kind](request, maps, say, look or _nobody)
     return _written(_remarked(outcome, remarks), maps, say)
 
@@ -252,18 +249,39 @@ def _problem(request: Request, maps: Sequence[Surface], *solver: str) -> dict[st
     }
 
 
+def _pressed(
+    request: Request, maps: Sequence[Surface], load: Any, argument: str = "load"
+) -> tuple[Any, GivenLoad | None]:
+    """Return the force that a load is on the bodies, and how it was given."""
+    from roughcontact.contact import loads
+    from roughcontact.contact.pair import Pair
+
+    material, counter_material = request.bodies()
+    counter = maps[1] if len(maps) > 1 else None
+    boundary = Boundary(request["boundary"])
+    pair = Pair(maps[0], material, counter, counter_material, boundary)
+    if pair.is_profile and isinstance(load, float):
+        raise InputError(
+            "is a force, and the file holds a profile: give a load per length such as '600 N/mm'",
+            argument=argument,
+        )
+    return loads.on(load, pair, argument)
+
+
 def _contact(request: Request, maps: Sequence[Surface], look: Look) -> ContactResult:
     from roughcontact.contact.solve import solve
 
-    return solve(
+    force, given = _pressed(request, maps, *request.load)
+    found = solve(
         maps[0],
         **_problem(request, maps, "tolerance", "max-iterations", "precision"),
-        load=request["load"],
+        load=force,
         approach=request["approach"],
-        moments=request.moments,
+        moments=request.moments(force),
         on_failure="return",
         progress=look,
     )
+    return replace(found, given=given)
 
 
 def _solve(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
@@ -285,7 +303,7 @@ def _volume(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> 
     from roughcontact.volume.solve import solve_elastoplastic
     from roughcontact.volume.stepping import AUTO, between
 
-    load, steps = request["load"], request["increments"]
+    (load, given), steps = _pressed(request, maps, *request.load), request["increments"]
     loads = [load] if steps == AUTO else between(0.0, load, steps)
     loads += [0.0] * request["unload"]
     problem = _problem(request, maps, "tolerance", "max-iterations", "precision")
@@ -300,6 +318,7 @@ def _volume(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> 
             folder=request["folder"],
             progress=watch,
         )
+    found = replace(found, solution=replace(found.solution, given=given))
     # The last of them is told of.
     return Outcome(request, found.solution, volume=found, reused=max(reused, default=0))
 
@@ -330,6 +349,8 @@ def _sweep(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> O
     from roughcontact.contact.load_curve import load_curve
 
     control, values = request.steps
+    if control == "load":
+        _pressed(request, maps, values[-1], "from")
     with _kept(request, "step-*.npz", look) as (watch, reused):
         curve = load_curve(
             maps[0],

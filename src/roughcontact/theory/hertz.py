@@ -405,7 +405,7 @@ def line_contact(line_load: float, radius: float, contact_modulus: float) -> Lin
     --------
     >>> contact = line_contact(2e4, 0.01, 230e9)
     >>> round(contact.half_width * 1e6, 2), round(contact.max_pressure / 1e6, 1)
-    (33.27, 382.6)
+    (33.27, 382.7)
     """
     require_positive(line_load=line_load, radius=radius, contact_modulus=contact_modulus)
     half_width = math.sqrt(4 * line_load * radius / (math.pi * contact_modulus))

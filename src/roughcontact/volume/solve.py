@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._version import __version__
+from roughcontact.contact.loads import GivenLoad, Load, on
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE
@@ -47,7 +48,7 @@ def solve_elastoplastic(
     surface: Surface,
     *,
     material: Material,
-    load: Quantity | None = None,
+    load: Quantity | Load | None = None,
     loads: Quantities | None = None,
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
@@ -72,8 +73,8 @@ def solve_elastoplastic(
     material, counter_material : Material
         Of the rough body and of its counter-body: elastic without a yield strength, perfectly
         plastic with one, hardening with ``hardening``. At least one yields.
-    load : float, str or quantity of pint
-        Last load [N]; give either this or ``loads``.
+    load : float, str, quantity of pint, NominalPressure, LineLoad or HertzPressure
+        Last load [N], in any form that `roughcontact.solve` takes; give either this or ``loads``.
     loads : sequence of float
         Loads one after the other [N]; zero separates the bodies.
     counter_surface : Surface, optional
@@ -159,8 +160,8 @@ def solve_elastoplastic(
     pair.require_map("plasticity of the volume")
     problem = Problem(pair, tolerance, max_iterations, precision)
     checks.check_arguments(problem, increments, *volume, start, on_failure)
-    asked = quantity(load, "force", "load"), quantity(loads, "force", "loads")
-    path = checks.path_of(*asked, increments, start)
+    force, given = on(load, pair)
+    path = checks.path_of(force, quantity(loads, "force", "loads"), increments, start)
     # Before anything of the size of the map is made; again once the volume is known.
     least = LEAST_LAYERS if layers is None else np.size(volume[1])
     memory.require(pair.shape, least, **memory.given(problem))
@@ -171,7 +172,12 @@ def solve_elastoplastic(
     with kept(folder, problem, path, start, layered, automatic=increments == AUTO) as steps:
         run = _Run(problem, path, increments == AUTO, steps, progress, began)
         result = run.finished(start, extent, loop_in)
-    return _judged(result, on_failure, folder)
+    return _judged(_told(result, given), on_failure, folder)
+
+
+def _told(result: ElastoplasticResult, given: GivenLoad | None) -> ElastoplasticResult:
+    """Return a result that knows in which form its load was given."""
+    return replace(result, solution=replace(result.solution, given=given))
 
 
 def _prepared(

@@ -1,0 +1,56 @@
+"""Commands of how-to pages that this suite runs as they stand there; the docs build runs all."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import roughcontact as rc
+from roughcontact.cli import app
+
+HOWTO = Path(__file__).parents[1] / "docs" / "howto"
+
+
+def commands(page: str) -> list[list[str]]:
+    """Return the commands whose output a page shows."""
+    text = (HOWTO / page).read_text(encoding="utf-8")
+    found = re.findall(r"^```\{program-output\} roughcontact (.*)$", text, re.MULTILINE)
+    return [shlex.split(line) for line in found]
+
+
+@pytest.fixture
+def raceway(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Write the map of the page as the documentation does, with fewer points."""
+    monkeypatch.chdir(tmp_path)
+    maps: dict[str, Any] = runpy.run_path(str(HOWTO / "maps.py"))
+    maps["save"](Path("raceway.sdf"), maps["raceway"]((128, 80), 4e-6), 4e-6)
+
+
+@pytest.mark.usefixtures("raceway")
+def test_the_recipe_of_the_roller_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    solve, sweep = commands("roller.md")
+    assert app.main(solve) == app.SOLVED
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "Hertz's peak pressure: 1.5 GPa of the smooth bodies (line), under 78.41 N" in shown
+    assert "half-width 104 µm" in shown
+    result = rc.load_result("raceway.nc")
+    # π R p²/E* on 0.32 mm, R = 4 mm of both cylinders.
+    assert result.load == pytest.approx(78.41, abs=0.01)
+    assert result.max_pressure > 1.5e9
+    assert app.main(sweep) == app.SOLVED
+    assert "Hertz's peak pressure 500 MPa, 8.71" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.usefixtures("raceway")
+def test_the_recipe_of_the_roller_runs_in_python() -> None:
+    text = (HOWTO / "roller.md").read_text(encoding="utf-8")
+    (script,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    names: dict[str, Any] = {"rc": rc, "steel": rc.Material(210e9, 0.3, hardness=7.5e9)}
+    exec(script, names)
+    assert names["result"].load == pytest.approx(78.41, abs=0.01)
+    assert names["result"].smooth.max_pressure == pytest.approx(1.5e9)

@@ -1,0 +1,253 @@
+"""Loads as engineers have them: forces, pressures on the map, loads per length, Hertz's peaks."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.cli import app
+from roughcontact.contact import loads
+from roughcontact.contact.pair import Pair
+from roughcontact.fleet import project
+from roughcontact.surface import nominal
+from roughcontact.theory import hertz
+
+STEEL = rc.Material(210e9, 0.3)
+MODULUS = 210e9 / 0.91
+GRID: dict[str, Any] = {"shape": (64, 48), "pixel": (1e-6, 0.5e-6)}
+# Its length along x is 24 µm, along y 64 µm.
+ROLLER = nominal.cylinder(radius=0.01, **GRID)
+ROUGH = rc.Surface(1e-9 * np.random.default_rng(1).standard_normal(GRID["shape"]), GRID["pixel"])
+
+Capture = pytest.CaptureFixture[str]
+
+
+def pair(surface: rc.Surface, counter: rc.Surface | None = None) -> Pair:
+    return Pair(surface, STEEL, counter)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("50 N", 50.0),
+        ("20 MPa", rc.NominalPressure(20e6)),
+        ("20 N/mm^2", rc.NominalPressure(20e6)),
+        ("600 N/mm", rc.LineLoad(6e5)),
+        ("0.6 kN/mm", rc.LineLoad(6e5)),
+        ("hertz 1.5 GPa", rc.HertzPressure(1.5e9)),
+        ("Hertz 1500 MPa", rc.HertzPressure(1.5e9)),
+    ],
+)
+def test_a_text_is_a_load_by_its_unit(text: str, value: object) -> None:
+    assert loads.given(text) == value
+    assert loads.required(text, "load") == value
+
+
+def test_a_quantity_of_pint_is_a_load_by_its_unit() -> None:
+    import pint
+
+    unit = pint.UnitRegistry()
+    assert loads.given(20 * unit.MPa) == rc.NominalPressure(20e6)
+    assert loads.given(600 * unit.N / unit.mm) == rc.LineLoad(6e5)
+    assert loads.given(5 * unit.kN) == 5e3
+    with pytest.raises(rc.InputError, match="force"):
+        loads.given(5 * unit.s)
+
+
+@pytest.mark.parametrize("text", ["5", "5 m", "hertz 5 N", "hertz", "-20 MPa", "0 N/mm", "0 N"])
+def test_what_is_no_load_is_refused(text: str) -> None:
+    with pytest.raises(rc.InputError) as refused:
+        loads.required(text, "load")
+    assert refused.value.argument == "load"
+
+
+@pytest.mark.parametrize("form", [rc.NominalPressure, rc.LineLoad, rc.HertzPressure])
+def test_a_form_needs_a_positive_number_of_its_dimension(form: Any) -> None:
+    for wrong in (0.0, -1.0, math.inf, math.nan, "3 m", None):
+        with pytest.raises(rc.InputError):
+            form(wrong)
+
+
+def test_the_force_of_each_form() -> None:
+    area = 64e-6 * 24e-6
+    assert loads.force(rc.NominalPressure("20 MPa"), pair(ROUGH)) == 20e6 * 64e-6 * 24e-6
+    assert loads.force(rc.LineLoad("600 N/mm"), pair(ROLLER)) == pytest.approx(6e5 * 24e-6)
+    upright = nominal.cylinder(radius=0.01, angle=90, **GRID)
+    assert loads.force(rc.LineLoad("600 N/mm"), pair(upright)) == pytest.approx(6e5 * 64e-6)
+    line = hertz.line_load(1e9, 0.01, MODULUS) * 64e-6
+    assert loads.force(rc.HertzPressure("1 GPa"), pair(ROUGH, upright)) == pytest.approx(line)
+    ball = nominal.sphere(radius=0.01, **GRID)
+    expected = hertz.load_at_pressure(1e9, 0.01, MODULUS)
+    assert loads.force(rc.HertzPressure("1 GPa"), pair(ball)) == pytest.approx(expected)
+    # Two parallel cylinders are one of their relative radius, crossed ones an ellipse.
+    parallel = hertz.line_load(1e9, 0.005, MODULUS) * 24e-6
+    assert loads.force(rc.HertzPressure(1e9), pair(ROLLER, ROLLER)) == pytest.approx(parallel)
+    crossed = loads.force(rc.HertzPressure(1e9), pair(ROLLER, upright))
+    assert crossed == pytest.approx(expected, rel=1e-9)
+    barrel = nominal.ellipsoid(radii=(0.004, 0.03), angle=20, **GRID)
+    ellipse = hertz.elliptic_load(1e9, (0.03, 0.004), MODULUS)
+    assert loads.force(rc.HertzPressure(1e9), pair(barrel)) == pytest.approx(ellipse)
+    assert area > 0
+
+
+@pytest.mark.parametrize(
+    ("form", "surface", "found"),
+    [
+        (rc.LineLoad(1.0), ROUGH, "none that curves"),
+        (rc.HertzPressure(1.0), ROUGH, "none that curves"),
+        (rc.LineLoad(1.0), nominal.sphere(radius=0.01, **GRID), "touch in a circle"),
+        (rc.LineLoad(1.0), nominal.ellipsoid(radii=(1e-2, 2e-2), **GRID), "touch in an ellipse"),
+        (rc.HertzPressure(1.0), nominal.cone(slope=0.01, **GRID), "none that curves"),
+        (rc.LineLoad(1.0), nominal.cylinder(radius=0.01, angle=30, **GRID), "at 30 degrees"),
+        (rc.HertzPressure(1.0), nominal.cylinder(radius=0.01, angle=30, **GRID), "at 30 degrees"),
+    ],
+)
+def test_a_form_that_does_not_fit_the_bodies_is_refused(
+    form: Any, surface: rc.Surface, found: str
+) -> None:
+    with pytest.raises(rc.InputError, match=found) as refused:
+        rc.solve(surface, material=STEEL, load=form)
+    assert refused.value.argument == "load"
+    assert "needs a nominal" in str(refused.value)
+
+
+@pytest.mark.parametrize("load", ["20 MPa", rc.LineLoad("2 N/mm"), "hertz 200 MPa"])
+def test_the_result_keeps_how_its_load_was_given(load: Any, tmp_path: Path) -> None:
+    result = rc.solve(ROLLER, material=STEEL, load=load, boundary="periodic-x")
+    assert result.given is not None
+    assert result.given.form == loads.given(load)
+    assert result.load == result.given.force == loads.force(result.given.form, result.pair)
+    told = result.summary()["given_load"]
+    assert told["load"] == result.load
+    assert told["value"] == result.given.form.value
+    result.save(tmp_path / "out.nc")
+    assert rc.load_result(tmp_path / "out.nc").given == result.given
+    plain = rc.solve(ROLLER, material=STEEL, load=result.load, boundary="periodic-x")
+    assert plain.given is None
+    assert plain.summary()["given_load"] is None
+    assert plain.pressure.tobytes() == result.pressure.tobytes()
+
+
+def test_curves_and_histories_take_every_form() -> None:
+    options: dict[str, Any] = {"material": rc.Material(210e9, 0.3, 1e9), "boundary": "periodic-x"}
+    curve = rc.load_curve(ROLLER, loads=["5 MPa", rc.NominalPressure("20 MPa")], **options)
+    area = ROLLER.size[0] * ROLLER.size[1]
+    assert [step.load for step in curve.steps] == pytest.approx([5e6 * area, 20e6 * area])
+    assert [one.form.value for one in curve.given] == [5e6, 20e6]
+    assert [one["form"] for one in curve.summary()["given_loads"]] == 2 * ["nominal pressure"]
+    with pytest.raises(rc.InputError, match="ascend"):
+        rc.load_curve(ROLLER, loads=["5 MPa", "1 nN"], **options)
+    history = rc.load_history(ROLLER, ["hertz 300 MPa", 0.0, rc.Stage("2 N/mm")], **options)
+    force = hertz.line_load(300e6, 0.01, MODULUS) * 24e-6
+    assert [step.load for step in history.steps] == pytest.approx([force, 0.0, 2e3 * 24e-6])
+    assert [type(one.form) for one in history.given] == [rc.HertzPressure, rc.LineLoad]
+    assert history.summary()["given_loads"][1]["value"] == 2e3
+
+
+def test_a_profile_takes_loads_per_length() -> None:
+    x = (np.arange(200) - 99.5) * 1e-6
+    profile = rc.Surface(-(x**2) / 0.02, 1e-6)
+    asked = {form: rc.solve(profile, material=STEEL, load=form) for form in ("20 N/mm", "100 MPa")}
+    assert [one.load for one in asked.values()] == pytest.approx([2e4, 100e6 * 200e-6])
+    assert asked["20 N/mm"].given is None
+    assert asked["100 MPa"].given is not None
+    with pytest.raises(rc.InputError, match="line load"):
+        rc.solve(profile, material=STEEL, load="20 N")
+
+
+# --- the command line ----------------------------------------------------------------------------
+
+STRIP = ("--body", "cylinder 10 mm", "--points", "64x16", "--size", "0.1 mm x 25 um",
+         "--material", "100Cr6", "--boundary", "periodic-x")  # fmt: skip
+
+
+def told(capsys: Capture, *words: str) -> dict[str, Any]:
+    assert app.main([*words, "--json"]) == app.SOLVED
+    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return found
+
+
+def test_a_line_load_and_a_peak_of_hertz_on_the_command_line(capsys: Capture) -> None:
+    line = told(capsys, "solve", *STRIP, "--load", "20 N/mm")
+    assert line["load"] == pytest.approx(0.5)
+    assert line["given_load"] == {"form": "line load", "value": 2e4, "unit": "N/m", "load": 0.5}
+    peak = told(capsys, "solve", *STRIP, "--hertz", "400 MPa")
+    assert peak["given_load"]["form"] == "Hertz's peak pressure"
+    # Discretization: 21 pixels to the half-width.
+    assert peak["max_pressure"] == pytest.approx(400e6, rel=1e-3)
+    assert peak["hertz"]["max_pressure"] == pytest.approx(400e6)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("--load", "1 N", "--hertz", "1 GPa"), "give one of --load, --hertz and --approach"),
+        (("--approach", "1 um", "--hertz", "1 GPa"), "give one of --load, --hertz and --approach"),
+        ((), "give one of --load, --hertz and --approach"),
+        (("--hertz", "5 N"), "--hertz needs a pressure"),
+        (("--load", "5 s"), "a line load such as '600 N/mm'"),
+        (("--hertz", "1 GPa"), "--hertz (Hertz's peak pressure) needs a nominal sphere"),
+        (("--load", "1 N/mm"), "--load (line load) needs a nominal cylinder"),
+    ],
+)
+def test_loads_that_do_not_go_are_refused_in_one_sentence(
+    words: tuple[str, ...], sentence: str, capsys: Capture
+) -> None:
+    flat = ("--body", "flat", *STRIP[2:])
+    assert app.main(["solve", *flat, *words]) == app.BAD_INPUT
+    complaint = capsys.readouterr().err
+    assert sentence in complaint
+    assert complaint.count("\n") == 1
+
+
+def test_sweeps_and_histories_take_every_form_on_the_command_line(capsys: Capture) -> None:
+    sweep = ("sweep", *STRIP, "--steps", "3", "--from", "hertz 100 MPa", "--to", "hertz 400 MPa")
+    curve = told(capsys, *sweep)
+    forces = [hertz.line_load(p, 0.01, MODULUS) * 25e-6 for p in (1e8, 2e8, 4e8)]
+    assert curve["load"] == pytest.approx(forces, rel=1e-9)
+    assert [one["value"] for one in curve["given_loads"]] == pytest.approx([1e8, 2e8, 4e8])
+    assert app.main(sweep) == app.SOLVED
+    assert "Hertz's peak pressure 100 MPa" in capsys.readouterr().out.replace("\n", " ")
+    mixed = ["sweep", *STRIP, "--from", "1 MPa", "--to", "1 N"]
+    assert app.main(mixed) == app.BAD_INPUT
+    assert "loads of one form" in capsys.readouterr().err
+    history = told(capsys, "history", *STRIP, "--path", "20 N/mm, 0 N, 20 MPa")
+    assert history["steps"]["load"] == pytest.approx([0.5, 0, 20e6 * 2.5e-9])
+    assert [one["form"] for one in history["given_loads"]] == ["line load", "nominal pressure"]
+
+
+def test_stress_takes_a_peak_of_hertz(capsys: Capture) -> None:
+    ball = ("--body", "sphere 1 mm", "--points", "32", "--size", "60 um x 60 um",
+            "--material", "100Cr6", "--hertz", "4 GPa")  # fmt: skip
+    below = told(capsys, "stress", *ball)
+    assert below["load"] == pytest.approx(hertz.load_at_pressure(4e9, 1e-3, MODULUS))
+    assert below["given_load"]["value"] == 4e9
+
+
+def test_a_project_takes_lists_of_peaks(tmp_path: Path) -> None:
+    path = tmp_path / "project.toml"
+    path.write_text(
+        '[[contact]]\nname = "roller"\nbody = "cylinder 10 mm"\npoints = "64x16"\n'
+        'size = "0.1 mm x 25 um"\nmaterial = "100Cr6"\nhertz = ["1 GPa", "2 GPa"]\n',
+        encoding="utf-8",
+    )
+    entries = project.load(path)
+    assert [entry.name for entry in entries] == ["roller 1 GPa", "roller 2 GPa"]
+    assert [entry.request.load[0] for entry in entries] == [
+        rc.HertzPressure(1e9), rc.HertzPressure(2e9),
+    ]  # fmt: skip
+
+
+def test_the_console_sets_smooth_beside_rough_and_names_the_load(capsys: Capture) -> None:
+    assert app.main(["solve", *STRIP, "--hertz", "400 MPa"]) == app.SOLVED
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "beside Hertz smooth (Hertz) here ratio" in shown
+    assert "Hertz's peak pressure: 400 MPa of the smooth bodies (line), under 544.5 mN" in shown
+    assert app.main(["solve", "--body", "flat", *STRIP[2:], "--load", "1 N"]) == app.SOLVED
+    assert "beside Hertz" not in capsys.readouterr().out
