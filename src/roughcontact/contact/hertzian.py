@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact.cautions import Caution, Kind, careful, noted, ordered, warned
+from roughcontact.contact.loads import HertzPressure, LineLoad
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.smooth import CIRCLE, ELLIPSE, LINE, Smooth
 from roughcontact.errors import Mention
@@ -99,6 +100,13 @@ def limits(result: ContactResult) -> tuple[Caution, ...]:
     smooth = _smooth(result)
     return ordered([*_within_map(result, smooth), *_ends(result), *_small(smooth),
                     *_elastic(result, smooth)])  # fmt: skip
+
+
+def behind_load(result: ContactResult) -> bool:
+    """Return whether the load stands for one of Hertz's theory, on nominal bodies that touch."""
+    form = None if result.given is None else result.given.form
+    stands = isinstance(form, (HertzPressure, LineLoad))
+    return stands and result.smooth is not None and result.contact_area > 0
 
 
 def of_given_load(result: ContactResult) -> Caution | None:
