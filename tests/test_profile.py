@@ -187,6 +187,18 @@ def test_uneven_points_are_brought_to_equal_distances_and_told(tmp_path):
     assert surface.size[1] == pytest.approx(1e-3, rel=1e-2)
 
 
+def test_rounded_positions_are_even(tmp_path):
+    x, z = traced()
+    # Steps of 0.1967 µm, of which a nanometre is printed.
+    path = tmp_path / "t.txt"
+    lines = (f"{a:.6f}\t{b:.6f}\n" for a, b in zip(0.39341 * x, z, strict=True))
+    path.write_text("".join(lines))
+    surface = rc.read_surface(path, unit="mm, um")
+    assert surface.shape == (1, 2000)
+    assert surface.provenance.steps == ()
+    assert surface.pixel[1] == pytest.approx(0.39341 * 5e-7, rel=1e-5)
+
+
 def test_falling_positions_are_read_from_the_other_end(tmp_path):
     x, z = traced()
     path = written(tmp_path / "t.txt", x[::-1], z)

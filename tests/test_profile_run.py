@@ -163,6 +163,34 @@ def test_stress_below_a_profile_is_told_per_length(trace, tmp_path, capsys):
     assert told["load_unit"] == "N/m"
 
 
+def test_a_project_of_profiles(trace, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    project = tmp_path / "project.toml"
+    body = f'young = "210 GPa"\npoisson = 0.3\nfile = "{trace.name}"\n'
+    project.write_text(
+        f'folder = "out"\nwrite = ["nc"]\n[[contact]]\nname = "a"\nload = "20 N/mm"\n{body}'
+        f'[[contact]]\nname = "b"\nload = "1 N"\n{body}',
+        encoding="utf-8",
+    )
+    assert app.main(["run", str(project)]) == app.NOT_CONVERGED
+    found = capsys.readouterr()
+    assert "20 kN/m" in found.out
+    assert "b: load is a force, and the file holds a profile" in found.err
+
+
+def test_the_script_of_a_report_repeats_a_profile(trace, monkeypatch):
+    from roughcontact.report import script
+
+    monkeypatch.chdir(trace.parent)
+    surface = rc.read_surface(trace.name).leveled()
+    first = rc.solve(surface, material=rc.Material(210e9, 0.3, 1e9), load="20 N/mm")
+    lines = script.repeating(first)
+    assert "boundary" not in lines
+    found = {}
+    exec(lines, found)
+    assert np.array_equal(found["result"].pressure, first.pressure)
+
+
 def test_files_of_a_profile(trace, tmp_path, capsys):
     table = tmp_path / "p.csv"
     assert solved(trace, "--quiet", "--output", str(table)) == app.SOLVED

@@ -136,6 +136,8 @@ def show_reports(reports: Sequence[Report]) -> None:
     for report in reports:
         last = report.last
         told = {q.key: q.told(last[q.key]) for q in quantities if q.key in last}
+        if told and report.told.get("kind") == "profile":
+            told["load"] = engineering(last["load"], "N/m")
         if told and last["ceiling"] is None:
             told["saturated_fraction"] = ABSENT
         rows.append((report.name, report.state, *(told.get(key, "") for key in keys)))

@@ -30,9 +30,9 @@ FEWEST = 9
 _EACH, _HEAD = 200, 200
 # Characters of a line, which has two numbers.
 _LONGEST = 10_000
-# Differences of steps that are rounding of what is printed, of the step; steps over the median
-# from which nothing was measured in between.
-_EVEN, _GAP = 1e-3, 5.0
+# Distance from an even grid that is rounding of what is printed, over the step; steps over the
+# median from which nothing was measured in between.
+_EVEN, _GAP = 0.02, 5.0
 
 _NUMBER = r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?"
 _BLANK = r"|nan|n/?a|bad|\*+|-{2,}"
@@ -163,7 +163,8 @@ def evenly(position: Array, heights: Array) -> tuple[Array, float, tuple[str, ..
     steps = np.diff(position)
     length, median = float(position[-1] - position[0]), float(np.median(steps))
     mean = length / steps.size
-    if np.abs(steps - mean).max() <= _EVEN * mean:
+    off = position - position[0] - mean * np.arange(position.size)
+    if np.abs(off).max() <= _EVEN * mean:
         return np.ascontiguousarray(heights), mean, ()
     count = round(length / median) + 1
     limits.require_points("the profile", (1, count), _EACH)

@@ -292,7 +292,9 @@ def _given(result: ContactResult, bodies: Mapping[str, Material], ceiling: str) 
     if result.counter_surface is not None:
         given.append("counter_surface=counter_surface")
     given.append(f"ceiling={ceiling}")
-    if result.boundary is not Boundary.FREE:
+    # That of a free profile is kept as periodic along y.
+    free = Boundary.PERIODIC_Y if result.pair.is_profile else Boundary.FREE
+    if result.boundary is not free:
         given.append(f'boundary="{result.boundary}"')
     single = result.precision == "single"
     if single:
