@@ -135,7 +135,8 @@ def test_a_patch_holds_the_whole_period(boundary, shape):
     local = patch.operator.support(patch.index(index))
     found = patch.operator.gather(local, pressure)
     expected = whole.gather(whole.support(index), pressure)
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14 * expected.max())
+    # In single precision.
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * expected.max())
 
 
 def test_words_tell_the_axis():

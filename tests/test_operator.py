@@ -106,6 +106,9 @@ class Dense:
     def __call__(self, pressure):
         return (self.matrix @ pressure.ravel()).reshape(self.shape)
 
+    def in_single(self):
+        return self
+
     def approximate_inverse(self):
         # A little resists even where nothing does, so that there is an inverse.
         resisted = self.matrix + self.self_displacement / len(self.matrix)
@@ -351,6 +354,7 @@ ALLOWED = {
     },
     "iterate": {
         "chosen": "whether to copy, where the values are the same either way",
+        "_deep_enough": "bins that `added` has summed over the processes",
     },
     "problem": {
         "coarsened": "which of two ways that agree pixel by pixel",

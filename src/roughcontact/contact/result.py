@@ -18,6 +18,7 @@ from roughcontact.contact.cautions import Caution
 from roughcontact.contact.loads import GivenLoad
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.smooth import Smooth, smooth
+from roughcontact.contact.spots import Spots
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
@@ -292,8 +293,13 @@ class ContactResult:
         """The ``cautions``, one sentence each."""
         return tuple(caution.text for caution in self.cautions)
 
-    def spots(self) -> spots.Spots:
+    def spots(self) -> Spots:
         """Return the contact spots: edge-connected pixels with pressure, the largest first."""
+        found: Spots = self._spots
+        return found
+
+    @cached_property
+    def _spots(self) -> Spots:
         return spots.find(self.pressure, self.surface.pixel, self.boundary.periodic_axes)
 
     def elastic(self) -> ContactResult:

@@ -161,6 +161,17 @@ class Convolution:
         self.spread(self.support(index), pressure.ravel()[index], visit)
         return displacement
 
+    def in_single(self) -> Convolution:
+        """Return the same in single precision; itself where it is so.
+
+        The buffer is shared: the two operators must not be at work at the same time.
+        """
+        if self.real is np.float32:
+            return self
+        return Convolution(
+            self.spectrum, self.shape, self.padded, workspace=self.workspace, precision="single"
+        )
+
     def approximate_inverse(self) -> Convolution:
         """Return ``displacement / K₀₀ → pressure`` with next to no padding, in single precision.
 

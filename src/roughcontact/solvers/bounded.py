@@ -164,6 +164,7 @@ def solve(
             max(tolerance, _COARSE_TOLERANCE) if not finest else tolerance,
             max_iterations,
             note,
+            warm=start is not None,
         )
         if not finest:
             loaded = solution.index, solution.pressure
@@ -198,9 +199,15 @@ def _solve_level(
     tolerance: float,
     max_iterations: int,
     note: Callable[[Step], None],
+    *,
+    warm: bool,
 ) -> Solution:
-    viewer = Viewer(problem, operator)
-    now = best = viewer.look(*admissible(problem, first(), operator.sums))
+    viewer = Viewer(problem, operator, tolerance)
+    loaded = first()
+    if warm:
+        loaded = viewer.carrying(*loaded)
+    now = best = viewer.look(*admissible(problem, loaded, operator.sums))
+    del loaded
     iteration, fruitless, bursts = 0, 0, 0
     while True:
         note(Step(problem.shape, iteration, viewer.convolutions, now.certificate, tolerance))
@@ -230,8 +237,7 @@ def _solve_level(
             best = now
     if now.certificate > best.certificate and status is not Status.CONVERGED:
         now = best
-    if viewer.seen is not now:
-        now = viewer.look(now.index, now.pressure)
+    now = viewer.settle(now)
     index, pressure = chosen(now.pressure > 0, now.index, now.pressure)
     viewer.open -= viewer.open.dtype.type(now.approach)
     return Solution(

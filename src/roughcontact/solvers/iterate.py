@@ -13,6 +13,12 @@ from roughcontact.solvers.operator import Operator, Sums, norm
 from roughcontact.solvers.problem import Limit, Loaded, Problem
 from roughcontact.solvers.projection import project, shift_to_sum, without_dust
 
+# Gaps are counted in so many bins where pixels are sought that can carry a load.
+_BINS = 4096
+# Certificate above which single precision is good enough, in itself and over the tolerance; and
+# the part of it that rounding may make up.
+_FAR, _TOLERANCES, _BLURRED = 3e-4, 30, 0.1
+
 
 @dataclass(frozen=True, eq=False)
 class Iterate:
@@ -29,13 +35,24 @@ class Iterate:
     certificate: float
     # Part of the certificate that rounding alone may cause; in single precision it is included.
     floor: float
+    # Whether in the arithmetic of the problem, not a coarser one.
+    sharp: bool
 
 
 class Viewer:
-    """Evaluates pressures on the whole map."""
+    """Evaluates pressures on the whole map.
 
-    def __init__(self, problem: Problem, operator: Operator) -> None:
+    Far from the solution in single precision: what such a look shows is off in its last digits,
+    and good enough to come nearer.
+    """
+
+    def __init__(self, problem: Problem, operator: Operator, tolerance: float) -> None:
         self.problem, self.operator = problem, operator
+        self._rough = operator.in_single()
+        self._tolerance = tolerance
+        # Where single precision is still good enough, and how far away the last look was.
+        self._far = max(_FAR, _TOLERANCES * tolerance)
+        self._distance = math.inf if self._rough is not operator else 0.0
         self.unit, self.sums = operator.self_displacement, operator.sums
         self.convolutions = 0
         # The last look: displacement plus initial gap before the approach is taken off, and the
@@ -50,43 +67,109 @@ class Viewer:
 
     def look(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Iterate:
         """Return what a pressure does, computed afresh over the whole map."""
-        initial_gap, total = self.problem.initial_gap, self.problem.total
         self.seen = None
         pressure = without_dust(pressure, self.limit(index), self.sums)
         index, pressure = chosen(pressure > 0, index, pressure)
+        if self._distance > self._far:
+            seen = self._looked(self._rough, index, pressure)
+            blurred = seen.floor > _BLURRED * seen.certificate
+            self._distance = 0.0 if blurred else seen.certificate
+            if seen.certificate > self._tolerance and not blurred:
+                self.seen = seen
+                return seen
+        self.seen = self._looked(self.operator, index, pressure)
+        self._distance = 0.0
+        return self.seen
 
-        def visit(number: int, rows: slice, displacement: NDArray[Any]) -> None:
-            np.add(displacement, initial_gap[rows], out=self.open[rows])
+    def settle(self, now: Iterate) -> Iterate:
+        """Return a pressure looked at before as the last thing seen, to all digits."""
+        if self.seen is now and now.sharp:
+            return now
+        self._distance = 0.0
+        return self.look(now.index, now.pressure)
 
-        support = self.operator.support(index)
-        self.operator.spread(support, pressure, visit)
-        self.convolutions += 1
+    def _looked(
+        self, operator: Operator, index: NDArray[np.int64], pressure: NDArray[np.float64]
+    ) -> Iterate:
+        total = self.problem.total
+        starts = self._displaced(operator, index, pressure)
         approach = self.problem.approach or 0.0
         if total is not None:
             # More pixels can only lower the approach that carries the load: this one is a bound.
             approach = self._multiplier(index, pressure, total)
-        loaded_pixels, starts = self.sums.size(index), support.starts
-        del support
-        index, pressure = self._joined(index, pressure, starts, approach)
+        loaded_pixels = self.sums.size(index)
+        index, pressure = self._joined(operator, index, pressure, starts, approach)
         if total is not None and self.sums.size(index) > loaded_pixels:
             approach = self._multiplier(index, pressure, total)
-        gap, moved, floor = self._judged(index, pressure, approach)
+        gap, moved, floor = self._judged(operator, index, pressure, approach)
         size = norm(pressure, self.sums)
-        if self.operator.real is not np.float64:
+        if operator.real is not np.float64:
             # Double precision would see it.
             moved = math.hypot(moved, floor)
-        self.seen = Iterate(
+        return Iterate(
             index=index,
             pressure=pressure,
             gap=gap,
             approach=approach,
             certificate=moved / size if size else (math.inf if moved else 0.0),
             floor=floor / size if size else 0.0,
+            sharp=operator is self.operator,
         )
-        return self.seen
+
+    def _displaced(
+        self, operator: Operator, index: NDArray[np.int64], pressure: NDArray[np.float64]
+    ) -> NDArray[np.int64]:
+        """Keep displacement plus initial gap of the map; return where its row blocks begin."""
+        initial_gap = self.problem.initial_gap
+
+        def visit(number: int, rows: slice, displacement: NDArray[Any]) -> None:
+            np.add(displacement, initial_gap[rows], out=self.open[rows])
+
+        support = operator.support(index)
+        operator.spread(support, pressure, visit)
+        self.convolutions += 1
+        return support.starts
+
+    def carrying(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Loaded:
+        """Return a pressure that can carry the load, near to that of another load.
+
+        Grown in proportion where these pixels can carry it; where their ceiling is too low, by one
+        step down the gradient, in which the pixels with the least gap take what is added.
+        """
+        total, sums = self.problem.total, self.sums
+        carried = sums.total(pressure)
+        if total is None or not carried > 0:
+            return index, pressure
+        if sums.total(np.broadcast_to(self.limit(index), index.shape)) > total:
+            return index, pressure * (total / carried)
+        starts = self._displaced(self._rough, index, pressure)
+        approach = self._deep_enough(total)
+        index, pressure = self._joined(self._rough, index, pressure, starts, approach)
+        target = self.opened(index)
+        target -= approach
+        target /= -self.unit
+        target += pressure
+        return index, project(target, self.limit(index), total, sums)
+
+    def _deep_enough(self, total: float) -> float:
+        """Return an approach at which the pixels without gap can carry the load, hardly more."""
+        limit, opened = self.problem.limit, self.open.ravel()
+        touchable = np.isfinite(opened)
+        opened = opened[touchable]
+        most = limit.ravel()[touchable] if isinstance(limit, np.ndarray) else None
+        low, high = self.sums.smallest(opened), self.sums.largest(opened)
+        carried = self.sums.added(np.histogram(opened, _BINS, (low, high), weights=most)[0])
+        if most is None:
+            carried = carried * limit
+        enough = int(np.searchsorted(np.cumsum(carried), total)) + 1
+        return low + (high - low) * min(enough, _BINS) / _BINS
 
     def _judged(
-        self, index: NDArray[np.int64], pressure: NDArray[np.float64], approach: float
+        self,
+        operator: Operator,
+        index: NDArray[np.int64],
+        pressure: NDArray[np.float64],
+        approach: float,
     ) -> tuple[NDArray[np.float64], float, float]:
         """Return the gap on some pixels, how far their pressure would move, and rounding's part.
 
@@ -105,7 +188,7 @@ class Viewer:
         initial = self.problem.initial_gap.ravel()[index]
         doubt += np.abs(initial, out=initial)
         del initial
-        doubt *= 0.5 * float(np.finfo(self.operator.real).eps) / self.unit
+        doubt *= 0.5 * float(np.finfo(operator.real).eps) / self.unit
         np.add(reach, doubt, out=step)
         np.clip(step, 0, bound, out=step)
         reach -= doubt
@@ -130,6 +213,7 @@ class Viewer:
 
     def _joined(
         self,
+        operator: Operator,
         index: NDArray[np.int64],
         pressure: NDArray[np.float64],
         starts: NDArray[np.int64],
@@ -146,7 +230,7 @@ class Viewer:
             if pixels.size:
                 found[number] = pixels + rows.start * nx
 
-        self.operator.each_block(seek)
+        operator.each_block(seek)
         if not found:
             return index, pressure
         new = np.concatenate([found[number] for number in sorted(found)])

@@ -115,6 +115,9 @@ class Operator(Protocol):
     def __call__(self, pressure: NDArray[Any]) -> NDArray[Any]:
         """Return the displacement of a small map, which every process holds as a whole."""
 
+    def in_single(self) -> Operator:
+        """Return the same in single precision; itself where it is so."""
+
     def approximate_inverse(self) -> Operator:
         """Return ``displacement / K₀₀ → pressure``, about, of which only `gather` is used."""
 

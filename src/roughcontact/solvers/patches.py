@@ -1,4 +1,8 @@
-"""Parts of the map that hold the contact, each with an operator of its own."""
+"""Parts of the map that hold the contact, each with an operator of its own.
+
+In single precision: a linear solve need only bring the pressure nearer, and what it lacks the next
+look at the whole map shows.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +14,9 @@ from numpy.typing import NDArray
 from roughcontact.solvers.operator import Family, Operator
 from roughcontact.solvers.preconditioner import FreePixelInverse
 
-# Pixels along the edge of a block, and the fewest blocks along a side that are of use.
+# Pixels along the edge of a block, and the fewest blocks that are of use.
 _BLOCK = 8
-_FEWEST_BLOCKS = 2
+_FEWEST_BLOCKS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +56,7 @@ class Patches:
 
     def __init__(self, operator: Operator, family: Family, pixel: tuple[int, int]) -> None:
         self._family, self._pixel, self._width = family, pixel, operator.shape[1]
-        self._whole = self._patch((0, 0), operator)
+        self._whole = self._patch((0, 0), operator.in_single())
         self._last = self._whole
 
     def around(self, index: NDArray[np.int64]) -> Patch:
@@ -75,17 +79,18 @@ class Patches:
             points.append(min(most, end + 1 + margin) - first[-1])
         if 2 * points[0] * points[1] > ny * nx:
             return self._whole
-        operator = self._family((points[0], points[1]), self._pixel)
+        operator = self._family((points[0], points[1]), self._pixel).in_single()
         self._last = self._patch((first[0], first[1]), operator)
         return self._last
 
     def _patch(self, first: tuple[int, int], operator: Operator) -> Patch:
         inverse, unit = operator.approximate_inverse(), operator.self_displacement
-        number = [-(-points // _BLOCK) for points in operator.shape]
-        if min(number) < _FEWEST_BLOCKS:
+        # A profile has a single row.
+        edges = [min(_BLOCK, points) for points in operator.shape]
+        number = [-(-points // edge) for points, edge in zip(operator.shape, edges, strict=True)]
+        if number[0] * number[1] < _FEWEST_BLOCKS:
             return Patch(first, self._width, operator, FreePixelInverse(inverse))
-        pixel = (_BLOCK * self._pixel[0], _BLOCK * self._pixel[1])
+        pixel = (edges[0] * self._pixel[0], edges[1] * self._pixel[1])
         blocks = self._family((number[0], number[1]), pixel)
-        return Patch(
-            first, self._width, operator, FreePixelInverse(inverse, blocks, (_BLOCK, _BLOCK), unit)
-        )
+        blockwise = FreePixelInverse(inverse, blocks, (edges[0], edges[1]), unit)
+        return Patch(first, self._width, operator, blockwise)

@@ -172,7 +172,7 @@ class FreePixelInverse:
         """Return C times the forces on the blocks."""
         assert self._blocks is not None
         if self._coupling is not None:
-            found = np.einsum("ij,j->i", self._coupling, force)
+            found: Array = np.einsum("ij,j->i", self._coupling, force)
         else:
             found = self._blocks(force.reshape(self._blocks.shape)).ravel().astype(np.float64)
         found *= self._softness
