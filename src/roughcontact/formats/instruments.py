@@ -52,7 +52,6 @@ SUFFIXES = {
     "mdt": (".mdt",),
     "metropro": (".dat",),
     "mi": (".mi",),
-    "mitutoyo": (".xlsx",),
     "mnt": (".mnt",),
     # Some releases read its lateral sizes 10⁶ too large: such a size is refused as implausible.
     "nms": (".nms",),

@@ -11,14 +11,19 @@ from typing import Any
 
 from roughcontact import limits
 from roughcontact.errors import FormatError, RoughcontactError
-from roughcontact.formats import archives, matrices
+from roughcontact.formats import archives, instruments, matrices
 from roughcontact.formats.source import Asked, Channel, one_line
 from roughcontact.surface.surface import Surface
+
+# The reader of SurfaceTopography that knows the workbooks of this instrument.
+_MITUTOYO = "mitutoyo"
 
 
 def read(path: Path, name: str, asked: Asked) -> Surface:
     """Return the map in one of the sheets of a workbook."""
     sheets = _sheets(path)
+    if _of_mitutoyo(sheets) and asked.channel is None:
+        return instruments.read(path, _MITUTOYO, asked)
     sheet = matrices.chosen(path, sheets, asked.channel)
     with _as_text(path, sheet) as text:
         surface = matrices.read_text(text, name, replace(asked, channel=None))
@@ -30,7 +35,10 @@ def read(path: Path, name: str, asked: Asked) -> Surface:
 def channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the sheets of a workbook; those without numbers are no heights."""
     found = []
-    for sheet in _sheets(path):
+    sheets = _sheets(path)
+    if _of_mitutoyo(sheets):
+        return instruments.channels(path, _MITUTOYO)
+    for sheet in sheets:
         try:
             with _as_text(path, sheet) as text:
                 (inside,) = matrices.text_channels(text, name)
@@ -38,6 +46,11 @@ def channels(path: Path, name: str) -> tuple[Channel, ...]:
         except FormatError:
             found.append(Channel(sheet, "", False, ()))
     return tuple(found)
+
+
+def _of_mitutoyo(sheets: list[str]) -> bool:
+    """Return whether a workbook is a profile of a Mitutoyo SurfTest."""
+    return {"DATA", "Certificate"} <= set(sheets)
 
 
 def _sheets(path: Path) -> list[str]:
