@@ -13,6 +13,7 @@ import roughcontact as rc
 from roughcontact import statistics
 from roughcontact.cli import app
 from roughcontact.contact.cautions import Kind
+from roughcontact.report import compared
 from roughcontact.surface import leveling
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
@@ -25,22 +26,26 @@ Capture = pytest.CaptureFixture[str]
 
 
 def patches(count: int, side: int, rms: float, rolloff: float, seed: int) -> list[rc.Surface]:
-    """Return square parts of endless random surfaces, each leveled."""
+    """Return square parts of random surfaces, each leveled, in no order.
+
+    Parts of one surface are not quite independent: the whole of it has the RMS height asked for.
+    """
     found: list[rc.Surface] = []
     for number in range(count):
         heights = rc.self_affine(
-            (256, 256), PIXEL, rms_height=rms, rolloff_wavelength=rolloff,
+            (512, 512), PIXEL, rms_height=rms, rolloff_wavelength=rolloff,
             cutoff_wavelength=4e-6, rng=np.random.default_rng([seed, number]),
         )  # fmt: skip
         step = side + 16
         found += [
             rc.Surface(leveling.level(heights[i : i + side, j : j + side]), PIXEL)
-            for i in range(0, 256 - side + 1, step)
-            for j in range(0, 256 - side + 1, step)
+            for i in range(0, 512 - side + 1, step)
+            for j in range(0, 512 - side + 1, step)
         ]
         if len(found) >= count:
             break
-    return found[:count]
+    order = np.random.default_rng(seed).permutation(len(found))
+    return [found[at] for at in order[:count]]
 
 
 def fraction(surface: rc.Surface) -> float:
@@ -133,6 +138,9 @@ def test_three_groups_are_compared_in_pairs() -> None:
     told = {caution.kind: caution for caution in found.cautions}
     assert "Games and Howell" in told[Kind.MULTIPLE].text
     assert "2 maps of a, b, c" in told[Kind.FEW].text
+    shown = compared.differences(found, clear=True)[1]
+    assert all(row[-1] == "yes" for row in shown)
+    assert compared.left_out(found).startswith(f"{len(shown)} of 42 differences")
 
 
 def test_before_and_after_a_first_loading_are_pairs() -> None:
@@ -245,7 +253,7 @@ def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
     assert row[0] == "contact_fraction"
     assert float(row[4]) == contact["value"]
     report = places["html"].read_text("utf-8")
-    assert "Honed less ground: the 95 % interval excludes zero for real contact" in report
+    assert "For honed less ground, the 95 % interval excludes zero in real contact" in report
     assert report.count("<figure") == 2
 
 

@@ -17,8 +17,9 @@ PIXEL = (1e-6, 1e-6)
 
 
 def patch(side: int, rolloff: float, *seed: int) -> rc.Surface:
+    # The whole has the RMS height asked for; a small part is as free as one of an endless surface.
     heights = rc.self_affine(
-        (2 * side, 2 * side), PIXEL, rms_height=0.3e-6, rolloff_wavelength=rolloff,
+        (4 * side, 4 * side), PIXEL, rms_height=0.3e-6, rolloff_wavelength=rolloff,
         cutoff_wavelength=4e-6, rng=np.random.default_rng(seed),
     )  # fmt: skip
     return rc.Surface(leveling.level(heights[:side, :side]), PIXEL)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
@@ -230,11 +231,20 @@ def _difference(first: Array, second: Array, groups: int) -> Difference:
 
         width, p = _student(freedom), 2 * float(stdtr(freedom, -abs(value) / error))
     else:
-        from scipy.stats import studentized_range
-
-        width = float(studentized_range.ppf(LEVEL, groups, freedom)) / math.sqrt(2)
-        p = float(studentized_range.sf(math.sqrt(2) * abs(value) / error, groups, freedom))
+        width, p = _of_range(groups, freedom, abs(value) / error)
     return Difference(value, value - width * error, value + width * error, p)
+
+
+@lru_cache(maxsize=1024)
+def _of_range(groups: int, freedom: float, ratio: float) -> tuple[float, float]:
+    """Return how many errors wide intervals of all pairs are, and how often chance has as many.
+
+    Kept, since the distribution of the studentized range takes a tenth of a second.
+    """
+    from scipy.stats import studentized_range
+
+    width = float(studentized_range.ppf(LEVEL, groups, freedom)) / math.sqrt(2)
+    return width, float(studentized_range.sf(math.sqrt(2) * ratio, groups, freedom))
 
 
 def components(groups: Sequence[ArrayLike]) -> Components:

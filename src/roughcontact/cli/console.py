@@ -89,10 +89,10 @@ def show_comparison(found: Comparison | SamplingStudy, written: Sequence[Path]) 
     if isinstance(found, Comparison):
         for heads, rows in compared.tables_of(found):
             _print_table(rows, heads=heads)
+        _print_lines(compared.left_out(found))
     for study in studies:
         _print_steps(study)
-        _print(Text(terminal.printable(f"{compared.answer(study)}.")))
-        print()
+        _print_lines(f"{compared.answer(study)}.")
     _print_cautions(found.cautions, COMPARE)
     _print_written(written)
 
@@ -348,6 +348,12 @@ def _answers(result: Any) -> tuple[list[Cells], list[Cells]]:
         for title, text in _cells(results.rows(result, TRUST, brief=True))
     ]
     return _cells(results.rows(result, brief=True)), trust
+
+
+def _print_lines(text: str) -> None:
+    if text:
+        _print(Text(terminal.printable(text)))
+        print()
 
 
 def _print_steps(

@@ -107,12 +107,14 @@ def means(comparison: Comparison) -> tuple[Cells, list[Cells]]:
     return ("", *group_heads(comparison)), rows
 
 
-def differences(comparison: Comparison) -> tuple[Cells, list[Cells]]:
-    """Return head and rows of the differences: a number and pair a row."""
+def differences(comparison: Comparison, clear: bool = False) -> tuple[Cells, list[Cells]]:
+    """Return head and rows of the differences, or only of those clear of zero: a pair a row."""
     several = len(comparison.groups) > 2
     rows = []
     for name in comparison.names:
         for (first, second), found in comparison.differences(name).items():
+            if clear and not found.excludes_zero:
+                continue
             base = comparison.mean(first, name).value
             pair = (pair_of(comparison, first, second),) if several else ()
             rows.append((name_of(name), *pair, *_difference(name, found, base)))
@@ -153,12 +155,24 @@ def components(comparison: Comparison) -> tuple[Cells, list[Cells]]:
 
 
 def tables_of(comparison: Comparison) -> list[tuple[Cells, list[Cells]]]:
-    """Return heads and rows of means, differences and shares, as far as there are groups."""
+    """Return heads and rows that a console has room for: of many pairs those clear of zero."""
     found = [means(comparison)]
     if len(comparison.groups) > 1:
-        found.append(differences(comparison))
+        found.append(differences(comparison, clear=len(comparison.groups) > 2))
     shares = components(comparison)
-    return [*found, shares] if shares[1] else found
+    return [one for one in (*found, shares) if one[1]]
+
+
+def left_out(comparison: Comparison) -> str:
+    """Return in a sentence what `tables_of` leaves out; nothing where it has all."""
+    pairs = len(comparison.groups) * (len(comparison.groups) - 1) // 2
+    if pairs < 2:
+        return ""
+    clear = len(differences(comparison, clear=True)[1])
+    return (
+        f"{clear} of {pairs * len(comparison.names)} differences exclude zero and are shown; "
+        "report, CSV and JSON have all."
+    )
 
 
 # Files

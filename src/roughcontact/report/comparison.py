@@ -21,6 +21,9 @@ from roughcontact.units import counted, engineering, lengths
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+# Groups that a title names.
+_NAMED = 3
+
 _FIRST = ("contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sdq")
 
 
@@ -94,7 +97,10 @@ def _title(found: Comparison | SamplingStudy) -> str:
     names = [group.name for group in found.groups if group.name]
     if found.first_pressure is not None:
         return f"{counted(len(found.groups[0].samples), 'map')} before and after a first loading"
-    return " and ".join(names) if 1 < len(names) <= 3 else _counts(found)
+    if not 1 < len(names) <= _NAMED:
+        return _counts(found)
+    *most, last = names
+    return f"{', '.join(most)} and {last}"
 
 
 def _counts(found: Comparison) -> str:
@@ -142,9 +148,9 @@ def _verdict(found: Comparison) -> str:
         ]
         pair = compared.pair_of(found, first, second)
         sentences.append(
-            f"{capital(pair)}: the {LEVEL} interval excludes zero for {', '.join(differ)}."
+            f"For {pair}, the {LEVEL} interval excludes zero in {', '.join(differ)}."
             if differ
-            else f"{capital(pair)}: no {LEVEL} interval excludes zero."
+            else f"For {pair}, no {LEVEL} interval excludes zero."
         )
     return " ".join(sentences)
 
