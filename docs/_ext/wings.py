@@ -30,7 +30,7 @@ def floors() -> dict[str, list[str]]:
             continue
         if not name:
             found.setdefault(_GROUND, []).append(wing)
-        elif not name.startswith("__"):
+        elif not name.rpartition(".")[2].startswith("__"):
             found.setdefault(wing, []).append(name)
     return found
 
