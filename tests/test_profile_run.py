@@ -208,3 +208,18 @@ def test_files_of_a_profile(trace, tmp_path, capsys):
         assert again.pixel == pytest.approx(surface.pixel, rel=1e-12)
     with pytest.raises(rc.InputError, match="for a profile"):
         surface.save(tmp_path / "s.x3p")
+
+
+def test_a_smooth_roller_stands_beside_a_profile(tmp_path, capsys):
+    # A flat line under a cylinder: all of what is set beside it is what is found.
+    x = np.arange(2001) * 2e-4
+    np.savetxt(tmp_path / "flat.txt", np.column_stack([x, 0 * x]), header="mm um")
+    words = ["--counter-body", "cylinder 5 mm", "--ceiling", "none", "--load", "20 N/mm"]
+    assert app.main(["solve", str(tmp_path / "flat.txt"), *STEEL, *words]) == app.SOLVED
+    shown = capsys.readouterr().out
+    table = shown[shown.index("beside Hertz") :].splitlines()[2:7]
+    ratios = {line.split("  ")[0]: float(line.split()[-1]) for line in table}
+    assert ratios["largest pressure"] == pytest.approx(1, abs=1e-3)
+    assert ratios["contact length"] == pytest.approx(1, abs=1e-2)
+    # From the same reference: the length of the profile.
+    assert ratios["approach"] == pytest.approx(1, abs=1e-3)

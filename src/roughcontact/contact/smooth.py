@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 from roughcontact.contact.pair import Pair
-from roughcontact.halfspace.boundary import Boundary
 from roughcontact.surface import curvature
 from roughcontact.theory import hertz
 
@@ -159,7 +158,7 @@ def smooth(pair: Pair, load: float) -> Smooth | None:
 def _line(pair: Pair, shape: Shape, load: float) -> Smooth:
     axis, radius, modulus = shape.axis, shape.radii[0], pair.contact_modulus
     assert axis is not None
-    length, datum = pair.size[axis], max(pair.size)
+    length, datum = pair.size[axis], longer_side(pair.shape, pair.pixel)
     found = hertz.line_contact(load / length, radius, modulus)
     approach = None
     # The datum of the strip, see `Boundary`.
