@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from roughcontact.contact.pair import Pair
+from roughcontact.halfspace.boundary import Boundary, longer_side
 from roughcontact.surface import curvature
 from roughcontact.theory import hertz
 
