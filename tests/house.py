@@ -15,6 +15,7 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 WINGS = (
     "_version", "errors", "units", "files", "pipes", "memory", "limits", "checksums", "locks",
     "hdf5", "netcdf", "statistics",
+    "shown",
     "material", "theory", "halfspace", "solvers", "surface", "contact", "volume",
     "formats", "plots", "report", "request", "fleet", "cli",
     "__init__", "__main__",
@@ -37,6 +38,7 @@ DELEGATIONS: dict[str, set[str]] = {
     "contact.sampling": {"report.results"},
     "contact.stress": {"report.results"},
     "contact.study": {"report.results"},
+    "shown": {"plots.accessor", "report.glance"},
     "surface.surface": {"formats.export"},
     "volume.result": {
         "formats.export",

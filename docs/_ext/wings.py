@@ -6,6 +6,7 @@ import ast
 import sys
 from collections import Counter
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 import roughcontact as rc
@@ -65,7 +66,9 @@ def face() -> str:
     objects = {name: getattr(rc, name) for name in rc.__all__}
     lines = [".. currentmodule:: roughcontact", "", ".. autosummary::", ""]
     for name, value in objects.items():
-        if callable(value) and hasattr(value, "__module__"):
+        if isinstance(value, ModuleType):
+            lines.append(f"   {value.__name__}")
+        elif callable(value) and hasattr(value, "__module__"):
             lines.append(f"   {value.__module__.removeprefix('roughcontact.')}.{name}")
     return "\n".join(lines) + "\n"
 

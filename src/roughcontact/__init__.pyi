@@ -1,5 +1,9 @@
 """What `roughcontact` offers: the one list, which is read at run time as well."""
 
+from . import (
+    plots as plots,
+    theory as theory,
+)
 from .contact.archive import save_result as save_result
 from .contact.compare import compare as compare
 from .contact.compared import Comparison as Comparison
@@ -40,6 +44,10 @@ from .errors import (
     RoughcontactError as RoughcontactError,
 )
 from .formats.read import read_surface as read_surface
+from .material import (
+    catalogue as catalogue,
+    hardness as hardness,
+)
 from .material.hardening import (
     Linear as Linear,
     Perfect as Perfect,

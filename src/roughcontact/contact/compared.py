@@ -15,6 +15,7 @@ from roughcontact.contact.cautions import Caution, Kind, careful, noted, ordered
 from roughcontact.contact.sample import CURVES, NUMBERS, Sample
 from roughcontact.contact.sampling import SamplingStudy
 from roughcontact.errors import Mention
+from roughcontact.shown import Shown
 from roughcontact.statistics import Components, Difference, Mean
 from roughcontact.units import counted, engineering
 
@@ -47,8 +48,8 @@ class Group:
         return [value for value in found if math.isfinite(value)]
 
 
-@dataclass(frozen=True, eq=False)
-class Comparison:
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Shown):
     """Groups of maps under the same nominal pressure.
 
     Parameters

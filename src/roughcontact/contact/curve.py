@@ -15,6 +15,7 @@ from roughcontact.contact.cautions import Caution, ordered
 from roughcontact.contact.loads import GivenLoad
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.shown import Shown
 from roughcontact.theory import persson
 
 Array = NDArray[np.float64]
@@ -80,8 +81,8 @@ class LoadStep:
 _FIELDS = tuple(field.name for field in fields(LoadStep))
 
 
-@dataclass(frozen=True, eq=False)
-class LoadCurve:
+@dataclass(frozen=True, eq=False, repr=False)
+class LoadCurve(Shown):
     """Contact against load, and what the simple laws say about it.
 
     Parameters

@@ -9,6 +9,7 @@ from typing import Any
 from roughcontact.contact.cautions import Caution, ordered
 from roughcontact.contact.judgment import over_loads
 from roughcontact.contact.result import ContactResult
+from roughcontact.shown import Shown
 
 CONTACT, SATURATED, APPROACH, GAP, YIELD = (
     "contact_fraction", "saturated_share", "approach", "mean_gap", "first_yield"
@@ -85,8 +86,8 @@ class FoundLoad:
         return self.result.certificate
 
 
-@dataclass(frozen=True, eq=False)
-class FoundLoads:
+@dataclass(frozen=True, eq=False, repr=False)
+class FoundLoads(Shown):
     """The loads that were asked for.
 
     Parameters

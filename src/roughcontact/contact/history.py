@@ -21,6 +21,7 @@ from roughcontact.contact.loads import GivenLoad, Load
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, require_count
+from roughcontact.shown import Shown
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
 
@@ -170,8 +171,8 @@ class HistoryStep:
 _FIELDS = tuple(field.name for field in fields(HistoryStep))
 
 
-@dataclass(frozen=True, eq=False)
-class LoadHistory:
+@dataclass(frozen=True, eq=False, repr=False)
+class LoadHistory(Shown):
     """A path of loads and positions, and what it left behind.
 
     Parameters

@@ -22,6 +22,7 @@ from roughcontact.contact.spots import Spots
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
+from roughcontact.shown import Shown
 from roughcontact.surface.surface import Surface
 
 
@@ -36,8 +37,8 @@ class Regime(StrEnum):
     UNKNOWN = "unknown (no yield strength given)"
 
 
-@dataclass(frozen=True, eq=False)
-class ContactResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactResult(Shown):
     """Pressure and gap of a solved contact, with everything that went in.
 
     Maps are read-only, ``[y, x]``, in SI units; NaN marks missing points of the gap.

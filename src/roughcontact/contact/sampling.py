@@ -15,6 +15,7 @@ from roughcontact.contact.cautions import Caution, Kind, careful, noted, ordered
 from roughcontact.contact.sample import NAMES, Sample, sample
 from roughcontact.errors import InputError, require_positive
 from roughcontact.material.material import RIGID, Material
+from roughcontact.shown import Shown
 from roughcontact.solvers.progress import Progress
 from roughcontact.surface.partition import divides, partition
 from roughcontact.surface.surface import Surface
@@ -76,8 +77,8 @@ class SamplingError:
         return self.half / abs(self.value)
 
 
-@dataclass(frozen=True, eq=False)
-class SamplingStudy:
+@dataclass(frozen=True, eq=False, repr=False)
+class SamplingStudy(Shown):
     """A map, its parts, and what their scatter says of the area that is needed.
 
     Parameters

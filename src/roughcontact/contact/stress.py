@@ -17,6 +17,7 @@ from roughcontact.errors import InputError
 from roughcontact.halfspace import stress_summary
 from roughcontact.halfspace.tensors import COMPONENTS, von_mises
 from roughcontact.material.material import Material
+from roughcontact.shown import Shown
 
 if TYPE_CHECKING:
     import xarray
@@ -37,8 +38,8 @@ _AT_THE_SURFACE = (
 _NOT_SHALLOW_ENOUGH = "the largest stress lies at the least depth: look nearer to the surface"
 
 
-@dataclass(frozen=True, eq=False)
-class StressResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class StressResult(Shown):
     """Elastic stress below a contact, with everything that went in.
 
     Arrays are read-only and in SI units; tensors hold xx, yy, zz, yz, xz, xy along their first

@@ -10,6 +10,7 @@ from typing import Any
 
 from roughcontact.contact.cautions import Caution, Kind, warned
 from roughcontact.errors import InputError
+from roughcontact.shown import Shown
 from roughcontact.units import changed_by, engineering
 
 STEADY = 0.05
@@ -67,8 +68,8 @@ class Variant:
     certificate: float
 
 
-@dataclass(frozen=True)
-class ResolutionStudy:
+@dataclass(frozen=True, repr=False)
+class ResolutionStudy(Shown):
     """How far the results of a contact depend on grid, filter and ceiling.
 
     Parameters

@@ -1,1 +1,7 @@
 """Materials: constants, hardening, hardness, catalogue."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(
+    __name__, submodules=("catalogue", "hardening", "hardness", "material")
+)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import limits
 from roughcontact.errors import InputError, Mention, require_pixel
+from roughcontact.shown import Shown
 from roughcontact.surface import (
     alignment,
     cleaning,
@@ -29,8 +30,8 @@ from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.units import Quantities, Quantity, WithUnit, lengths, quantity
 
 
-@dataclass(frozen=True, eq=False)
-class Surface:
+@dataclass(frozen=True, eq=False, repr=False)
+class Surface(Shown):
     """Heights of a surface on a regular grid, positive out of the material.
 
     Parameters

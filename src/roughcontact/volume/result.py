@@ -17,6 +17,7 @@ from roughcontact.contact.cautions import Caution
 from roughcontact.contact.result import ContactResult
 from roughcontact.halfspace import tensors
 from roughcontact.material.material import Material
+from roughcontact.shown import Shown
 from roughcontact.volume.profiles import DepthProfile, DepthSection, LayerProfile
 
 Array = NDArray[Any]
@@ -170,8 +171,8 @@ class PlasticBody:
         return float(self.thickness[: layers[-1] + 1].sum()) if layers.size else 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class ElastoplasticResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class ElastoplasticResult(Shown):
     """A contact after a path of loads, with the plastic strain that it left.
 
     Parameters

@@ -1,0 +1,91 @@
+"""The figures of an object as its methods: ``result.plot.pressure()``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial, update_wrapper
+from typing import TYPE_CHECKING, Any
+
+from roughcontact.contact.curve import LoadCurve
+from roughcontact.contact.history import LoadHistory
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.stress import StressResult
+from roughcontact.plots import curves, maps, profiles, stress, volume
+from roughcontact.surface.surface import Surface
+from roughcontact.volume.result import ElastoplasticResult
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Draw = Callable[..., "Figure"]
+
+# The first is the one that is drawn where none is named.
+_FIGURES: dict[type, tuple[Draw, ...]] = {
+    Surface: (maps.surface, profiles.bearing_curve),
+    ContactResult: (
+        maps.overview, maps.pressure, maps.contact, maps.gap, maps.close_up, maps.spots,
+        profiles.section, profiles.pressure_histogram,
+    ),
+    LoadCurve: (curves.load_curve,),
+    LoadHistory: (curves.hysteresis,),
+    StressResult: (stress.stress_section, stress.stress_depth, stress.stress_map),
+    ElastoplasticResult: (
+        volume.section, volume.profile, volume.layers, volume.path, volume.residual_displacement,
+        volume.convergence,
+    ),
+}  # fmt: skip
+
+
+class Plots:
+    """The figures of one object, each a function of `roughcontact.plots` by its name.
+
+    Parameters
+    ----------
+    shown : object
+        What they are drawn of.
+    figures : tuple of callable
+        ``figure(shown, ...)`` draws one; the first is the usual one.
+    """
+
+    def __init__(self, shown: object, figures: tuple[Draw, ...]) -> None:
+        self._shown = shown
+        self._figures = {figure.__name__: figure for figure in figures}
+
+    def __call__(self, **options: Any) -> Figure:
+        """Draw the usual figure."""
+        usual = next(iter(self._figures.values()))
+        return usual(self._shown, **options)
+
+    def __getattr__(self, name: str) -> Draw:
+        """Return what draws a figure, with its own documentation."""
+        if name.startswith("_") or name not in self._figures:
+            raise AttributeError(f"there is no figure {name!r}, only {', '.join(self._figures)}")
+        draw = self._figures[name]
+        return update_wrapper(partial(draw, self._shown), draw)
+
+    def __dir__(self) -> list[str]:
+        """Return the names of the figures."""
+        return list(self._figures)
+
+    def __repr__(self) -> str:
+        """Return the names of the figures, as they are called."""
+        return "figures: plot(), " + ", ".join(f"plot.{name}()" for name in self._figures)
+
+
+def of(shown: object) -> Plots:
+    """Return the figures of an object.
+
+    Parameters
+    ----------
+    shown : Surface, ContactResult, LoadCurve, LoadHistory, StressResult or ElastoplasticResult
+        The object.
+
+    Raises
+    ------
+    AttributeError
+        If there are none of its kind.
+    """
+    for kind, figures in _FIGURES.items():
+        if isinstance(shown, kind):
+            return Plots(shown, figures)
+    raise AttributeError(f"a {type(shown).__name__} has no figures")

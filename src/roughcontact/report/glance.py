@@ -1,0 +1,92 @@
+"""An object at a glance: what a session prints of it, and a notebook shows."""
+
+from __future__ import annotations
+
+import base64
+import html as markup
+from typing import Any
+
+from roughcontact.errors import InputError
+from roughcontact.plots import accessor
+from roughcontact.plots.saving import png
+from roughcontact.report import inputs, results
+from roughcontact.report.quantities import rows_of
+from roughcontact.surface.surface import Surface
+
+Cells = tuple[str, ...]
+
+# Steps that are shown of many: so many of the first, and so many of the last.
+_ENDS = 4
+_WIDE, _SMALL = 420, 340
+
+
+def text(shown: Any) -> str:
+    """Return the headline numbers of an object, one line each.
+
+    Parameters
+    ----------
+    shown : Surface or result
+        The object.
+
+    Returns
+    -------
+    str
+        Its kind, then names and values; of many steps the first and the last.
+    """
+    lines = [_kind(shown) + ":"]
+    for table in _tables(shown):
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+        lines += [
+            "  " + "  ".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=True)).rstrip()
+            for row in table
+        ]
+    return "\n".join(lines)
+
+
+def html(shown: Any) -> str:
+    """Return the same as HTML, beside a picture where there is one of its kind."""
+    tables = "".join(
+        "<table>"
+        + "".join("<tr>" + "".join(map(_cell, row)) + "</tr>" for row in table)
+        + "</table>"
+        for table in _tables(shown)
+    )
+    kind = markup.escape(_kind(shown))
+    return (
+        '<div style="display: flex; flex-wrap: wrap; gap: 1em; align-items: flex-start">'
+        f"{_picture(shown)}<div><b>{kind}</b>{tables}</div></div>"
+    )
+
+
+def _kind(shown: Any) -> str:
+    kind = type(shown).__name__
+    return kind if getattr(shown, "converged", True) else f"{kind}, not converged"
+
+
+def _cell(text: str) -> str:
+    return f'<td style="text-align: left">{markup.escape(text)}</td>'
+
+
+def _tables(shown: Any) -> list[list[Cells]]:
+    """Return names with values, and the steps where there are some."""
+    if isinstance(shown, Surface):
+        rows = rows_of(inputs.TRACE if shown.is_profile else inputs.SURFACE, shown)
+        return [[(row.name, row.text) for row in rows]]
+    told: list[Cells] = [(row.name, row.text) for row in results.rows(shown, brief=True)]
+    head, steps = results.listing(shown, brief=True)
+    if len(steps) > 2 * _ENDS:
+        steps = [*steps[:_ENDS], ("…",) * len(head), *steps[-_ENDS:]]
+    return [table for table in (told, [head, *steps] if steps else []) if table]
+
+
+def _picture(shown: Any) -> str:
+    try:
+        figures = accessor.of(shown)
+        # One map: what shows four at once is too small here.
+        figure = figures.pressure() if "pressure" in dir(figures) else figures()
+    except (AttributeError, InputError):
+        # Kinds that have none, and results that have nothing to draw.
+        return ""
+    data = base64.b64encode(png(figure)).decode("ascii")
+    wide = _WIDE if figure.get_figwidth() > figure.get_figheight() else _SMALL
+    return f'<img alt="" style="width: {wide}px" src="data:image/png;base64,{data}">'

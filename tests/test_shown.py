@@ -1,0 +1,104 @@
+"""What a session shows of an object: some ten lines, a picture with them, its figures."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact import plots
+from roughcontact.shown import Shown
+
+STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
+
+
+def surface() -> rc.Surface:
+    heights = rc.self_affine(
+        (24, 36), (1e-6, 1e-6), rms_height=1e-7, rolloff_wavelength=12e-6,
+        cutoff_wavelength=3e-6, rng=np.random.default_rng(2),
+    )  # fmt: skip
+    return rc.Surface(heights, (1e-6, 1e-6), rc.Provenance("<ground>.opd"))
+
+
+@pytest.fixture(scope="module")
+def objects() -> dict[str, Any]:
+    rough = surface()
+    result = rc.solve(rough, material=STEEL, load=1e-2)
+    return {
+        "Surface": rough,
+        "ContactResult": result,
+        "LoadCurve": rc.load_curve(rough, material=STEEL, loads=np.geomspace(1e-4, 1e-2, 12)),
+        "LoadHistory": rc.load_history(rough, ["10 mN", "0 N"], material=STEEL),
+        "StressResult": rc.subsurface_stress(result),
+        "FoundLoads": rc.find_load(rough, material=STEEL, contact=[0.05]),
+    }
+
+
+KINDS = ("Surface", "ContactResult", "LoadCurve", "LoadHistory", "StressResult", "FoundLoads")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_object_is_told_in_some_ten_lines(kind: str, objects: dict[str, Any]) -> None:
+    lines = repr(objects[kind]).splitlines()
+    assert lines[0] == f"{kind}:"
+    assert 2 <= len(lines) <= 16
+    assert max(map(len, lines)) < 100
+    assert "array" not in repr(objects[kind])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_notebook_shows_the_same_numbers_and_a_picture(
+    kind: str, objects: dict[str, Any]
+) -> None:
+    shown = objects[kind]._repr_html_()
+    told = [line.strip() for line in repr(objects[kind]).splitlines()[1:]]
+    for line in told:
+        for cell in line.split("  "):
+            assert cell.strip().replace("<", "&lt;").replace(">", "&gt;") in shown
+    assert ("data:image/png;base64," in shown) == (kind != "FoundLoads")
+    # The name of a file is no markup.
+    assert "<ground>" not in shown
+
+
+def test_a_result_that_did_not_converge_says_so(objects: dict[str, Any]) -> None:
+    stopped = rc.solve(surface(), material=STEEL, load=1e-2, max_iterations=1, on_failure="return")
+    assert repr(stopped).startswith("ContactResult, not converged:")
+    assert "<b>ContactResult, not converged</b>" in stopped._repr_html_()
+
+
+def test_the_figures_of_an_object_are_its_methods(objects: dict[str, Any]) -> None:
+    result = objects["ContactResult"]
+    assert set(dir(result.plot)) >= {"pressure", "contact", "gap", "section", "spots", "overview"}
+    assert result.plot.pressure.__doc__ == plots.pressure.__doc__
+    title = result.plot.pressure(limit=1e9).axes[0].get_title()
+    assert title == plots.pressure(result, limit=1e9).axes[0].get_title()
+    assert len(result.plot().axes) == len(plots.overview(result).axes)
+    assert dir(objects["Surface"].plot) == ["bearing_curve", "surface"]
+    assert "plot.stress_depth()" in repr(objects["StressResult"].plot)
+    with pytest.raises(AttributeError, match="no figure 'colour', only surface"):
+        objects["Surface"].plot.colour()
+    with pytest.raises(AttributeError, match="FoundLoads has no figures"):
+        _ = objects["FoundLoads"].plot
+
+
+def test_every_kind_of_result_is_shown() -> None:
+    kinds = [getattr(rc, name) for name in rc.__all__]
+    told = {kind.__name__ for kind in kinds if isinstance(kind, type) and issubclass(kind, Shown)}
+    assert told >= {*KINDS, "ElastoplasticResult", "ResolutionStudy", "Comparison"}
+
+
+def test_modules_of_the_face_complete_and_load_when_they_are_used() -> None:
+    code = (
+        "import sys, roughcontact as rc; listed = dir(rc); "
+        "assert {'catalogue', 'hardness', 'theory', 'plots'} <= set(listed), listed; "
+        "assert 'roughcontact.theory.hertz' not in sys.modules; "
+        "assert {'hertz', 'persson'} <= set(dir(rc.theory)); "
+        "rc.theory.hertz.contact_radius, rc.catalogue.entries, rc.hardness"
+    )
+    about = {"PYTHONPATH": str(Path(rc.__file__).parents[1])}
+    subprocess.run([sys.executable, "-c", code], check=True, env=about)
