@@ -86,6 +86,17 @@ def test_the_figures_of_an_object_are_its_methods(objects: dict[str, Any]) -> No
         _ = objects["FoundLoads"].plot
 
 
+def test_a_profile_is_told_and_drawn_as_one() -> None:
+    trace = rc.Surface(1e-7 * np.sin(np.arange(200) / 9), 2e-6)
+    result = rc.solve(trace, material=STEEL, load="10 N/m")
+    assert "200 of a profile" in repr(trace)
+    assert "contact length" in repr(result)
+    assert dir(trace.plot) == ["heights"]
+    assert dir(rc.subsurface_stress(result).plot) == ["stress_depth", "stress_section"]
+    for shown in (trace, result):
+        assert "data:image/png" in shown._repr_html_()
+
+
 def test_every_kind_of_result_is_shown() -> None:
     kinds = [getattr(rc, name) for name in rc.__all__]
     told = {kind.__name__ for kind in kinds if isinstance(kind, type) and issubclass(kind, Shown)}

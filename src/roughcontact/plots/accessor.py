@@ -10,7 +10,7 @@ from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.stress import StressResult
-from roughcontact.plots import curves, maps, profiles, stress, volume
+from roughcontact.plots import curves, maps, profiles, stress, traces, volume
 from roughcontact.surface.surface import Surface
 from roughcontact.volume.result import ElastoplasticResult
 
@@ -34,6 +34,13 @@ _FIGURES: dict[type, tuple[Draw, ...]] = {
         volume.convergence,
     ),
 }  # fmt: skip
+
+_OF_PROFILES: dict[type, tuple[Draw, ...]] = {
+    Surface: (traces.heights,),
+    ContactResult: (traces.pressed,),
+    LoadCurve: (traces.load_curve,),
+    StressResult: (stress.stress_section, stress.stress_depth),
+}
 
 
 class Plots:
@@ -85,7 +92,14 @@ def of(shown: object) -> Plots:
     AttributeError
         If there are none of its kind.
     """
-    for kind, figures in _FIGURES.items():
+    table = {**_FIGURES, **(_OF_PROFILES if _is_profile(shown) else {})}
+    for kind, figures in table.items():
         if isinstance(shown, kind):
             return Plots(shown, figures)
     raise AttributeError(f"a {type(shown).__name__} has no figures")
+
+
+def _is_profile(shown: Any) -> bool:
+    solution = shown.solution if isinstance(shown, StressResult) else shown
+    described = solution.pair if isinstance(solution, ContactResult) else solution
+    return bool(getattr(described, "is_profile", False))
