@@ -16,8 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.errors import require_pixel, require_positive
 from roughcontact.halfspace import fft, kernels
 from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.kept import SPECTRA
 from roughcontact.halfspace.sums import LocalSums
 
 Visit = Callable[[int, slice, NDArray[Any]], None]
@@ -63,6 +65,8 @@ class Convolution:
         Threads and memory; no other operator on it may be at work at the same time.
     precision : {"double", "single"}
         Arithmetic of the transforms.
+    softness : float
+        Factor of the spectrum.
 
     Attributes
     ----------
@@ -82,12 +86,14 @@ class Convolution:
         *,
         workspace: Workspace,
         precision: str = "double",
+        softness: float = 1.0,
     ) -> None:
         self.real: type = np.float32 if precision == "single" else np.float64
         self._complex: type = np.complex64 if precision == "single" else np.complex128
         self.shape, self.padded, self.workspace = shape, padded, workspace
         self.spectrum = spectrum.astype(self.real, copy=False)
-        self.self_displacement = _value_at_origin(spectrum, padded)
+        self.softness = softness
+        self.self_displacement = softness * _value_at_origin(spectrum, padded)
         self.rows, self.sums = slice(0, shape[0]), LocalSums()
         self._rows = (shape[0], padded[1] // 2 + 1)
         itemsize = np.dtype(self._complex).itemsize
@@ -169,7 +175,12 @@ class Convolution:
         if self.real is np.float32:
             return self
         return Convolution(
-            self.spectrum, self.shape, self.padded, workspace=self.workspace, precision="single"
+            self.spectrum,
+            self.shape,
+            self.padded,
+            workspace=self.workspace,
+            precision="single",
+            softness=self.softness,
         )
 
     def approximate_inverse(self) -> Convolution:
@@ -191,7 +202,7 @@ class Convolution:
         ]
         spectrum = self.spectrum[np.ix_(*waves)].astype(np.float64)
         spectrum[spectrum <= 0] = spectrum.max()
-        np.divide(self.self_displacement, spectrum, out=spectrum)
+        np.divide(self.self_displacement / self.softness, spectrum, out=spectrum)
         return Convolution(
             spectrum,
             self.shape,
@@ -211,7 +222,7 @@ class Convolution:
         spectra = self.workspace.shared(self._rows, self._complex)
         scratch_array, each = self.workspace.scratch, self.workspace.each
         half, width = my // 2 + 1, self._rows[1]
-        scale = 1 / (my * mx)
+        scale = self.softness / (my * mx)
 
         def forward(number: int) -> None:
             rows = blocks[number]
@@ -309,18 +320,31 @@ def free(
     Convolution
         Linear convolution with Love's coefficients, exact to rounding by zero padding.
     """
-    workspace = workspace or Workspace(workers)
+    require_pixel(pixel)
+    require_positive(contact_modulus=contact_modulus)
+    work = workspace or Workspace(workers)
     half = (fft.fast_length(shape[0]), fft.fast_length(shape[1]))
-    quadrant = np.empty((half[0] + 1, half[1] + 1))
+    # Pixels of one size or another, of one body or another, differ by a factor.
+    edges = (1.0, pixel[1] / pixel[0])
 
-    def fill(top: int) -> None:
-        rows = quadrant[top : top + _BAND]
-        rows[...] = kernels.love(rows.shape, pixel, contact_modulus, first_row=top)
+    def make() -> NDArray[np.float64]:
+        quadrant = np.empty((half[0] + 1, half[1] + 1))
 
-    workspace.each(fill, range(0, quadrant.shape[0], _BAND))
-    spectrum = fft.even_spectrum(quadrant, workspace)
-    padded = (2 * half[0], 2 * half[1])
-    return Convolution(spectrum, shape, padded, workspace=workspace, precision=precision)
+        def fill(top: int) -> None:
+            rows = quadrant[top : top + _BAND]
+            rows[...] = kernels.love(rows.shape, edges, 1.0, first_row=top)
+
+        work.each(fill, range(0, quadrant.shape[0], _BAND))
+        return fft.even_spectrum(quadrant, work)
+
+    return Convolution(
+        SPECTRA.get(("free", half, edges), make),
+        shape,
+        (2 * half[0], 2 * half[1]),
+        workspace=work,
+        precision=precision,
+        softness=pixel[0] / contact_modulus,
+    )
 
 
 def periodic(
@@ -344,6 +368,7 @@ def periodic(
     Convolution
         Circular convolution with the symbol ``2/(E* |q|)``, zero at q = 0.
     """
+    # Made as fast as it could be fetched.
     symbol = kernels.periodic(shape, pixel, contact_modulus)
     workspace = workspace or Workspace(workers)
     return Convolution(symbol, shape, shape, workspace=workspace, precision=precision)
@@ -383,21 +408,33 @@ def strip(
     The kernel falls and is convex along the free axis (`kernels.strip`), and positive as far as
     the datum: so no wave of the padded map has a negative symbol.
     """
-    workspace = workspace or Workspace(workers)
+    require_pixel(pixel)
     if datum is None:
         datum = max(shape[0] * pixel[0], shape[1] * pixel[1])
+    require_positive(contact_modulus=contact_modulus, datum=datum)
+    work = workspace or Workspace(workers)
     # The kernel knows x as the periodic axis.
-    period, edges = shape[axis], (pixel[1 - axis], pixel[axis])
+    period, edge = shape[axis], pixel[1 - axis]
+    edges, far = (1.0, pixel[axis] / edge), datum / edge
     half = fft.fast_length(shape[1 - axis])
-    table = np.zeros((half + 1, period // 2 + 1))
 
-    def fill(waves: slice) -> None:
-        table[:, waves] = kernels.strip((half + 1, period), edges, contact_modulus, datum, waves)
+    def make() -> NDArray[np.float64]:
+        table = np.zeros((half + 1, period // 2 + 1))
 
-    # As much work each: from one to the next, waves die out at half the distance.
-    ends = [0, *(1 << n for n in range((period // 2).bit_length() + 1))]
-    workspace.each(fill, [slice(*pair) for pair in pairwise(ends)])
-    table = fft.even_spectrum(table, workspace, axes=(0,))
-    padded = (2 * half, period) if axis == 1 else (period, 2 * half)
-    spectrum = table if axis == 1 else np.ascontiguousarray(table.T)
-    return Convolution(spectrum, shape, padded, workspace=workspace, precision=precision)
+        def fill(waves: slice) -> None:
+            table[:, waves] = kernels.strip((half + 1, period), edges, 1.0, far, waves)
+
+        # As much work each: from one to the next, waves die out at half the distance.
+        ends = [0, *(1 << n for n in range((period // 2).bit_length() + 1))]
+        work.each(fill, [slice(*pair) for pair in pairwise(ends)])
+        fft.even_spectrum(table, work, axes=(0,))
+        return table if axis == 1 else np.ascontiguousarray(table.T)
+
+    return Convolution(
+        SPECTRA.get(("strip", axis, half, period, edges, far), make),
+        shape,
+        (2 * half, period) if axis == 1 else (period, 2 * half),
+        workspace=work,
+        precision=precision,
+        softness=edge / contact_modulus,
+    )
