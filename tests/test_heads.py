@@ -135,6 +135,10 @@ def test_what_a_head_does_not_say_is_asked_for(tmp_path: Path) -> None:
     path = write(tmp_path, "map.txt", head + MATRIX)
     refused(path, "gives no unit of the heights", kind=InputError)
     assert read_surface(path, unit="nm").pixel == pytest.approx((1e-6, 2e-6))
+    for sides in ("# Width: 4\n# Height: 3\n", "# Width: 4 \n# Height: 3 um\n"):
+        refused(write(tmp_path, "map.txt", sides + MATRIX), "gives no unit", kind=InputError)
+        given = {"unit": "nm", "size": "3 um x 8 um"}
+        assert read_surface(tmp_path / "map.txt", **given).pixel == pytest.approx((1e-6, 2e-6))
     remark = write(tmp_path, "plain.txt", "# Height of a hill\n" + MATRIX)
     assert channels(remark) == (Channel("", "", True, (3, 4)),)
 

@@ -216,6 +216,9 @@ def _understood(path: Path, found: dict[str, tuple[str, ...]], lines: int) -> He
     if "side_x" in found and "side_y" in found:
         # Of SPIP, whose lengths have no unit, they are nanometers.
         default = lateral or (1e-9 if "ascii" in found else None)
+        if default is None and not all(_has_unit(found[f"side_{axis}"][0]) for axis in "yx"):
+            # Points rather than lengths, for all that is known.
+            return head
         sides = [_length(found, f"side_{axis}", default) for axis in "yx"]
         return replace(head, sides=(sides[0], sides[1]))
     if "pixel" in found:
@@ -286,6 +289,10 @@ def _length(found: dict[str, tuple[str, ...]], key: str, metre: float | None) ->
     if unit or metre is None:
         return units.parse(f"{_float(number[0])!r} {unit}", "length", key)
     return _float(number[0]) * metre
+
+
+def _has_unit(text: str) -> bool:
+    return re.fullmatch(_NUMBER, text.strip()) is None
 
 
 def _first(found: dict[str, tuple[str, ...]], key: str) -> str:

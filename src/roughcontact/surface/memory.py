@@ -10,7 +10,7 @@ MADE = 7
 GENERATED = 3
 """The same while a random surface is generated."""
 
-TRANSLATED = 16
+TRANSLATED = 17
 """The same while one is brought to a distribution of heights and a spectrum."""
 
 RESAMPLED = 6
