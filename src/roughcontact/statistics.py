@@ -326,8 +326,8 @@ def of_whole(levels: Mapping[int, ArrayLike]) -> Whole:
     where it is larger. Where the sixteen parts scatter more beside the 64 than chance would have
     it once in ten times, waves are not short, and the quarters count, if they tell more.
 
-    Over Gaussian fields whose waves are up to half as long as a part is wide, the intervals hold
-    in 93 to 97 of a hundred maps.
+    Over Gaussian fields whose correlation has fallen to 1/e within three quarters of the width of
+    a sixteenth, the intervals hold in 93 to 97 of a hundred maps.
     """
     many, few = (np.asarray(levels[n], dtype=np.float64) for n in (USUAL, USUAL // 2))
     variance = _deviation(many) ** 2 / many.size

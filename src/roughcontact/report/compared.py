@@ -33,6 +33,7 @@ LEVEL = f"{100 * statistics.LEVEL:.0f} %"
 MEANS = f"mean ± half of its {LEVEL} interval (s: standard deviation)"
 """What a cell of the means holds."""
 
+_ROUNDING = 1e-6
 _SHARES = ("contact_fraction", "saturated_fraction")
 _PRESSURES = ("max_pressure",)
 _LENGTHS = ("mean_gap", "approach")
@@ -71,9 +72,11 @@ def told(name: str, *values: float, digits: int = 4) -> str:
 
 
 def _mean(name: str, found: Mean) -> str:
-    if math.isnan(found.deviation) or not found.deviation:
-        alike = "" if math.isnan(found.deviation) else " (all alike)"
-        return f"{told(name, found.value)}{alike}"
+    if math.isnan(found.deviation):
+        return told(name, found.value)
+    # The solver leaves as much.
+    if found.deviation <= _ROUNDING * abs(found.value):
+        return f"{told(name, found.value)} (all alike)"
     factor, unit = scale_of(name, found.value or found.deviation)
     half = found.high - found.value
     # Two digits of the half; up to three of a mean that is smaller.
