@@ -476,7 +476,10 @@ def test_usage_errors_return_2(arguments: list[str], words: list[str], capsys: C
         (("--load", "nan N", *STEEL), ("--load", "'nan N'")),
         (("--approach", "1 N", *STEEL), ("--approach needs a length", "'1 N'")),
         (STEEL, ("--load", "--approach")),
-        (("--load", "1 N", "--approach", "1 um", *STEEL), ("either --load or --approach",)),
+        (
+            ("--load", "1 N", "--approach", "1 um", *STEEL),
+            ("give one of --load, --hertz and --approach",),
+        ),
         (("--load", "1 N", "--young", "210", "--poisson", "0.3"), ("--young", "'210'", "no unit")),
         (("--load", "1 N", "--young", "-2 GPa", "--poisson", "0.3"), ("--young", "'-2 GPa'")),
         (("--load", "1 N", "--young", "2 GPa", "--poisson", "0.7"), ("--poisson", "0.7", "0.5]")),
@@ -945,8 +948,9 @@ def test_sweep_over_approaches_draws(rough: Path, tmp_path: Path, capsys: Captur
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--from", "1 MPa"), ("--from needs a load", "'1 MPa' (a pressure)")),
-        (("--from", "1 um"), ("both be loads or both approaches",)),
+        (("--from", "1 J"), ("--from needs a load", "'1 J' (a moment or an energy)")),
+        (("--from", "1 MPa"), ("both be loads of one form or both approaches",)),
+        (("--from", "1 um"), ("both be loads of one form or both approaches",)),
         (("--to", "1"), ("--to needs a load", "no unit")),
         (("--to", "1 mN"), ("below the last",)),
         (("--steps", "1"), ("from 2 to 10000",)),
@@ -1095,7 +1099,7 @@ def test_history_writes_steps_and_the_indented_surface(
     ("options", "words"),
     [
         ((), ("--path is needed",)),
-        (("--path", "1 N, 2 MPa"), ("--path needs a load", "(a pressure)")),
+        (("--path", "1 N, 2 J"), ("--path needs a load", "(a moment or an energy)")),
         (("--path", "1 N, -1 N"), ("--path", "positive", "'-1 N'")),
         (("--path", "1 N, 99 N"), ("stage 2", "99 N", "60 N")),
         (("--path", "1 N", "--passes", "0"), ("--passes must be a whole number from 1",)),

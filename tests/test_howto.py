@@ -43,7 +43,7 @@ def test_the_recipe_of_the_roller_runs(capsys: pytest.CaptureFixture[str]) -> No
     assert result.load == pytest.approx(78.41, abs=0.01)
     assert result.max_pressure > 1.5e9
     assert app.main(sweep) == app.SOLVED
-    assert "Hertz's peak pressure 500 MPa, 8.71" in " ".join(capsys.readouterr().out.split())
+    assert "Hertz's peak pressure 500 MPa (8.71" in " ".join(capsys.readouterr().out.split())
 
 
 @pytest.mark.usefixtures("raceway")

@@ -213,7 +213,8 @@ def test_sweeps_and_histories_take_every_form_on_the_command_line(capsys: Captur
     assert curve["load"] == pytest.approx(forces, rel=1e-9)
     assert [one["value"] for one in curve["given_loads"]] == pytest.approx([1e8, 2e8, 4e8])
     assert app.main(sweep) == app.SOLVED
-    assert "Hertz's peak pressure 100 MPa" in capsys.readouterr().out.replace("\n", " ")
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "Hertz's peak pressure 100 MPa (34.03 mN), 200 MPa (136.1 mN), 400 MPa (" in shown
     mixed = ["sweep", *STRIP, "--from", "1 MPa", "--to", "1 N"]
     assert app.main(mixed) == app.BAD_INPUT
     assert "loads of one form" in capsys.readouterr().err

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -87,18 +88,12 @@ def given_load(given: GivenLoad, result: ContactResult) -> str:
 
 def given_loads(given: Sequence[GivenLoad], unit: str = "N") -> str:
     """Return several loads in the forms in which they were given, with their forces [``unit``]."""
-    if len({type(one.form) for one in given}) == 1 and len(given) > _FEW_LOADS:
-        ends = [given[0], given[-1]]
-        values, forces = (
-            " to ".join(texts)
-            for texts in zip(*((_form(one.form), engineering(one.force, unit)) for one in ends),
-                             strict=True)
-        )  # fmt: skip
-        return f"{NAMES[type(ends[0].form)]}: {values}, {forces}"
-    return "; ".join(
-        f"{NAMES[type(one.form)]} {_form(one.form)}, {engineering(one.force, unit)}"
-        for one in dict.fromkeys(given)
-    )
+    told = []
+    for form, group in groupby(dict.fromkeys(given), lambda one: type(one.form)):
+        values = [f"{_form(one.form)} ({engineering(one.force, unit)})" for one in group]
+        few = len(values) <= _FEW_LOADS
+        told.append(f"{NAMES[form]} {', '.join(values) if few else f'{values[0]} to {values[-1]}'}")
+    return "; ".join(told)
 
 
 def _form(form: NominalPressure | LineLoad | HertzPressure) -> str:
@@ -112,8 +107,8 @@ def _line_load(value: float) -> str:
     return f"{engineering(value / 1e3, 'N')}/mm"
 
 
-# Loads that are told one by one.
-_FEW_LOADS = 3
+# Loads of one form that are told one by one.
+_FEW_LOADS = 4
 
 
 def recommended(found: AgreedCeiling) -> str:
