@@ -289,7 +289,22 @@ def _plain(cell: Any) -> Any:
     return cell.replace(",", " ") if isinstance(cell, str) else cell
 
 
+def _told(comparison: Comparison) -> list[str]:
+    """Return what is told of each line: means of groups, then differences."""
+    found = []
+    for name in comparison.names:
+        found += [_mean(name, comparison.mean(at, name)) for at in range(len(comparison.groups))]
+        if len(comparison.groups) > 1:
+            for gap in comparison.differences(name).values():
+                value, ends, _, _ = _difference(name, gap, 0.0)
+                found.append(f"{value} ({ends})")
+    return found
+
+
 COMPARISON_COLUMNS: Columns = (
+    Column("name", "number", of=lambda c: [name_of(line[0]) for line in _lines(c)], stored=False),
+    Column("of", "of", of=lambda c: [line[1] for line in _lines(c)], stored=False),
+    Column("told", f"mean ± half of its {LEVEL} interval", of=_told, stored=False),
     Column("quantity", of=_cell(0)),
     Column("unit", of=lambda c: [unit_of(line[0]) for line in _lines(c)]),
     Column("group", of=_cell(1)),
