@@ -284,4 +284,4 @@ def test_excel_without_its_library_says_what_to_install(
     path = tmp_path / "map.xlsx"
     path.write_bytes(b"PK\3\4")
     monkeypatch.setitem(sys.modules, "openpyxl", None)
-    refused(path, "needs openpyxl", "roughcontact[excel]")
+    refused(path, "needs openpyxl", "roughcontact[io]")

@@ -98,7 +98,7 @@ def _opened(path: Path) -> Iterator[Any]:
     except ImportError as error:
         raise FormatError(
             f"{path.name} needs openpyxl, which cannot be imported ({one_line(error)}); run pip "
-            "install 'roughcontact[excel]'"
+            "install 'roughcontact[io]'"
         ) from None
     workbook = None
     try:
