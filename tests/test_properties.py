@@ -413,7 +413,7 @@ WRONG = {
     "--unit": ["N", "MPa", "px", "pixel", "pica", "s", "m^2", "m/m", "5", "5 um", "quux", "µ m"],
     "length": ["1 N", "1 MPa", "1", "1 m^2", "1 px", "1 s", "mm", "1,5 mm", "-1 mm", "0 m"],
     "force": [
-        "1 MPa m",
+        "1 MPa/m",
         "1 mm",
         "1",
         "1 N/m^3",
