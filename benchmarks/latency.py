@@ -1,6 +1,6 @@
 """How long a whole command takes, from the shell and back to it, with files in the disk's memory.
 
-python benchmarks/latency.py [--before FOLDER] [--runs 5] [--points 576x768]
+python benchmarks/latency.py [--before FOLDER] [--runs 5] [--points 576x768] [--only=info]
 
 FOLDER is the ``src`` of another state of the program, such as ``git worktree add`` makes: both
 are run in turns, so that a busy machine is as busy for one as for the other. Each command is run
