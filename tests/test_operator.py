@@ -375,6 +375,7 @@ ALLOWED = {
         "excess": "two components",
         "_guess": "parts that `added` sums over the processes, and two angles",
         "balance": "two angles",
+        "__call__": "two components",
         "search": "two components",
         "_updated": "two angles",
     },

@@ -179,7 +179,7 @@ def test_the_first_guess_is_exact_for_a_circle() -> None:
     steepness, reach = tilt._guess(problem, solution, np.zeros(2), *levers, operator)
     exact = 4 / 3 * flat.contact_modulus * a**3 / (2.0 * (n * pixel) ** 2)
     # The rim is known to a part of a pixel, 5 % of the radius.
-    np.testing.assert_allclose(steepness, exact * np.eye(2), rtol=0.05, atol=1e-9 * exact)
+    np.testing.assert_allclose(steepness, exact * np.eye(2), rtol=0.05, atol=1e-8 * exact)
     assert reach == pytest.approx(flat.approach * n * pixel / a, rel=0.3)
 
 
@@ -281,7 +281,7 @@ def test_what_goes_with_a_tilted_result() -> None:
     assert said["moment_error"] == result.moment_error
     # Another start, the same end; from the solution itself hardly any work.
     again = rc.solve(rough(), start=result, **options)
-    assert again.convolutions <= 3
+    assert again.convolutions <= 4
     assert again.tilt == pytest.approx(result.tilt, rel=1e-5)
     near = rc.solve(rough(), start=result.pressure, **options)
     assert near.tilt == pytest.approx(result.tilt, rel=1e-4)
@@ -443,7 +443,7 @@ def test_bodies_that_do_not_come_to_rest(monkeypatch: pytest.MonkeyPatch) -> Non
     options: dict[str, Any] = {"load": 1.0, "moments": (2e-5, 2e-5), "material": STEEL}
     with pytest.raises(rc.ConvergenceError, match=r"moment error .* max_iterations") as caught:
         rc.solve(rough(), max_iterations=2, **options)
-    assert caught.value.result.convolutions <= 3
+    assert caught.value.result.convolutions <= 4
     monkeypatch.setattr(tilt, "_MOST_STEPS", 1)
     with pytest.raises(rc.ConvergenceError, match="moments not balanced"):
         rc.solve(rough(), **options)

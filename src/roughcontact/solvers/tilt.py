@@ -28,8 +28,8 @@ _EDGE = 1e-9
 _MOST_CUTS = 60
 # A step may overshoot by this fraction of the slope at its beginning.
 _OVERSHOOT = 0.8
-# Accuracy asked of a moment, as a fraction of the error before.
-_PART = 0.01
+# Accuracy asked of a moment, as a fraction of the error before, and at the first tilt.
+_PART, _BEGINNING = 0.01, 1e-3
 _HALVINGS = 60
 _FLATTEST = 1e-10
 # About ten steps suffice, except for contacts of a few pixels, which take dozens.
@@ -214,6 +214,7 @@ class _Response:
         self._finest = family(problem.shape, (1, 1))
         self._last: Solution
         self._error: Array | None = None
+        self._enough = 0.0
         self._iterations = self._convolutions = 0
         self.tilt = np.zeros(2)
 
@@ -223,13 +224,22 @@ class _Response:
 
     def __call__(self, tilt: Array, accuracy: float) -> Array | None:
         """Return the error of the moment, or None where no pressure was found; see `balance`."""
-        (y, x), tolerance = self._levers, self._tolerance
+        y, x = self._levers
         self.tilt, self._error = tilt, None
         gap = self._problem.initial_gap + tilt[0] * y[self._finest.rows] + tilt[1] * x
+        problem = replace(self._problem, initial_gap=gap)
+        error = self._solved(problem, accuracy)
+        if error is not None and np.abs(error).max() <= self._enough and accuracy > self._tolerance:
+            # This is the tilt: the result needs more accuracy than the search.
+            error = self._solved(problem, self._tolerance)
+        self._error = error
+        return error
+
+    def _solved(self, problem: Problem, accuracy: float) -> Array | None:
         last = self._last = bounded.solve(
-            replace(self._problem, initial_gap=gap),
+            problem,
             self._operator,
-            tolerance=min(accuracy, tolerance),
+            tolerance=accuracy,
             max_iterations=self._most,
             start=self._start,
             progress=self._progress,
@@ -238,15 +248,14 @@ class _Response:
         self._iterations += last.iterations
         self._convolutions += last.convolutions
         # More accuracy than the result needs may be out of reach; less would lead nowhere.
-        if last.certificate > tolerance:
+        if last.certificate > max(accuracy, self._tolerance):
             return None
-        moment = _mean(last, y, x, self._finest)
-        self._error = moment - self._target
-        return self._error
+        return _mean(last, *self._levers, self._finest) - self._target
 
     def search(self, tilt: Array, moment_tolerance: float) -> bool:
         """Change the tilt from here on until the moment is right; return whether it is."""
-        error = self(tilt, self._tolerance)
+        self._enough = moment_tolerance
+        error = self(tilt, max(_BEGINNING, self._tolerance))
         if error is None:
             return False
         steepness, reach = _guess(self._problem, self._last, self.tilt, *self._levers, self._finest)
