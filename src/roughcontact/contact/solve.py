@@ -105,7 +105,7 @@ def solve(
     tolerance : float, optional
         Certificate ε at which the result counts as converged; 1e-6, or 1e-4 in single precision.
     max_iterations : int
-        Most convolutions on any one grid (one more may be needed to judge the best pressure).
+        Most convolutions on any one grid (two more may be needed to judge the best pressure).
     precision : {"double", "single"}
         Arithmetic of the transforms; single needs about two thirds of the memory and promises a
         certificate of 1e-4 (it usually reaches some 1e-6).

@@ -224,20 +224,19 @@ class _Response:
 
     def __call__(self, tilt: Array, accuracy: float) -> Array | None:
         """Return the error of the moment, or None where no pressure was found; see `balance`."""
-        y, x = self._levers
         self.tilt, self._error = tilt, None
-        gap = self._problem.initial_gap + tilt[0] * y[self._finest.rows] + tilt[1] * x
-        problem = replace(self._problem, initial_gap=gap)
-        error = self._solved(problem, accuracy)
+        error = self._solved(accuracy)
         if error is not None and np.abs(error).max() <= self._enough and accuracy > self._tolerance:
             # This is the tilt: the result needs more accuracy than the search.
-            error = self._solved(problem, self._tolerance)
+            error = self._solved(self._tolerance)
         self._error = error
         return error
 
-    def _solved(self, problem: Problem, accuracy: float) -> Array | None:
+    def _solved(self, accuracy: float) -> Array | None:
+        (y, x), tilt = self._levers, self.tilt
+        gap = self._problem.initial_gap + tilt[0] * y[self._finest.rows] + tilt[1] * x
         last = self._last = bounded.solve(
-            problem,
+            replace(self._problem, initial_gap=gap),
             self._operator,
             tolerance=accuracy,
             max_iterations=self._most,
@@ -250,7 +249,7 @@ class _Response:
         # More accuracy than the result needs may be out of reach; less would lead nowhere.
         if last.certificate > max(accuracy, self._tolerance):
             return None
-        return _mean(last, *self._levers, self._finest) - self._target
+        return _mean(last, y, x, self._finest) - self._target
 
     def search(self, tilt: Array, moment_tolerance: float) -> bool:
         """Change the tilt from here on until the moment is right; return whether it is."""
@@ -260,6 +259,9 @@ class _Response:
             return False
         steepness, reach = _guess(self._problem, self._last, self.tilt, *self._levers, self._finest)
         balance(self, tilt, error, steepness, reach, tolerance=moment_tolerance)
+        if self._error is not None and self._last.certificate > self._tolerance:
+            # Not balanced, but a contact at this tilt.
+            self._error = self._solved(self._tolerance)
         return self._error is not None and float(np.abs(self._error).max()) <= moment_tolerance
 
     def solution(self) -> Solution:
