@@ -858,10 +858,10 @@ def test_bad_materials(constants, words):
 
 
 BAD_SURFACE = [
-    (np.zeros((1, 5)), (1e-6, 1e-6), r"heights.*\(1, 5\)"),
+    (np.zeros((1, 5)), (1e-6, 1e-6), "heights of one row are a profile.*5 heights"),
     (np.zeros((5, 1)), (1e-6, 1e-6), r"heights.*\(5, 1\)"),
     (np.zeros((0, 5)), (1e-6, 1e-6), r"heights.*\(0, 5\)"),
-    (np.zeros(5), (1e-6, 1e-6), r"heights.*\(5,\)"),
+    (np.zeros(5), (1e-6, 1e-6), "pixel of a profile must be the one distance"),
     (np.zeros((2, 3, 4)), (1e-6, 1e-6), r"heights.*\(2, 3, 4\)"),
     (np.zeros((3, 3), complex), (1e-6, 1e-6), "heights.*complex"),
     (np.full((3, 3), "high"), (1e-6, 1e-6), "heights.*<U4"),

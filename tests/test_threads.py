@@ -39,6 +39,7 @@ FEW = {
         "_updated": "two angles",
     },
     "surface.alignment": {"place": "two axes"},
+    "surface.curvature": {"_turned": "two by two", "principal": "two by two"},
     "surface.filling": {
         "_solve_iteratively": "a sparse matrix, no BLAS",
         "_multigrid": "sparse matrices, no BLAS",

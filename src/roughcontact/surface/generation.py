@@ -228,7 +228,10 @@ def _hurst(heights: Array, spectrum: Spectrum) -> dict[str, float]:
     rising = spectrum.distances
     sloped = (rising > 1 / spectrum.rolloff) & (rising <= 1 / spectrum.cutoff)
     power = np.square(np.abs(fft.rfft2(heights)[sloped]))
-    slope = np.polyfit(np.log(rising[sloped]), np.log(power), 1)[0]
+    # A straight line, without BLAS, whose last digits depend on its threads.
+    along, power = np.log(rising[sloped]), np.log(power)
+    along -= along.mean()
+    slope = np.sum(along * power) / np.sum(along * along)
     return {"hurst": float(-1 - slope / 2)}
 
 
@@ -436,7 +439,7 @@ def _phases(waves: Waves) -> Waves:
 def _of_unit_height(heights: Array) -> Array:
     """Return heights about their mean, over their root mean square."""
     deviation: Array = heights - heights.mean()
-    deviation /= math.sqrt(float(np.vdot(deviation, deviation)) / deviation.size)
+    deviation /= math.sqrt(float(np.mean(deviation * deviation)))
     return deviation
 
 

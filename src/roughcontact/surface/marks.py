@@ -102,7 +102,7 @@ def joined(grooves: Array, roughness: Array, height: float) -> Array:
     InputError
         If the grooves alone are higher.
     """
-    own = float(np.vdot(grooves, grooves)) / grooves.size
+    own = float(np.mean(grooves * grooves))
     if own > height**2:
         raise InputError(
             f"must be at least {math.sqrt(own):.4g} m, the Sq of the grooves alone, got "
@@ -110,8 +110,8 @@ def joined(grooves: Array, roughness: Array, height: float) -> Array:
             argument="Sq",
             value=height,
         )
-    common = float(np.vdot(grooves, roughness)) / grooves.size
-    square = float(np.vdot(roughness, roughness)) / grooves.size
+    common = float(np.mean(grooves * roughness))
+    square = float(np.mean(roughness * roughness))
     # The positive root of |grooves + scale · roughness|² = height².
     scale = (math.sqrt(common**2 + square * (height**2 - own)) - common) / square
     heights: Array = grooves + scale * roughness

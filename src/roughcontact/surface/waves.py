@@ -108,7 +108,7 @@ class Spectrum:
         power[:, 1:] *= 2
         slope_y = (2 * np.sin(math.pi * np.arange(ny) / ny) / dy) ** 2
         slope_x = (2 * np.sin(math.pi * np.arange(nx // 2 + 1) / nx) / dx) ** 2
-        squares = float(power.sum(axis=1) @ slope_y + power.sum(axis=0) @ slope_x)
+        squares = float(np.sum(power.sum(axis=1) * slope_y) + np.sum(power.sum(axis=0) * slope_x))
         return math.sqrt(squares / float(power.sum()))
 
 
