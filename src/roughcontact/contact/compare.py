@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -14,7 +14,8 @@ from roughcontact.contact.load_history import load_history
 from roughcontact.contact.sample import Sample, sample
 from roughcontact.errors import InputError, Mention, require_count, require_positive
 from roughcontact.material.material import RIGID, Material
-from roughcontact.solvers.progress import Progress
+from roughcontact.solvers.bar import drawn
+from roughcontact.solvers.progress import Tell
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantity, quantity
 
@@ -27,6 +28,7 @@ _RANGE = 100.0
 Maps = Mapping[str, Sequence[Surface]]
 
 
+@drawn
 def compare(
     maps: Maps | Sequence[Surface],
     *,
@@ -40,7 +42,7 @@ def compare(
     boundary: str = "free",
     tolerance: float | None = None,
     max_iterations: int = 2000,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Tell = None,
 ) -> Comparison:
     """Press several maps under the same nominal pressure, and tell how they differ.
 
@@ -62,8 +64,9 @@ def compare(
         it leaves behind (`load_history`), in pairs.
     paired : bool
         Whether the maps of two groups belong together one by one, in their order.
-    progress : callable, optional
-        Called with a `Progress`, the name of the map as its label.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with a `Progress`, the name of the map as its label.
 
     Returns
     -------
@@ -143,7 +146,7 @@ def _samples(
     surfaces: Sequence[Surface],
     pressures: Sequence[float],
     problem: Mapping[str, Any],
-    progress: Callable[[Progress], None] | None,
+    progress: Tell,
 ) -> Iterator[Sample]:
     """Yield the numbers of the maps of a group, each under a name of its own."""
     sources = [surface.provenance.source for surface in surfaces]

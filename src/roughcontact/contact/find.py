@@ -34,7 +34,8 @@ from roughcontact.errors import InputError, Mention
 from roughcontact.halfspace import stress_summary
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
-from roughcontact.solvers.progress import Progress, Step, numbered
+from roughcontact.solvers.bar import drawn
+from roughcontact.solvers.progress import Step, Tell, numbered
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, engineering, percent, quantity
@@ -64,6 +65,7 @@ _NAMES = {
 }
 
 
+@drawn
 def find_load(
     surface: Surface,
     *,
@@ -79,7 +81,7 @@ def find_load(
     boundary: str = "free",
     tolerance: float | None = None,
     max_iterations: int = 2000,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Tell = None,
 ) -> FoundLoads:
     """Return the loads at which a contact has the values asked for.
 
@@ -97,8 +99,9 @@ max_iterations
     first_yield : bool
         Whether to find the load at which the first point of either body yields, at the surface
         or below it; that contact is elastic, without a ceiling.
-    progress : callable, optional
-        Called with a `Progress`: the number of the question and the solver's `Step`.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with a `Progress`: the number of the question and the solver's `Step`.
 
     Returns
     -------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import pairwise
 from numbers import Real
@@ -39,8 +39,9 @@ from roughcontact.errors import (
 from roughcontact.files import replacing
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material, softer
+from roughcontact.solvers.bar import drawn
 from roughcontact.solvers.bounded import Status
-from roughcontact.solvers.progress import Progress, numbered
+from roughcontact.solvers.progress import Progress, Tell, numbered
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
@@ -51,6 +52,7 @@ HELD = 3
 """Maps held while the stiffness of a step is sought: its pressure and gap, the pressure before."""
 
 
+@drawn
 def load_curve(
     surface: Surface,
     *,
@@ -65,7 +67,7 @@ def load_curve(
     max_iterations: int = 2000,
     precision: str = "double",
     folder: str | os.PathLike[str] | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Tell = None,
 ) -> LoadCurve:
     """Solve a contact under one load after the other.
 
@@ -82,8 +84,9 @@ max_iterations, precision
     folder : path, optional
         Where every finished step is saved at once; made if it does not exist. The same call on
         the same folder goes on after the last finished step and ends with the same numbers.
-    progress : callable, optional
-        Called with a `Progress`: the number of the load and the solver's `Step`.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with a `Progress`: the number of the load and the solver's `Step`.
 
     Returns
     -------
@@ -236,9 +239,7 @@ class _Sweep:
         return AgreedCeiling(step.load, math.nan, factor, 0.0, 0, body.ceiling, *[math.nan] * 3)
 
 
-def _steps(
-    sweep: _Sweep, place: Place | None, progress: Callable[[Progress], None] | None
-) -> Iterator[tuple[LoadStep, Array]]:
+def _steps(sweep: _Sweep, place: Place | None, progress: Tell) -> Iterator[tuple[LoadStep, Array]]:
     """Yield the steps with their pressures, each read from the folder or solved and kept there."""
     pressure: Array | None = None
     # Steps are named by their number, and each is complete once it is there.
@@ -248,7 +249,7 @@ def _steps(
         mark = {} if place is None else {"problem": place.problem, "asked": value}
         if path is not None and path.exists():
             step, pressure = _read_step(path, sweep.pair.shape, mark)
-            if progress is not None:
+            if callable(progress):
                 progress(Progress(number, len(sweep.values), None, kept=True))
         else:
             try:
@@ -264,7 +265,7 @@ def _solved_step(
     sweep: _Sweep,
     number: int,
     before: Array | None,
-    progress: Callable[[Progress], None] | None,
+    progress: Tell,
 ) -> tuple[LoadStep, Array]:
     """Return a step and its pressure, found from the pressure of the load before it."""
     result = press(

@@ -25,8 +25,9 @@ from roughcontact.contact.terms import Terms
 from roughcontact.errors import CapacityError, ConvergenceError, InputError, Mention, Sentence
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
+from roughcontact.solvers.bar import drawn
 from roughcontact.solvers.bounded import Status
-from roughcontact.solvers.progress import Progress, Step, numbered
+from roughcontact.solvers.progress import Step, Tell, numbered
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantity, lengths
 
@@ -54,6 +55,7 @@ _WHOLE = 1e-6
 _AT_CEILING = 1e-6
 
 
+@drawn
 def load_history(
     surface: Surface,
     path: Sequence[Stage | Quantity | Load],
@@ -65,7 +67,7 @@ def load_history(
     boundary: str = "free",
     tolerance: float = TOLERANCE,
     max_iterations: int = 2000,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Tell = None,
 ) -> LoadHistory:
     """Follow a path of loads and positions with a ceiling that indents for good.
 
@@ -79,8 +81,9 @@ def load_history(
         position.
     tolerance : float
         Certificate ε of every step.
-    progress : callable, optional
-        Called with a `Progress`: the number of the stage and the solver's `Step`.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with a `Progress`: the number of the stage and the solver's `Step`.
 
     Returns
     -------
@@ -237,7 +240,7 @@ def _check_way(way: _Way) -> None:
                     ) from None
 
 
-def _followed(way: _Way, progress: Callable[[Progress], None] | None) -> LoadHistory:
+def _followed(way: _Way, progress: Tell) -> LoadHistory:
     """Return what a path that has passed all checks leaves behind."""
     bodies, count = way.bodies, len(way.stages)
     indentation = np.zeros(bodies.indented.shape)

@@ -24,7 +24,8 @@ from roughcontact.contact.terms import Terms
 from roughcontact.errors import InputError, InsufficientMemoryError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
-from roughcontact.solvers.progress import Progress, numbered
+from roughcontact.solvers.bar import drawn
+from roughcontact.solvers.progress import Tell, numbered
 from roughcontact.surface import filters
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantity, engineering
@@ -45,6 +46,7 @@ CEILING_FACTORS = (2.8, 3.0, 3.2)
 _FEWEST_POINTS = 32
 
 
+@drawn
 def resolution_study(
     surface: Surface,
     *,
@@ -56,7 +58,7 @@ def resolution_study(
     boundary: str = "free",
     tolerance: float | None = None,
     precision: str = "double",
-    progress: Callable[[Progress], None] | None = None,
+    progress: Tell = None,
 ) -> ResolutionStudy:
     """Solve the same contact on other grids, with other filters and other ceilings.
 
@@ -65,8 +67,9 @@ def resolution_study(
     surface, material, load, counter_material, counter_surface, ceiling, boundary, tolerance, \
 precision
         As for `solve`. All solves have the ceiling that is recommended on the map itself.
-    progress : callable, optional
-        Called with a `Progress`: the number of the solve, its name and the solver's `Step`.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with a `Progress`: the number of the solve, its name and the solver's `Step`.
 
     Returns
     -------
@@ -128,7 +131,7 @@ class _Study:
 
     pair: Pair
     terms: Terms
-    progress: Callable[[Progress], None] | None
+    progress: Tell
     number: int = 0
     notes: list[str] = field(default_factory=list)
 

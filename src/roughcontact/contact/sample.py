@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,7 +10,7 @@ from roughcontact.contact.cautions import Caution
 from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.load_curve import load_curve
 from roughcontact.errors import ConvergenceError, Sentence
-from roughcontact.solvers.progress import Progress
+from roughcontact.solvers.progress import Progress, Tell
 from roughcontact.surface import resolution
 from roughcontact.surface.surface import Surface
 
@@ -92,7 +92,7 @@ def sample(
     name: str,
     pressures: Sequence[float],
     problem: Mapping[str, Any],
-    progress: Callable[[Progress], None] | None = None,
+    progress: Tell = None,
 ) -> Sample:
     """Return the numbers of one map.
 
@@ -122,7 +122,7 @@ def sample(
     surface.require_map("a comparison")
     area = surface.size[0] * surface.size[1]
     watch = None
-    if progress is not None:
+    if callable(progress):
         tell = progress
 
         def watch(at: Progress) -> None:

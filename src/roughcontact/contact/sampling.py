@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,8 @@ from roughcontact.contact.sample import NAMES, Sample, sample
 from roughcontact.errors import InputError, require_positive
 from roughcontact.material.material import RIGID, Material
 from roughcontact.shown import Shown
-from roughcontact.solvers.progress import Progress
+from roughcontact.solvers.bar import drawn
+from roughcontact.solvers.progress import Tell
 from roughcontact.surface.partition import divides, partition
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantity, changed_by, counted, quantity
@@ -203,6 +204,7 @@ class SamplingStudy(Shown):
         return results.summary(self)
 
 
+@drawn
 def sampling_error(
     surface: Surface,
     *,
@@ -214,7 +216,7 @@ def sampling_error(
     boundary: str = "free",
     tolerance: float | None = None,
     max_iterations: int = 2000,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Tell = None,
 ) -> SamplingStudy:
     """Press a map and its parts, and tell how large an area is needed.
 
@@ -228,8 +230,9 @@ def sampling_error(
         Nominal pressure [Pa] on the map and on each part.
     level : {"plane", "quadric", "mean", "robust", "none"}
         What is subtracted from each part, as from a map of that size.
-    progress : callable, optional
-        Called with a `Progress`, the part as its label.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with a `Progress`, the part as its label.
 
     Returns
     -------

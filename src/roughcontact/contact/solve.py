@@ -26,8 +26,9 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers import bounded, tilt
+from roughcontact.solvers.bar import drawn
 from roughcontact.solvers.problem import Loaded
-from roughcontact.solvers.progress import Progress, Step, numbered
+from roughcontact.solvers.progress import Step, Tell, numbered
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity
 
@@ -49,6 +50,7 @@ TOO_STEEP = (
 """Status of one whose heights differ so far that the digits of a tilt do not balance moments."""
 
 
+@drawn
 def solve(
     surface: Surface,
     *,
@@ -65,7 +67,8 @@ def solve(
     precision: str = "double",
     start: ContactResult | ArrayLike | None = None,
     on_failure: str = "raise",
-    progress: Callable[[Progress], None] | None = None,
+    on_interrupt: str = "raise",
+    progress: Tell = None,
 ) -> ContactResult:
     """Press a rough body against another one and return pressure, contact and gap.
 
@@ -113,8 +116,12 @@ def solve(
         Solution of a nearby problem on the same grid, or its pressure [Pa], to start from.
     on_failure : {"raise", "return"}
         What to do with a result above the tolerance.
-    progress : callable, optional
-        Called with a `Progress`, whose step is a `Step`, every time the solver has looked at the
+    on_interrupt : {"raise", "return"}
+        What to do at Ctrl-C: raise ``KeyboardInterrupt``, or return the best found so far, which
+        has not converged.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with a `Progress`, whose step is a `Step`, every time the solver has looked at the
         whole map.
 
     Returns
@@ -152,6 +159,7 @@ def solve(
         Terms(force, approach, moments, ceiling, tolerance, max_iterations, precision, given),
         start=start,
         on_failure=on_failure,
+        on_interrupt=on_interrupt,
         progress=numbered(progress, 1, 1),
     )
 
@@ -162,6 +170,7 @@ def press(
     *,
     start: ContactResult | ArrayLike | None = None,
     on_failure: str = "raise",
+    on_interrupt: str = "raise",
     progress: Callable[[Step], None] | None = None,
 ) -> ContactResult:
     """Press two bodies together; see `solve`.
@@ -172,22 +181,24 @@ def press(
         The bodies.
     terms : Terms
         How they are pressed together.
-    start, on_failure
+    start, on_failure, on_interrupt
         As for `solve`.
     progress : callable, optional
         Called with a `Step` every time the solver has looked at the whole map.
     """
-    require_choice(("raise", "return"), on_failure=on_failure)
+    require_choice(("raise", "return"), on_failure=on_failure, on_interrupt=on_interrupt)
     checks.check_profile(pair, terms)
     if isinstance(terms.ceiling, str) and terms.ceiling == RECOMMENDED:
         return _agreed(pair, terms, start, on_failure, progress)
     began = time.perf_counter()
     stated = checks.stated(pair, terms, start)
-    solution, slope = _solved(pair, terms, stated, start, progress)
+    interruptible = on_interrupt == "return"
+    solution, slope = _solved(pair, terms, stated, start, progress, interruptible)
     # An error that is kept would keep the memory of the solve with it.
     del stated.problem
     result = _result(pair, terms, stated, solution, slope, began)
-    if not result.converged and on_failure == "raise":
+    asked = solution.status is bounded.Status.INTERRUPTED
+    if not result.converged and on_failure == "raise" and not asked:
         raise _unsolved(result)
     return result
 
@@ -223,6 +234,7 @@ def _solved(
     stated: checks.Stated,
     start: ContactResult | ArrayLike | None,
     progress: Callable[[Step], None] | None,
+    interruptible: bool,
 ) -> tuple[bounded.Solution, tuple[float, float]]:
     """Return the solution and the tilt."""
     options: dict[str, Any] = {
@@ -234,7 +246,10 @@ def _solved(
     units = stated.scale
     make = pair.operators(terms.precision, Workspace(), units.pressure / units.length)
     if stated.target is None:
-        return bounded.solve(stated.problem, make, **options), (0.0, 0.0)
+        return bounded.solve(stated.problem, make, interruptible=interruptible, **options), (
+            0.0,
+            0.0,
+        )
     slope = start.tilt if isinstance(start, ContactResult) else (0.0, 0.0)
     pixel = pair.pixel[0] / units.length, pair.pixel[1] / units.length
     return tilt.solve(

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
 from typing import Any
@@ -69,6 +69,7 @@ class Status(Enum):
         "no further progress; the tolerance may lie below the rounding error of this problem "
         "(single precision promises 1e-4)"
     )
+    INTERRUPTED = "interrupted"
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +115,7 @@ def solve(
     max_iterations: int,
     start: Loaded | None = None,
     progress: Callable[[Step], None] | None = None,
+    interruptible: bool = False,
 ) -> Solution:
     """Return the pressure that solves a bounded contact problem.
 
@@ -133,6 +135,8 @@ def solve(
         load; without it the first pressure comes from coarser grids.
     progress : callable, optional
         Called with each `Step`.
+    interruptible : bool
+        Whether a ``KeyboardInterrupt`` ends the search with what was found.
 
     Returns
     -------
@@ -157,21 +161,19 @@ def solve(
         pixel = (2**depth, 2**depth)
         level_operator = finest_operator if finest else family(level.shape, pixel)
         solution = _solve_level(
-            level,
-            level_operator,
-            Patches(level_operator, family, pixel),
-            first,
-            max(tolerance, _COARSE_TOLERANCE) if not finest else tolerance,
-            max_iterations,
-            note,
-            warm=start is not None,
-        )
+            level, level_operator, Patches(level_operator, family, pixel), first,
+            tolerance if finest else max(tolerance, _COARSE_TOLERANCE), max_iterations, note,
+            warm=start is not None, interruptible=interruptible,
+        )  # fmt: skip
+        if solution.status is Status.INTERRUPTED:
+            # On finer grids it is only looked at.
+            max_iterations = 0
         if not finest:
             loaded = solution.index, solution.pressure
             finer = levels[depth - 1].initial_gap.shape
             first = partial(prolonged, loaded, solution.gap.shape[1], finer)
             del levels[depth], solution, loaded
-    return Solution(**{**vars(solution), "history": tuple(history)})
+    return replace(solution, history=tuple(history))
 
 
 def _levels(problem: Problem) -> list[Problem]:
@@ -201,6 +203,7 @@ def _solve_level(
     note: Callable[[Step], None],
     *,
     warm: bool,
+    interruptible: bool,
 ) -> Solution:
     viewer = Viewer(problem, operator, tolerance)
     loaded = first()
@@ -209,32 +212,38 @@ def _solve_level(
     now = best = viewer.look(*admissible(problem, loaded, operator.sums))
     del loaded
     iteration, fruitless, bursts = 0, 0, 0
-    while True:
-        note(Step(problem.shape, iteration, viewer.convolutions, now.certificate, tolerance))
-        if now.certificate <= tolerance:
-            now = settled(now, viewer, tolerance)
-            status = Status.CONVERGED
-            break
-        if viewer.convolutions >= max_iterations:
-            status = Status.CONVOLUTION_LIMIT
-            break
-        if fruitless >= _PATIENCE and (best.certificate <= 10 * best.floor or bursts == _BURSTS):
-            status = Status.STALLED
-            break
-        iteration += 1
-        if fruitless < _PATIENCE:
-            after = _advanced(now, viewer, patches, tolerance, max_iterations)
-        elif bursts % 2:
-            after = step_along_arc(best, viewer, patches, tolerance, max_iterations)
-            bursts, fruitless = bursts + 1, -1
-        else:
-            steps = _BURST << min(bursts // 2, 6)
-            after = projected_gradient(now, viewer, steps, max_iterations)
-            bursts, fruitless = bursts + 1, -1
-        fruitless = 0 if after.certificate < 0.9 * best.certificate else fruitless + 1
-        now = after
-        if now.certificate < best.certificate:
-            best = now
+    try:
+        while True:
+            note(Step(problem.shape, iteration, viewer.convolutions, now.certificate, tolerance))
+            if now.certificate <= tolerance:
+                now = settled(now, viewer, tolerance)
+                status = Status.CONVERGED
+                break
+            if viewer.convolutions >= max_iterations:
+                status = Status.CONVOLUTION_LIMIT if max_iterations else Status.INTERRUPTED
+                break
+            lost = best.certificate <= 10 * best.floor or bursts == _BURSTS
+            if fruitless >= _PATIENCE and lost:
+                status = Status.STALLED
+                break
+            iteration += 1
+            if fruitless < _PATIENCE:
+                after = _advanced(now, viewer, patches, tolerance, max_iterations)
+            elif bursts % 2:
+                after = step_along_arc(best, viewer, patches, tolerance, max_iterations)
+                bursts, fruitless = bursts + 1, -1
+            else:
+                steps = _BURST << min(bursts // 2, 6)
+                after = projected_gradient(now, viewer, steps, max_iterations)
+                bursts, fruitless = bursts + 1, -1
+            fruitless = 0 if after.certificate < 0.9 * best.certificate else fruitless + 1
+            now = after
+            if now.certificate < best.certificate:
+                best = now
+    except KeyboardInterrupt:
+        if not interruptible:
+            raise
+        status = Status.INTERRUPTED
     if now.certificate > best.certificate and status is not Status.CONVERGED:
         now = best
     now = viewer.settle(now)

@@ -57,8 +57,12 @@ class Progress:
     kept: bool = False
 
 
+Tell = Callable[[Progress], None] | bool | None
+"""What ``progress`` may be. Where the work is done, ``True`` has become a function already."""
+
+
 def numbered(
-    progress: Callable[[Progress], None] | None, number: int, count: int, label: str = ""
+    progress: Tell, number: int, count: int, label: str = ""
 ) -> Callable[[Step], None] | None:
     """Return what a solver calls with each `Step`, so that a `Progress` is told; or ``None``.
 
@@ -69,6 +73,6 @@ def numbered(
     number, count, label
         As for `Progress`.
     """
-    if progress is None:
+    if not callable(progress):
         return None
     return lambda step: progress(Progress(number, count, step, label))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,7 +26,8 @@ from roughcontact.errors import InputError
 from roughcontact.files import require_suffix, to_json, write
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
-from roughcontact.solvers.progress import Progress
+from roughcontact.solvers.bar import drawn
+from roughcontact.solvers.progress import Progress, Tell
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, quantity
 from roughcontact.volume import solve as elastoplastic
@@ -229,6 +230,7 @@ def _value(found: ContactResult, area_of: ContactResult | ElastoplasticResult, n
     return float(getattr(found, name))
 
 
+@drawn
 def compare_models(
     surface: Surface,
     *,
@@ -239,7 +241,7 @@ def compare_models(
     counter_surface: Surface | None = None,
     boundary: str = "free",
     increments: int | str = AUTO,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Tell = None,
 ) -> ModelComparison:
     """Solve the same loads with ceilings and with plasticity of the volume.
 
@@ -253,8 +255,9 @@ def compare_models(
         Ceilings to try, over the yield strength of the softer body, ascending.
     increments : int or "auto"
         Steps of the volume model to each load, as for `solve_elastoplastic`.
-    progress : callable, optional
-        Called with the `Progress` of the volume model.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with the `Progress` of the volume model.
 
     Returns
     -------
@@ -296,14 +299,14 @@ def _states(
     pair: Pair,
     loads: list[float],
     increments: int | str,
-    progress: Callable[[Progress], None] | None,
+    progress: Tell,
 ) -> tuple[ElastoplasticResult, ...]:
     """Return the state of the volume model after each load."""
     states: list[ElastoplasticResult] = []
     for number, load in enumerate(loads, start=1):
 
         def tell(at: Progress, number: int = number) -> None:
-            if progress is not None:
+            if callable(progress):
                 progress(replace(at, number=number, count=len(loads)))
 
         states.append(

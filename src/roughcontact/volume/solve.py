@@ -26,7 +26,8 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers import bounded
-from roughcontact.solvers.progress import Progress
+from roughcontact.solvers.bar import drawn
+from roughcontact.solvers.progress import Progress, Tell
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
 from roughcontact.volume import checks, memory, stepping
@@ -44,6 +45,7 @@ TOLERANCE = 1e-4
 """Residual of the plastic strain at which an increment is done."""
 
 
+@drawn
 def solve_elastoplastic(
     surface: Surface,
     *,
@@ -62,7 +64,7 @@ def solve_elastoplastic(
     start: ElastoplasticResult | None = None,
     on_failure: str = "raise",
     folder: str | os.PathLike[str] | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Tell = None,
 ) -> ElastoplasticResult:
     """Press bodies together that yield in their volume, along a path of loads.
 
@@ -106,8 +108,9 @@ def solve_elastoplastic(
         ``step-0001.nc`` and so on; made if it does not exist. The same call on the same folder goes
         on after the last of them and ends with the same numbers. Loads may be added at the end as
         long as the layers stay as they are, which the largest load sets.
-    progress : callable, optional
-        Called with a `Progress` after every iteration, and once for what stood in the folder; its
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with a `Progress` after every iteration, and once for what stood in the folder; its
         ``step`` is a `roughcontact.volume.loop.Look`.
 
     Returns
@@ -224,7 +227,7 @@ class _Run:
     path: list[float]
     automatic: bool
     steps: Steps
-    progress: Callable[[Progress], None] | None
+    progress: Tell
     began: float
 
     def finished(
@@ -245,7 +248,7 @@ class _Run:
         if kept is not None:
             self.began -= kept.seconds
             extent = Extent.of(kept)
-            if self.progress is not None:
+            if callable(self.progress):
                 self.progress(Progress(number, len(self.path), None, kept=True))
             if number == len(self.path):
                 return kept
@@ -281,7 +284,7 @@ class _Run:
         """Return what tells of iterations at one load of the path."""
 
         def watch(load: float, iteration: int, residual: float) -> None:
-            if self.progress is not None:
+            if callable(self.progress):
                 look = Look(load, self.path[-1], iteration, residual, self.problem.tolerance)
                 self.progress(Progress(number + 1, len(self.path), look))
 

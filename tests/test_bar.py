@@ -1,0 +1,92 @@
+"""The line that tells how far a calculation is, and what Ctrl-C leaves."""
+
+import io
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.solvers.bar import Bar
+from roughcontact.solvers.progress import Progress, Step
+
+STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
+
+
+def rough():
+    return rc.Surface(*rc.reference_map(96, 3))
+
+
+def test_errors_fall_by_about_as_much_each_time():
+    stream = io.StringIO()
+    bar = Bar(stream)
+    for certificate in (1e-1, 1e-2, 1e-4, 1e-6):
+        bar(Progress(1, 2, Step((8, 8), 0, 1, certificate, 1e-5)))
+    bar(Progress(2, 2, None, "map", kept=True))
+    bar.close()
+    drawn = stream.getvalue().split("\r")[1:]
+    assert [line.count("█") for line in drawn] == [0, 3, 9, 12, 24]
+    assert "1 of 2, 1e-02, target 1e-05" in drawn[1]
+    assert drawn[-1].rstrip("\n").split(maxsplit=1)[1].strip() == "map, 2 of 2, kept from before"
+    # Each line hides the one before, and the last ends.
+    lengths = [len(line.rstrip("\n")) for line in drawn]
+    assert all(later >= len(line.rstrip()) for line, later in zip(drawn, lengths[1:], strict=False))
+    assert drawn[-1].endswith("\n")
+
+
+@pytest.mark.parametrize("of", ["solve", "load_curve", "find_load", "solve_elastoplastic"])
+def test_a_bar_is_drawn_where_asked(of, capsys):
+    options = {
+        "solve": {"load": 0.5},
+        "load_curve": {"loads": [0.1, 0.5]},
+        "find_load": {"contact": 0.05},
+        "solve_elastoplastic": {"load": 0.01, "increments": 1, "tolerance": 1e-2},
+    }[of]
+    surface = rc.Surface(*rc.reference_map(32, 3)) if of == "solve_elastoplastic" else rough()
+    quiet = getattr(rc, of)(surface, material=STEEL, **options)
+    assert capsys.readouterr().err == ""
+    told = getattr(rc, of)(surface, material=STEEL, progress=True, **options)
+    drawn = capsys.readouterr().err
+    assert drawn.count("\r") >= 1
+    assert drawn.endswith("\n")
+    assert "target" in drawn
+    if of == "solve":
+        np.testing.assert_array_equal(told.pressure, quiet.pressure)
+
+
+def interrupting(after):
+    """What to watch with: Ctrl-C comes at that look."""
+    looks = []
+
+    def watch(at):
+        looks.append(at.step)
+        if len(looks) == after:
+            raise KeyboardInterrupt
+
+    return watch
+
+
+@pytest.mark.parametrize("after", [1, 3, 8, 10])
+def test_ctrl_c_returns_the_last_state_where_asked(after):
+    whole = rc.solve(rough(), material=STEEL, load=0.5)
+    cut = rc.solve(
+        rough(), material=STEEL, load=0.5, on_interrupt="return", progress=interrupting(after)
+    )
+    assert cut.status == "interrupted"
+    assert not cut.converged
+    assert cut.certificate > cut.tolerance
+    # It is a state of this contact: load, ceiling, and the gap of this pressure.
+    assert cut.load_error < 1e-10
+    assert cut.max_pressure <= cut.ceiling
+    assert any("interrupted" in warning for warning in cut.warnings)
+    # And a start for going on.
+    again = rc.solve(rough(), material=STEEL, load=0.5, start=cut)
+    np.testing.assert_allclose(again.pressure, whole.pressure, atol=1e-4 * whole.max_pressure)
+
+
+def test_ctrl_c_ends_what_was_not_asked_to_return():
+    with pytest.raises(KeyboardInterrupt):
+        rc.solve(rough(), material=STEEL, load=0.5, progress=interrupting(3))
+    with pytest.raises(rc.InputError, match="on_interrupt"):
+        rc.solve(rough(), material=STEEL, load=0.5, on_interrupt="stop")
+    # The session goes on as if nothing had been.
+    assert rc.solve(rough(), material=STEEL, load=0.5).converged
