@@ -531,7 +531,7 @@ def test_bad_arguments_end_in_one_sentence(
         ("empty.npy", b"", ("empty.npy", "empty")),
         ("cut.npy", "the first half", ("cut.npy", "cannot be read")),
         ("note.npy", b"no numbers here", ("note.npy", "cannot be read")),
-        ("map.doc", b"words", ("map.doc", "'.doc'", "--format")),
+        ("map.doc", b"words", ("map.doc", "'words'")),
         ("text.csv", b"high,low\n", ("text.csv", "'high'")),
         ("row.csv", b"1,2,3\n", ("row.csv", "shape (1, 3)")),
         ("infinite.npy", np.array([[1.0, np.inf], [1, 2]]), ("infinite.npy", "1 infinite")),

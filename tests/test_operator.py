@@ -181,6 +181,7 @@ def several_levels(monkeypatch):
     """Coarse grids and collective modes on a map small enough for a matrix."""
     monkeypatch.setattr(bounded, "_COARSEST", 4)
     monkeypatch.setattr(patches, "_BLOCK", 4)
+    monkeypatch.setattr(patches, "_SMALL", 8)
 
 
 def gap(kind):

@@ -53,7 +53,7 @@ _COARSEST = 32
 # in turn; the number of the former after a step that overshoots, doubled every time that they take
 # over; how often before giving up; over how many the energy may rise.
 _PATIENCE = 3
-_BURST = 4
+_BURST = 6
 _BURSTS = 20
 _NONMONOTONE = 5
 
@@ -158,7 +158,7 @@ def solve(
     for depth in range(len(levels) - 1, -1, -1):
         level = levels[depth]
         finest = depth == 0
-        pixel = (2**depth, 2**depth)
+        pixel = (2**depth if problem.shape[0] > 1 else 1, 2**depth)
         level_operator = finest_operator if finest else family(level.shape, pixel)
         solution = _solve_level(
             level, level_operator, Patches(level_operator, family, pixel), first,
@@ -179,7 +179,9 @@ def solve(
 def _levels(problem: Problem) -> list[Problem]:
     """Return the problem and what it is on coarser and coarser grids."""
     levels = [problem]
-    while min(levels[-1].shape) >= 2 * _COARSEST:
+    # The row of a profile is as short as a map of so many points is small.
+    least = 2 * (_COARSEST if problem.shape[0] > 1 else _COARSEST**2)
+    while min(levels[-1].shape[problem.shape[0] == 1 :]) >= least:
         levels.append(coarsened(levels[-1]))
     return levels
 

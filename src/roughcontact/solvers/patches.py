@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from roughcontact.solvers.operator import Family, Operator
 from roughcontact.solvers.preconditioner import FreePixelInverse
 
-# Pixels along the edge of a block, and the fewest blocks that are of use.
-_BLOCK = 8
-_FEWEST_BLOCKS = 4
+# Pixels along the edge of a block, and the points along each side of a map that has blocks: on
+# smaller ones the wrapped inverse does as well, and better where pixels are far from square.
+_BLOCK, _SMALL = 8, 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,10 +86,10 @@ class Patches:
     def _patch(self, first: tuple[int, int], operator: Operator) -> Patch:
         inverse, unit = operator.approximate_inverse(), operator.self_displacement
         # A profile has a single row.
+        if min(points for points in (*operator.shape, _SMALL) if points > 1) < _SMALL:
+            return Patch(first, self._width, operator, FreePixelInverse(inverse))
         edges = [min(_BLOCK, points) for points in operator.shape]
         number = [-(-points // edge) for points, edge in zip(operator.shape, edges, strict=True)]
-        if number[0] * number[1] < _FEWEST_BLOCKS:
-            return Patch(first, self._width, operator, FreePixelInverse(inverse))
         pixel = (edges[0] * self._pixel[0], edges[1] * self._pixel[1])
         blocks = self._family((number[0], number[1]), pixel)
         blockwise = FreePixelInverse(inverse, blocks, (edges[0], edges[1]), unit)

@@ -66,7 +66,8 @@ def coarsened(problem: Problem) -> Problem:
     return Problem(
         initial_gap=gap,
         limit=limit,
-        total=None if problem.total is None else problem.total / 4,
+        # A profile has a single row, on any grid.
+        total=None if problem.total is None else problem.total / (4 if problem.shape[0] > 1 else 2),
         approach=problem.approach,
         whole=problem.whole and _halved(problem.whole),
     )

@@ -9,6 +9,7 @@ with. What does not load this way is read by the whole library.
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
@@ -43,9 +44,12 @@ def reader(name: str) -> Any:
     ImportError
         If the library is absent, or has no such reader that loads alone.
     """
+    own = import_module(f"{__name__}.IO")
     for folder in _library():
-        if folder not in __path__:
-            __path__.append(folder)
+        # Whoever imported either before has not told it where the library is.
+        for path, place in ((__path__, folder), (own.__path__, os.path.join(folder, "IO"))):
+            if place not in path:
+                path.append(place)
     module = import_module(f"{__name__}.IO.{_MODULES.get(name, name.upper())}")
     for found in vars(module).values():
         if getattr(found, "__module__", "") == module.__name__ and _reads(found, name):

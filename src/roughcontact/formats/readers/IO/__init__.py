@@ -1,7 +1,5 @@
 """Nothing is loaded here; the modules are those of SurfaceTopography's ``IO``."""
 
-import os
+from pkgutil import extend_path
 
-from roughcontact.formats import readers
-
-__path__ = [os.path.join(folder, "IO") for folder in readers.__path__]
+__path__ = extend_path(__path__, __name__)
