@@ -65,7 +65,7 @@ def interrupting(after):
     return watch
 
 
-@pytest.mark.parametrize("after", [1, 3, 8, 10])
+@pytest.mark.parametrize("after", [1, 3, 5])
 def test_ctrl_c_returns_the_last_state_where_asked(after):
     whole = rc.solve(rough(), material=STEEL, load=0.5)
     cut = rc.solve(

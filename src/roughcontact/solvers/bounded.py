@@ -245,7 +245,7 @@ def _solve_level(
     except KeyboardInterrupt:
         if not interruptible:
             raise
-        status = Status.INTERRUPTED
+        status = Status.INTERRUPTED if now.certificate > tolerance else Status.CONVERGED
     if now.certificate > best.certificate and status is not Status.CONVERGED:
         now = best
     now = viewer.settle(now)
