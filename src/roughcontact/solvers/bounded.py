@@ -173,7 +173,10 @@ def solve(
             finer = levels[depth - 1].initial_gap.shape
             first = partial(prolonged, loaded, solution.gap.shape[1], finer)
             del levels[depth], solution, loaded
-    return replace(solution, history=tuple(history))
+    status = solution.status
+    if status is Status.INTERRUPTED and solution.certificate <= tolerance:
+        status = Status.CONVERGED
+    return replace(solution, status=status, history=tuple(history))
 
 
 def _levels(problem: Problem) -> list[Problem]:
@@ -245,7 +248,7 @@ def _solve_level(
     except KeyboardInterrupt:
         if not interruptible:
             raise
-        status = Status.INTERRUPTED if now.certificate > tolerance else Status.CONVERGED
+        status = Status.INTERRUPTED
     if now.certificate > best.certificate and status is not Status.CONVERGED:
         now = best
     now = viewer.settle(now)
