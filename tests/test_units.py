@@ -149,7 +149,8 @@ def test_a_plain_unit_has_the_factor_that_pint_has() -> None:
         for unit, factor in factors.items():
             wanted = registry.parse_units(units._SI_UNITS[dimension])
             found = registry.convert(1.0, registry.parse_units(unit), wanted)
-            assert factor == found, unit
+            # Older versions of pint are off in the last digit.
+            assert factor == pytest.approx(found, rel=5e-16), unit
 
 
 @pytest.mark.parametrize("wanted", units._SI_UNITS)
