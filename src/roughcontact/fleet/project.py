@@ -28,6 +28,10 @@ from roughcontact.request.options import (
 )
 from roughcontact.request.request import from_text
 
+_KEYS = ("folder", "write", "materials", "defaults", "contact")
+DESK = "desk"
+"""A table that the page in the browser keeps for itself; it does not describe a contact."""
+
 _OWN_KEYS = ("name", "file", "task")
 _MAPS = ("files", "groups")
 """What a comparison has in place of a file."""
@@ -182,10 +186,10 @@ class _Contact:
 
 def _project(source: _Source, read: dict[str, Any]) -> _Project:
     for key in read:
-        if key not in ("folder", "write", "materials", "defaults", "contact"):
+        if key not in (*_KEYS, DESK):
             raise source.refusal(
                 (key,),
-                f"unknown key {key}; known are folder, write, materials, defaults and contact",
+                f"unknown key {key}; known are {', '.join(_KEYS[:-1])} and {_KEYS[-1]}",
             )
     contacts = read.get("contact", [])
     if not isinstance(contacts, list) or not contacts:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -17,7 +17,18 @@ from roughcontact.surface import nominal, registration
 from roughcontact.surface.surface import Surface
 
 
-def surfaces(request: Request, say: Say) -> list[Surface]:
+PREPARING = (
+    "format", "channel", "unit", "size", "override-size", "body", "points", "counter-body",
+    "counter-surface", "align", "offset", "angle", "mirror", "crop", "outliers", "holes", "level",
+    "form", "s-filter", "l-filter", "pixel", "rotate",
+)  # fmt: skip
+"""The options that the prepared maps depend on; all others leave them as they are."""
+
+Reader = Callable[..., Surface]
+"""``reader(path, announced, *reading)``, as `formats.read.read_announced`."""
+
+
+def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -> list[Surface]:
     """Read and prepare the map, and that of the counter-body if there is one.
 
     Parameters
@@ -26,6 +37,8 @@ def surfaces(request: Request, say: Say) -> list[Surface]:
         What was asked for.
     say : callable
         Called with a few words before every stage.
+    reader : callable, optional
+        What reads a file.
 
     Returns
     -------
@@ -38,7 +51,7 @@ def surfaces(request: Request, say: Say) -> list[Surface]:
         say(f"reading {path.name}")
         reading = (request[name] for name in ("format", "channel", "unit", "size", "override-size"))
         fits = partial(memory.require_prepared, request)
-        maps.append(_prepared(request, read.read_announced(path, fits, *reading), path))
+        maps.append(_prepared(request, reader(path, fits, *reading), path))
     if request.file is None:
         points = request["points"]
         memory.require(request, points)

@@ -196,9 +196,35 @@ def run(request: Request, say: Say, look: Look | None = None) -> Outcome:
     if request.kind == COMPARE:
         return _written(_compare(request, say, look or _nobody), (), say)
     maps = surfaces(request, say)
-    remarks = of_measurement(resolution_notes(request, maps))
+    return _written(solved(request, maps, say, look), maps, say)
+
+
+def solved(
+    request: Request, maps: Sequence[Surface], say: Say, look: Look | None = None
+) -> Outcome:
+    """Carry out a request on maps that are prepared, and write nothing.
+
+    Parameters
+    ----------
+    request : Request
+        What to do; not to compare maps.
+    maps : sequence of Surface
+        From `surfaces`.
+    say, look : callable
+        As for `run`.
+
+    Returns
+    -------
+    Outcome
+        The result.
+
+    Raises
+    ------
+    RoughcontactError
+        If the request cannot be done.
+    """
     outcome = _TASKS[request.kind](request, maps, say, look or _nobody)
-    return _written(_remarked(outcome, remarks), maps, say)
+    return _remarked(outcome, of_measurement(resolution_notes(request, maps)))
 
 
 def _written(outcome: Outcome, maps: Sequence[Surface], say: Say) -> Outcome:

@@ -1,0 +1,100 @@
+"""Controls: one for each option, made from its row in the table of options."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import panel as pn
+
+from roughcontact.desk import style, words
+from roughcontact.desk.state import Value
+from roughcontact.errors import RoughcontactError
+from roughcontact.request import parsing
+from roughcontact.request.options import SOLVE, Option, offered
+
+Give = Callable[[str, Value], None]
+"""``give(name, value)`` sets an option, or raises what is wrong with it."""
+
+
+class Control:
+    """A labelled control of one option, with what is wrong with its text below it.
+
+    Parameters
+    ----------
+    name : str
+        Of the option.
+    give : callable
+        What sets it.
+    choices : Mapping, optional
+        Texts by what they are called, in place of those of the option.
+    task : str
+        Whose option it is.
+    """
+
+    def __init__(
+        self, name: str, give: Give, choices: Mapping[str, str] | None = None, task: str = SOLVE
+    ) -> None:
+        self.name, self._give, self._task = name, give, task
+        option = offered(task)[name]
+        self._default = "" if option.default is None else option.default
+        self.widget = _widget(option, choices)
+        self._wrong = pn.pane.HTML("", visible=False, css_classes=["wrong"], **style.SHEET)
+        self._silent = False
+        self.widget.param.watch(self._changed, "value")
+        self.root = pn.Column(self.widget, self._wrong, **style.BLOCK)
+
+    def show(self, given: Mapping[str, Value]) -> None:
+        """Show what is given; the default where nothing is."""
+        value = given.get(self.name, self._default)
+        if not isinstance(self.widget, pn.widgets.Checkbox):
+            value = str(value)
+        self._silent = True
+        try:
+            if self.widget.value != value:
+                self.widget.value = value
+        finally:
+            self._silent = False
+        self.complain("")
+
+    def complain(self, text: str) -> None:
+        """Show what is wrong, nothing for an empty text."""
+        self._wrong.object = f'<span role="alert">{words.escaped(text)}</span>' if text else ""
+        self._wrong.visible = bool(text)
+
+    def _changed(self, event: Any) -> None:
+        if self._silent:
+            return
+        try:
+            self._give(self.name, event.new)
+        except RoughcontactError as error:
+            self.complain(words.told(error, self._task))
+        else:
+            self.complain("")
+
+
+def _widget(option: Option, choices: Mapping[str, str] | None) -> Any:
+    about: dict[str, Any] = {
+        "name": words.label(option.name),
+        "description": option.help,
+        **style.CONTROL,
+    }
+    if option.is_flag:
+        del about["description"]
+        return pn.widgets.Checkbox(value=False, **about)
+    if choices is not None:
+        return pn.widgets.Select(options=dict(choices), **about)
+    if isinstance(option.parse, parsing.Choice):
+        known = option.parse.known
+        default = [] if option.default is not None else [""]
+        return pn.widgets.Select(options=[*default, *map(str, known)], **about)
+    return pn.widgets.TextInput(placeholder=option.metavar.lower(), **about)
+
+
+def button(text: str, done: Callable[[], None], primary: bool = False, **more: Any) -> Any:
+    """Return a button that does something."""
+    made = pn.widgets.Button(
+        name=text, button_type="primary" if primary else "default", **{**style.BUTTON, **more}
+    )
+    made.on_click(lambda _: done())
+    return made

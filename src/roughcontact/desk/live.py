@@ -1,0 +1,202 @@
+"""The contact that follows what is asked for: read once, prepared once, only the last one solved.
+
+A thread of its own does the work, so that whoever asks goes on at once. What is asked while it is
+at work replaces what was asked before: nothing queues.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from roughcontact.errors import FormatError, InputError, RoughcontactError
+from roughcontact.formats import read
+from roughcontact.request import maps
+from roughcontact.request.request import Request
+from roughcontact.request.run import Outcome, solved
+from roughcontact.solvers.progress import Progress
+from roughcontact.surface.surface import Surface
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """The maps of a request, ready to be pressed together.
+
+    Parameters
+    ----------
+    request : Request
+        What was asked for.
+    surfaces : tuple of Surface
+        That of the body, and of the counter-body if it has one.
+    """
+
+    request: Request
+    surfaces: tuple[Surface, ...]
+
+
+@dataclass(frozen=True)
+class Failed:
+    """Why a request cannot be done.
+
+    Parameters
+    ----------
+    request : Request or None
+        What was asked for, if it could be asked at all.
+    error : RoughcontactError
+        The reason.
+    """
+
+    request: Request | None
+    error: RoughcontactError
+
+
+Told = Prepared | Outcome | Progress | Failed | str
+"""What is told: a stage in a few words, the maps, the solver's progress, the result, a failure."""
+
+
+class _Stale(Exception):  # noqa: N818 - no error: something newer was asked for
+    """Something else was asked for in the meantime."""
+
+
+class Live:
+    """Solves what was asked for last.
+
+    Parameters
+    ----------
+    told : callable
+        Called from the thread of this object with what is `Told`.
+    reader : callable, optional
+        As `formats.read.read_announced`.
+
+    Notes
+    -----
+    Kept are the maps as they were read, as they are prepared, and no result: at most twice the
+    heights of both bodies.
+    """
+
+    def __init__(
+        self, told: Callable[[Told], None], reader: maps.Reader = read.read_announced
+    ) -> None:
+        self._told = told
+        self._reader = reader
+        self._changed = threading.Condition()
+        self._asked: tuple[Request, bool] | None = None
+        self._at_work = False
+        self._closed = False
+        self._drop = False
+        self._read: dict[Any, Surface] = {}
+        self._prepared: tuple[Any, tuple[Surface, ...]] | None = None
+        self._thread = threading.Thread(target=self._follow, name="live", daemon=True)
+        self._thread.start()
+
+    def ask(self, request: Request, prepare_only: bool = False) -> None:
+        """Solve this next, in place of what waits or is under way.
+
+        Parameters
+        ----------
+        request : Request
+            A task ``"solve"``.
+        prepare_only : bool
+            Only make its maps.
+        """
+        with self._changed:
+            self._asked = request, prepare_only
+            self._changed.notify_all()
+
+    def cancel(self) -> None:
+        """Drop what waits, and end what is under way."""
+        with self._changed:
+            self._asked = None
+            self._drop = True
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """End the thread; nothing more is told."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+
+    def wait(self, seconds: float) -> bool:
+        """Wait until nothing is asked for or under way; return whether that came to be."""
+        with self._changed:
+            return self._changed.wait_for(
+                lambda: self._asked is None and not self._at_work, seconds
+            )
+
+    def _is_idle(self) -> bool:
+        return self._asked is None and not self._at_work
+
+    # In the thread.
+
+    def _follow(self) -> None:
+        while True:
+            with self._changed:
+                self._at_work = False
+                self._changed.notify_all()
+                self._changed.wait_for(lambda: self._asked is not None or self._closed)
+                if self._closed:
+                    self._read, self._prepared = {}, None
+                    return
+                assert self._asked is not None
+                (request, prepare_only), self._asked = self._asked, None
+                self._at_work, self._drop = True, False
+            try:
+                self._carry_out(request, prepare_only)
+            except _Stale:
+                continue
+            except RoughcontactError as error:
+                self._tell(Failed(request, error))
+            except MemoryError:
+                words = "the memory is used up; crop the map, or choose a coarser pixel"
+                self._tell(Failed(request, InputError(words)))
+            except OSError as error:
+                place = error.filename or "a file"
+                self._tell(Failed(request, FormatError(f"{place}: {error.strerror or error}")))
+
+    def _carry_out(self, request: Request, prepare_only: bool) -> None:
+        surfaces = self._maps(request)
+        self._tell(Prepared(request, surfaces))
+        if not prepare_only:
+            self._tell(solved(request, surfaces, self._tell, self._look))
+
+    def _look(self, at: Progress) -> None:
+        self._tell(at)
+
+    def _tell(self, what: Told) -> None:
+        with self._changed:
+            if self._asked is not None or self._closed or self._drop:
+                raise _Stale
+        self._told(what)
+
+    def _maps(self, request: Request) -> tuple[Surface, ...]:
+        key = request.file, tuple(request.given.get(name) for name in maps.PREPARING)
+        if self._prepared is None or self._prepared[0] != key:
+            self._prepared = None
+            found = maps.surfaces(request, self._tell, partial(self._reading, request.inputs))
+            self._prepared = key, tuple(found)
+        return self._prepared[1]
+
+    def _reading(
+        self, inputs: Sequence[Path], path: Path, announced: Callable[..., None], *reading: Any
+    ) -> Surface:
+        key = path, _moment(path), reading
+        if key not in self._read:
+            # Maps that are not asked for any more go first.
+            self._read = {old: one for old, one in self._read.items() if old[0] in inputs}
+            self._read = {old: one for old, one in self._read.items() if old[0] != path}
+            self._read[key] = self._reader(path, announced, *reading)
+        announced(self._read[key].shape)
+        return self._read[key]
+
+
+def _moment(path: Path) -> tuple[int, int] | None:
+    """Return what changes with a file's content, None where there is no file."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size
