@@ -49,12 +49,17 @@ def test_responses_to_sampled_kernels(backend, small_blocks, shape, padded, work
     small_blocks(512)
     rng = np.random.default_rng(0)
     source = rng.standard_normal(shape)
-    # Three responses: one term, two terms, one term, in mixed order.
-    terms = [Term(n, odd) for n, odd in zip((1, 0, 1, 2), PARITIES, strict=True)]
+    # Kernels that add to one response and to several, alone in it or with others of each parity.
+    shares = [
+        [(1, 1.0)], [(0, 1.0), (2, -0.5)], [(1, 2.0)], [(2, 1.0), (0, 0.3)],
+        [(4, 1.0), (5, 0.2)], [(3, -1.0), (5, 0.7)], [(3, 3.0), (5, 1.0)], [(5, -1.0)],
+    ]  # fmt: skip
+    terms = [Term(odd, share) for odd, share in zip(2 * PARITIES, shares, strict=True)]
     kernels = [parity_kernel(padded, term.odd, rng) for term in terms]
-    expected = np.zeros((3, *shape))
+    expected = np.zeros((6, *shape))
     for term, kernel in zip(terms, kernels, strict=True):
-        expected[term.response] += circular(source, kernel)
+        for response, factor in term.shares:
+            expected[response] += factor * circular(source, kernel)
     operator = responses_to(source, padded, terms, workers=workers)
     symbols = operator.sampled(lambda rows, columns: [k[np.ix_(rows, columns)].T for k in kernels])
     size = np.abs(expected).max()
@@ -73,7 +78,7 @@ def test_responses_to_symbols_of_any_period(backend, padded):
     # Odd periods have no wave of two points; symbols are the transforms of the kernels.
     rng = np.random.default_rng(1)
     source = rng.standard_normal(padded)
-    terms = [Term(n, odd) for n, odd in enumerate(PARITIES)]
+    terms = [Term(odd, [(n, 1.0)]) for n, odd in enumerate(PARITIES)]
     kernels = [parity_kernel(padded, odd, rng) for odd in PARITIES]
     factors = [1, 1j, 1j, -1]
     highest = padded[0] // 2, padded[1] // 2
@@ -93,7 +98,7 @@ def test_responses_leave_out_waves_beyond_the_highest(backend):
     rng = np.random.default_rng(2)
     padded = (12, 16)
     source = rng.standard_normal(padded)
-    operator = responses_to(source, padded, [Term(0, (False, False))])
+    operator = responses_to(source, padded, [Term((False, False), [(0, 1.0)])])
     symbols = Symbols((2, 3), lambda c: np.ones((1, 3, c.stop - c.start)))
     spectrum = np.fft.fft2(source)
     fy, fx = np.fft.fftfreq(12, 1 / 12), np.fft.fftfreq(16, 1 / 16)
@@ -114,7 +119,7 @@ def test_smooth_kernels_need_few_samples(backend, every):
         np.outer(1 + np.cos(2 * y), np.cos(3 * x)),
         np.outer(np.sin(3 * y), 0.2 + np.cos(x)),
     ]
-    terms = [Term(0, (False, False)), Term(1, (True, False))]
+    terms = [Term((False, False), [(0, 1.0)]), Term((True, False), [(1, 1.0)])]
     operator = responses_to(source, padded, terms)
 
     def sample(rows, columns):
@@ -128,7 +133,7 @@ def test_smooth_kernels_need_few_samples(backend, every):
 def test_responses_in_single_precision(backend):
     rng = np.random.default_rng(4)
     source, kernel = rng.random((20, 30)), parity_kernel((40, 60), (False, True), rng)
-    operator = responses_to(source, (40, 60), [Term(0, (False, True))], precision="single")
+    operator = responses_to(source, (40, 60), [Term((False, True), [(0, 1.0)])], precision="single")
     symbols = operator.sampled(lambda rows, columns: [kernel[np.ix_(rows, columns)].T])
     expected = circular(source, kernel)
     found = streamed(operator, symbols)[0]

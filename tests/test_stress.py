@@ -107,6 +107,26 @@ def test_periodic_slices_are_sums_of_waves(backend, shape, depth, friction, dire
     np.testing.assert_allclose(one(pressure, depth, **options), expected, rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize(("friction", "direction"), FRICTIONS)
+def test_friction_in_a_skew_direction_transforms_no_more_than_along_an_axis(
+    monkeypatch, friction, direction
+):
+    lines = []
+    transform = fft.half_line_transform
+
+    def counted(columns, odd):
+        lines.append(columns.shape)
+        transform(columns, odd)
+
+    monkeypatch.setattr(fft, "half_line_transform", counted)
+    for _ in stress.slices(
+        np.ones((6, 8)), PIXEL, [0.0, 3.0], 0.3, friction=friction, direction=direction, workers=1
+    ):
+        pass
+    # Two depths, two axes.
+    assert len(lines) == 4 * (12 if friction else 6)
+
+
 @pytest.mark.parametrize("boundary", ["free", "periodic"])
 @pytest.mark.parametrize("load", ["full", "corner", "sparse"])
 def test_few_samples_are_enough_at_depth(boundary, load):
@@ -142,7 +162,7 @@ def test_kernels_go_over_smoothly_into_their_images():
     # Random kernels on 0 to 47 × 0 to 63, the period of a map of 16 × 24 points.
     rng = np.random.default_rng(5)
     shape, period = (16, 24), (48, 64)
-    terms = [Term(n, odd) for n, odd in enumerate([(0, 0), (1, 0), (0, 1), (1, 1)])]
+    terms = [Term(odd, [(n, 1.0)]) for n, odd in enumerate([(0, 0), (1, 0), (0, 1), (1, 1)])]
     tables = rng.standard_normal((4, 65, 49))
 
     def kernels(rows, columns):

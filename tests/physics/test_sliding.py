@@ -69,7 +69,7 @@ def sliding_sphere(x, y, z, poisson, friction):
     def omega(by):
         return potential(2, by)
 
-    # The formulas of `stress_kernels.uniform_pressure` and `uniform_traction`.
+    # The formulas of `stress_kernels.uniform_pressure` and `shares_of_parts`.
     k = 1 - 2 * poisson
     pressed = [
         2 * poisson * v("z") - z * v("xx") - k * chi("xx"),
@@ -113,11 +113,9 @@ def test_the_closed_form_is_the_sum_of_forces(point):
     total = np.zeros(6)
     for start in range(0, x.size, 160):
         part = slice(start, start + 160)
-        for share, forces in (
-            (1.0, stress_kernels.normal_force(x[part], y[part], point[2], NU)),
-            (0.4, stress_kernels.tangential_force(x[part], y[part], point[2], NU, "x")),
-        ):
-            total += [share * (load[part] * np.diagonal(force)).sum() for force in forces]
+        parts = stress_kernels.force_parts(x[part], y[part], point[2], NU)
+        forces = stress_kernels.of_parts(parts, NU, 1.0, [("x", 0.4)])
+        total += [(load[part] * np.diagonal(force)).sum() for force in forces]
     np.testing.assert_allclose(sliding_sphere(*point, NU, 0.4), total, atol=1e-12)
 
 

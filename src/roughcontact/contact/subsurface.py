@@ -181,7 +181,7 @@ def memory_estimate(
     padded = (2 * ny) * (2 * nx + 2)
     # Spectra of the pressure, the second with room to blend kernels; samples of the kernels.
     spectra = real * padded + (real * padded * 25 // 16 if precision == "single" else 0)
-    kernels = 6 if friction == 0 else 18
+    kernels = 6 if friction == 0 else 12
     return maps + 6 * real * padded // 2 + spectra + kernels * real * (ny + 1) * (nx + 1)
 
 

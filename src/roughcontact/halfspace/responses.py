@@ -22,14 +22,14 @@ class Term(NamedTuple):
 
     Parameters
     ----------
-    response : int
-        The response that it adds to.
     odd : (bool, bool)
         Whether the kernel is odd in y, and in x; else it is even.
+    shares : sequence of (int, float)
+        The responses that it adds to, with factors.
     """
 
-    response: int
     odd: tuple[bool, bool]
+    shares: Sequence[tuple[int, float]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,11 +85,11 @@ class Responses:
         self._complex: type = np.complex64 if precision == "single" else np.complex128
         self.shape: tuple[int, int] = source.shape[0], source.shape[1]
         self.padded, self.terms, self.workspace = padded, tuple(terms), workspace
-        self.count = 1 + max(term.response for term in self.terms)
+        self.count = 1 + max(response for term in self.terms for response, _ in term.shares)
         (ny, _), (my, mx) = self.shape, padded
         self._width = mx // 2 + 1
         itemsize = np.dtype(self._complex).itemsize
-        # A block of columns is held four times, a block of rows once for every response.
+        # A block of columns is held about four times, of rows once for every response.
         self._column_step = max(4, fft.COLUMN_BYTES // (4 * my * itemsize))
         step = max(1, min(ny, 2 * fft.ROW_BYTES // (self.count * mx * itemsize // 2)))
         self._rows = [slice(top, min(top + step, ny)) for top in range(0, ny, step)]
@@ -286,30 +286,65 @@ class Responses:
         plain[lower:] = self._spectrum[my - upper :, part]
         turned = np.multiply(plain, -1j, out=scratch("turned", plain.shape, self._complex))
         product = scratch("column", (my, size), self._complex)
-        extra = scratch("term", plain.shape, self._complex)
+        extra = scratch("extra", plain.shape, self._complex)
         for response in range(self.count):
             product[lower : my - upper] = 0
-            first = True
-            for term, symbol in zip(self.terms, block, strict=True):
-                if term.response != response:
+            front, back = product[:lower], product[my - upper :]
+            added = False
+            for base, mixed in ((plain, False), (turned, True)):
+                symbol = self._symbol(block, response, mixed)
+                if symbol is None:
                     continue
-                base = turned if term.odd[0] != term.odd[1] else plain
-                front, back = (
-                    (product[:lower], product[my - upper :])
-                    if first
-                    else (extra[:lower], extra[lower:])
-                )
-                if all(term.odd):
-                    np.negative(symbol, out=symbol)
-                np.multiply(base[:lower], symbol, out=front)
-                if term.odd[0]:
-                    np.negative(symbol, out=symbol)
-                np.multiply(base[lower:], symbol[upper:0:-1], out=back)
-                if not first:
-                    product[:lower] += front
-                    product[my - upper :] += back
-                first = False
+                to = (extra[:lower], extra[lower:]) if added else (front, back)
+                np.multiply(base[:lower], symbol[0], out=to[0])
+                np.multiply(base[lower:], symbol[1][upper:0:-1], out=to[1])
+                if added:
+                    front += to[0]
+                    back += to[1]
+                added = True
             yield response, product
+
+    def _symbol(
+        self, block: NDArray[Any], response: int, mixed: bool
+    ) -> tuple[NDArray[Any], NDArray[Any]] | None:
+        """Return what a response does to waves of q_y ≥ 0 and < 0, each from q_y = 0 on.
+
+        By its kernels that are odd in one direction, or by the others; None without any.
+        """
+        even, odd = (
+            self._sum(
+                [
+                    (symbol, -factor if all(term.odd) else factor)
+                    for term, symbol in zip(self.terms, block, strict=True)
+                    for number, factor in term.shares
+                    if number == response and term.odd == (in_y, in_y != mixed)
+                ],
+                f"odd {in_y}",
+            )
+            for in_y in (False, True)
+        )
+        if odd is None:
+            return None if even is None else (even, even)
+        back = self.workspace.scratch("behind", (odd.shape[0], odd.shape[1]), block.dtype.type)
+        if even is None:
+            return odd, np.negative(odd, out=back)
+        np.subtract(even, odd, out=back)
+        front = self.workspace.scratch("ahead", (odd.shape[0], odd.shape[1]), block.dtype.type)
+        return np.add(even, odd, out=front), back
+
+    def _sum(self, shares: list[tuple[NDArray[Any], float]], name: str) -> NDArray[Any] | None:
+        """Return the sum of arrays times factors; None without any."""
+        if not shares:
+            return None
+        first, factor = shares[0]
+        if len(shares) == 1 and factor == 1:
+            return first
+        total = self.workspace.scratch(name, (first.shape[0], first.shape[1]), first.dtype.type)
+        share = self.workspace.scratch("share", total.shape, first.dtype.type)
+        np.multiply(first, factor, out=total)
+        for symbol, factor in shares[1:]:
+            total += np.multiply(symbol, factor, out=share)
+        return total
 
 
 def _stride(length: int) -> int:

@@ -323,10 +323,8 @@ def _between_pixels(contact: Sliding) -> Array:
     waves = stress_kernels.waves(qy, qx, 0.0, contact.poisson, contact.pulls)
     x: Array = edges * dx
     y: Array = edges * dy
-    pixels = list(stress_kernels.uniform_pressure(x, y, 0.0, contact.poisson))
-    for axis, share in contact.pulls:
-        parts = stress_kernels.uniform_traction(x, y, 0.0, contact.poisson, axis)
-        pixels = [total + share * part for total, part in zip(pixels, parts, strict=True)]
+    parts = stress_kernels.uniform_parts(x, y, 0.0, contact.poisson)
+    pixels = stress_kernels.of_parts(parts, contact.poisson, 1.0, contact.pulls)
     difference = np.empty((3, offsets.size, offsets.size))
     for found, component in zip(difference, _IN_PLANE, strict=True):
         # A pressure has xy odd in both directions; a traction makes each odd in one of them.

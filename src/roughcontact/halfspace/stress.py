@@ -6,7 +6,7 @@ carries the normal pressure p, so that σ_zz = -p there, and with friction the t
 q = μ p on the body in one direction of the plane, so that σ_xz = -q_x and σ_yz = -q_y. The effect
 of q on the pressure is neglected, as usual (Goodman's approximation; exact for equal bodies).
 
-A depth is computed on its own: six kernels are sampled, transformed and multiplied with the one
+A depth is computed on its own: a few kernels are sampled, transformed and multiplied with the one
 spectrum of the pressure, and a visitor sees the stress row block by row block. Nothing ever holds
 the volume.
 """

@@ -1,8 +1,9 @@
 """The stress field below one map of pressure: which kernels to sample at which depth.
 
-A depth is computed on its own: six kernels are sampled, transformed and multiplied with the one
-spectrum of the pressure. Free boundary: closed forms of a loaded pixel, or, where the kernels are
-smooth, those of forces on coarser points. Periodic boundary: waves.
+A depth is computed on its own: kernels are sampled, transformed and multiplied with the one
+spectrum of the pressure, six for a pressure, twelve with friction in any direction. Free boundary:
+closed forms of a loaded pixel, or, where the kernels are smooth, those of forces on coarser points.
+Periodic boundary: waves.
 """
 
 from __future__ import annotations
@@ -78,11 +79,11 @@ def field_of(
     boundary.require_stress()
     require_choice(("double", "single"), precision=precision)
     pulls = pulls_of(friction, direction)
-    terms = _terms(pulls)
     unit = float(np.abs(source).max()) or 1.0
     source = source / unit
     shape = (source.shape[0], source.shape[1])
     loads = _Loads(pixel, poisson, tuple(pulls))
+    terms = loads.wave_terms() if not boundary.free_axes else loads.terms()
 
     def responses(padded: tuple[int, int]) -> Responses:
         return Responses(source, padded, terms, workspace=workspace, precision=precision)
@@ -147,17 +148,6 @@ def pulls_of(friction: float, direction: float) -> list[tuple[str, float]]:
     ]
 
 
-def _terms(pulls: list[tuple[str, float]]) -> list[Term]:
-    """Return the kernels of a pressure, then those of each traction, by their parity."""
-    terms = [Term(number, odd) for number, odd in enumerate(_ODD)]
-    for axis, _ in pulls:
-        terms += [
-            Term(number, (odd[0] != (axis == "y"), odd[1] != (axis == "x")))
-            for number, odd in enumerate(_ODD)
-        ]
-    return terms
-
-
 @dataclass(frozen=True)
 class _Loads:
     """A unit pressure and the tractions it brings along; arrays of offsets are in pixels."""
@@ -166,23 +156,35 @@ class _Loads:
     poisson: float
     pulls: tuple[tuple[str, float], ...]
 
+    def terms(self) -> list[Term]:
+        """Return the kernels that `on_pixels` and `on_points` yield."""
+        if not self.pulls:
+            return [Term(odd, [(number, 1.0)]) for number, odd in enumerate(_ODD)]
+        shares = stress_kernels.shares_of_parts(self.poisson, 1.0, self.pulls)
+        return [Term(*term) for term in zip(stress_kernels.PARTS_ODD, shares, strict=True)]
+
+    def wave_terms(self) -> list[Term]:
+        """Return those of `stress_kernels.waves`: of a pressure, then of each traction."""
+        flips = [(False, False), *((axis == "y", axis == "x") for axis, _ in self.pulls)]
+        return [
+            Term((odd[0] != flip[0], odd[1] != flip[1]), [(number, 1.0)])
+            for flip in flips
+            for number, odd in enumerate(_ODD)
+        ]
+
     def on_pixels(self, z: float, rows: Offsets, columns: Offsets) -> Iterator[Array]:
-        """Yield the stress under loads spread over the pixel at the origin."""
+        """Yield kernels of the stress under loads spread over the pixel at the origin."""
         y: Array = (np.append(rows, rows[-1] + 1) - 0.5) * self.pixel[0]
         x: Array = (np.append(columns, columns[-1] + 1) - 0.5) * self.pixel[1]
-        yield from stress_kernels.uniform_pressure(x, y, z, self.poisson)
-        for axis, share in self.pulls:
-            for part in stress_kernels.uniform_traction(x, y, z, self.poisson, axis):
-                yield share * part
+        kernels = stress_kernels.uniform_parts if self.pulls else stress_kernels.uniform_pressure
+        return kernels(x, y, z, self.poisson)
 
     def on_points(self, z: float, rows: Offsets, columns: Offsets) -> Iterator[Array]:
-        """Yield the stress under unit forces at the origin."""
+        """Yield kernels of the stress under unit forces at the origin."""
         y = rows.astype(np.float64) * self.pixel[0]
         x = columns.astype(np.float64) * self.pixel[1]
-        yield from stress_kernels.normal_force(x, y, z, self.poisson)
-        for axis, share in self.pulls:
-            for part in stress_kernels.tangential_force(x, y, z, self.poisson, axis):
-                yield share * part
+        kernels = stress_kernels.force_parts if self.pulls else stress_kernels.normal_force
+        return kernels(x, y, z, self.poisson)
 
 
 def _spread(symbols: Symbols, pixel: tuple[float, float], period: tuple[int, int]) -> Symbols:

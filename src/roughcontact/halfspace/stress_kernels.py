@@ -8,7 +8,7 @@ A pressure pushes into the body, σ_zz = -p at the surface; a traction q pulls o
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +55,7 @@ def coefficients(
 
     Notes
     -----
-    Closed forms: those of `uniform_pressure` and of `uniform_traction`.
+    Closed forms: those of `uniform_pressure` and of `uniform_parts`.
 
     Every derivative is a signed sum over the corners of an elementary function. The functions
     here are odd in each corner coordinate as far as the sum can tell, and free of 0/0 and of
@@ -79,10 +79,9 @@ def coefficients(
     y = (np.arange(shape[0] + 1, dtype=np.float64) - 0.5) * pixel[0]
     x = (np.arange(shape[1] + 1, dtype=np.float64) - 0.5) * pixel[1]
     if direction == "z":
-        kernels = uniform_pressure(x, y, depth, poisson)
-    else:
-        kernels = uniform_traction(x, y, depth, poisson, direction)
-    return np.stack([kernel.T for kernel in kernels])
+        return np.stack([kernel.T for kernel in uniform_pressure(x, y, depth, poisson)])
+    parts = uniform_parts(x, y, depth, poisson)
+    return np.stack([kernel.T for kernel in of_parts(parts, poisson, 0.0, [(direction, 1.0)])])
 
 
 def uniform_pressure(x_edges: Array, y_edges: Array, z: float, poisson: float) -> Iterator[Array]:
@@ -130,55 +129,131 @@ def uniform_pressure(x_edges: Array, y_edges: Array, z: float, poisson: float) -
         yield _over_pixels(corners)
 
 
-def uniform_traction(
-    x_edges: Array, y_edges: Array, z: float, poisson: float, axis: str
-) -> Iterator[Array]:
-    """Yield the components of the stress under a unit traction on the pixel at the origin.
+def uniform_parts(x_edges: Array, y_edges: Array, z: float, poisson: float) -> Iterator[Array]:
+    """Yield what the stress under a uniform pressure and traction on the pixel is made of.
 
     Parameters
     ----------
     x_edges, y_edges, z, poisson
         As for `uniform_pressure`.
-    axis : {"x", "y"}
-        Direction of the traction on the body.
 
     Yields
     ------
     ndarray, shape (nx, ny)
-        xx, yy, zz, yz, xz, xy, one after the other; see `coefficients`.
+        The twelve parts of `of_parts`, one after the other.
 
     Notes
     -----
-    With V and χ as in `uniform_pressure`, and Ω = ∫∫ (z ln(ρ + z) - ρ), a traction along x gives
-    (Cerruti; Johnson 1985, eq. 3.76, integrated)::
+    With V and χ as in `uniform_pressure`, and Ω = ∫∫ (z ln(ρ + z) - ρ), they are::
 
-        2π σ_xx = 2 V_x - 2ν Ω_xyy - z χ_xxx          2π σ_zz = -z V_xz
-        2π σ_yy = 2ν V_x + 2ν Ω_xyy - z χ_xyy         2π σ_xz = V_z - z V_xx
-        2π σ_xy = V_y + 2ν Ω_xxy - z χ_xxy            2π σ_yz = -z V_xy
+        χ_xx, χ_yy, -z V_xx, -z V_yy, -z V_yz, -z V_xz, χ_xy, -z V_xy,
+        V_x, A = 2ν Ω_xyy - z χ_xyy, V_y, B = 2ν Ω_xxy - z χ_xxy
+
+    all over 2π.
     """
-    if axis == "y":
-        swapped = [part.T for part in uniform_traction(y_edges, x_edges, z, poisson, "x")]
-        yield from (swapped[number] for number in (YY, XX, ZZ, XZ, YZ, XY))
-        return
     x, y = x_edges[:, None], y_edges
     a, b = x * x + z * z, y * y + z * z
     xy = x * y
     radius = np.sqrt(x * x + b)
-    # 2ν/(R+z) + z/(R (R+z)), the part that Ω and χ have in common.
-    common = (2 * poisson + z / radius) / (radius + z)
-    along = np.arcsinh(y / np.sqrt(a))
-    v_xz = y / radius * (z * z / a)
-    # -V_z by the two angles of `uniform_pressure`, which have a limit at the surface.
-    v_z = -np.arctan(xy / (a + z * radius)) - np.arctan(xy / (b + z * radius))
-    for corners in (
-        2 * along + y * common - v_xz,
-        2 * poisson * along - y * common,
-        v_xz,
-        -z / radius,
-        v_z + xy / radius * (z / a),
-        np.arcsinh(x / np.sqrt(b)) - x * common,
-    ):
-        yield _over_pixels(corners)
+    zr = z * radius
+    yield _over_pixels(np.arctan(xy / (a + zr)))
+    yield _over_pixels(np.arctan(xy / (b + zr)))
+    ratio = xy / radius
+    v_xx, v_yy = ratio * (z / a), ratio * (z / b)
+    yield _over_pixels(v_xx)
+    yield _over_pixels(v_yy)
+    yield _over_pixels(v_yy * (z / y))
+    yield _over_pixels(v_xx * (z / x))
+    deeper, v_xy = radius + z, z / radius
+    yield _over_pixels(np.log(deeper))
+    yield _over_pixels(-v_xy)
+    # What Ω and χ have in common: 2ν/(R+z) + z/(R (R+z)).
+    common = (2 * poisson + v_xy) / deeper
+    yield _over_pixels(np.arcsinh(y / np.sqrt(a)))
+    yield _over_pixels(-y * common)
+    yield _over_pixels(np.arcsinh(x / np.sqrt(b)))
+    yield _over_pixels(-x * common)
+
+
+PARTS_ODD = (
+    *((False, False),) * 4, (True, False), (False, True), (True, True), (True, True),
+    (False, True), (False, True), (True, False), (True, False),
+)  # fmt: skip
+"""Whether each of the twelve parts is odd in y, and in x."""
+
+
+def shares_of_parts(
+    poisson: float, pressure: float, pulls: Sequence[tuple[str, float]]
+) -> list[tuple[tuple[int, float], ...]]:
+    """Return what each part adds to the stress under a pressure and tractions.
+
+    Parameters
+    ----------
+    poisson : float
+        Poisson's ratio ν.
+    pressure : float
+        Pressure.
+    pulls : sequence of (axis, float)
+        Tractions on the body along "x" or "y".
+
+    Returns
+    -------
+    list of tuples of (int, float)
+        For each of the twelve parts the components of the stress and their factors.
+
+    Notes
+    -----
+    A pressure gives (Love 1929, sec. 4)::
+
+        σ_xx = -χ_xx - 2ν χ_yy - z V_xx               σ_zz = -χ_xx - χ_yy + z V_xx + z V_yy
+        σ_xy = -(1-2ν) χ_xy - z V_xy                  σ_xz = -z V_xz
+
+    and a traction along x (Cerruti; Johnson 1985, eq. 3.76, integrated)::
+
+        σ_xx = 2 V_x + z V_xz - A                     σ_zz = -z V_xz
+        σ_yy = 2ν V_x + A                             σ_xz = -χ_xx - χ_yy - z V_xx
+        σ_xy = V_y + B                                σ_yz = -z V_xy
+
+    What is left follows with x and y swapped. So tractions in any direction need no more
+    parts than one along an axis does.
+    """
+    p, nu, across = pressure, poisson, dict(pulls)
+    qx, qy = across.get("x", 0.0), across.get("y", 0.0)
+    tables = (
+        {XX: -p, YY: -2 * nu * p, ZZ: -p, XZ: -qx, YZ: -qy},
+        {XX: -2 * nu * p, YY: -p, ZZ: -p, XZ: -qx, YZ: -qy},
+        {XX: p, ZZ: -p, XZ: qx},
+        {YY: p, ZZ: -p, YZ: qy},
+        {YZ: p, ZZ: qy, YY: -qy},
+        {XZ: p, ZZ: qx, XX: -qx},
+        {XY: -(1 - 2 * nu) * p},
+        {XY: p, YZ: qx, XZ: qy},
+        {XX: 2 * qx, YY: 2 * nu * qx, XY: qy},
+        {XX: -qx, YY: qx, XY: qy},
+        {YY: 2 * qy, XX: 2 * nu * qy, XY: qx},
+        {YY: -qy, XX: qy, XY: qx},
+    )
+    return [tuple((number, share) for number, share in part.items() if share) for part in tables]
+
+
+def of_parts(
+    parts: Iterable[Array], poisson: float, pressure: float, pulls: Sequence[tuple[str, float]]
+) -> list[Array]:
+    """Return the six components of the stress that is made of these parts.
+
+    Parameters
+    ----------
+    parts : iterable of ndarray
+        The twelve parts.
+    poisson, pressure, pulls
+        As for `shares_of_parts`.
+    """
+    found: list[Array] = []
+    for part, shares in zip(parts, shares_of_parts(poisson, pressure, pulls), strict=True):
+        found = found or [np.zeros(part.shape) for _ in range(6)]
+        for number, share in shares:
+            found[number] += share * part
+    return found
 
 
 def _over_pixels(corners: Array) -> Array:
@@ -231,45 +306,52 @@ def normal_force(x: Array, y: Array, z: float, poisson: float) -> Iterator[Array
     yield xy * side * factor
 
 
-def tangential_force(x: Array, y: Array, z: float, poisson: float, axis: str) -> Iterator[Array]:
-    """Yield the components of the stress under a unit tangential force at the origin.
+def force_parts(x: Array, y: Array, z: float, poisson: float) -> Iterator[Array]:
+    """Yield what the stress under a unit force at the origin, normal or tangential, is made of.
 
     Parameters
     ----------
     x, y, z, poisson
         As for `normal_force`.
-    axis : {"x", "y"}
-        Direction of the force on the body.
 
     Yields
     ------
     ndarray, shape (nx, ny)
-        xx, yy, zz, yz, xz, xy, one after the other [1/m²].
+        The twelve parts of `uniform_parts` with V = 1/ρ, one after the other [1/m²].
 
     References
     ----------
     Cerruti 1882; Johnson, Contact Mechanics (1985), eq. 3.76, doi:10.1017/CBO9781139171731
     """
-    if axis == "y":
-        swapped = [part.T for part in tangential_force(y, x, z, poisson, "x")]
-        yield from (swapped[number] for number in (YY, XX, ZZ, XZ, YZ, XY))
-        return
-    x, k = x[:, None], 1 - 2 * poisson
-    x2, y2 = x * x, y * y
+    x = x[:, None]
+    x2, y2, xy = x * x, y * y, x * y
     rho2 = x2 + y2 + z * z
     rho = np.sqrt(rho2)
     factor = 1 / (2 * math.pi * rho2 * rho)
-    # In units of 1/ρ³: ρ²/(ρ+z)² and 1/(ρ+z)² + 2ρ/(ρ+z)³.
-    outer = rho / (rho + z)
-    first = k * outer * outer
-    second = first * (1 + 2 * outer) / rho2
-    both = second - 3 / rho2
-    yield x * (k - 3 * first + x2 * both) * factor
-    yield x * (k - first + y2 * both) * factor
-    yield x * (-3 * z * z / rho2) * factor
-    yield x * (-3 * z * y / rho2) * factor
-    yield x2 * (-3 * z / rho2) * factor
-    yield y * (x2 * both - first) * factor
+    outer = 1 / (rho + z)
+    # χ_xx = slope - x² bend, χ_xy = -xy bend, in units of 1/ρ³.
+    slope = rho2 * outer
+    bend = slope * (1 / rho2 + outer / rho)
+    slope *= factor
+    bend *= factor
+    yield slope - x2 * bend
+    yield slope - y2 * bend
+    # z/ρ³ and 3z/ρ⁵.
+    plain, far = z * factor, (3 * z / rho2) * factor
+    yield plain - x2 * far
+    yield plain - y2 * far
+    yield -y * (z * far)
+    yield -x * (z * far)
+    yield -xy * bend
+    yield -xy * far
+    # In units of 1/ρ³: (1-2ν) ρ²/(ρ+z)², and what differs along and across.
+    outer *= rho
+    first = (1 - 2 * poisson) * outer * outer
+    both = (first * (1 + 2 * outer) - 3) / rho2
+    yield -x * factor
+    yield x * (1 - first + y2 * both) * factor
+    yield -y * factor
+    yield y * (1 - first + x2 * both) * factor
 
 
 def waves(
