@@ -12,7 +12,6 @@ Percentages and areas are always counted on the points.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -22,6 +21,15 @@ from numpy.typing import NDArray
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import FEW_PIXELS
 from roughcontact.errors import InputError, require_positive
+from roughcontact.plots.cells import (
+    classes,
+    closed_cover,
+    gap_limit,
+    height_limits,
+    open_gap,
+    pressure_colours,
+    pressure_limit,
+)
 from roughcontact.plots.labels import doubt, load_text, result_names
 from roughcontact.plots.profiles import draw_histogram, window
 from roughcontact.plots.style import (
@@ -42,7 +50,6 @@ from roughcontact.plots.style import (
     cell_mean,
     cell_note,
     cell_points,
-    cell_share,
     cell_size,
     colour_bar,
     draw_map,
@@ -50,12 +57,10 @@ from roughcontact.plots.style import (
     layout,
     legend_below,
     listed,
-    mixed,
     patch_legend,
     plain_axes,
     prefixed,
     prefixed_area,
-    reduced,
     shown_aspect,
     single_axes,
 )
@@ -115,7 +120,7 @@ def pressure(result: ContactResult, limit: float | None = None) -> Figure:
     InputError
         If the limit is not positive and finite.
     """
-    top = _limit([result], limit)
+    top = pressure_limit([result], limit)
     figure, axes = single_axes(result.surface.size, legend=False)
     drawn = _draw_pressure(axes, result, top, CELLS_ALONE)
     _pressure_bar(axes, drawn.image, top, over=result.max_pressure > top)
@@ -170,20 +175,16 @@ def gap(result: ContactResult) -> Figure:
     figure, axes = single_axes(result.surface.size)
     size = result.surface.size
     blocks = cell_size(result.gap.shape, size, CELLS_ALONE)
-    closed = cell_share(result.contact, blocks)
-    values = _open_gap(result, blocks)
-    there = values[np.isfinite(values)]
-    top = float(np.percentile(there, 99.5)) if there.size else 0.0
-    top = top or float(there.max(initial=0.0)) or 1e-9
+    values = open_gap(result.contact, result.gap, blocks)
+    top = gap_limit(values)
     factor, unit = prefixed(top, "m")
     image = draw_map(axes, values * factor, size, blocks, result.gap.shape)
     image.set_cmap(colormaps["Blues"].with_extremes(bad=MISSING))
     image.set_clim(0, top * factor)
-    missing = cell_share(np.isnan(result.gap) & ~result.contact, blocks)
-    covered = closed + missing
-    cover = mixed([(MISSING, missing / np.where(covered > 0, covered, 1.0))], CLOSED)
-    draw_map(axes, np.dstack([cover, covered]), size, blocks, result.gap.shape)
-    colour_bar(axes, image, f"open gap [{unit}]", "max" if (there > top).any() else "neither")
+    cover = closed_cover(result.contact, result.gap, blocks, CLOSED)
+    draw_map(axes, cover, size, blocks, result.gap.shape)
+    over = bool((values > top).any())
+    colour_bar(axes, image, f"open gap [{unit}]", "max" if over else "neither")
     entries = [(CLOSED, f"closed {percent(result.contact_fraction)}")]
     lost = float(np.count_nonzero(np.isnan(result.gap))) / result.gap.size
     if lost:
@@ -226,7 +227,7 @@ def comparison(
     from matplotlib.figure import Figure
 
     names = result_names(results, labels)
-    top = _limit(results, limit)
+    top = pressure_limit(results, limit)
     aspect = max(shown_aspect(result.surface.size) for result in results)
     width, height = 4.9 * len(results) + 1.0, 8.4 * aspect + 2.7
     height += 1.4 if aspect <= UPRIGHT else 0.0
@@ -267,7 +268,7 @@ def overview(result: ContactResult) -> Figure:
     height = 9.6 * max(shown_aspect(result.surface.size), 0.6) + 3.2
     figure = Figure(figsize=(12.0, height), dpi=DPI, layout=layout())
     grid = figure.subplots(2, 2)
-    top = _limit([result], None)
+    top = pressure_limit([result])
     drawn = _draw_surface(grid[0, 0], result.surface, CELLS_IN_PANEL)
     name = "Surface" if result.counter_surface is None else "Surface of the body"
     rms = in_unit(result.surface.Sq, drawn.scale, "m")
@@ -339,7 +340,7 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     blocks = cell_size(part.shape, size, CELLS_IN_PANEL)
     figure = Figure(figsize=(10.8, 4.0 * shown_aspect(size) + 2.2), dpi=DPI, layout=layout())
     left, right = figure.subplots(1, 2)
-    top = _limit([result], None)
+    top = pressure_limit([result])
     values = cell_max(part, blocks)
     factor, _ = prefixed(top, "Pa")
     values = np.where(values > 0, values * factor, np.nan)
@@ -348,8 +349,8 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     _pressure_bar(left, image, top, over=bool(part.max() > top))
     left.set_title("Contact pressure", fontsize=TITLE)
     gap = result.gap[rows, columns]
-    classes = _classes(part > 0, result.saturated[rows, columns], gap, blocks)
-    draw_map(right, classes, size, blocks, part.shape, corner)
+    shares = classes(part > 0, result.saturated[rows, columns], gap, blocks)
+    draw_map(right, shares, size, blocks, part.shape, corner)
     entries = [(OPEN, "no contact"), (ELASTIC, "elastic"), (SATURATED, "saturated")]
     patch_legend(right, entries + [(MISSING, "missing")] * bool(np.isnan(gap).any()))
     right.set_title("Contact", fontsize=TITLE)
@@ -426,20 +427,11 @@ def _draw_surface(axes: Axes, surface: Surface, cells: int) -> _Drawn:
     blocks = cell_size(surface.shape, surface.size, cells)
     values = cell_mean(surface.heights, blocks)
     values -= np.nanmean(surface.heights)
-    there = values[np.isfinite(values)]
-    low, high = np.percentile(there, (0.5, 99.5)) if there.size else (0.0, 0.0)
-    span = float(max(high - low, 0.0))
-    if span == 0:
-        # A flat map, or one whose few features the percentiles cut away.
-        low, high = float(there.min(initial=0)), float(there.max(initial=0))
-        span = high - low
-    if span == 0:
-        low, high = -0.5e-9, 0.5e-9
+    low, high, below, above = height_limits(values)
     factor, unit = prefixed(max(abs(low), abs(high)), "m")
     image = draw_map(axes, values * factor, surface.size, blocks, surface.shape)
     image.set_cmap(colormaps["viridis"].with_extremes(bad=MISSING))
     image.set_clim(low * factor, high * factor)
-    below, above = bool((there < low).any()), bool((there > high).any())
     extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, above]
     colour_bar(axes, image, f"height above mean [{unit}]", extend)
     if surface.missing:
@@ -459,12 +451,7 @@ def _draw_pressure(axes: Axes, result: ContactResult, top: float, cells: int) ->
 
 
 def _colour_pressure(image: AxesImage, top: float) -> None:
-    from matplotlib import colormaps
-
-    # Without the lightest colours, which drown in the ground, and the darkest, which would pass
-    # for what is beyond the scale.
-    colours = colormaps["inferno_r"](np.linspace(0.17, 0.63, 256))
-    image.set_cmap(listed(colours).with_extremes(bad=OPEN, over=OVER))
+    image.set_cmap(listed(pressure_colours()).with_extremes(bad=OPEN, over=OVER))
     image.set_clim(0, top)
 
 
@@ -476,8 +463,8 @@ def _draw_contact(axes: Axes, result: ContactResult, cells: int) -> _Drawn:
     size, shape = result.surface.size, result.pressure.shape
     blocks = cell_size(shape, size, cells)
     missing = int(np.count_nonzero(np.isnan(result.gap)))
-    classes = _classes(result.contact, result.saturated, result.gap, blocks)
-    image = draw_map(axes, classes, size, blocks, shape)
+    shares = classes(result.contact, result.saturated, result.gap, blocks)
+    image = draw_map(axes, shares, size, blocks, shape)
     lost = missing / result.pressure.size
     touching, saturated = result.contact_fraction, result.saturated_fraction
     entries = [
@@ -489,26 +476,6 @@ def _draw_contact(axes: Axes, result: ContactResult, cells: int) -> _Drawn:
         entries.append((MISSING, f"missing\n{percent(lost)}"))
     patch_legend(axes, entries)
     return _Drawn(image, blocks)
-
-
-def _classes(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
-    """Return the colours of the classes, in their shares of each cell."""
-    shares = [
-        (ELASTIC, cell_share(contact & ~saturated, blocks)),
-        (SATURATED, cell_share(saturated, blocks)),
-        (MISSING, cell_share(np.isnan(gap) & ~contact, blocks)),
-    ]
-    return mixed(shares, OPEN)
-
-
-def _open_gap(result: ContactResult, blocks: tuple[int, int]) -> Array:
-    """Return the mean gap of the open points of each cell [m]; NaN where none is open."""
-    gap = result.gap
-    is_open = ~result.contact & np.isfinite(gap)
-    number = reduced(np.add, is_open, blocks, np.float64)
-    total = reduced(np.add, np.where(is_open, np.maximum(gap, 0), 0.0), blocks)
-    mean: Array = np.where(number > 0, total / np.maximum(number, 1), np.nan)
-    return mean
 
 
 _IN_SHARES = "the classes in their shares"
@@ -523,23 +490,3 @@ def _marked(result: ContactResult, blocks: tuple[int, int]) -> str:
         f"That marks {percent(marked)} of the picture of the pressure, where "
         f"{percent(result.contact_fraction)} of the map touches."
     )
-
-
-# Share of the contact that lies within the scale of a pressure map.
-_SHOWN = 0.995
-
-
-def _limit(results: Sequence[ContactResult], limit: float | None) -> float:
-    if limit is not None:
-        if not 0 < limit < math.inf:
-            raise InputError(
-                f"must be positive and finite [Pa], got {limit!r}", argument="limit", value=limit
-            )
-        return float(limit)
-    # Where next to nothing is saturated, one spike would leave a single shade for all the rest.
-    reached = [
-        float(np.quantile(r.pressure[r.contact], _SHOWN))
-        for r in results
-        if r.saturated_fraction > 0
-    ]
-    return max(reached or [r.max_pressure for r in results]) or 1.0

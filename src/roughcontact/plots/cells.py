@@ -1,0 +1,108 @@
+"""What a map shows in cells of several points: classes in their shares, limits of the colours.
+
+`roughcontact.plots.maps` says what maps in cells are; nothing here knows what draws them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.errors import InputError
+from roughcontact.plots.style import ELASTIC, MISSING, OPEN, SATURATED, cell_share, mixed, reduced
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Share of the contact that lies within the scale of a pressure map.
+_SHOWN = 0.995
+
+
+class Limits(NamedTuple):
+    """Ends of a colour scale, and whether there are values beyond them."""
+
+    low: float
+    high: float
+    below: bool
+    above: bool
+
+
+def height_limits(values: Array) -> Limits:
+    """Return the limits that span the middle 99 % of the heights of cells [m]."""
+    there = values[np.isfinite(values)]
+    low, high = np.percentile(there, (0.5, 99.5)) if there.size else (0.0, 0.0)
+    if not high > low:
+        # A flat map, or one whose few features the percentiles cut away.
+        low, high = float(there.min(initial=0)), float(there.max(initial=0))
+    if not high > low:
+        low, high = -0.5e-9, 0.5e-9
+    return Limits(float(low), float(high), bool((there < low).any()), bool((there > high).any()))
+
+
+def gap_limit(values: Array) -> float:
+    """Return the top of the colours of an open gap [m], given that of cells; NaN where closed."""
+    there = values[np.isfinite(values)]
+    top = float(np.percentile(there, 99.5)) if there.size else 0.0
+    return top or float(there.max(initial=0.0)) or 1e-9
+
+
+def pressure_limit(results: Sequence[ContactResult], limit: float | None = None) -> float:
+    """Return the top of the colours of pressures [Pa]; see `maps.pressure`."""
+    if limit is not None:
+        if not 0 < limit < math.inf:
+            raise InputError(
+                f"must be positive and finite [Pa], got {limit!r}", argument="limit", value=limit
+            )
+        return float(limit)
+    # Where next to nothing is saturated, one spike would leave a single shade for all the rest.
+    reached = [
+        float(np.quantile(r.pressure[r.contact], _SHOWN))
+        for r in results
+        if r.saturated_fraction > 0
+    ]
+    return max(reached or [r.max_pressure for r in results]) or 1.0
+
+
+def pressure_colours() -> Any:
+    """Return the 256 colours of pressures, red, green, blue, opacity along the end."""
+    from matplotlib import colormaps
+
+    # Without the lightest colours, which drown in the ground, and the darkest, which would pass
+    # for what is beyond the scale.
+    return colormaps["inferno_r"](np.linspace(0.17, 0.63, 256))
+
+
+def classes(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
+    """Return the colours of the classes, in their shares of each cell."""
+    shares = [
+        (ELASTIC, cell_share(contact & ~saturated, blocks)),
+        (SATURATED, cell_share(saturated, blocks)),
+        (MISSING, cell_share(np.isnan(gap) & ~contact, blocks)),
+    ]
+    return mixed(shares, OPEN)
+
+
+def open_gap(contact: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
+    """Return the mean gap of the open points of each cell [m]; NaN where none is open."""
+    is_open = ~contact & np.isfinite(gap)
+    number = reduced(np.add, is_open, blocks, np.float64)
+    total = reduced(np.add, np.where(is_open, np.maximum(gap, 0), 0.0), blocks)
+    mean: Array = np.where(number > 0, total / np.maximum(number, 1), np.nan)
+    return mean
+
+
+def closed_cover(contact: Mask, gap: Array, blocks: tuple[int, int], colour: str) -> Array:
+    """Return what covers an open gap: the colour of closed points and that of missing ones.
+
+    Red, green, blue and opacity along the end; the opacity is their share of a cell.
+    """
+    closed = cell_share(contact, blocks)
+    missing = cell_share(np.isnan(gap) & ~contact, blocks)
+    covered = closed + missing
+    cover = mixed([(MISSING, missing / np.where(covered > 0, covered, 1.0))], colour)
+    return np.dstack([cover, covered])
