@@ -1,0 +1,163 @@
+"""How figures on the page look, and how they are changed in place."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from bokeh.core.property.descriptors import UnsetValueError
+from bokeh.models import Axis, ColorBar, FixedTicker
+from numpy.typing import NDArray
+
+from roughcontact.desk.style import FONT, INK
+
+TEXT, SMALL = "12px", "11px"
+
+GRID, FRAME = "#e4e4e4", "#b8b8b8"
+
+MAP_BORDERS: dict[str, Any] = {"min_border_left": 34, "min_border_right": 64}
+"""The same for all maps, so that their frames are equal [dots]."""
+
+
+def quiet(plot: Any) -> None:
+    """Give a figure the house's fonts and colours."""
+    plot.title.text_font = FONT
+    plot.title.text_font_size = TEXT
+    plot.title.text_font_style = "bold"
+    plot.title.text_color = INK
+    plot.title.offset = 0
+    plot.outline_line_color = FRAME
+    plot.background_fill_color = None
+    plot.border_fill_color = None
+    for axis in plot.select(Axis):
+        axis.axis_label_text_font = axis.major_label_text_font = FONT
+        axis.axis_label_text_font_size = axis.major_label_text_font_size = SMALL
+        axis.axis_label_text_font_style = "normal"
+        axis.axis_label_text_color = axis.major_label_text_color = INK
+        axis.axis_label_standoff = 4
+        axis.axis_line_color = None
+        axis.major_tick_line_color = FRAME
+        axis.minor_tick_line_color = None
+    plot.grid.grid_line_color = GRID
+    plot.toolbar.logo = None
+
+
+def quiet_legend(plot: Any) -> None:
+    """Put the legend of a figure above it, in one line."""
+    legend = plot.legend[0]
+    plot.add_layout(legend, "above")
+    legend.orientation = "horizontal"
+    legend.label_text_font = FONT
+    legend.label_text_font_size = SMALL
+    legend.border_line_color = None
+    legend.background_fill_color = None
+    legend.padding = legend.margin = 2
+    legend.spacing = 12
+    legend.glyph_height = legend.glyph_width = 16
+    legend.click_policy = "hide"
+
+
+def frame(plot: Any, unknown: tuple[float, float]) -> tuple[float, float]:
+    """Return the dots (y, x) of a figure's frame, which the browser tells once it has drawn it."""
+    try:
+        height, width = plot.inner_height, plot.inner_width
+    except UnsetValueError:
+        return unknown
+    return (height, width) if height and width else unknown
+
+
+def bar_of(mapper: Any) -> Any:
+    """Return the colour bar of a map."""
+    return ColorBar(
+        color_mapper=mapper,
+        width=9,
+        padding=2,
+        label_standoff=4,
+        bar_line_color=None,
+        background_fill_color=None,
+        major_tick_line_color=None,
+        major_label_text_font=FONT,
+        major_label_text_font_size=SMALL,
+        ticker=FixedTicker(ticks=[]),
+    )
+
+
+def set_bar(bar: Any, low: float, high: float, unit: str) -> None:
+    """Set the limits of a colour bar, in its unit, which stands at its uppermost tick."""
+    from matplotlib.ticker import MaxNLocator
+
+    bar.color_mapper.update(low=low, high=high)
+    edge = 1e-9 * (high - low)
+    found = MaxNLocator(5).tick_values(low, high)
+    ticks = [float(f"{tick:.6g}") for tick in found if low - edge <= tick <= high + edge]
+    labels = {tick: f"{tick:g}".replace("-", "−") for tick in ticks}
+    if ticks:
+        labels[ticks[-1]] += f" {unit}"
+    bar.ticker.ticks = ticks
+    bar.major_label_overrides = labels
+
+
+def palette(colours: NDArray[np.float64]) -> list[str]:
+    """Return colours, red, green, blue first along the end, as texts."""
+    levels = np.rint(np.asarray(colours)[:, :3] * 255).astype(int)
+    return [f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue in levels]
+
+
+def patch(colour: str, text: str) -> str:
+    """Return a sample of a colour with its name, as markup; the name is text."""
+    return (
+        f'<span style="display:inline-block;width:11px;height:11px;margin-right:5px;'
+        f'border:1px solid #999;vertical-align:-1px;background:{colour}"></span>'
+        f"{html.escape(text)}"
+    )
+
+
+@contextmanager
+def together(model: Any) -> Iterator[None]:
+    """Send the changes of a block to the browser at its end."""
+    document = model.document
+    if document is None or document.callbacks.hold_value is not None:
+        yield
+        return
+    document.hold("collect")
+    try:
+        yield
+    finally:
+        document.unhold()
+
+
+class Later:
+    """An action that runs once for many calls in a row, some milliseconds after the first.
+
+    Without a document that is served it runs at once.
+    """
+
+    def __init__(self, model: Any, action: Callable[[], None], milliseconds: int = 40) -> None:
+        self.model, self.action, self.milliseconds = model, action, milliseconds
+        self._waits = False
+
+    def __call__(self) -> None:
+        """Ask for the action."""
+        document = self.model.document
+        if document is None or document.session_context is None:
+            self.action()
+        elif not self._waits:
+            self._waits = True
+            document.add_timeout_callback(self._run, self.milliseconds)
+
+    def _run(self) -> None:
+        self._waits = False
+        self.action()
+
+
+def on_changes(model: Any, names: Sequence[str], call: Callable[[], None]) -> None:
+    """Have changes of some properties call a function."""
+
+    def changed(attr: str, old: Any, new: Any) -> None:
+        call()
+
+    for name in names:
+        model.on_change(name, changed)

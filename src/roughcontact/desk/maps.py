@@ -1,0 +1,439 @@
+"""The linked maps of a contact: heights, pressure, contact, gap, residual indentation."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from bokeh.layouts import gridplot
+from bokeh.models import (
+    BoxZoomTool,
+    ColumnDataSource,
+    CrosshairTool,
+    CustomJS,
+    Div,
+    LinearColorMapper,
+    PanTool,
+    Range1d,
+    ResetTool,
+    Span,
+    WheelZoomTool,
+)
+from bokeh.plotting import figure
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.desk import look, pictures
+from roughcontact.desk.pictures import Box, Window
+from roughcontact.desk.style import FONT, INK
+from roughcontact.plots.cells import (
+    Limits,
+    gap_limit,
+    height_limits,
+    open_gap,
+    pressure_colours,
+    pressure_limit,
+)
+from roughcontact.plots.labels import doubt
+from roughcontact.plots.style import (
+    CELLS_ALONE,
+    CLOSED,
+    ELASTIC,
+    MISSING,
+    NEUTRAL,
+    OPEN,
+    OVER,
+    SATURATED,
+    cell_mean,
+    cell_size,
+    prefixed,
+    prefixed_window,
+)
+from roughcontact.report.quantities import quantity_of
+from roughcontact.report.tables import CONTACT
+from roughcontact.surface.surface import Surface
+from roughcontact.units import engineering, percent
+
+HEIGHTS, PRESSURE, TOUCH, GAP, RESIDUAL = "heights", "pressure", "contact", "gap", "residual"
+"""Keys of the maps, in their order on the page."""
+
+NAMES = {
+    HEIGHTS: "Heights", PRESSURE: "Pressure", TOUCH: "Contact", GAP: "Gap",
+    RESIDUAL: "Residual indentation",
+}  # fmt: skip
+
+# Dots of a frame before the browser has told them: fewer than it will have, so that no cell is
+# left out.
+_DOTS = 200
+_MARGIN = 0.15
+_LOWEST, _HIGHEST = 120, 420
+# Dots above and below the frame of a map: title, ticks and label.
+_ABOVE_AND_BELOW = 66
+
+_RESULT_COLUMNS = (
+    PRESSURE, TOUCH, GAP, "cover", RESIDUAL, "touching", "saturated", "missing",
+)  # fmt: skip
+
+
+class Scale(NamedTuple):
+    """Limits of the colours of a map [SI], and factor and unit in which they are told."""
+
+    limits: Limits
+    factor: float
+    unit: str
+
+
+def height_scale(surface: Surface) -> tuple[Scale, float]:
+    """Return the scale of a map of heights as figures have it, and the mean height [m]."""
+    blocks = cell_size(surface.shape, surface.size, CELLS_ALONE)
+    mean = float(np.nanmean(surface.heights)) if surface.missing < surface.heights.size else 0.0
+    limits = height_limits(cell_mean(surface.heights, blocks) - mean)
+    return Scale(limits, *prefixed(max(abs(limits.low), abs(limits.high)), "m")), mean
+
+
+def result_scales(result: ContactResult) -> dict[str, Scale]:
+    """Return the scales of the maps of a result, as figures have them."""
+    top = pressure_limit([result])
+    blocks = cell_size(result.gap.shape, result.surface.size, CELLS_ALONE)
+    gaps = open_gap(result.contact, result.gap, blocks)
+    widest = gap_limit(gaps)
+    deepest = float(result.residual_indentation.max())
+    found = {
+        PRESSURE: (Limits(0.0, top, False, result.max_pressure > top), "Pa"),
+        GAP: (Limits(0.0, widest, False, bool((gaps > widest).any())), "m"),
+        RESIDUAL: (Limits(0.0, deepest or 1e-9, False, False), "m"),
+    }
+    return {
+        key: Scale(limits, *prefixed(limits.high, unit)) for key, (limits, unit) in found.items()
+    }
+
+
+def headlines(result: ContactResult) -> dict[str, str]:
+    """Return what stands in the titles of the maps of a result."""
+
+    def told(key: str) -> str:
+        return quantity_of(CONTACT, key).row(result).text
+
+    touching = percent(result.contact_fraction)
+    if result.ceiling is not None:
+        touching += f", saturated {percent(result.saturated_fraction)}"
+    kept = told("max_residual_indentation") if result.ceiling is not None else "none"
+    found = {
+        PRESSURE: f"largest {told('max_pressure')}", TOUCH: touching,
+        GAP: f"mean {told('mean_gap')}", RESIDUAL: kept,
+    }  # fmt: skip
+    return {key: text + doubt(result) for key, text in found.items()}
+
+
+class Maps:
+    """Five maps with one view: who zooms one zooms all.
+
+    `show` replaces what they show. ``root`` is the layout; ``seen`` the box that is in sight.
+    """
+
+    def __init__(self) -> None:
+        self.x_range: Any = Range1d(0.0, 1.0)
+        self.y_range: Any = Range1d(1.0, 0.0)
+        self._surface: Surface | None = None
+        self._result: ContactResult | None = None
+        self._mean, self._factor = 0.0, 1.0
+        self._scales: dict[str, Scale] = {}
+        self._home = self._wanted = Box(0.0, 0.0, 1.0, 1.0)
+        self._fitted: tuple[float, ...] = ()
+        columns = ("x", "y", "dw", "dh")
+        self.heights: Any = ColumnDataSource({name: [] for name in (*columns, HEIGHTS, "told")})
+        self.contact: Any = ColumnDataSource({n: [] for n in (*columns, *_RESULT_COLUMNS, "told")})
+        self.mappers = _mappers()
+        crosshair = [Span(dimension=d, line_color=NEUTRAL, line_width=1, line_dash="dotted",
+                          syncable=False) for d in ("width", "height")]  # fmt: skip
+        self.figures = {key: self._figure(key, crosshair) for key in NAMES}
+        self.legend, self.readout = (
+            Div(text="", disable_math=True, sizing_mode="stretch_width") for _ in range(2)
+        )
+        self.readout.syncable = False
+        self._read_out()
+        first, second, third, fourth, fifth = self.figures.values()
+        from bokeh.models import Column
+
+        side = Column(self.readout, self.legend, sizing_mode="stretch_width")
+        self.root = gridplot(
+            [[first, second, third], [fourth, fifth, side]],
+            merge_tools=True, toolbar_location="above", sizing_mode="stretch_width",
+            toolbar_options={"logo": None},
+        )  # fmt: skip
+        self.root.cols = "minmax(0, 1fr)"
+        self._later = look.Later(first, self._moved)
+        for model in (self.x_range, self.y_range):
+            look.on_changes(model, ("start", "end"), self._later)
+        look.on_changes(first, ("inner_width", "inner_height"), self._resized)
+
+    @property
+    def seen(self) -> Box:
+        """What lies within the frames [m]."""
+        edges = (self.y_range.end, self.x_range.start, self.y_range.start, self.x_range.end)
+        return Box(*(float(edge) / self._factor for edge in edges))
+
+    def show(self, surface: Surface | None, result: ContactResult | None = None) -> None:
+        """Show a surface and a result on it; what is ``None`` is empty.
+
+        The view stays where it is while the map keeps its size.
+        """
+        with look.together(self.figures[HEIGHTS]):
+            if surface is not self._surface:
+                self._put_surface(surface)
+            if result is not self._result:
+                self._put_result(result)
+            self._legend()
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self.show(None, None)
+
+    def zoom(self, box: Box | None = None) -> None:
+        """Bring a box into sight [m]; by default the whole map."""
+        with look.together(self.figures[HEIGHTS]):
+            self._fit(self._home if box is None else box)
+            self._draw()
+
+    def _put_surface(self, surface: Surface | None) -> None:
+        before, self._surface = self._surface, surface
+        title = self.figures[HEIGHTS].title
+        if surface is None:
+            self.heights.data = {name: [] for name in self.heights.data}
+            title.text = NAMES[HEIGHTS]
+            return
+        self._scales[HEIGHTS], self._mean = height_scale(surface)
+        self._set_scale(HEIGHTS)
+        title.text = f"{NAMES[HEIGHTS]}, Sq {engineering(surface.Sq, 'm')}"
+        if before is None or (before.size, before.shape) != (surface.size, surface.shape):
+            self._home = pictures.box_of(surface)
+            self._factor, unit = prefixed_window(0.0, max(surface.size))
+            for plot in self.figures.values():
+                plot.xaxis.axis_label = f"x, y [{unit}]"
+            self._unit = unit
+            self._fit(self._home)
+        self._draw_heights()
+
+    def _put_result(self, result: ContactResult | None) -> None:
+        self._result = result
+        titles = headlines(result) if result is not None else {}
+        for key in (PRESSURE, TOUCH, GAP, RESIDUAL):
+            text = titles.get(key, "")
+            self.figures[key].title.text = f"{NAMES[key]}, {text}" if text else NAMES[key]
+        if result is None:
+            self.contact.data = {name: [] for name in self.contact.data}
+            return
+        self._scales |= result_scales(result)
+        for key in (PRESSURE, GAP, RESIDUAL):
+            self._set_scale(key)
+        self._draw_contact()
+
+    def _set_scale(self, key: str) -> None:
+        (low, high, _, _), factor, unit = self._scales[key]
+        look.set_bar(self.figures[key].right[0], low * factor, high * factor, unit)
+
+    def _window(self) -> Window:
+        assert self._surface is not None
+        dots = look.frame(self.figures[HEIGHTS], (_DOTS, _DOTS))
+        return pictures.window(self._surface.shape, self._surface.pixel, self.seen, dots, _MARGIN)
+
+    def _place(self, view: Window) -> dict[str, Any]:
+        assert self._surface is not None
+        top, left, bottom, right = (
+            edge * self._factor for edge in pictures.extent(view, self._surface.pixel)
+        )
+        return {"x": [left], "y": [top], "dw": [right - left], "dh": [bottom - top]}
+
+    def _draw(self) -> None:
+        self._draw_heights()
+        self._draw_contact()
+
+    def _draw_heights(self) -> None:
+        if self._surface is None:
+            return
+        view = self._window()
+        scale = self._scales[HEIGHTS]
+        values = pictures.heights(self._surface, view, self._mean) * np.float32(scale.factor)
+        told = {"unit": scale.unit, "length": self._unit, "cell": list(view.blocks)}
+        self.heights.data = {**self._place(view), HEIGHTS: [values], "told": [told]}
+
+    def _draw_contact(self) -> None:
+        if self._result is None or self._surface is None:
+            return
+        view = self._window()
+        part = pictures.pressed(self._result, view)
+        values = {
+            PRESSURE: pictures.pressure(part), GAP: pictures.gap(part),
+            RESIDUAL: pictures.residual(part),
+        }  # fmt: skip
+        scaled = {key: [values[key] * np.float32(self._scales[key].factor)] for key in values}
+        touching, saturated, missing = pictures.shares(part)
+        self.contact.data = {
+            **self._place(view),
+            **scaled,
+            TOUCH: [pictures.contact(part)],
+            "cover": [pictures.cover(part)],
+            "touching": [touching],
+            "saturated": [saturated],
+            "missing": [missing],
+            "told": [{key: self._scales[key].unit for key in values}],
+        }
+
+    def _moved(self) -> None:
+        ranges = self._ranges()
+        if self._surface is None or ranges == self._fitted:
+            return
+        self._fitted, self._wanted = ranges, self.seen
+        with look.together(self.figures[HEIGHTS]):
+            self._draw()
+
+    def _resized(self) -> None:
+        if self._surface is None:
+            return
+        with look.together(self.figures[HEIGHTS]):
+            self._fit(self._wanted)
+            self._draw()
+
+    def _ranges(self) -> tuple[float, ...]:
+        return (self.x_range.start, self.x_range.end, self.y_range.start, self.y_range.end)
+
+    def _fit(self, box: Box) -> None:
+        """Set the ranges so that the frames show a box, true to scale."""
+        self._wanted = box
+        height, width = box.bottom - box.top, box.right - box.left
+        across = look.frame(self.figures[HEIGHTS], (_DOTS, _DOTS))[1]
+        home_height, home_width = self._home.bottom, self._home.right
+        down = min(max(across * home_height / home_width, _LOWEST), _HIGHEST)
+        for other in self.figures.values():
+            other.height = round(down) + _ABOVE_AND_BELOW
+        dot = max(height / down, width / across) * self._factor
+        middle_y = (box.top + box.bottom) / 2 * self._factor
+        middle_x = (box.left + box.right) / 2 * self._factor
+        self.x_range.update(start=middle_x - dot * across / 2, end=middle_x + dot * across / 2)
+        self.y_range.update(start=middle_y + dot * down / 2, end=middle_y - dot * down / 2)
+        for one in (self.x_range, self.y_range):
+            one.update(reset_start=one.start, reset_end=one.end)
+        self._fitted = self._ranges()
+
+    def _figure(self, key: str, crosshair: list[Span]) -> Any:
+        tools: list[Any] = [
+            PanTool(), WheelZoomTool(zoom_on_axis=False), BoxZoomTool(match_aspect=True),
+            ResetTool(), CrosshairTool(overlay=crosshair),
+        ]  # fmt: skip
+        plot: Any = figure(
+            x_range=self.x_range, y_range=self.y_range, title=NAMES[key], tools=tools,
+            active_scroll=tools[1], height=_DOTS + _ABOVE_AND_BELOW, sizing_mode="stretch_width",
+            **look.MAP_BORDERS,
+        )  # fmt: skip
+        look.quiet(plot)
+        plot.grid.visible = False
+        source = self.heights if key == HEIGHTS else self.contact
+        place: dict[str, Any] = {"x": "x", "y": "y", "dw": "dw", "dh": "dh", "source": source}
+        if key == TOUCH:
+            plot.image_rgba(image=TOUCH, **place)
+            return plot
+        plot.image(image=key, color_mapper=self.mappers[key], **place)
+        if key == GAP:
+            plot.image_rgba(image="cover", **place)
+        plot.add_layout(look.bar_of(self.mappers[key]), "right")
+        return plot
+
+    def _legend(self) -> None:
+        result = self._result
+        entries = []
+        if result is not None:
+            lost = float(np.count_nonzero(np.isnan(result.gap))) / result.gap.size
+            touching, saturated = result.contact_fraction, result.saturated_fraction
+            entries = [
+                (OPEN, f"no contact {percent(1 - touching - lost)}"),
+                (ELASTIC, f"elastic {percent(touching - saturated)}"),
+                (SATURATED, f"saturated {percent(saturated)}"),
+                (CLOSED, f"closed, in the gap {percent(touching)}"),
+            ]
+        missing = 0 if self._surface is None else self._surface.missing
+        if missing and self._surface is not None:
+            entries.append((MISSING, f"missing {percent(missing / self._surface.heights.size)}"))
+        if result is not None and self._scales[PRESSURE].limits.above:
+            entries.append((OVER, "pressure beyond the scale"))
+        lines = "".join(f"<div>{look.patch(*entry)}</div>" for entry in entries)
+        self.legend.text = f'<div style="{_STYLE}">{lines}</div>'
+
+    def _read_out(self) -> None:
+        """Have the place under the cursor tell its values."""
+        args = {"heights": self.heights, "contact": self.contact, "div": self.readout}
+        read = CustomJS(args=args, code=_READ)
+        leave = CustomJS(args={"div": self.readout}, code=f"div.text = `{_NOTHING}`")
+        self.readout.text = _NOTHING
+        for plot in self.figures.values():
+            plot.js_on_event("mousemove", read)
+            plot.js_on_event("tap", read)
+            plot.js_on_event("mouseleave", leave)
+
+
+def _mappers() -> dict[str, Any]:
+    from matplotlib import colormaps
+
+    steps = np.linspace(0, 1, 256)
+    return {
+        HEIGHTS: LinearColorMapper(
+            palette=look.palette(colormaps["viridis"](steps)), nan_color=MISSING
+        ),
+        PRESSURE: LinearColorMapper(
+            palette=look.palette(pressure_colours()), nan_color=OPEN, high_color=OVER
+        ),
+        GAP: LinearColorMapper(palette=look.palette(colormaps["Blues"](steps)), nan_color=MISSING),
+        RESIDUAL: LinearColorMapper(
+            palette=look.palette(colormaps["Reds"](np.linspace(0.25, 1, 256))), nan_color=OPEN
+        ),
+    }
+
+
+_STYLE = f"font:12px/1.5 {FONT};color:{INK}"
+_NOTHING = f'<div style="{_STYLE};color:#666">Point at a map to read its values.</div>'
+
+# Numbers and words of this program only: nothing that a file holds gets into the markup.
+_READ = """
+const {x, y} = cb_obj
+const at = (source, name) => {
+  const data = source.data
+  if (data[name] == null || data[name].length == 0) return null
+  const image = data[name][0], [ny, nx] = image.shape
+  const j = Math.floor((x - data.x[0]) / data.dw[0] * nx)
+  const i = Math.floor((y - data.y[0]) / data.dh[0] * ny)
+  return i < 0 || j < 0 || i >= ny || j >= nx ? null : image[i * nx + j]
+}
+const show = (value, unit) =>
+  value == null || Number.isNaN(value) ? "\u2013" : `${Number(value.toPrecision(4))} ${unit}`
+const share = (value) => `${Number((100 * value).toPrecision(3))} %`
+if (heights.data.told.length == 0) return
+const told = heights.data.told[0], [by, bx] = told.cell, exact = by == 1 && bx == 1
+const rows = [
+  ["x, y", `${Number(x.toPrecision(5))}, ${Number(y.toPrecision(5))} ${told.length}`],
+  [exact ? "height" : "mean height", show(at(heights, "heights"), told.unit)],
+]
+if (contact.data.told.length) {
+  const units = contact.data.told[0]
+  const touching = at(contact, "touching"), saturated = at(contact, "saturated")
+  const missing = at(contact, "missing")
+  rows.push([exact ? "pressure" : "largest pressure",
+             show(at(contact, "pressure"), units.pressure)])
+  rows.push([exact ? "gap" : "mean open gap", show(at(contact, "gap"), units.gap)])
+  rows.push([exact ? "indentation" : "deepest indentation",
+             show(at(contact, "residual"), units.residual)])
+  let state = "\u2013"
+  if (touching != null) {
+    if (exact) {
+      state = saturated ? "saturated" : touching ? "elastic" : missing ? "missing" : "open"
+    } else {
+      state = `${share(touching)} touching`
+      if (saturated) state += `, ${share(saturated)} saturated`
+    }
+  }
+  rows.push(["contact", state])
+}
+const lines = rows.map(([name, text]) =>
+  `<tr><td style="padding:0 10px 0 0;color:#666">${name}</td>`
+  + `<td style="padding:0">${text}</td></tr>`).join("")
+const note = exact ? "one cell is one point" : `one cell is ${by} \u00d7 ${bx} points (y \u00d7 x)`
+div.text = `<div style="STYLE"><table style="border-collapse:collapse">${lines}</table>`
+  + `<div style="color:#666">${note}</div></div>`
+""".replace("STYLE", _STYLE)

@@ -1,0 +1,115 @@
+"""The linked maps hold the numbers of the result; no browser is needed to see that."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+
+pytest.importorskip("bokeh")
+
+from roughcontact.desk import maps, pictures
+from roughcontact.desk.maps import GAP, HEIGHTS, PRESSURE, RESIDUAL, TOUCH, Maps
+from roughcontact.desk.pictures import Box
+
+STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
+
+
+@pytest.fixture(scope="module")
+def surface():
+    heights = np.random.default_rng(1).normal(0, 40e-9, (30, 60))
+    return rc.Surface(heights, (1e-6, 1e-6))
+
+
+@pytest.fixture(scope="module")
+def results(surface):
+    return [rc.solve(surface, load=load, material=STEEL) for load in (0.2, 0.6)]
+
+
+def test_the_sources_hold_the_numbers_of_the_result(surface, results):
+    shown = Maps()
+    shown.show(surface, results[0])
+    data = shown.contact.data
+    pressure = np.nan_to_num(data[PRESSURE][0]) / 1e3
+    np.testing.assert_allclose(pressure, results[0].pressure * 1e-12, rtol=1e-6)
+    assert data["told"][0][PRESSURE] == "GPa"
+    gap = np.where(results[0].contact, np.nan, results[0].gap)
+    np.testing.assert_allclose(data[GAP][0], gap * 1e9, rtol=1e-5)
+    heights = (surface.heights - surface.heights.mean()) * 1e9
+    np.testing.assert_allclose(shown.heights.data[HEIGHTS][0], heights, rtol=1e-4, atol=1e-4)
+    place = [data[name][0] for name in ("x", "y", "dw", "dh")]
+    assert place == pytest.approx([0, 0, 60, 30])
+
+
+def test_another_result_changes_only_what_is_of_the_result(surface, results):
+    shown = Maps()
+    shown.show(surface, results[0])
+    heights, contact = shown.heights.data, shown.contact.data
+    shown.show(surface, results[1])
+    assert shown.heights.data is heights
+    assert shown.contact.data is not contact
+    assert "largest 3 GPa" in shown.figures[PRESSURE].title.text
+
+
+def test_the_view_stays_while_the_map_keeps_its_size(surface, results):
+    shown = Maps()
+    shown.show(surface, results[0])
+    shown.zoom(Box(5e-6, 10e-6, 15e-6, 30e-6))
+    seen = shown.seen
+    shown.show(surface.leveled(), results[1])
+    assert shown.seen == seen
+    shown.show(surface.cropped((0, 20), (0, 20)), None)
+    assert shown.seen.right == pytest.approx(20e-6)
+
+
+@pytest.mark.parametrize("box", [None, Box(5e-6, 10e-6, 15e-6, 30e-6), Box(0, 0, 29e-6, 3e-6)])
+def test_maps_are_true_to_scale_and_show_all_of_the_box(surface, box):
+    shown = Maps()
+    shown.show(surface)
+    shown.zoom(box)
+    wide = shown.x_range.end - shown.x_range.start
+    tall = shown.y_range.start - shown.y_range.end
+    assert tall > 0  # row 0 is at the top
+    height = shown.figures[HEIGHTS].height - maps._ABOVE_AND_BELOW
+    assert wide / tall == pytest.approx(maps._DOTS / height)
+    wanted, seen = box or pictures.box_of(surface), shown.seen
+    assert seen.left <= wanted.left + 1e-12
+    assert seen.right >= wanted.right - 1e-12
+
+
+def test_moving_the_ranges_shows_the_points_there(results, surface):
+    shown = Maps()
+    shown.show(surface, results[0])
+    shown.x_range.update(start=20, end=30)
+    shown.y_range.update(start=18, end=10)
+    told = shown.heights.data["told"][0]
+    assert told["cell"] == [1, 1]
+    left, top = round(shown.contact.data["x"][0]), round(shown.contact.data["y"][0])
+    ny, nx = shown.contact.data[PRESSURE][0].shape
+    assert left <= 20 <= 30 <= left + nx
+    assert top <= 10 <= 18 <= top + ny
+    part = results[0].pressure[top : top + ny, left : left + nx]
+    np.testing.assert_allclose(
+        np.nan_to_num(shown.contact.data[PRESSURE][0]), part * 1e-9, rtol=1e-6
+    )
+
+
+def test_what_is_not_there_is_not_shown(surface, results):
+    shown = Maps()
+    shown.show(surface, results[0])
+    shown.show(surface, None)
+    assert shown.contact.data[PRESSURE] == []
+    assert shown.figures[PRESSURE].title.text == "Pressure"
+    assert len(shown.heights.data[HEIGHTS]) == 1
+    shown.clear()
+    assert shown.heights.data[HEIGHTS] == []
+
+
+def test_a_contact_without_a_ceiling_leaves_nothing(surface):
+    elastic = rc.solve(surface, load=0.1, material=rc.Material(210e9, 0.3))
+    shown = Maps()
+    shown.show(surface, elastic)
+    assert shown.figures[RESIDUAL].title.text == "Residual indentation, none"
+    assert np.isnan(shown.contact.data[RESIDUAL][0]).all()
+    assert "saturated" not in shown.figures[TOUCH].title.text
