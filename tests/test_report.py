@@ -17,6 +17,7 @@ from roughcontact.contact import solve
 from roughcontact.contact.result import ContactResult
 from roughcontact.report import contact as report, page as layout
 from roughcontact.report.page import Addition
+from roughcontact.surface import nominal
 from roughcontact.surface.provenance import Operation
 from roughcontact.units import engineering, percent
 
@@ -304,6 +305,16 @@ def test_every_case_is_told_as_it_is(problem: dict[str, Any], words: str) -> Non
     for statement in report.chapters.stated(result, result.spots()):
         assert statement.text in page.words
     assert ("Preparation of the counter-body" in page.words) is (result.counter_surface is not None)
+
+
+@pytest.mark.usefixtures("quick")
+def test_roughness_with_a_nominal_form_is_told_as_such() -> None:
+    ball = nominal.sphere(radius=1e-3, shape=rough().shape, pixel=rough().pixel)
+    told = "the form is in them"
+    assert told not in Page(report.render(solved())).words
+    assert told in Page(report.render(solved(rough().with_form(ball)))).words
+    beside = Page(report.render(solved(counter_surface=rough(seed=1).with_form(ball)))).words
+    assert "A nominal form was added to the heights of the counter-body" in beside
 
 
 @pytest.mark.usefixtures("quick")

@@ -102,6 +102,14 @@ def prepared(result: ContactResult) -> list[Chapter]:
         "Parameters of ISO 25178-2, of the heights as they were pressed; no filter is applied "
         "beyond the preparation above.",
     )
+    for surface, name in zip(surfaces, names, strict=True):
+        if any(step.method == "with_form" for step in surface.provenance.operations):
+            of = f" of the {name}" if len(names) > 1 else ""
+            roughness.add(
+                "text",
+                f"A nominal form was added to the heights{of}: the form is in them, and so in "
+                "these parameters. Those of the roughness alone are found without it.",
+            )
     roughness.add("table", _roughness_table(surfaces, names))
     for surface, name in zip(surfaces, names, strict=True):
         of = f" of the {name}" if len(names) > 1 else ""
