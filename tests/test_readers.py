@@ -5,8 +5,11 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Iterator
+from datetime import datetime
 from functools import partial
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -17,7 +20,8 @@ from roughcontact.formats.read import SUFFIXES, read_with_channels
 
 pytestmark = needs_reader
 
-HEAVY = ("SurfaceTopography", "NuMPI", "scipy.optimize", "matplotlib", "pandas", "openpyxl", "pint")
+HEAVY = ("SurfaceTopography", "NuMPI", "scipy.optimize", "matplotlib", "pandas", "openpyxl", "pint",
+         "pydantic")  # fmt: skip
 
 
 def files(folder: Path) -> Iterator[tuple[Path, dict[str, str]]]:
@@ -51,6 +55,38 @@ def test_a_reader_alone_gives_the_bits_of_the_library(
 @pytest.mark.parametrize("name", sorted(instruments.SUFFIXES))
 def test_every_reader_loads_alone(name: str) -> None:
     assert readers.reader(name).format() == name
+
+
+TOLD = (
+    {},
+    {"acquisition_time": datetime(2024, 5, 6, 7, 8, 9), "channel_name": "Z", "raw": None, "x": 1},
+    {"instrument": {}, "raw_metadata": {"a": {"b": None}}, "datafile": {"format": "opd"}},
+    {"instrument": {"name": "NT", "vendor": None, "serial": "17", "scanner_serial": "Hybrid 306",
+                    "unheard": 3, "parameters": {"name": None, "tip_radius": {
+                        "value": 1e-8, "unit": "m"}, "resolution": {"value": 0.5}}}},
+    # Converted by the library.
+    {"acquisition_time": "2024-05-06T07:08:09", "raw_metadata": (1, 2)},
+    {"instrument": {"parameters": {"resolution": {"value": 3}}}},
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("told", TOLD, ids=[str(number) for number, _ in enumerate(TOLD)])
+def test_what_files_tell_is_kept_as_the_library_keeps_it(told: dict[str, Any]) -> None:
+    readers.reader("opd")
+    own = import_module("roughcontact.formats.readers.Metadata").InfoModel
+    library = pytest.importorskip("SurfaceTopography.Metadata", exc_type=ImportError).InfoModel
+    assert own(**told).model_dump(exclude_none=True) == library(**told).model_dump(
+        exclude_none=True
+    )
+
+
+@pytest.mark.parametrize(
+    "told", [{"channel_name": 3}, {"instrument": "NT"}, {"acquisition_time": "never"}]
+)
+def test_what_files_cannot_tell_is_refused(told: dict[str, Any]) -> None:
+    own = import_module("roughcontact.formats.readers.Metadata").InfoModel
+    with pytest.raises(ValueError, match="InfoModel"):
+        own(**told)
 
 
 def test_what_does_not_load_alone_is_read_by_the_library(

@@ -287,7 +287,7 @@ def _carry_out(task: str, subject: Subject, given: Given) -> None:
     as_json, quiet = (given.pop(name, False) for name in SHOWN)
     several = isinstance(subject, (list, tuple))
     file = None if several or subject is None else Path(subject)
-    request = from_text(task, file, given, tuple(subject) if several else ())
+    request = from_text(task, file, given, tuple(map(Path, subject)) if several else ())
     with terminal.progress(quiet) as say:
         outcome = run(request, say, lambda at: say(terminal.described(at)))
     if as_json:
@@ -498,7 +498,7 @@ def _verify(files: Subject, given: Given) -> None:
         checked = []
         for path in files:
             say(f"verifying {path}")
-            checked.append(verification.check_file(path))
+            checked.append(verification.check_file(Path(path)))
     if "json" in given:
         print(to_json({"files": [dataclasses.asdict(one) for one in checked]}))
     elif "quiet" not in given:

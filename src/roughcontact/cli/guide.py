@@ -1,9 +1,10 @@
-"""The help: of many options the ten that most people need first, and what completes a word."""
+"""Commands as they read their words, their help, ten options first, and what completes a word."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from typing import Any
 
 import typer.core
@@ -45,6 +46,11 @@ Rows = list[tuple[str, str]]
 class Commands(typer.core.TyperGroup):
     """The program, whose help says of each command all that its first sentence says."""
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the words before the command."""
+        _take_words(self.get_params(ctx))
+        return super().parse_args(ctx, args)
+
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write the commands, and then the options."""
         named: list[tuple[str, Any]] = [
@@ -56,6 +62,11 @@ class Commands(typer.core.TyperGroup):
 
 class Command(typer.core.TyperCommand):
     """A command, whose help says first what most people need."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the words after the command."""
+        _take_words(self.get_params(ctx))
+        return super().parse_args(ctx, args)
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write arguments and options: ten of them, and the names of the rest, where more are."""
@@ -77,6 +88,26 @@ class Command(typer.core.TyperCommand):
         rest = [(panel, " ".join(one.opts[0] for one in held)) for panel, held in panels.items()]
         _section(formatter, f"Further options, which --{ALL} explains", rest)
         _section(formatter, "Help", about)
+
+
+def _take_words(parameters: Iterable[Any]) -> None:
+    """Have parameters take words as they are.
+
+    Typer has pydantic look whether words are words, which takes longer to load than NumPy.
+    """
+    for parameter in parameters:
+        parameter.process_value = partial(_taken, parameter, parameter.process_value)
+
+
+def _taken(parameter: Any, process: Callable[..., Any], ctx: Any, value: Any) -> Any:
+    """Return what a parameter is given; what is no word, or lacking, goes its usual way."""
+    if value is None and (parameter.multiple or parameter.nargs == -1):
+        value = ()
+    lacking = value is None or value == ()
+    words = value if isinstance(value, (list, tuple)) else [value]
+    if parameter.required if lacking else not all(isinstance(word, str) for word in words):
+        return process(ctx, value)
+    return value if parameter.callback is None else parameter.callback(ctx, parameter, value)
 
 
 def show_all(ctx: typer.Context, wanted: bool) -> None:

@@ -3,8 +3,9 @@
 On import `SurfaceTopography` registers all that it can compute, and `SurfaceTopography.IO` loads
 all its readers with the libraries that each of them needs: two seconds for one file. This package
 has the library's own modules as its own, by its search path, but for those that stand here:
-``IO``, which imports nothing, and the two modules of maps, which readers make and nobody computes
-with. What does not load this way is read by the whole library.
+``IO``, which imports nothing, the two modules of maps, which readers make and nobody computes
+with, and ``Metadata``, which needs no pydantic. What does not load this way is read by the whole
+library.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from typing import Any
 _MODULES = {"metropro": "MetroPro", "mitutoyo": "Mitutoyo", "opdx": "OPDx", "poir": "OIR"}
 
 
-def _library() -> list[str]:
+def library() -> list[str]:
     """Return the folders of SurfaceTopography, which is found and not imported."""
     found = find_spec("SurfaceTopography")
     if found is None or found.submodule_search_locations is None:
@@ -45,7 +46,7 @@ def reader(name: str) -> Any:
         If the library is absent, or has no such reader that loads alone.
     """
     own = import_module(f"{__name__}.IO")
-    for folder in _library():
+    for folder in library():
         # Whoever imported either before has not told it where the library is.
         for path, place in ((__path__, folder), (own.__path__, os.path.join(folder, "IO"))):
             if place not in path:

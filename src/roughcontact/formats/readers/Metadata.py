@@ -1,0 +1,96 @@
+"""What files tell of a measurement besides heights, without the pydantic that checks it."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+from datetime import datetime
+from types import NoneType
+from typing import Any
+
+from roughcontact.formats import readers
+
+# Of an instrument. Serial numbers are of no account here: the library drops those that stand for
+# none.
+_NAMES = ("name", "vendor", "serial", "scanner_serial", "software")
+
+
+class InfoModel:
+    """What SurfaceTopography keeps of a file, in plain types.
+
+    Parameters
+    ----------
+    **told : object
+        Any names; ``acquisition_time``, ``instrument``, ``raw_metadata``, ``channel_name`` and
+        ``datafile`` have the types that SurfaceTopography gives them. What is of another type is
+        given to that library, to convert or refuse.
+    """
+
+    def __init__(self, **told: Any) -> None:
+        self._told = _checked(told)
+
+    def model_dump(self, *, exclude_none: bool = True) -> dict[str, Any]:
+        """Return what is known, by name."""
+        return dict(self._told)
+
+
+def _checked(told: dict[str, Any]) -> dict[str, Any]:
+    try:
+        plain = {**told, **_typed(told, acquisition_time=datetime, channel_name=str, datafile=dict)}
+        plain["instrument"] = _instrument(told.get("instrument"))
+        if not isinstance(told.get("raw_metadata"), (dict, list, NoneType)):
+            raise TypeError
+    except TypeError:
+        found: dict[str, Any] = _library().InfoModel(**told).model_dump(exclude_none=True)
+        return found
+    return _known(plain)
+
+
+def _instrument(told: Any) -> dict[str, Any] | None:
+    """Return what is told of an instrument; raise `TypeError` where it is not in plain types."""
+    if told is None:
+        return None
+    if type(told) is not dict:
+        raise TypeError
+    found = _typed(told, **dict.fromkeys(_NAMES, str), parameters=dict)
+    about = found["parameters"]
+    if about is not None:
+        found["parameters"] = _known(
+            {
+                **_typed(about, name=str),
+                "resolution": _amount(about.get("resolution")),
+                "tip_radius": _amount(about.get("tip_radius")),
+            }
+        )
+    return _known(found)
+
+
+def _amount(told: Any) -> dict[str, Any] | None:
+    if told is None:
+        return None
+    if type(told) is not dict or type(told.get("value")) is not float:
+        raise TypeError
+    return _known(_typed(told, value=float, unit=str))
+
+
+def _typed(told: dict[str, Any], **types: type) -> dict[str, Any]:
+    """Return the values of these names; raise `TypeError` unless they are absent or of the type."""
+    found = {name: told.get(name) for name in types}
+    if any(value is not None and type(value) is not types[name] for name, value in found.items()):
+        raise TypeError
+    return found
+
+
+def _known(told: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in told.items() if value is not None}
+
+
+def _library() -> Any:
+    """Return the module of SurfaceTopography that this one stands before."""
+    path = os.path.join(readers.library()[0], "Metadata.py")
+    spec = importlib.util.spec_from_file_location(f"{__name__}_library", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
