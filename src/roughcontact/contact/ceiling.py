@@ -26,6 +26,7 @@ from roughcontact.errors import (
     require_positive,
 )
 from roughcontact.material.material import CEILING_FACTOR, Material
+from roughcontact.roots import brentq
 from roughcontact.theory import yielding_sphere
 
 # Strain whose flow stress counts, over the slope a/R: between 0.1 for Swift's law, which is steep
@@ -215,8 +216,6 @@ def ceiling_factor(load_ratio: float, first_yield: float = 1.615) -> float:
 
 def _loaded(load: float, mean: Callable[[float], float]) -> float:
     """Return the slope at which slope² times the mean pressure is so much."""
-    from scipy.optimize import brentq
-
     # The mean pressure grows with the slope, but not faster than it.
     start = load ** (1 / 3)
     low, high = start, start
@@ -351,8 +350,6 @@ def _judged(pair: Pair, softer: Material, slope: float, mean: float) -> Recommen
 
 def _part(bodies: Sequence[Material], slope: float) -> float:
     """Return which part of a slope the first body takes: both bear the same mean pressure."""
-    from scipy.optimize import brentq
-
     if len(bodies) == 1:
         return slope
     one, other = bodies
