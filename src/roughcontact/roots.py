@@ -15,13 +15,9 @@ _MOST_STEPS = 100
 
 
 def brentq(
-    function: Callable[[float], float],
-    low: float,
-    high: float,
-    *,
-    xtol: float = _XTOL,
-    rtol: float = _RTOL,
-) -> float:
+    function: Callable[[float], float], low: float, high: float,
+    *, xtol: float = _XTOL, rtol: float = _RTOL,
+) -> float:  # fmt: skip
     """Return a zero between two places, by Brent's method with inverse quadratic interpolation.
 
     Parameters
