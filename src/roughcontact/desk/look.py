@@ -11,10 +11,15 @@ import numpy as np
 from bokeh.core.property.descriptors import UnsetValueError
 from bokeh.models import Axis, ColorBar, FixedTicker
 from numpy.typing import NDArray
+from panel.io.document import hold
+from panel.models import HTML
 
 from roughcontact.desk.style import FONT, INK
 
 TEXT, SMALL = "12px", "11px"
+
+WORDS = f"font: 12px/1.5 {FONT}; color: {INK}".replace('"', "'")
+"""Style of text beside figures."""
 
 GRID, FRAME = "#e4e4e4", "#b8b8b8"
 
@@ -115,18 +120,29 @@ def patch(colour: str, text: str) -> str:
     )
 
 
+def markup(**options: Any) -> Any:
+    """Return a model that holds markup; `put` sets it.
+
+    Bokeh's own has the whole page laid out anew whenever its text changes, which takes longer than
+    all maps.
+    """
+    return HTML(text="", run_scripts=False, disable_math=True, **options)
+
+
+def put(model: Any, text: str) -> None:
+    """Set the markup of a model."""
+    model.text = html.escape(f'<div style="{WORDS}">{text}</div>')
+
+
 @contextmanager
 def together(model: Any) -> Iterator[None]:
-    """Send the changes of a block to the browser at its end."""
+    """Send the changes of a block to the browser at its end, as one message."""
     document = model.document
-    if document is None or document.callbacks.hold_value is not None:
+    if document is None:
         yield
         return
-    document.hold("collect")
-    try:
+    with hold(document):
         yield
-    finally:
-        document.unhold()
 
 
 class Later:

@@ -11,7 +11,6 @@ from bokeh.models import (
     ColumnDataSource,
     CrosshairTool,
     CustomJS,
-    Div,
     LinearColorMapper,
     PanTool,
     Range1d,
@@ -24,7 +23,6 @@ from bokeh.plotting import figure
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import look, pictures
 from roughcontact.desk.pictures import Box, Window
-from roughcontact.desk.style import FONT, INK
 from roughcontact.plots.cells import (
     Limits,
     gap_limit,
@@ -147,7 +145,7 @@ class Maps:
                           syncable=False) for d in ("width", "height")]  # fmt: skip
         self.figures = {key: self._figure(key, crosshair) for key in NAMES}
         self.legend, self.readout = (
-            Div(text="", disable_math=True, sizing_mode="stretch_width") for _ in range(2)
+            look.markup(sizing_mode="stretch_width", margin=(4, 8)) for _ in range(2)
         )
         self.readout.syncable = False
         self._read_out()
@@ -330,11 +328,11 @@ class Maps:
         place: dict[str, Any] = {"x": "x", "y": "y", "dw": "dw", "dh": "dh", "source": source}
         if key == TOUCH:
             plot.image_rgba(image=TOUCH, **place)
-            return plot
-        plot.image(image=key, color_mapper=self.mappers[key], **place)
+        else:
+            plot.image(image=key, color_mapper=self.mappers[key], **place)
+            plot.add_layout(look.bar_of(self.mappers[key]), "right")
         if key == GAP:
             plot.image_rgba(image="cover", **place)
-        plot.add_layout(look.bar_of(self.mappers[key]), "right")
         return plot
 
     def _legend(self) -> None:
@@ -355,14 +353,14 @@ class Maps:
         if result is not None and self._scales[PRESSURE].limits.above:
             entries.append((OVER, "pressure beyond the scale"))
         lines = "".join(f"<div>{look.patch(*entry)}</div>" for entry in entries)
-        self.legend.text = f'<div style="{_STYLE}">{lines}</div>'
+        look.put(self.legend, lines)
 
     def _read_out(self) -> None:
         """Have the place under the cursor tell its values."""
+        look.put(self.readout, _NOTHING)
         args = {"heights": self.heights, "contact": self.contact, "div": self.readout}
         read = CustomJS(args=args, code=_READ)
-        leave = CustomJS(args={"div": self.readout}, code=f"div.text = `{_NOTHING}`")
-        self.readout.text = _NOTHING
+        leave = CustomJS(args={"div": self.readout, "text": self.readout.text}, code=_LEAVE)
         for plot in self.figures.values():
             plot.js_on_event("mousemove", read)
             plot.js_on_event("tap", read)
@@ -387,8 +385,8 @@ def _mappers() -> dict[str, Any]:
     }
 
 
-_STYLE = f"font:12px/1.5 {FONT};color:{INK}"
-_NOTHING = f'<div style="{_STYLE};color:#666">Point at a map to read its values.</div>'
+_NOTHING = '<span style="color: #59636e">Point at a map to read its values.</span>'
+_LEAVE = "div.text = text"
 
 # Numbers and words of this program only: nothing that a file holds gets into the markup.
 _READ = """
@@ -431,9 +429,10 @@ if (contact.data.told.length) {
   rows.push(["contact", state])
 }
 const lines = rows.map(([name, text]) =>
-  `<tr><td style="padding:0 10px 0 0;color:#666">${name}</td>`
-  + `<td style="padding:0">${text}</td></tr>`).join("")
+  `<tr><td style="padding: 0 10px 0 0; color: #59636e">${name}</td>`
+  + `<td style="padding: 0">${text}</td></tr>`).join("")
 const note = exact ? "one cell is one point" : `one cell is ${by} \u00d7 ${bx} points (y \u00d7 x)`
-div.text = `<div style="STYLE"><table style="border-collapse:collapse">${lines}</table>`
-  + `<div style="color:#666">${note}</div></div>`
-""".replace("STYLE", _STYLE)
+const text = `<div style="WORDS"><table style="border-collapse: collapse">${lines}</table>`
+  + `<div style="color: #59636e">${note}</div></div>`
+div.text = text.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;")
+""".replace("WORDS", look.WORDS)

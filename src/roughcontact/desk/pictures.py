@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult
-from roughcontact.plots.cells import classes, closed_cover, open_gap
-from roughcontact.plots.style import CLOSED, cell_max, cell_mean, cell_share
+from roughcontact.plots import cells
+from roughcontact.plots.style import CLOSED, cell_max, cell_mean
 from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]
@@ -137,6 +137,7 @@ class Pressed(NamedTuple):
     touching: Mask
     saturated: Mask
     blocks: tuple[int, int]
+    shares: cells.Shares
 
 
 def pressed(result: ContactResult, view: Window) -> Pressed:
@@ -146,7 +147,9 @@ def pressed(result: ContactResult, view: Window) -> Pressed:
         saturated = np.zeros(pressure.shape, bool)
     else:
         saturated = pressure >= np.broadcast_to(result.ceiling, result.pressure.shape)[view.part]
-    return Pressed(pressure, result.gap[view.part], pressure > 0, saturated, view.blocks)
+    touching, gap = pressure > 0, result.gap[view.part]
+    shares = cells.shares(touching, saturated, gap, view.blocks)
+    return Pressed(pressure, gap, touching, saturated, view.blocks, shares)
 
 
 def pressure(part: Pressed) -> Values:
@@ -157,27 +160,26 @@ def pressure(part: Pressed) -> Values:
 
 def contact(part: Pressed) -> Colours:
     """Return the colours of open, elastic, saturated and missing points in their shares."""
-    return _packed(classes(part.touching, part.saturated, part.gap, part.blocks))
+    return _packed(cells.classes(part.shares))
 
 
 def shares(part: Pressed) -> tuple[Values, Values, Values]:
     """Return the shares of each cell that touch, that are saturated, and that are missing."""
-    missing = np.isnan(part.gap) & ~part.touching
-    touching, saturated, lost = (
-        cell_share(mask, part.blocks).astype(np.float32)
-        for mask in (part.touching, part.saturated, missing)
+    found = part.shares
+    touching, saturated, missing = (
+        share.astype(np.float32) for share in (found.touching, found.saturated, found.missing)
     )
-    return touching, saturated, lost
+    return touching, saturated, missing
 
 
 def gap(part: Pressed) -> Values:
     """Return the mean gap of the open points of each cell [m]; NaN where none is open."""
-    return open_gap(part.touching, part.gap, part.blocks).astype(np.float32)
+    return cells.open_gap(part.touching, part.gap, part.blocks).astype(np.float32)
 
 
 def cover(part: Pressed) -> Colours:
     """Return the colours of closed and missing points; their opacity is their share of a cell."""
-    return _packed(closed_cover(part.touching, part.gap, part.blocks, CLOSED))
+    return _packed(cells.closed_cover(part.shares, CLOSED))
 
 
 def residual(part: Pressed) -> Values:

@@ -77,14 +77,33 @@ def pressure_colours() -> Any:
     return colormaps["inferno_r"](np.linspace(0.17, 0.63, 256))
 
 
-def classes(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
+class Shares(NamedTuple):
+    """Shares of the points of each cell."""
+
+    elastic: Array
+    saturated: Array
+    missing: Array
+
+    @property
+    def touching(self) -> Array:
+        """That touch."""
+        return self.elastic + self.saturated
+
+
+def shares(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, int]) -> Shares:
+    """Return the shares of each cell that are elastic contact, saturated, missing."""
+    missing = np.isnan(gap) & ~contact
+    return Shares(
+        cell_share(contact & ~saturated, blocks),
+        cell_share(saturated, blocks),
+        cell_share(missing, blocks),
+    )
+
+
+def classes(found: Shares) -> Array:
     """Return the colours of the classes, in their shares of each cell."""
-    shares = [
-        (ELASTIC, cell_share(contact & ~saturated, blocks)),
-        (SATURATED, cell_share(saturated, blocks)),
-        (MISSING, cell_share(np.isnan(gap) & ~contact, blocks)),
-    ]
-    return mixed(shares, OPEN)
+    colours = (ELASTIC, found.elastic), (SATURATED, found.saturated), (MISSING, found.missing)
+    return mixed(colours, OPEN)
 
 
 def open_gap(contact: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
@@ -96,13 +115,11 @@ def open_gap(contact: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
     return mean
 
 
-def closed_cover(contact: Mask, gap: Array, blocks: tuple[int, int], colour: str) -> Array:
+def closed_cover(found: Shares, colour: str) -> Array:
     """Return what covers an open gap: the colour of closed points and that of missing ones.
 
     Red, green, blue and opacity along the end; the opacity is their share of a cell.
     """
-    closed = cell_share(contact, blocks)
-    missing = cell_share(np.isnan(gap) & ~contact, blocks)
-    covered = closed + missing
-    cover = mixed([(MISSING, missing / np.where(covered > 0, covered, 1.0))], colour)
-    return np.dstack([cover, covered])
+    covered = found.touching + found.missing
+    cover = mixed([(MISSING, found.missing / np.where(covered > 0, covered, 1.0))], colour)
+    return np.dstack([cover, np.minimum(covered, 1.0)])

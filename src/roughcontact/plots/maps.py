@@ -29,6 +29,7 @@ from roughcontact.plots.cells import (
     open_gap,
     pressure_colours,
     pressure_limit,
+    shares as cell_shares,
 )
 from roughcontact.plots.labels import doubt, load_text, result_names
 from roughcontact.plots.profiles import draw_histogram, window
@@ -181,7 +182,8 @@ def gap(result: ContactResult) -> Figure:
     image = draw_map(axes, values * factor, size, blocks, result.gap.shape)
     image.set_cmap(colormaps["Blues"].with_extremes(bad=MISSING))
     image.set_clim(0, top * factor)
-    cover = closed_cover(result.contact, result.gap, blocks, CLOSED)
+    shares = cell_shares(result.contact, result.saturated, result.gap, blocks)
+    cover = closed_cover(shares, CLOSED)
     draw_map(axes, cover, size, blocks, result.gap.shape)
     over = bool((values > top).any())
     colour_bar(axes, image, f"open gap [{unit}]", "max" if over else "neither")
@@ -349,8 +351,8 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     _pressure_bar(left, image, top, over=bool(part.max() > top))
     left.set_title("Contact pressure", fontsize=TITLE)
     gap = result.gap[rows, columns]
-    shares = classes(part > 0, result.saturated[rows, columns], gap, blocks)
-    draw_map(right, shares, size, blocks, part.shape, corner)
+    shares = cell_shares(part > 0, result.saturated[rows, columns], gap, blocks)
+    draw_map(right, classes(shares), size, blocks, part.shape, corner)
     entries = [(OPEN, "no contact"), (ELASTIC, "elastic"), (SATURATED, "saturated")]
     patch_legend(right, entries + [(MISSING, "missing")] * bool(np.isnan(gap).any()))
     right.set_title("Contact", fontsize=TITLE)
@@ -463,8 +465,8 @@ def _draw_contact(axes: Axes, result: ContactResult, cells: int) -> _Drawn:
     size, shape = result.surface.size, result.pressure.shape
     blocks = cell_size(shape, size, cells)
     missing = int(np.count_nonzero(np.isnan(result.gap)))
-    shares = classes(result.contact, result.saturated, result.gap, blocks)
-    image = draw_map(axes, shares, size, blocks, shape)
+    shares = cell_shares(result.contact, result.saturated, result.gap, blocks)
+    image = draw_map(axes, classes(shares), size, blocks, shape)
     lost = missing / result.pressure.size
     touching, saturated = result.contact_fraction, result.saturated_fraction
     entries = [
