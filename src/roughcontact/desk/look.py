@@ -12,6 +12,7 @@ from bokeh.core.property.descriptors import UnsetValueError
 from bokeh.models import Axis, ColorBar, FixedTicker
 from numpy.typing import NDArray
 from panel.io.document import hold
+from panel.io.state import state
 from panel.models import HTML
 
 from roughcontact.desk.style import FONT, INK
@@ -138,7 +139,8 @@ def put(model: Any, text: str) -> None:
 def together(model: Any) -> Iterator[None]:
     """Send the changes of a block to the browser at its end, as one message."""
     document = model.document
-    if document is None:
+    # What changes before the page has told that it stands would be held for ever.
+    if document is None or not state.loaded:
         yield
         return
     with hold(document):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 from bokeh.layouts import gridplot
 from bokeh.models import (
     BoxZoomTool,
+    Column,
     ColumnDataSource,
     CrosshairTool,
     CustomJS,
@@ -22,7 +24,9 @@ from bokeh.plotting import figure
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import look, pictures
+from roughcontact.desk.marks import CropBox, SectionLine, View
 from roughcontact.desk.pictures import Box, Window
+from roughcontact.desk.state import Line
 from roughcontact.plots.cells import (
     Limits,
     gap_limit,
@@ -125,7 +129,8 @@ def headlines(result: ContactResult) -> dict[str, str]:
 class Maps:
     """Five maps with one view: who zooms one zooms all.
 
-    `show` replaces what they show. ``root`` is the layout; ``seen`` the box that is in sight.
+    `show` replaces what they show. ``root`` is the layout, ``seen`` the box that is in sight,
+    ``section`` the line and ``crop`` the box that one draws on them.
     """
 
     def __init__(self) -> None:
@@ -144,14 +149,14 @@ class Maps:
         crosshair = [Span(dimension=d, line_color=NEUTRAL, line_width=1, line_dash="dotted",
                           syncable=False) for d in ("width", "height")]  # fmt: skip
         self.figures = {key: self._figure(key, crosshair) for key in NAMES}
+        plots = list(self.figures.values())
+        self.section, self.crop = SectionLine(plots), CropBox(plots)
         self.legend, self.readout = (
             look.markup(sizing_mode="stretch_width", margin=(4, 8)) for _ in range(2)
         )
         self.readout.syncable = False
         self._read_out()
-        first, second, third, fourth, fifth = self.figures.values()
-        from bokeh.models import Column
-
+        first, second, third, fourth, fifth = plots
         side = Column(self.readout, self.legend, sizing_mode="stretch_width")
         self.root = gridplot(
             [[first, second, third], [fourth, fifth, side]],
@@ -185,6 +190,14 @@ class Maps:
     def clear(self) -> None:
         """Show nothing."""
         self.show(None, None)
+
+    def on_section(self, call: Callable[[Line], None]) -> None:
+        """Have ``call(line)`` called with the ends (y0, x0, y1, x1) [m] of a line one drags."""
+        self.section.on_change(call)
+
+    def on_box(self, call: Callable[[Box | None], None]) -> None:
+        """Have ``call(box)`` called with the box [m] that one draws, ``None`` for none."""
+        self.crop.on_change(call)
 
     def zoom(self, box: Box | None = None) -> None:
         """Bring a box into sight [m]; by default the whole map."""
@@ -282,6 +295,7 @@ class Maps:
             return
         self._fitted, self._wanted = ranges, self.seen
         with look.together(self.figures[HEIGHTS]):
+            self._look()
             self._draw()
 
     def _resized(self) -> None:
@@ -311,6 +325,15 @@ class Maps:
         for one in (self.x_range, self.y_range):
             one.update(reset_start=one.start, reset_end=one.end)
         self._fitted = self._ranges()
+        self._look()
+
+    def _look(self) -> None:
+        """Tell what is drawn on the maps how they are looked at."""
+        across = look.frame(self.figures[HEIGHTS], (_DOTS, _DOTS))[1]
+        dots = across / max(self.seen.right - self.seen.left, 1e-300)
+        view = View(dots, self._factor, self._home)
+        self.section.look_from(view)
+        self.crop.look_from(view)
 
     def _figure(self, key: str, crosshair: list[Span]) -> Any:
         tools: list[Any] = [
