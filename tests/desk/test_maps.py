@@ -7,7 +7,7 @@ import pytest
 
 import roughcontact as rc
 
-pytest.importorskip("bokeh")
+pytest.importorskip("panel")
 
 from roughcontact.desk import maps, pictures
 from roughcontact.desk.maps import GAP, HEIGHTS, PRESSURE, RESIDUAL, TOUCH, Maps

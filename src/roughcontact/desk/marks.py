@@ -32,6 +32,7 @@ class SectionLine:
     def __init__(self, plots: Sequence[Any]) -> None:
         self._view = View(1.0, 1.0, Box(0.0, 0.0, 1.0, 1.0))
         self._line: Line | None = None
+        self._drawing = False
         self._call: Callable[[Line], None] | None = None
         self.source: Any = ColumnDataSource({"x": [], "y": [], "name": []}, syncable=False)
         self.ends: list[Any] = [
@@ -86,9 +87,11 @@ class SectionLine:
         places = [] if self._line is None else [self._line[:2], self._line[2:]]
         for end in self.ends:
             end.visible = bool(places)
+        self._drawing = True
         for end, (y, x) in zip(self.ends, places, strict=False):
             y, x = y * factor, x * factor
             end.update(left=x - half, right=x + half, top=y - half, bottom=y + half)
+        self._drawing = False
         self.source.data = {
             "x": [x * factor for _, x in places],
             "y": [y * factor for y, _ in places],
@@ -96,7 +99,7 @@ class SectionLine:
         }
 
     def _dragged(self) -> None:
-        if self._line is None:
+        if self._line is None or self._drawing:
             return
         factor = self._view.factor
         y0, x0, y1, x1 = (
@@ -120,6 +123,7 @@ class CropBox:
     def __init__(self, plots: Sequence[Any]) -> None:
         self._view = View(1.0, 1.0, Box(0.0, 0.0, 1.0, 1.0))
         self._box: Box | None = None
+        self._drawing = False
         self._call: Callable[[Box | None], None] | None = None
         self.frame: Any = BoxAnnotation(
             left=0, right=1, top=0, bottom=1, visible=False, editable=True,
@@ -150,7 +154,9 @@ class CropBox:
         self.frame.visible = self._box is not None
         if self._box is not None:
             top, left, bottom, right = (edge * self._view.factor for edge in self._box)
+            self._drawing = True
             self.frame.update(top=top, left=left, bottom=bottom, right=right)
+            self._drawing = False
 
     def look_from(self, view: View) -> None:
         """Take up another map or scale."""
@@ -165,7 +171,7 @@ class CropBox:
         self._become([geometry[name] for name in ("y0", "x0", "y1", "x1")])
 
     def _dragged(self) -> None:
-        if self._box is not None:
+        if self._box is not None and not self._drawing:
             frame = self.frame
             self._become([frame.top, frame.left, frame.bottom, frame.right])
 

@@ -1,0 +1,71 @@
+"""A line and a box on the maps, as one drags them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+
+pytest.importorskip("panel")
+
+from bokeh.events import SelectionGeometry
+
+from roughcontact.desk import pictures
+from roughcontact.desk.maps import PRESSURE, Maps
+from roughcontact.desk.pictures import Box
+
+
+@pytest.fixture
+def maps():
+    shown = Maps()
+    shown.show(rc.Surface(np.random.default_rng(1).normal(0, 1e-9, (30, 60)), (1e-6, 1e-6)))
+    return shown
+
+
+def test_dragging_an_end_tells_the_line(maps):
+    told = []
+    maps.on_section(told.append)
+    maps.section.put((10e-6, 10e-6, 20e-6, 50e-6))
+    assert told == []
+    assert maps.section.source.data["x"] == pytest.approx([10, 50])
+    end = maps.section.ends[1]
+    half = (end.right - end.left) / 2
+    end.update(left=40 - half, right=40 + half)
+    assert told[-1] == pytest.approx((10e-6, 10e-6, 20e-6, 40e-6))
+    assert maps.section.line == told[-1]
+
+
+def test_ends_stay_on_the_map(maps):
+    maps.section.put((-1.0, 10e-6, 20e-6, 1.0))
+    assert maps.section.line == pytest.approx((0, 10e-6, 20e-6, 60e-6))
+    maps.section.put(None)
+    assert not any(end.visible for end in maps.section.ends)
+
+
+def test_zooming_keeps_the_line_and_the_size_of_its_handles(maps):
+    told = []
+    maps.on_section(told.append)
+    maps.section.put((10e-6, 10e-6, 20e-6, 50e-6))
+    end = maps.section.ends[0]
+    before = end.right - end.left
+    maps.zoom(Box(5e-6, 5e-6, 20e-6, 35e-6))
+    assert end.right - end.left == pytest.approx(before / 2)
+    assert maps.section.line == pytest.approx((10e-6, 10e-6, 20e-6, 50e-6))
+    assert told == []
+
+
+def test_a_box_is_drawn_moved_and_taken_away(maps):
+    told = []
+    maps.on_box(told.append)
+    plot = maps.figures[PRESSURE]
+    geometry = {"type": "rect", "x0": 40.0, "x1": 10.0, "y0": -5.0, "y1": 20.2}
+    plot._trigger_event(SelectionGeometry(plot, geometry=geometry, final=True))
+    assert told[-1] == pytest.approx((0, 10e-6, 20.2e-6, 40e-6))
+    assert maps.crop.frame.visible
+    maps.crop.frame.update(left=12.0)
+    assert told[-1] == pytest.approx((0, 12e-6, 20.2e-6, 40e-6))
+    assert pictures.points_in(maps._surface, told[-1]) == ((0, 20), (12, 40))
+    maps.crop.put(None)
+    assert not maps.crop.frame.visible
+    assert len(told) == 2
