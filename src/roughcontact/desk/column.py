@@ -7,8 +7,8 @@ from typing import Any
 
 import panel as pn
 
-from roughcontact.desk import scale, style, words
-from roughcontact.desk.controls import Control, Give, button
+from roughcontact.desk import style, words
+from roughcontact.desk.controls import Control, button
 from roughcontact.desk.live import Prepared
 from roughcontact.desk.session import Session
 from roughcontact.desk.state import UNDOING
@@ -39,15 +39,23 @@ _LEVELS = {
 _TURNS = {"0": "not at all", "90": "90°", "180": "180°", "270": "270°"}
 
 
-def card(title: str, *parts: Any, collapsed: bool = False) -> Any:
+def card(title: str, *parts: Any) -> Any:
     """Return a part of the column under its heading."""
+    heading = pn.pane.HTML(f"<h2>{words.escaped(title)}</h2>", **style.BLOCK, **style.SHEETS)
+    return pn.Column(
+        heading, *parts, sizing_mode="stretch_width", margin=(0, 0, 10, 0), styles=style.SECTION
+    )
+
+
+def fold(title: str, *parts: Any) -> Any:
+    """Return controls that few need, folded away under a line."""
     return pn.Card(
         *parts,
         title=title,
-        collapsed=collapsed,
+        collapsed=True,
         sizing_mode="stretch_width",
-        margin=(0, 0, 8, 0),
-        stylesheets=[style.TEXT, style.CARD],
+        margin=(0, 0, 4, 0),
+        stylesheets=[style.TEXT, style.FOLD],
         header_background="transparent",
         active_header_background="transparent",
     )
@@ -104,8 +112,7 @@ class Preparation:
         self._shown: tuple[Provenance, ...] = ()
         first = self._group.roots("level", "form", "holes", "outliers")
         rest = self._group.roots("s-filter", "l-filter", "crop", "pixel", "rotate", "tip-radius")
-        self.root = card("Prepare", self._steps, *first, card("Filters, part, grid", *rest,
-                                                             collapsed=True))  # fmt: skip
+        self.root = card("Prepare", self._steps, *first, fold("Filters, part, grid", *rest))
 
     def show(self, prepared: Prepared | None) -> None:
         """Show the controls as the state holds them, and the steps that were done."""
@@ -158,11 +165,10 @@ class Bodies:
             *roots("material"),
             self._sources,
             *roots("counter-material"),
-            card("Own values", *roots("young", "poisson", "yield-strength", "counter-young",
-                                      "counter-poisson", "counter-yield-strength"),
-                 collapsed=True),
-            card("Nominal forms, two maps", *roots("body", "counter-body", "align", "offset",
-                                                   "angle", "mirror"), collapsed=True),
+            fold("Own values", *roots("young", "poisson", "yield-strength", "counter-young",
+                                      "counter-poisson", "counter-yield-strength")),
+            fold("Nominal forms, two maps", *roots("body", "counter-body", "align", "offset",
+                                                   "angle", "mirror")),
         )  # fmt: skip
 
     def show(self) -> None:
@@ -170,6 +176,24 @@ class Bodies:
         self._group.show()
         name = self._session.state.given.get("material")
         self._sources.object = "" if name is None else _sources(str(name))
+
+
+class Model:
+    """What lies beyond the map, and what holds the pressure."""
+
+    def __init__(self, session: Session) -> None:
+        self._group = Group(
+            session,
+            ("boundary", "ceiling", "load-point", "tolerance", "max-iterations", "precision"),
+            {"boundary": _QUESTION},
+        )
+        roots = self._group.roots
+        rest = roots("load-point", "tolerance", "max-iterations", "precision")
+        self.root = card("Model", *roots("boundary", "ceiling"), fold("Tilt, solver", *rest))
+
+    def show(self) -> None:
+        """Show what the state holds."""
+        self._group.show()
 
 
 def _materials(nothing: str) -> dict[str, str]:
@@ -186,107 +210,3 @@ def _sources(name: str) -> str:
     sources = dict.fromkeys(value.source for value in values if value is not None)
     text = "; ".join(sources)
     return f'<p class="quiet">Values: {words.escaped(text)}</p>'
-
-
-class Load:
-    """The load, its slider, the ceiling, and the question what the map is."""
-
-    def __init__(self, session: Session, give: Give) -> None:
-        self._session, self._give = session, give
-        self._prepared: Prepared | None = None
-        self._form = scale.NOMINAL
-        self._silent = False
-        self.form = pn.widgets.Select(
-            name="Load given as", options={form.name: form for form in scale.FORMS},
-            value=self._form, **style.CONTROL,
-        )  # fmt: skip
-        self.text = pn.widgets.TextInput(name="Load", placeholder="20 MPa", **style.CONTROL)
-        self.slider = pn.widgets.IntSlider(
-            name="Load, logarithmic", start=0, end=scale.STEPS, show_value=False,
-            value=scale.STEPS // 2, **style.CONTROL,
-        )  # fmt: skip
-        self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
-        self._group = Group(
-            session,
-            ("boundary", "ceiling", "load-point", "tolerance", "max-iterations", "precision"),
-            {"boundary": _QUESTION},
-        )
-        self.form.param.watch(self._reform, "value")
-        self.text.param.watch(self._typed, "value")
-        self.slider.param.watch(self._slid, "value")
-        roots = self._group.roots
-        self.root = card(
-            "Load", *roots("boundary"), self.form, self.slider, self.text, self._wrong,
-            *roots("ceiling"),
-            card("Solver, tilt", *roots("load-point", "tolerance", "max-iterations", "precision"),
-                 collapsed=True),
-        )  # fmt: skip
-
-    def show(self, prepared: Prepared | None) -> None:
-        """Show what the state holds."""
-        self._prepared = prepared
-        self._group.show()
-        given = self._session.state.given
-        self._form = scale.form_of(given)
-        text = str(given.get(self._form.option, ""))
-        self._silent = True
-        try:
-            if self.form.value is not self._form:
-                self.form.value = self._form
-            if self.text.value != text:
-                self.text.value = text
-            self.text.placeholder = self._form.example
-            self.text.name = f"{self._form.name}, with unit"
-            ends = self._ends()
-            value = self._value()
-            if ends is not None and value is not None:
-                position = scale.position_of(value, ends)
-                if scale.text_at(self.slider.value, ends, self._form) != text:
-                    self.slider.value = position
-        finally:
-            self._silent = False
-
-    def _ends(self) -> tuple[float, float] | None:
-        return None if self._prepared is None else scale.span(self._form, self._prepared)
-
-    def _value(self) -> float | None:
-        """Return the load as it is given [SI]."""
-        try:
-            value, _ = self._session.state.request().load
-            found = value if value is not None else self._session.state.request()["approach"]
-        except RoughcontactError:
-            return None
-        return found if isinstance(found, float) else found.value
-
-    def _reform(self, event: Any) -> None:
-        if self._silent:
-            return
-        outcome, form = self._session.outcome, event.new
-        text = None
-        if outcome is not None and outcome.result is not None:
-            text = scale.text_of(outcome.result, form)
-        self._form = form
-        if text is None:
-            ends = self._ends()
-            text = form.example if ends is None else scale.text_at(scale.STEPS // 2, ends, form)
-        self._set(text)
-
-    def _typed(self, event: Any) -> None:
-        if not self._silent:
-            self._set(event.new)
-
-    def _slid(self, event: Any) -> None:
-        ends = self._ends()
-        if not self._silent and ends is not None:
-            self._set(scale.text_at(event.new, ends, self._form))
-
-    def _set(self, text: str) -> None:
-        try:
-            self._give(self._form.option, text)
-        except RoughcontactError as error:
-            self._wrong.object = (
-                f'<span role="alert" class="wrong">{words.escaped(words.told(error))}</span>'
-            )
-            self._wrong.visible = True
-        else:
-            self._wrong.visible = False

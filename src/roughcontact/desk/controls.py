@@ -37,7 +37,9 @@ class Control:
     ) -> None:
         self.name, self._give, self._task = name, give, task
         option = offered(task)[name]
-        self._default = "" if option.default is None else option.default
+        # Where nothing is a choice of its own, the default is no answer.
+        asked = option.default is None or "" in (choices or {}).values()
+        self._default = "" if asked else option.default
         self.widget = _widget(option, choices)
         self._wrong = pn.pane.HTML("", visible=False, css_classes=["wrong"], **style.SHEET)
         self._silent = False

@@ -6,6 +6,8 @@ at work replaces what was asked before: nothing queues.
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,6 +22,8 @@ from roughcontact.request.request import Request
 from roughcontact.request.run import Outcome, solved
 from roughcontact.solvers.progress import Progress
 from roughcontact.surface.surface import Surface
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -144,27 +148,33 @@ class Live:
                 assert self._asked is not None
                 (request, prepare_only), self._asked = self._asked, None
                 self._at_work, self._drop = True, False
-            try:
-                self._carry_out(request, prepare_only)
-            except _Stale:
-                continue
-            except RoughcontactError as error:
-                self._tell(Failed(request, error))
-            except MemoryError:
-                words = "the memory is used up; crop the map, or choose a coarser pixel"
-                self._tell(Failed(request, InputError(words)))
-            except OSError as error:
-                place = error.filename or "a file"
-                self._tell(Failed(request, FormatError(f"{place}: {error.strerror or error}")))
+            with contextlib.suppress(_Stale):
+                self._tell(self._found(request, prepare_only))
 
-    def _carry_out(self, request: Request, prepare_only: bool) -> None:
-        surfaces = self._maps(request)
-        self._tell(Prepared(request, surfaces))
-        if not prepare_only:
-            self._tell(solved(request, surfaces, self._tell, self._look))
-
-    def _look(self, at: Progress) -> None:
-        self._tell(at)
+    def _found(self, request: Request, prepare_only: bool) -> Told:
+        """Return the result, or the maps where only these are wanted, or why there is none."""
+        try:
+            surfaces = self._maps(request)
+            prepared = Prepared(request, surfaces)
+            if prepare_only:
+                return prepared
+            self._tell(prepared)
+            return solved(request, surfaces, self._tell, self._tell)
+        except RoughcontactError as error:
+            return Failed(request, error)
+        except MemoryError:
+            words = "the memory is used up; crop the map, or choose a coarser pixel"
+            return Failed(request, InputError(words))
+        except OSError as error:
+            place = error.filename or "a file"
+            return Failed(request, FormatError(f"{place}: {error.strerror or error}"))
+        except _Stale:
+            raise
+        except Exception as error:
+            # A mistake of the program must not leave a page that waits for ever.
+            _log.exception("a contact could not be solved")
+            words = f"a mistake of the program ended this ({type(error).__name__}); please report it"
+            return Failed(request, InputError(words))
 
     def _tell(self, what: Told) -> None:
         with self._changed:

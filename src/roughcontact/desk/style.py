@@ -30,7 +30,7 @@ table {{ border-collapse: collapse; font-variant-numeric: tabular-nums; }}
 td, th {{ padding: 2px 12px 2px 0; text-align: left; vertical-align: top; font-weight: 400; }}
 th {{ color: {QUIET}; }}
 tr + tr td {{ border-top: 1px solid {LINE}; }}
-ul.cautions {{ margin: 0; padding: 0; list-style: none; }}
+ul.cautions {{ margin: 0; padding: 0; list-style: none; max-height: 78px; overflow-y: auto; }}
 ul.cautions li {{ margin: 0 0 2px; padding-left: 8px; border-left: 3px solid {LINE}; }}
 ul.cautions li.warning {{ border-color: {WARNING}; }}
 ul.cautions li.caution {{ border-color: {CAUTION}; }}
@@ -40,18 +40,24 @@ pre {{ background: {GROUND}; border: 1px solid {LINE}; border-radius: 5px; paddi
   overflow-x: auto; font-size: 12px; white-space: pre-wrap; }}
 """
 
-CARD = f"""
-:host {{ border: 1px solid {LINE}; border-radius: 6px; box-shadow: none; background: white; }}
-.card-header {{ padding: 6px 10px; border: 0; }}
-.card-title {{ font-size: 13px; font-weight: 600; }}
-:host > div:not(.card-header) {{ padding: 0 10px; }}
+FOLD = f"""
+:host(.card) {{ border: 0; border-top: 1px solid {LINE}; border-radius: 0;
+  box-shadow: none !important; background: white; }}
+.card-header {{ padding: 2px 0; border: 0; min-height: 0; }}
+.card-title, .card-title * {{ font-size: 12px; font-weight: 400; color: {QUIET}; }}
 """
 
+SECTION = {"border-top": f"1px solid {LINE}", "padding-top": "8px"}
+SHEETS: dict[str, Any] = {"stylesheets": [TEXT]}
 SHEET: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 0)}
 BLOCK: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 4, 0)}
 CONTROL: dict[str, Any] = {
     "stylesheets": [TEXT], "sizing_mode": "stretch_width", "margin": (0, 0, 4, 0),
 }  # fmt: skip
+WIDE: dict[str, Any] = {
+    "stylesheets": [TEXT], "sizing_mode": "stretch_width", "margin": (0, 0, 6, 0),
+}  # fmt: skip
+TABS: dict[str, Any] = {"stylesheets": [TEXT], "sizing_mode": "stretch_both", "margin": (4, 0)}
 BUTTON: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 6, 4, 0)}
 
 PAGE = f"""

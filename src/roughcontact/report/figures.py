@@ -476,7 +476,7 @@ def _scene(result: Any) -> tuple[Illustrations, Any]:
             return HISTORY, result
         case LoadCurve():
             return of_curve(result), result
-    return CURVE, result
+    return (), result
 
 
 def of_map(surface: Surface) -> Illustrations:

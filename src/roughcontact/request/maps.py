@@ -120,6 +120,8 @@ def _prepared(request: Request, surface: Surface, path: Path) -> Surface:
             grid[0] = 1.0
         limits.require_grid("pixel", grid, request["pixel"])
         ny, nx = map(round, grid)
-        memory.require(request, (ny, nx))
+        # A pixel that leaves no map is refused below, before anything is made.
+        if min(ny, nx) > 0:
+            memory.require(request, (ny, nx))
         surface = surface.resampled(pixel=(request["pixel"], request["pixel"]), method="spline")
     return surface.rotated(request["rotate"]) if request["rotate"] % 360 else surface

@@ -1,0 +1,170 @@
+"""What is asked of a contact beside its solution, worked out apart from the page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from roughcontact.contact.cautions import Caution
+from roughcontact.plots.saving import png
+from roughcontact.report import figures, results
+from roughcontact.report.quantities import TRUST
+from roughcontact.request.options import (
+    FIND,
+    HISTORY,
+    SOLVE,
+    STRESS,
+    SWEEP,
+    VOLUME,
+    spell_option,
+)
+from roughcontact.request.outputs import Say
+from roughcontact.request.request import Request
+from roughcontact.request.run import Look, Outcome, run
+
+Cells = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Question:
+    """Something to ask of a contact.
+
+    Parameters
+    ----------
+    name : str
+        What it is called.
+    about : str
+        What it answers, in a sentence.
+    task : str
+        The task that answers it.
+    options : tuple of str
+        What can be told of it, by the names of options.
+    fixed : tuple of (str, str or bool)
+        Options that make the task this question.
+    first : tuple of (str, str or bool)
+        What is proposed for some of the options.
+    """
+
+    name: str
+    about: str
+    task: str
+    options: tuple[str, ...] = ()
+    fixed: tuple[tuple[str, str | bool], ...] = ()
+    first: tuple[tuple[str, str | bool], ...] = ()
+
+
+CURVE = Question(
+    "Load curve",
+    "Contact area, gap, stiffness and spots from a small load to a large one.",
+    SWEEP,
+    ("from", "to", "steps", "spacing"),
+    first=(("from", "1 MPa"), ("to", "100 MPa")),
+)
+BELOW = Question(
+    "Stress below the surface",
+    "The elastic stress under this contact, and where it yields first.",
+    STRESS,
+    ("which", "friction", "direction", "depths", "onset"),
+)
+PATH = Question(
+    "Load history",
+    "Loading and unloading, once or again and again: what stays indented.",
+    HISTORY,
+    ("path", "passes", "shift"),
+    first=(("path", "10 MPa, 0 N, 10 MPa"),),
+)
+LOADS = Question(
+    "Loads that give …",
+    "The load at which the contact has an area, a gap or an approach, or first yields.",
+    FIND,
+    ("contact", "saturated", "approach", "mean-gap", "first-yield"),
+    first=(("contact", "5 %"),),
+)
+GRID = Question(
+    "What hangs on the grid",
+    "The same contact on coarser and finer grids, with filters and other ceilings.",
+    SOLVE,
+    fixed=(("study", True),),
+)
+RECOMMENDED = Question(
+    "Recommended ceiling",
+    "The ceiling that gives the contact area of plasticity in the volume.",
+    SOLVE,
+    fixed=(("ceiling", "recommended"),),
+)
+YIELDING = Question(
+    "Plasticity of the volume",
+    "Plastic strain in the body itself, instead of a ceiling: seconds to minutes.",
+    SOLVE,
+    ("increments", "unload", "hardening"),
+    fixed=(("model", VOLUME),),
+)
+QUESTIONS = (CURVE, BELOW, PATH, LOADS, GRID, RECOMMENDED, YIELDING)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What came out.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        The result itself.
+    facts : tuple of (str, str, str)
+        Names, values and meanings.
+    heads, steps : tuples of str
+        A table of many steps, if it has one.
+    cautions : tuple of Caution
+        What has to be known.
+    pictures : tuple of (str, bytes)
+        Figures with their names, as PNG.
+    """
+
+    outcome: Outcome
+    facts: tuple[Cells, ...]
+    heads: Cells
+    steps: tuple[Cells, ...]
+    cautions: tuple[Caution, ...]
+    pictures: tuple[tuple[str, bytes], ...]
+
+
+def answer(request: Request, say: Say, look: Look) -> Answer:
+    """Carry out a request, and draw what came out.
+
+    Parameters
+    ----------
+    request : Request
+        What is asked.
+    say, look : callable
+        As for `request.run.run`.
+
+    Raises
+    ------
+    RoughcontactError
+        If it cannot be done, or its files cannot be written.
+    """
+    outcome = run(request, say, look)
+    if outcome.failure is not None:
+        raise outcome.failure
+    found = outcome.found if outcome.study is None else outcome.study
+    rows = [*results.rows(found), *results.rows(found, TRUST)]
+    heads, steps = results.listing(found)
+    say("drawing")
+    return Answer(
+        outcome,
+        tuple((row.title, row.text, row.meaning) for row in rows),
+        heads,
+        tuple(steps),
+        tuple(found.cautions),
+        _pictures(found, say) if outcome.converged else (),
+    )
+
+
+def _pictures(found: Any, say: Say) -> tuple[tuple[str, bytes], ...]:
+    return tuple((name, png(draw())) for name, draw in figures.drawings(found).items())
+
+
+def spell(task: str) -> Any:
+    """Return what words arguments of a task for a command line."""
+    return partial(spell_option, command=task)

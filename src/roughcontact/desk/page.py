@@ -1,0 +1,173 @@
+"""The page: where everything stands, and what happens when something changes."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import panel as pn
+
+from roughcontact.desk import bring, column, headline, loadbar, style, words
+from roughcontact.desk.controls import button
+from roughcontact.desk.live import Failed, Live, Prepared, Told
+from roughcontact.desk.session import Session
+from roughcontact.desk.state import Value
+from roughcontact.desk.maps import Maps
+from roughcontact.errors import RoughcontactError
+from roughcontact.request import making
+from roughcontact.request.run import Outcome
+from roughcontact.solvers.progress import Progress
+
+
+class Page:
+    """One page on one piece of work.
+
+    Parameters
+    ----------
+    project : Path
+        The project file of the work.
+    store : callable
+        Keeps what is brought; see `bring.Store`.
+    follow : callable
+        Makes what solves, as for `Session`.
+    """
+
+    def __init__(
+        self, project: Path, store: bring.Store, follow: Callable[..., Live] = Live
+    ) -> None:
+        self._document = pn.state.curdoc
+        self._lock = threading.Lock()
+        self._news: list[Told] = []
+        self.session = Session(project, self._hear, follow)
+        session = self.session
+        self.maps = Maps()
+        self._bring = bring.Bring(session, store, self._generate, self._show)
+        self._preparation = column.Preparation(session, self._show)
+        self._bodies = column.Bodies(session)
+        self._model = column.Model(session)
+        self._load = loadbar.Load(session, self._give)
+        self._numbers = pn.pane.HTML("", **style.WIDE)
+        self._trust = pn.pane.HTML("", **style.WIDE)
+        self._cautions = pn.pane.HTML("", **style.WIDE)
+        self._all = pn.pane.HTML("", **style.WIDE)
+        self._undo = button("Undo", partial(self._do, session.undo))
+        self._redo = button("Redo", partial(self._do, session.redo))
+        self.root = self._laid_out()
+        self._show()
+        session.solve()
+
+    def close(self) -> None:
+        """End what the page holds."""
+        self.session.close()
+
+    # What one does.
+
+    def _give(self, name: str, value: Value) -> None:
+        self.session.give(name, value)
+        self._show()
+
+    def _do(self, action: Callable[[], None]) -> None:
+        try:
+            action()
+        except RoughcontactError as error:
+            self._trust.object = _alert(words.told(error))
+        self._show()
+
+    def _generate(self, given: dict[str, Value], done: Callable[[Path], None]) -> None:
+        path = self.session.project.parent / f"generated-{secrets.token_hex(4)}.npz"
+        making.made({**given, "output": [str(path)]}, lambda _: None)
+        done(path)
+
+    # What is heard from the thread that solves.
+
+    def _hear(self, what: Told) -> None:
+        with self._lock:
+            first = not self._news
+            # Only the last of a kind matters: a picture that is late is not drawn.
+            self._news = [one for one in self._news if type(one) is not type(what)] + [what]
+        if first:
+            self._run(self._catch_up)
+
+    def _run(self, done: Callable[[], None]) -> None:
+        if self._document is None:
+            done()
+        else:
+            self._document.add_next_tick_callback(done)
+
+    def _catch_up(self) -> None:
+        with self._lock:
+            news, self._news = self._news, []
+        for what in news:
+            self._take(what)
+
+    def _take(self, what: Told) -> None:
+        match what:
+            case Prepared():
+                self._bring.show(what)
+                self._preparation.show(what)
+                self._load.show(what)
+                if self.session.state.missing:
+                    self.maps.show(what.surfaces[0], None)
+                    self._tell_missing()
+            case Outcome(result=result) if result is not None:
+                self.maps.show(result.surface, result)
+                self._numbers.object = headline.numbers(result)
+                self._trust.object = headline.trust(result)
+                self._cautions.object = headline.cautions(result.cautions)
+                self._all.object = headline.all_numbers(result)
+            case Failed():
+                self._numbers.object = ""
+                self._cautions.object = ""
+                self._trust.object = _alert(words.told(what.error))
+                self.maps.clear()
+            case Progress():
+                self._trust.object = _quiet("solving …")
+            case str():
+                self._trust.object = _quiet(f"{what} …")
+
+    def _tell_missing(self) -> None:
+        self._numbers.object = ""
+        self._cautions.object = ""
+        self._trust.object = headline.missing(self.session.state.missing)
+
+    def _show(self) -> None:
+        """Show what the state holds in all controls."""
+        session = self.session
+        self._bring.show(session.prepared)
+        self._preparation.show(session.prepared)
+        self._bodies.show()
+        self._model.show()
+        self._load.show(session.prepared)
+        self._undo.disabled, self._redo.disabled = not session.can_undo, not session.can_redo
+        if session.state.missing:
+            self._tell_missing()
+
+    def _laid_out(self) -> Any:
+        side = pn.Column(
+            pn.Row(
+                pn.pane.HTML("<h1>roughcontact</h1>", **style.SHEET), pn.Spacer(),
+                self._undo, self._redo, **style.BLOCK,
+            ),
+            self._bring.root, self._preparation.root, self._bodies.root, self._model.root,
+            width=style.SIDE, margin=(8, 12, 8, 12),
+        )  # fmt: skip
+        tabs = pn.Tabs(
+            ("Contact", self.maps.root), ("All numbers", self._all), **style.TABS,
+        )  # fmt: skip
+        main = pn.Column(
+            self._load.root, self._numbers, self._trust, self._cautions, tabs,
+            sizing_mode="stretch_both", margin=(10, 12, 8, 0),
+        )  # fmt: skip
+        return pn.Row(side, main, sizing_mode="stretch_both")
+
+
+def _alert(text: str) -> str:
+    return f'<span role="alert" class="wrong">{words.escaped(text)}</span>'
+
+
+def _quiet(text: str) -> str:
+    return f'<span class="quiet">{words.escaped(text)}</span>'

@@ -1,0 +1,332 @@
+from __future__ import annotations
+
+import tempfile
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, settings, strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+
+import roughcontact as rc
+from roughcontact.desk.live import Failed, Prepared
+from roughcontact.desk.session import Session
+from roughcontact.desk.state import PINNED, from_script
+from roughcontact.errors import RoughcontactError
+from roughcontact.fleet import project
+from roughcontact.request.run import Outcome, run
+
+PATIENCE = 60.0
+
+
+def save_map(folder: Path, name: str, shape: tuple[int, int] = (12, 16), holes: int = 0) -> Path:
+    heights = 1e-7 * np.random.default_rng(len(name)).standard_normal(shape)
+    heights.flat[:holes] = np.nan
+    rc.Surface(heights, (1e-6, 1e-6)).save(folder / name)
+    return folder / name
+
+
+class Heard:
+    """What a session tells."""
+
+    def __init__(self) -> None:
+        self.all: list[Any] = []
+
+    def __call__(self, what: Any) -> None:
+        self.all.append(what)
+        if isinstance(what, Failed):
+            # What nobody foresaw.
+            assert "mistake of the program" not in what.error.worded(), what.error
+
+
+@pytest.fixture
+def heard() -> Heard:
+    return Heard()
+
+
+@pytest.fixture
+def session(tmp_path: Path, heard: Heard) -> Iterator[Session]:
+    session = Session(tmp_path / "project.toml", heard)
+    yield session
+    session.close()
+
+
+GIVEN = {"material": "100Cr6", "boundary": "periodic", "load": "10 mN"}
+
+
+def solved(session: Session) -> Outcome:
+    assert session.wait(PATIENCE)
+    assert session.outcome is not None, session.failure
+    return session.outcome
+
+
+def test_the_contact_follows_what_is_given(session: Session, tmp_path: Path) -> None:
+    session.bring(save_map(tmp_path, "a.npz"))
+    session.give_all(dict(GIVEN))
+    first = solved(session).result
+    session.give("load", "20 mN")
+    second = solved(session).result
+    assert first is not None and second is not None
+    assert first.load == pytest.approx(0.01) and second.load == pytest.approx(0.02)
+
+
+def test_the_numbers_are_those_of_the_command(session: Session, tmp_path: Path) -> None:
+    session.bring(save_map(tmp_path, "a.npz"))
+    session.give_all(dict(GIVEN))
+    for load in ("30 mN", "1 mN", "10 mN"):
+        session.give("load", load)
+        shown = solved(session).result
+    alone = run(session.request, lambda _: None).result
+    assert shown is not None and alone is not None
+    assert np.array_equal(shown.pressure, alone.pressure)
+
+
+def test_a_map_shows_before_anything_can_be_solved(session: Session, tmp_path: Path) -> None:
+    session.bring(save_map(tmp_path, "a.npz"))
+    assert session.wait(PATIENCE)
+    assert session.prepared is not None and session.outcome is None
+
+
+def test_what_cannot_be_done_is_told(session: Session, tmp_path: Path) -> None:
+    session.bring(save_map(tmp_path, "a.npz", holes=2))
+    session.give_all(dict(GIVEN))
+    assert session.wait(PATIENCE)
+    assert session.failure is not None
+    assert "2 missing points" in session.failure.error.worded()
+    session.give("holes", "fill")
+    solved(session)
+    assert session.failure is None
+
+
+def test_a_file_that_is_gone_is_told(session: Session, tmp_path: Path) -> None:
+    path = save_map(tmp_path, "a.npz")
+    path.unlink()
+    session.bring(path)
+    assert session.wait(PATIENCE)
+    assert session.failure is not None and "a.npz" in session.failure.error.worded()
+
+
+def test_only_the_last_load_asked_for_is_told(tmp_path: Path) -> None:
+    reading = threading.Event()
+
+    heard = Heard()
+
+    def told(what: Any) -> None:
+        heard(what)
+        if isinstance(what, Prepared):
+            reading.wait(PATIENCE)
+
+    session = Session(tmp_path / "project.toml", told)
+    session.bring(save_map(tmp_path, "a.npz"))
+    session.give_all(dict(GIVEN))
+    for load in ("1 mN", "2 mN", "3 mN", "4 mN"):
+        session.give("load", load)
+    reading.set()
+    assert session.wait(PATIENCE)
+    loads = [what.result.load for what in heard.all if isinstance(what, Outcome) and what.result]
+    assert loads == [pytest.approx(0.004)]
+    session.close()
+
+
+def test_the_map_is_read_and_prepared_once(session: Session, tmp_path: Path) -> None:
+    path = save_map(tmp_path, "a.npz")
+    session.bring(path)
+    session.give_all(dict(GIVEN))
+    solved(session)
+    assert session.prepared is not None
+    before = session.prepared.surfaces
+    session.give("load", "20 mN")
+    solved(session)
+    assert session.prepared.surfaces[0] is before[0]
+    session.give("level", "quadric")
+    solved(session)
+    assert session.prepared.surfaces[0] is not before[0]
+
+
+def test_a_file_that_changes_is_read_again(session: Session, tmp_path: Path) -> None:
+    path = save_map(tmp_path, "a.npz")
+    session.bring(path)
+    session.give_all(dict(GIVEN))
+    first = solved(session).result
+    rc.Surface(2e-7 * np.random.default_rng(7).standard_normal((20, 20)), (1e-6, 1e-6)).save(path)
+    session.give("level", "mean")
+    second = solved(session).result
+    assert first is not None and second is not None
+    assert second.pressure.shape == (20, 20)
+
+
+def test_the_work_is_there_again(session: Session, tmp_path: Path) -> None:
+    session.bring(save_map(tmp_path, "a.npz"), "the real name.opd")
+    session.give_all(dict(GIVEN))
+    session.pin()
+    session.draw_line((0.0, 0.0, 1e-5, 1e-5))
+    again = Session(session.project, lambda _: None)
+    assert again.state == session.state
+    again.close()
+
+
+def test_undo_goes_back_step_by_step(session: Session, tmp_path: Path) -> None:
+    states = [session.state]
+    session.bring(save_map(tmp_path, "a.npz"))
+    states.append(session.state)
+    for name, value in GIVEN.items():
+        session.give(name, value)
+        states.append(session.state)
+    for state in states[-2::-1]:
+        session.undo()
+        assert session.state == state
+    assert not session.can_undo
+    for state in states[1:]:
+        session.redo()
+        assert session.state == state
+    assert not session.can_redo
+
+
+class Desk(RuleBasedStateMachine):
+    """Whatever one does in whatever order: no unhandled error, and the file holds the state."""
+
+    @initialize()
+    def begin(self) -> None:
+        self.folder = tempfile.TemporaryDirectory()
+        self.root = Path(self.folder.name)
+        self.maps = [
+            save_map(self.root, "a.npz"),
+            save_map(self.root, "bb.npz", holes=3),
+            save_map(self.root, "ccc.npz", (12, 10)),
+            self.root / "gone.npz",
+        ]
+        (self.root / "text.npz").write_text("no map")
+        self.maps.append(self.root / "text.npz")
+        self.unhandled: list[BaseException] = []
+        self.hook = threading.excepthook
+        threading.excepthook = lambda failed: self.unhandled.append(failed.exc_value)
+        self.heard = Heard()
+        self.session = Session(self.root / "project.toml", self.heard)
+
+    @rule(number=st.integers(0, 4), name=st.text(max_size=8))
+    def bring(self, number: int, name: str) -> None:
+        name = name.encode("utf-8", "replace").decode()
+        self.session.bring(self.maps[number], name)
+
+    @rule(number=st.none() | st.integers(0, 4))
+    def face(self, number: int | None) -> None:
+        self.session.face(None if number is None else self.maps[number])
+
+    @rule()
+    def use_no_map(self) -> None:
+        self.session.bring(None)
+
+    @rule(
+        given=st.sampled_from([
+            ("material", "100Cr6"), ("material", "kryptonite"), ("material", ""),
+            ("boundary", "free"), ("boundary", "periodic"), ("boundary", "endless"),
+            ("load", "1 mN"), ("load", "20 MPa"), ("load", "1 TN"), ("load", "-1 N"),
+            ("load", "600 N/mm"), ("hertz", "1 GPa"), ("approach", "10 nm"), ("approach", "1 km"),
+            ("ceiling", "none"), ("ceiling", "1 GPa"), ("ceiling", "1 Pa"), ("young", "1 GPa"),
+            ("poisson", "0.7"), ("poisson", "0.3"), ("yield-strength", "500 MPa"),
+            ("level", "none"), ("level", "quadric"), ("form", "sphere"), ("form", "polynomial 3"),
+            ("holes", "fill"), ("holes", "mask"), ("holes", "crop"), ("outliers", "6"),
+            ("outliers", "-1"), ("crop", "0:8,0:8"), ("crop", "50:60,0:8"), ("crop", "1"),
+            ("s-filter", "3 um"), ("l-filter", "1 nm"), ("pixel", "2 um"), ("pixel", "1 m"),
+            ("rotate", "90"), ("align", True), ("align", False), ("mirror", True),
+            ("body", "sphere 1 mm"), ("points", "16"), ("size", "20 um"), ("model", "volume"),
+            ("load-point", "0 um, 1 um"), ("tolerance", "1e-4"), ("tolerance", "0"),
+            ("nonsense", "1"), ("output", "x.nc"),
+        ])
+    )  # fmt: skip
+    def give(self, given: tuple[str, str | bool]) -> None:
+        before = self.session.state
+        try:
+            self.session.give(*given)
+        except RoughcontactError as error:
+            assert str(error)
+            assert self.session.state == before
+
+    @rule(method=st.sampled_from(["leveled", "filled", "cropped", "with_form", "unknown"]))
+    def undo_step(self, method: str) -> None:
+        self.session.undo_step(method)
+
+    @rule()
+    def undo(self) -> None:
+        self.session.undo()
+
+    @rule()
+    def redo(self) -> None:
+        self.session.redo()
+
+    @rule()
+    def pin(self) -> None:
+        self.session.pin()
+
+    @rule()
+    @precondition(lambda self: self.session.state.pinned is not None)
+    def swap(self) -> None:
+        self.session.swap()
+
+    @rule()
+    def unpin(self) -> None:
+        self.session.unpin()
+
+    @rule(ends=st.tuples(*[st.floats(0, 1e-5)] * 4))
+    def draw(self, ends: tuple[float, float, float, float]) -> None:
+        self.session.draw_line(ends)
+
+    @rule()
+    def restart(self) -> None:
+        self.session.close()
+        self.session = Session(self.session.project, self.heard)
+        self.session.solve()
+
+    @rule()
+    def look(self) -> None:
+        assert self.session.wait(PATIENCE)
+        state = self.session.state
+        if state.missing:
+            assert self.session.outcome is None
+        else:
+            assert (self.session.outcome is None) != (self.session.failure is None)
+
+    @invariant()
+    def the_project_file_holds_the_state(self) -> None:
+        path = self.session.project
+        if path.exists():
+            assert from_script(path.read_text("utf-8"), path.parent) == self.session.state
+        assert not self.unhandled
+
+    def teardown(self) -> None:
+        if hasattr(self, "session"):
+            assert self.session.wait(PATIENCE) or self.unhandled
+            self.session.close()
+            threading.excepthook = self.hook
+            assert not self.unhandled
+            self.folder.cleanup()
+
+
+Desk.TestCase.settings = settings(
+    max_examples=25, stateful_step_count=20, deadline=None,
+    suppress_health_check=list(HealthCheck),
+)  # fmt: skip
+TestDesk = Desk.TestCase
+
+
+@pytest.mark.slow
+def test_500_sequences() -> None:
+    from hypothesis.stateful import run_state_machine_as_test
+
+    many = settings(Desk.TestCase.settings, max_examples=500)
+    run_state_machine_as_test(Desk, settings=many)
+
+
+def test_a_state_that_is_complete_can_be_run_from_its_file(
+    session: Session, tmp_path: Path
+) -> None:
+    session.bring(save_map(tmp_path, "a.npz"))
+    session.give_all(dict(GIVEN))
+    session.pin()
+    session.give("load", "20 mN")
+    entries = {entry.name: entry.request for entry in project.load(session.project)}
+    assert entries[PINNED].given["load"] == "10 mN"
+    assert isinstance(session.failure, Failed) is False

@@ -1,0 +1,130 @@
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+import roughcontact as rc
+from roughcontact.desk.state import State, from_script
+from roughcontact.errors import FormatError, InputError
+from roughcontact.fleet import project
+from roughcontact.request.options import STRESS, SWEEP
+from roughcontact.request.run import run
+
+
+@pytest.fixture
+def map_file(tmp_path: Path) -> Path:
+    heights = 1e-7 * np.random.default_rng(1).standard_normal((24, 32))
+    path = tmp_path / "map.npz"
+    rc.Surface(heights, (1e-6, 1e-6)).save(path)
+    return path
+
+
+@pytest.fixture
+def complete(map_file: Path) -> State:
+    state = State().bringing(map_file, "from <me>.opd")
+    for name, value in {"material": "100Cr6", "load": "10 mN", "boundary": "periodic"}.items():
+        state = state.having(name, value)
+    return state
+
+
+def test_a_new_state_tells_what_it_lacks(map_file: Path) -> None:
+    assert State().missing == ("file", "material", "boundary", "load")
+    assert State().bringing(map_file).missing == ("material", "boundary", "load")
+
+
+def test_own_values_stand_in_for_a_material(complete: State) -> None:
+    state = complete.without("material")
+    assert state.missing == ("material",)
+    assert state.having("young", "210 GPa").having("poisson", "0.3").missing == ()
+
+
+def test_a_smooth_body_needs_no_map() -> None:
+    state = State().having("body", "sphere 10 mm").having("points", "64").having("size", "0.1 mm")
+    assert "file" not in state.missing
+
+
+def test_text_that_cannot_be_used_changes_nothing(complete: State) -> None:
+    with pytest.raises(InputError, match="level must be one of plane"):
+        complete.having("level", "flat")
+    with pytest.raises(InputError, match="no option of solve"):
+        complete.having("from", "1 N")
+
+
+def test_one_load_replaces_the_other(complete: State) -> None:
+    assert "load" not in complete.having("approach", "1 um").given
+    assert complete.having("approach", "1 um").having("load", "2 N").given["load"] == "2 N"
+
+
+def test_empty_text_takes_an_option_away(complete: State) -> None:
+    assert complete.having("ceiling", "3 GPa").having("ceiling", " ") == complete
+
+
+def test_another_map_forgets_what_was_said_of_the_file(complete: State, map_file: Path) -> None:
+    state = complete.having("crop", "0:8,0:8").having("unit", "um").bringing(map_file)
+    assert set(state.given) == {"material", "load", "boundary"}
+
+
+def test_undoing_the_level_says_that_there_is_none(complete: State) -> None:
+    assert complete.undoing("leveled").given["level"] == "none"
+    assert complete.having("form", "sphere").undoing("without_form") == complete
+
+
+def test_the_project_file_gives_the_same_numbers(complete: State, tmp_path: Path) -> None:
+    path = tmp_path / "work.toml"
+    path.write_text(complete.script, encoding="utf-8")
+    (entry,) = project.load(path)
+    quiet = lambda *_: None  # noqa: E731
+    first, again = run(complete.request(), quiet), run(replace_outputs(entry), quiet)
+    assert first.result is not None and again.result is not None
+    assert np.array_equal(first.result.pressure, again.result.pressure)
+
+
+def replace_outputs(entry: project.Entry) -> object:
+    given = {key: value for key, value in entry.request.given.items() if key != "output"}
+    return replace(entry.request, given=given, values={
+        key: value for key, value in entry.request.values.items() if key != "output"
+    })  # fmt: skip
+
+
+def test_a_pinned_state_is_a_contact_of_its_own(complete: State, tmp_path: Path) -> None:
+    state = replace(complete, pinned=complete.having("load", "20 mN").given)
+    path = tmp_path / "work.toml"
+    path.write_text(state.script, encoding="utf-8")
+    assert [entry.request.given["load"] for entry in project.load(path)] == ["10 mN", "20 mN"]
+
+
+@given(
+    st.text(min_size=1),
+    st.none() | st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 4),
+)
+def test_the_project_file_holds_everything(name: str, line: tuple[float, ...] | None) -> None:
+    # What cannot be written in UTF-8 is no text of a browser.
+    name = name.encode("utf-8", "replace").decode()
+    path = Path("/some/where/map one.opd")
+    state = State().bringing(path, name).having("mirror", True).having("load", "1 N")
+    state = replace(state, pinned=state.given, line=line)
+    assert from_script(state.script, Path("/some/where")) == state
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[[contact]]", "contact = 3", 'x = "', "[desk]\nline = [1]\n[[contact]]\nname = 1"]
+)
+def test_a_damaged_project_file_is_refused_in_a_sentence(text: str, tmp_path: Path) -> None:
+    with pytest.raises(FormatError, match="project file of this page cannot be read"):
+        from_script(text, tmp_path)
+
+
+def test_names_are_never_keys_of_their_own(complete: State) -> None:
+    state = complete.bringing(Path("/a/x.opd"), 'evil"]\nload = "9 N')
+    assert tomllib.loads(state.script)["desk"]["names"]["x.opd"] == 'evil"]\nload = "9 N'
+
+
+def test_other_tasks_take_what_fits(complete: State) -> None:
+    sweep = complete.request(SWEEP, from_="1 mN", to="10 mN", steps="3")
+    assert sweep.given["from"] == "1 mN" and "load" not in sweep.given
+    assert complete.request(STRESS, friction="0.2").given["load"] == "10 mN"
