@@ -882,6 +882,11 @@ def test_holes_can_be_cut_away(holed: Path, capsys: Capture) -> None:
         (("--rotate", "45"), ("--rotate must be a multiple of 90",)),
         (("--s-filter", "3"), ("--s-filter needs a length", "no unit")),
         (("--pixel", "1 N"), ("--pixel needs a length", "(a force)")),
+        (("--pixel", "1 m"), ("--pixel must be at most half the map",)),
+        (
+            ("--pixel", "1 m", "--model", "volume", "--yield-strength", "1 GPa"),
+            ("--pixel must be at most half the map",),
+        ),
         (("--s-filter", "1 nm"), ("cutoff",)),
     ],
 )

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from roughcontact.cli import app, terminal
+from roughcontact.cli import app
 from roughcontact.request.outputs import UnfinishedError
 from roughcontact.request.request import from_text
 from roughcontact.request.run import run
@@ -95,7 +95,7 @@ def test_progress_is_told_in_words(task: str, given: dict[str, str], words: str)
     seen: list[Progress] = []
     outcome = run(from_text(task, None, {**FORM, **given}), lambda text: None, seen.append)
     assert outcome.converged
-    assert any(words in terminal.described(at) for at in seen)
+    assert any(words in underway.described(at) for at in seen)
     assert {"load", "certificate"} <= outcome.last.keys()
     assert np.isfinite(outcome.last["load"])
 

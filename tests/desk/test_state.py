@@ -80,7 +80,8 @@ def test_the_project_file_gives_the_same_numbers(complete: State, tmp_path: Path
     (entry,) = project.load(path)
     quiet = lambda *_: None  # noqa: E731
     first, again = run(complete.request(), quiet), run(replace_outputs(entry), quiet)
-    assert first.result is not None and again.result is not None
+    assert first.result is not None
+    assert again.result is not None
     assert np.array_equal(first.result.pressure, again.result.pressure)
 
 
@@ -126,5 +127,6 @@ def test_names_are_never_keys_of_their_own(complete: State) -> None:
 
 def test_other_tasks_take_what_fits(complete: State) -> None:
     sweep = complete.request(SWEEP, from_="1 mN", to="10 mN", steps="3")
-    assert sweep.given["from"] == "1 mN" and "load" not in sweep.given
+    assert sweep.given["from"] == "1 mN"
+    assert "load" not in sweep.given
     assert complete.request(STRESS, friction="0.2").given["load"] == "10 mN"

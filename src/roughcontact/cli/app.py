@@ -281,6 +281,7 @@ _MAPS = _argument(list[Path] | None, "FILE...", "Measured height maps, of one su
 
 def _carry_out(task: str, subject: Subject, given: Given) -> None:
     """Carry out a task, and show what it gave."""
+    from roughcontact.report import underway
     from roughcontact.request.request import from_text
     from roughcontact.request.run import run
 
@@ -289,7 +290,7 @@ def _carry_out(task: str, subject: Subject, given: Given) -> None:
     file = None if several or subject is None else Path(subject)
     request = from_text(task, file, given, tuple(map(Path, subject)) if several else ())
     with terminal.progress(quiet) as say:
-        outcome = run(request, say, lambda at: say(terminal.described(at)))
+        outcome = run(request, say, lambda at: say(underway.described(at)))
     if as_json:
         # Of this run alone: what was solved is the same, taken from a folder or not.
         about = {} if request["folder"] is None else {"reused": outcome.reused}

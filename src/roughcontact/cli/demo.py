@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from roughcontact.cli import console, terminal
 from roughcontact.errors import InputError
+from roughcontact.report import underway
 from roughcontact.request import outputs
 from roughcontact.solvers.progress import Progress
 
@@ -59,7 +60,7 @@ def _solved(points: int, say: outputs.Say) -> list[ContactResult]:
     for label, ceiling in zip(_LABELS, (None, "auto"), strict=True):
 
         def tell(at: Progress, label: str = label) -> None:
-            say(terminal.described(replace(at, label=label)))
+            say(underway.described(replace(at, label=label)))
 
         results.append(solve(surface, load=1.0, material=steel, ceiling=ceiling, progress=tell))
     return results

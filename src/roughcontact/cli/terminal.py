@@ -11,14 +11,11 @@ from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
-from roughcontact import units
 from roughcontact.errors import parts_of, worded
 from roughcontact.request.options import SOLVE, spell_option
-from roughcontact.solvers.progress import Progress, Step
 
 if TYPE_CHECKING:
     from roughcontact.request.outputs import Say
-    from roughcontact.volume.loop import Look
 
 # Descriptors up to this one are standard input, output and error.
 _LAST_STREAM = 2
@@ -89,28 +86,6 @@ def _undecided() -> list[signal.Signals]:
         return []
     known = [number for number in signal.Signals if number.name in ("SIGTERM", "SIGHUP")]
     return [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
-
-
-def described(at: Progress) -> str:
-    """Return what a solver is doing, in one line."""
-    part = f"{at.number} of {at.count}: " if at.count > 1 else ""
-    label = f"{at.label}: " if at.label else ""
-    if at.kept:
-        return f"{label}{part}kept from before"
-    return f"{label}{part}{_step(at.step) if isinstance(at.step, Step) else _look(at.step)}"
-
-
-def _step(step: Step) -> str:
-    ny, nx = step.shape
-    return (
-        f"solving {ny} × {nx}: {step.convolutions} convolutions, "
-        f"certificate {step.certificate:.1e}, target {step.tolerance:.0e}"
-    )
-
-
-def _look(look: Look) -> str:
-    load = units.engineering(look.load, "N")
-    return f"at {load}: iteration {look.iteration}, residual {look.residual:.1e}"
 
 
 def spelled(text: str, command: str = SOLVE) -> str:

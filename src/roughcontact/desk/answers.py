@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 from roughcontact.contact.cautions import Caution
@@ -17,13 +17,13 @@ from roughcontact.request.options import (
     STRESS,
     SWEEP,
     VOLUME,
-    spell_option,
 )
-from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
-from roughcontact.request.run import Look, Outcome, run
+from roughcontact.request.run import Outcome, run
+from roughcontact.solvers.progress import Progress
 
 Cells = tuple[str, ...]
+Tell = Callable[[Progress | str], None]
 
 
 @dataclass(frozen=True)
@@ -129,42 +129,37 @@ class Answer:
     pictures: tuple[tuple[str, bytes], ...]
 
 
-def answer(request: Request, say: Say, look: Look) -> Answer:
-    """Carry out a request, and draw what came out.
+def answer(tell: Tell, request: Request) -> Answer:
+    """Carry out a request, and draw what came out; a job for `apart.Bench.begin`.
 
     Parameters
     ----------
+    tell : callable
+        Called with what is done.
     request : Request
         What is asked.
-    say, look : callable
-        As for `request.run.run`.
 
     Raises
     ------
     RoughcontactError
         If it cannot be done, or its files cannot be written.
     """
-    outcome = run(request, say, look)
+    outcome = run(request, tell, tell)
     if outcome.failure is not None:
         raise outcome.failure
     found = outcome.found if outcome.study is None else outcome.study
     rows = [*results.rows(found), *results.rows(found, TRUST)]
     heads, steps = results.listing(found)
-    say("drawing")
+    tell("drawing")
     return Answer(
         outcome,
         tuple((row.title, row.text, row.meaning) for row in rows),
         heads,
         tuple(steps),
         tuple(found.cautions),
-        _pictures(found, say) if outcome.converged else (),
+        _pictures(found) if outcome.converged else (),
     )
 
 
-def _pictures(found: Any, say: Say) -> tuple[tuple[str, bytes], ...]:
+def _pictures(found: Any) -> tuple[tuple[str, bytes], ...]:
     return tuple((name, png(draw())) for name, draw in figures.drawings(found).items())
-
-
-def spell(task: str) -> Any:
-    """Return what words arguments of a task for a command line."""
-    return partial(spell_option, command=task)

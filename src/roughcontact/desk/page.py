@@ -11,16 +11,21 @@ from typing import Any
 
 import panel as pn
 
-from roughcontact.desk import bring, column, headline, loadbar, style, words
+from roughcontact.desk import apart, ask, bring, column, headline, loadbar, style, take, words
 from roughcontact.desk.controls import button
 from roughcontact.desk.live import Failed, Live, Prepared, Told
+from roughcontact.desk.maps import Maps
 from roughcontact.desk.session import Session
 from roughcontact.desk.state import Value
-from roughcontact.desk.maps import Maps
+from roughcontact.desk.take import Offer
+from roughcontact.desk.works import Work
 from roughcontact.errors import RoughcontactError
 from roughcontact.request import making
 from roughcontact.request.run import Outcome
 from roughcontact.solvers.progress import Progress
+
+_TAKE_AWAY = 3
+"""Which tab it is."""
 
 
 class Page:
@@ -28,40 +33,61 @@ class Page:
 
     Parameters
     ----------
-    project : Path
-        The project file of the work.
-    store : callable
-        Keeps what is brought; see `bring.Store`.
-    follow : callable
-        Makes what solves, as for `Session`.
+    work : Work
+        Where its project file and its maps are.
+    bench : Bench
+        Where long work is done, and files that were brought are read.
+    folder : Path
+        For the files that are made; they go with the page.
+    offer : callable
+        Returns the address of one of them.
+    limit : int
+        Most bytes of a file that is brought.
+    file : Path, optional
+        A map to begin with, where nothing was done yet.
     """
 
     def __init__(
-        self, project: Path, store: bring.Store, follow: Callable[..., Live] = Live
+        self,
+        work: Work,
+        bench: apart.Bench,
+        folder: Path,
+        offer: Offer,
+        limit: int,
+        file: Path | None = None,
     ) -> None:
         self._document = pn.state.curdoc
+        self._work, self._limit = work, limit
         self._lock = threading.Lock()
         self._news: list[Told] = []
-        self.session = Session(project, self._hear, follow)
-        session = self.session
+        self.session = session = Session(
+            work.project, self._hear, partial(Live, reader=apart.reader(bench))
+        )
         self.maps = Maps()
-        self._bring = bring.Bring(session, store, self._generate, self._show)
+        self._bring = bring.Bring(session, self._store, self._generate, self._show)
         self._preparation = column.Preparation(session, self._show)
         self._bodies = column.Bodies(session)
         self._model = column.Model(session)
         self._load = loadbar.Load(session, self._give)
+        self._ask = ask.Ask(session, bench, self._run)
+        self._take_away = take.Take(session, bench, self._run, folder, offer)
         self._numbers = pn.pane.HTML("", **style.WIDE)
         self._trust = pn.pane.HTML("", **style.WIDE)
         self._cautions = pn.pane.HTML("", **style.WIDE)
         self._all = pn.pane.HTML("", **style.WIDE)
         self._undo = button("Undo", partial(self._do, session.undo))
         self._redo = button("Redo", partial(self._do, session.redo))
+        self._tabs = self._tabbed()
         self.root = self._laid_out()
+        if file is not None and session.state.file is None:
+            session.bring(file.resolve())
         self._show()
         session.solve()
 
     def close(self) -> None:
         """End what the page holds."""
+        self._ask.cancel()
+        self._take_away.cancel()
         self.session.close()
 
     # What one does.
@@ -77,8 +103,13 @@ class Page:
             self._trust.object = _alert(words.told(error))
         self._show()
 
+    def _store(self, name: str, content: bytes) -> Path:
+        with self._work.receiving(name, self._limit) as upload:
+            upload.take(content)
+        return upload.path
+
     def _generate(self, given: dict[str, Value], done: Callable[[Path], None]) -> None:
-        path = self.session.project.parent / f"generated-{secrets.token_hex(4)}.npz"
+        path = self._work.folder / f"generated-{secrets.token_hex(4)}.npz"
         making.made({**given, "output": [str(path)]}, lambda _: None)
         done(path)
 
@@ -119,6 +150,7 @@ class Page:
                 self._trust.object = headline.trust(result)
                 self._cautions.object = headline.cautions(result.cautions)
                 self._all.object = headline.all_numbers(result)
+                self._show_hidden()
             case Failed():
                 self._numbers.object = ""
                 self._cautions.object = ""
@@ -146,6 +178,23 @@ class Page:
         if session.state.missing:
             self._tell_missing()
 
+    def _tabbed(self) -> Any:
+        tabs = pn.Tabs(
+            ("Contact", self.maps.root),
+            ("All numbers", self._all),
+            ("Ask", self._ask.root),
+            ("Take away", self._take_away.root),
+            dynamic=False,
+            **style.TABS,
+        )
+        tabs.param.watch(lambda _: self._show_hidden(), "active")
+        return tabs
+
+    def _show_hidden(self) -> None:
+        """Show what costs time only where it is seen."""
+        if self._tabs.active == _TAKE_AWAY:
+            self._take_away.show()
+
     def _laid_out(self) -> Any:
         side = pn.Column(
             pn.Row(
@@ -155,11 +204,8 @@ class Page:
             self._bring.root, self._preparation.root, self._bodies.root, self._model.root,
             width=style.SIDE, margin=(8, 12, 8, 12),
         )  # fmt: skip
-        tabs = pn.Tabs(
-            ("Contact", self.maps.root), ("All numbers", self._all), **style.TABS,
-        )  # fmt: skip
         main = pn.Column(
-            self._load.root, self._numbers, self._trust, self._cautions, tabs,
+            self._load.root, self._numbers, self._trust, self._cautions, self._tabs,
             sizing_mode="stretch_both", margin=(10, 12, 8, 0),
         )  # fmt: skip
         return pn.Row(side, main, sizing_mode="stretch_both")

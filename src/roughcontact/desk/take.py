@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import panel as pn
 
-from roughcontact.desk import style, words
-from roughcontact.desk.answers import Answer
-from roughcontact.desk.ask import Begin, Running
-from roughcontact.desk.controls import button
+from roughcontact.desk import apart, style, words
 from roughcontact.desk.session import Session
+from roughcontact.desk.working import Run, Working
 from roughcontact.errors import RoughcontactError
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.report import script
+from roughcontact.request.run import Outcome
 
 _REPORT = "report (.html)"
 _STEM = "contact"
@@ -29,29 +27,20 @@ class Take:
     """Files to make, and the same contact as command, script and project file."""
 
     def __init__(
-        self,
-        session: Session,
-        begin: Begin,
-        offer: Offer,
-        folder: Path,
-        run: Callable[[Callable[[], None]], None],
+        self, session: Session, bench: apart.Bench, run: Run, folder: Path, offer: Offer
     ) -> None:
-        self._session, self._begin, self._offer, self._run = session, begin, offer, run
-        self._folder = folder
-        self._running: Running | None = None
+        self._session, self._folder, self._offer = session, folder, offer
+        self._made: dict[str, str] = {}
         names = [_REPORT, *(f"result ({suffix})" for suffix in export.suffixes(Kind.CONTACT))]
         self._kind = pn.widgets.Select(name="File", options=names, **style.CONTROL)
-        self._make = button("Make the file", self._started, primary=True)
-        self._said = pn.pane.HTML("", **style.WIDE)
+        self._working = Working(bench, run, "Make the file", self._started)
         self._links = pn.pane.HTML("", **style.WIDE)
         self._words = pn.pane.HTML("", **style.WIDE)
         self.root = pn.Row(
-            pn.Column(self._kind, self._make, self._said, self._links, width=300,
-                      margin=(8, 16, 0, 0)),
+            pn.Column(self._kind, self._working.root, self._links, width=300, margin=(8, 16, 0, 0)),
             pn.Column(self._words, sizing_mode="stretch_both", margin=(8, 0)),
             sizing_mode="stretch_both",
-        )  # fmt: skip
-        self._made: list[Path] = []
+        )
 
     def show(self) -> None:
         """Show the words that make the contact again."""
@@ -69,57 +58,36 @@ class Take:
             parts.insert(1, _block("Python", script.repeating(outcome.result)))
         self._words.object = "".join(parts)
 
-    def progress(self, text: str, share: float | None) -> None:
-        """Show how it goes; see `ask.Told`."""
-        self._run(lambda: self._say(text))
-
-    def done(self, found: Answer) -> None:
-        """Offer the files; see `ask.Told`."""
-        self._run(lambda: self._show(found))
-
-    def failed(self, sentence: str) -> None:
-        """Say why there is none; see `ask.Told`."""
-        self._run(lambda: self._refuse(sentence))
+    def cancel(self) -> None:
+        """End what is under way."""
+        self._working.cancel()
 
     def _started(self) -> None:
         kind = self._kind.value
         suffix = kind[kind.index("(") + 1 : -1]
-        path = self._folder / f"{_STEM}{suffix}"
-        wanted = {"report": str(path)} if kind == _REPORT else {"output": str(path)}
+        # A file that is offered stays as it is, whatever is made after it.
+        path = self._folder / f"{_STEM}-{len(self._made) + 1}{suffix}"
+        option = "report" if kind == _REPORT else "output"
         try:
-            request = self._session.state.request(**wanted)
+            request = self._session.state.request(**{option: str(path)})
         except RoughcontactError as error:
-            self._refuse(words.told(error))
+            self._working.refuse_error(error)
             return
-        self._make.disabled = True
-        self._say("starting …")
-        self._running = self._begin(request, self)
+        self._working.begin(apart.carry_out, request, self._show)
 
-    def _show(self, found: Answer) -> None:
-        self._rest("")
-        if not found.outcome.converged:
-            self._refuse(words.spelled(found.outcome.shortfall))
-            return
-        self._made = [*dict.fromkeys([*self._made, *found.outcome.written])]
+    def _show(self, outcome: Outcome) -> None:
+        if outcome.failure is not None:
+            self._working.refuse_error(outcome.failure)
+        elif not outcome.converged:
+            self._working.refuse(words.spelled(outcome.shortfall))
+        for path in outcome.written:
+            self._made[path.name] = self._offer(path)
         items = "".join(
-            f'<p><a href="{words.escaped(self._offer(path))}" download>'
-            f"{words.escaped(path.name)}</a></p>"
-            for path in self._made
+            f'<p><a href="{words.escaped(address)}" download>{words.escaped(name)}</a></p>'
+            for name, address in self._made.items()
         )
-        self._links.object = f"<h2>Ready</h2>{items}"
-
-    def _say(self, text: str) -> None:
-        self._said.object = f'<span class="quiet">{words.escaped(text)}</span>' if text else ""
-
-    def _rest(self, text: str) -> None:
-        self._running = None
-        self._make.disabled = False
-        self._say(text)
-
-    def _refuse(self, sentence: str) -> None:
-        self._rest("")
-        self._said.object = f'<span role="alert" class="wrong">{words.escaped(sentence)}</span>'
+        self._links.object = f"<h2>Ready</h2>{items}" if items else ""
 
 
-def _block(title: str, text: str) -> Any:
+def _block(title: str, text: str) -> str:
     return f"<h2>{words.escaped(title)}</h2><pre>{words.escaped(text)}</pre>"

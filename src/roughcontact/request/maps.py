@@ -16,7 +16,6 @@ from roughcontact.request.request import Request
 from roughcontact.surface import nominal, registration
 from roughcontact.surface.surface import Surface
 
-
 PREPARING = (
     "format", "channel", "unit", "size", "override-size", "body", "points", "counter-body",
     "counter-surface", "align", "offset", "angle", "mirror", "crop", "outliers", "holes", "level",
