@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from roughcontact.cli import app
+from roughcontact.report import underway
 from roughcontact.request.outputs import UnfinishedError
 from roughcontact.request.request import from_text
 from roughcontact.request.run import run
