@@ -11,16 +11,15 @@ import panel as pn
 from roughcontact.desk import headline, style, words
 from roughcontact.desk.column import card, fold
 from roughcontact.desk.controls import Control, button
+from roughcontact.desk.dropping import Drop
 from roughcontact.desk.live import Prepared
 from roughcontact.desk.session import Session
 from roughcontact.desk.state import Value
-from roughcontact.errors import RoughcontactError
+from roughcontact.desk.works import KEPT
+from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.report import inputs
 from roughcontact.report.quantities import rows_of
 from roughcontact.request.options import GENERATE, parsed
-
-Store = Callable[[str, bytes], Path]
-"""``store(name, content)`` keeps a file under a name of our own, and returns where."""
 
 DEMONSTRATIONS: dict[str, dict[str, Value]] = {
     "Ground steel": {
@@ -37,6 +36,9 @@ DEMONSTRATIONS: dict[str, dict[str, Value]] = {
 }  # fmt: skip
 """Demonstration maps, by name, as ``roughcontact generate`` is asked for them."""
 
+UPLOADS = "upload"
+"""Where the server takes files, as seen from the page."""
+
 _FILE = ("channel", "unit", "size", "override-size")
 _GENERATED = ("size", "points", "sq", "sal", "sdq", "hurst", "str", "lay", "ssk", "sku", "seed")
 _FIRST: dict[str, Value] = {"size": "0.2 mm", "points": "512", "sq": "0.2 um", "sal": "5 um"}
@@ -49,8 +51,8 @@ class Bring:
     ----------
     session : Session
         Whose map it is.
-    store : callable
-        Keeps what is dropped.
+    folder : Path
+        Where the server keeps what is dropped.
     generate : callable
         ``generate(given, done)`` makes a map from options of ``generate`` and calls ``done(path)``.
     changed : callable
@@ -60,11 +62,11 @@ class Bring:
     def __init__(
         self,
         session: Session,
-        store: Store,
+        folder: Path,
         generate: Callable[[dict[str, Value], Callable[[Path], None]], None],
         changed: Callable[[], None],
     ) -> None:
-        self._session, self._store, self._changed = session, store, changed
+        self._session, self._folder, self._changed = session, folder, changed
         self._generate = generate
         self._about = pn.pane.HTML("", **style.WIDE)
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
@@ -122,11 +124,21 @@ class Bring:
         parsed({name: value}, GENERATE)
         self._wanted[name] = value
 
-    def _dropped(self, name: str, content: bytes) -> None:
-        self._do(lambda: self._session.bring(self._store(name, content), name))
+    def _dropped(self, told: dict[str, Any]) -> None:
+        self._do(lambda: self._session.bring(*self._arrived(told)))
 
-    def _faced(self, name: str, content: bytes) -> None:
-        self._do(lambda: self._session.face(self._store(name, content), name))
+    def _faced(self, told: dict[str, Any]) -> None:
+        self._do(lambda: self._session.face(*self._arrived(told)))
+
+    def _arrived(self, told: dict[str, Any]) -> tuple[Path, str]:
+        """Return where a file is that came, and what the user calls it."""
+        if "error" in told:
+            raise InputError(str(told["error"]))
+        path = self._folder / Path(str(told.get("file", ""))).name
+        # A browser tells what it likes: only what the server keeps for this work is taken.
+        if not path.is_file() or not path.name.startswith(KEPT):
+            raise InputError("the file did not arrive; bring it again")
+        return path, str(told.get("name", ""))
 
     def _unfaced(self) -> None:
         self._do(lambda: self._session.face(None))
@@ -157,14 +169,8 @@ class Bring:
         self._changed()
 
 
-def _dropper(text: str, dropped: Callable[[str, bytes], None]) -> Any:
-    """Return where a file is dropped; what it holds is passed on and forgotten."""
-    made = pn.widgets.FileDropper(name=text, multiple=False, height=76, **style.CONTROL)
-
-    def take(event: Any) -> None:
-        for name, content in (event.new or {}).items():
-            made.value = {}
-            dropped(name, content if isinstance(content, bytes) else content.encode())
-
-    made.param.watch(take, "value")
+def _dropper(text: str, arrived: Callable[[dict[str, Any]], None]) -> Any:
+    """Return where a file is dropped."""
+    made = Drop(words=text, address=UPLOADS, **style.BLOCK)
+    made.param.watch(lambda event: arrived(event.new), "arrived")
     return made

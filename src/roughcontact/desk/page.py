@@ -17,8 +17,7 @@ from roughcontact.desk.live import Failed, Live, Prepared, Told
 from roughcontact.desk.maps import Maps
 from roughcontact.desk.session import Session
 from roughcontact.desk.state import Value
-from roughcontact.desk.take import Offer
-from roughcontact.desk.works import Work
+from roughcontact.desk.visit import Visit
 from roughcontact.errors import RoughcontactError
 from roughcontact.request import making
 from roughcontact.request.run import Outcome
@@ -33,44 +32,27 @@ class Page:
 
     Parameters
     ----------
-    work : Work
-        Where its project file and its maps are.
-    bench : Bench
-        Where long work is done, and files that were brought are read.
-    folder : Path
-        For the files that are made; they go with the page.
-    offer : callable
-        Returns the address of one of them.
-    limit : int
-        Most bytes of a file that is brought.
-    file : Path, optional
-        A map to begin with, where nothing was done yet.
+    visit : Visit
+        What it is about, and what it may use.
     """
 
-    def __init__(
-        self,
-        work: Work,
-        bench: apart.Bench,
-        folder: Path,
-        offer: Offer,
-        limit: int,
-        file: Path | None = None,
-    ) -> None:
+    def __init__(self, visit: Visit) -> None:
+        work, bench = visit.work, visit.bench
         self._document = pn.state.curdoc
-        self._work, self._limit = work, limit
+        self._work = work
         self._lock = threading.Lock()
         self._news: list[Told] = []
         self.session = session = Session(
             work.project, self._hear, partial(Live, reader=apart.reader(bench))
         )
         self.maps = Maps()
-        self._bring = bring.Bring(session, self._store, self._generate, self._show)
+        self._bring = bring.Bring(session, work.folder, self._generate, self._show)
         self._preparation = column.Preparation(session, self._show)
         self._bodies = column.Bodies(session)
         self._model = column.Model(session)
         self._load = loadbar.Load(session, self._give)
         self._ask = ask.Ask(session, bench, self._run)
-        self._take_away = take.Take(session, bench, self._run, folder, offer)
+        self._take_away = take.Take(session, bench, self._run, visit.folder, visit.offer)
         self._numbers = pn.pane.HTML("", **style.WIDE)
         self._trust = pn.pane.HTML("", **style.WIDE)
         self._cautions = pn.pane.HTML("", **style.WIDE)
@@ -79,8 +61,9 @@ class Page:
         self._redo = button("Redo", partial(self._do, session.redo))
         self._tabs = self._tabbed()
         self.root = self._laid_out()
-        if file is not None and session.state.file is None:
-            session.bring(file.resolve())
+        if visit.file is not None and session.state.file is None:
+            session.bring(visit.file.resolve())
+        visit.at_end(self.close)
         self._show()
         session.solve()
 
@@ -102,11 +85,6 @@ class Page:
         except RoughcontactError as error:
             self._trust.object = _alert(words.told(error))
         self._show()
-
-    def _store(self, name: str, content: bytes) -> Path:
-        with self._work.receiving(name, self._limit) as upload:
-            upload.take(content)
-        return upload.path
 
     def _generate(self, given: dict[str, Value], done: Callable[[Path], None]) -> None:
         path = self._work.folder / f"generated-{secrets.token_hex(4)}.npz"
@@ -217,3 +195,14 @@ def _alert(text: str) -> str:
 
 def _quiet(text: str) -> str:
     return f'<span class="quiet">{words.escaped(text)}</span>'
+
+
+def page(visit: Visit) -> Any:
+    """Return what a new page shows.
+
+    Parameters
+    ----------
+    visit : Visit
+        What it is about, and what it may use.
+    """
+    return Page(visit).root
