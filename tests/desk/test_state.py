@@ -12,6 +12,7 @@ import roughcontact as rc
 from roughcontact.desk.state import State, from_script
 from roughcontact.errors import FormatError, InputError
 from roughcontact.fleet import project
+from roughcontact.report import script
 from roughcontact.request.options import STRESS, SWEEP
 from roughcontact.request.run import run
 
@@ -130,3 +131,14 @@ def test_other_tasks_take_what_fits(complete: State) -> None:
     assert sweep.given["from"] == "1 mN"
     assert "load" not in sweep.given
     assert complete.request(STRESS, friction="0.2").given["load"] == "10 mN"
+
+
+def test_what_is_taken_away_has_the_names_of_the_user(complete: State, map_file: Path) -> None:
+    request = complete.request()
+    assert request.command.startswith("roughcontact solve 'from <me>.opd' ")
+    assert str(map_file) not in complete.told
+    assert 'file = "from <me>.opd"' in complete.told
+    result = run(request, lambda _: None).result
+    assert result is not None
+    assert result.surface.provenance.source == "from <me>.opd"
+    assert 'rc.read_surface("from <me>.opd")' in script.repeating(result)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import param
 from panel.custom import JSComponent
 
@@ -61,7 +63,7 @@ _SHEET = f"""
 """
 
 
-class Drop(JSComponent):
+class Drop(JSComponent):  # type: ignore[misc]
     """An area that takes one file; `arrived` is what the server answered, see `receive`."""
 
     words = param.String("")
@@ -70,4 +72,4 @@ class Drop(JSComponent):
     count = param.Integer(0)
 
     _esm = _SCRIPT
-    _stylesheets = [_SHEET]
+    _stylesheets: ClassVar = [_SHEET]

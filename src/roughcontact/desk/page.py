@@ -15,9 +15,9 @@ from roughcontact.desk import apart, ask, bring, column, headline, loadbar, styl
 from roughcontact.desk.controls import button
 from roughcontact.desk.live import Failed, Live, Prepared, Told
 from roughcontact.desk.maps import Maps
+from roughcontact.desk.server import Visit
 from roughcontact.desk.session import Session
 from roughcontact.desk.state import Value
-from roughcontact.desk.visit import Visit
 from roughcontact.errors import RoughcontactError
 from roughcontact.request import making
 from roughcontact.request.run import Outcome

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -173,11 +173,22 @@ class State:
             if key in known and (key not in LOADS or (key in loads and known[key].default is None))
         }
         given |= {key.replace("_", "-").strip("-"): value for key, value in more.items()}
-        return from_text(task, self.file, {key: value for key, value in given.items() if value})
+        request = from_text(task, self.file, {key: value for key, value in given.items() if value})
+        places = {str(path): self.names[path.name] for path in request.inputs
+                  if path.name in self.names}  # fmt: skip
+        return replace(request, names=places)
 
     @property
     def script(self) -> str:
-        """The state as a project file."""
+        """The state as a project file, which needs the files where they are kept."""
+        return self._script(lambda path: path)
+
+    @property
+    def told(self) -> str:
+        """The state as a project file to stand beside the user's own files."""
+        return self._script(lambda path: self.name_of(Path(path)))
+
+    def _script(self, place: Callable[[str], str]) -> str:
         lines = [
             "# Written by roughcontact desk; roughcontact run with this file gives the same.",
             'folder = "results"',
@@ -188,8 +199,9 @@ class State:
                 continue
             lines += ["", "[[contact]]", f"name = {_toml(name)}"]
             if self.file is not None:
-                lines.append(f"file = {_toml(str(self.file))}")
-            lines += [f"{key} = {_toml(value)}" for key, value in given.items()]
+                lines.append(f"file = {_toml(place(str(self.file)))}")
+            paths = {key: place(str(given[key])) for key in ("counter-surface",) if key in given}
+            lines += [f"{key} = {_toml(value)}" for key, value in {**given, **paths}.items()]
         lines += ["", f"[{DESK}]"]
         if self.line is not None:
             lines.append(f"line = [{', '.join(map(repr, self.line))}]")

@@ -45,7 +45,7 @@ class Take:
     def show(self) -> None:
         """Show the words that make the contact again."""
         session = self._session
-        parts = [_block("Project file, for roughcontact run", session.state.script)]
+        parts = [_block("Project file, for roughcontact run", session.state.told)]
         if not session.state.missing:
             try:
                 command = session.request.command

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -50,7 +51,11 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
         say(f"reading {path.name}")
         reading = (request[name] for name in ("format", "channel", "unit", "size", "override-size"))
         fits = partial(memory.require_prepared, request)
-        maps.append(_prepared(request, reader(path, fits, *reading), path))
+        surface = reader(path, fits, *reading)
+        if str(path) in request.names:
+            known = surface.provenance.known_as(request.names[str(path)])
+            surface = replace(surface, provenance=known)
+        maps.append(_prepared(request, surface, path))
     if request.file is None:
         points = request["points"]
         memory.require(request, points)

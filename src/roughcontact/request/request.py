@@ -6,7 +6,7 @@ import glob
 import math
 import shlex
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -51,6 +51,8 @@ class Request:
         Their values.
     files : tuple of Path
         Maps to compare that belong to no group.
+    names : Mapping
+        What the user calls files that are kept under another name, by path as text.
     """
 
     task: str
@@ -58,6 +60,7 @@ class Request:
     given: Given
     values: Mapping[str, Any]
     files: tuple[Path, ...] = ()
+    names: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuse what can be seen to be wrong without looking at any file."""
@@ -149,7 +152,7 @@ class Request:
         for name, value in self.given.items():
             for text in value if isinstance(value, list) else [value]:
                 words += [f"--{name}"] if text is True else [f"--{name}", str(text)]
-        return shlex.join(words)
+        return shlex.join(self.names.get(word, word) for word in words)
 
     def solver(self, *names: str) -> dict[str, Any]:
         """Return those options of the solver that were given; the models have own defaults."""

@@ -103,6 +103,13 @@ class Provenance:
         made = () if self.origin is None else (self.origin,)
         return tuple(text for step in (*made, *self.operations) for text in step.sentences)
 
+    def known_as(self, name: str) -> Provenance:
+        """Return the provenance with the name that a user has for the file that was read."""
+        origin = self.origin
+        if origin is not None and "path" in origin.arguments:
+            origin = replace(origin, arguments={**origin.arguments, "path": name})
+        return replace(self, source=name, origin=origin)
+
     def then(self, operation: Operation) -> Provenance:
         """Return the provenance with one more operation."""
         return replace(self, operations=(*self.operations, operation))
