@@ -49,12 +49,15 @@ def card(title: str, *parts: Any) -> Any:
 
 def fold(title: str, *parts: Any) -> Any:
     """Return controls that few need, folded away under a line."""
+    heading = pn.pane.HTML(
+        f'<span class="fold">{words.escaped(title)}</span>', margin=0, **style.SHEETS
+    )
     return pn.Card(
         *parts,
-        title=title,
+        header=heading,
         collapsed=True,
         sizing_mode="stretch_width",
-        margin=(0, 0, 4, 0),
+        margin=(0, 0, 2, 0),
         stylesheets=[style.TEXT, style.FOLD],
         header_background="transparent",
         active_header_background="transparent",

@@ -15,7 +15,7 @@ export function render({ model, el }) {
   const words = document.createElement("span");
   const input = document.createElement("input");
   const bar = document.createElement("progress");
-  area.className = "drop";
+  area.className = "brought";
   words.textContent = model.words;
   input.type = "file";
   input.setAttribute("aria-label", model.words);
@@ -54,12 +54,13 @@ export function render({ model, el }) {
 """
 
 _SHEET = f"""
-.drop {{ display: block; border: 1px dashed {style.QUIET}; border-radius: 6px; padding: 10px;
+:host {{ border: 0; }}
+.brought {{ display: block; border: 1px dashed {style.QUIET}; border-radius: 6px; padding: 10px;
   cursor: pointer; font-family: {style.FONT}; font-size: 13px; color: {style.INK}; }}
-.drop:hover, .drop.over, .drop:focus-within {{ border-color: {style.ACCENT};
+.brought:hover, .brought.over, .brought:focus-within {{ border-color: {style.ACCENT};
   background: {style.ACCENT}0d; }}
-.drop input {{ display: block; margin-top: 6px; font: inherit; max-width: 100%; }}
-.drop progress {{ width: 100%; }}
+.brought input {{ display: block; margin-top: 6px; font: inherit; max-width: 100%; }}
+.brought progress {{ width: 100%; }}
 """
 
 

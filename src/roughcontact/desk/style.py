@@ -22,6 +22,7 @@ h2 {{ font-size: 12px; margin: 0 0 4px; font-weight: 600; color: {QUIET};
   text-transform: uppercase; letter-spacing: .05em; }}
 p {{ margin: 0 0 6px; }}
 .quiet {{ color: {QUIET}; }}
+.fold {{ font-size: 13px; color: {ACCENT}; }}
 .numbers {{ display: flex; flex-wrap: wrap; gap: 4px 22px; }}
 .numbers div {{ display: flex; flex-direction: column; }}
 .numbers dt {{ color: {QUIET}; font-size: 11px; }}
@@ -41,10 +42,11 @@ pre {{ background: {GROUND}; border: 1px solid {LINE}; border-radius: 5px; paddi
 """
 
 FOLD = f"""
-:host(.card) {{ border: 0; border-top: 1px solid {LINE}; border-radius: 0;
-  box-shadow: none !important; background: white; }}
-.card-header {{ padding: 2px 0; border: 0; min-height: 0; }}
-.card-title, .card-title * {{ font-size: 12px; font-weight: 400; color: {QUIET}; }}
+:host(.card) {{ border: 0 !important; border-radius: 0 !important; box-shadow: none !important;
+  outline: none; background: white; }}
+.card-header {{ padding: 2px 0 !important; border: 0 !important; min-height: 0 !important;
+  background: transparent !important; cursor: pointer; }}
+.card-header:focus-visible {{ outline: 2px solid {ACCENT}; }}
 """
 
 SECTION = {"border-top": f"1px solid {LINE}", "padding-top": "8px"}
