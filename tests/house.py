@@ -14,10 +14,10 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 # From the ground up; what stands beside the wings is a module of its own.
 WINGS = (
     "_version", "errors", "units", "files", "pipes", "memory", "limits", "checksums", "locks",
-    "hdf5", "netcdf", "statistics", "roots",
+    "processes", "hdf5", "netcdf", "statistics", "roots",
     "shown",
     "material", "theory", "halfspace", "solvers", "surface", "contact", "volume",
-    "formats", "plots", "report", "request", "fleet", "cli",
+    "formats", "plots", "report", "request", "fleet", "desk", "cli",
     "__init__", "__main__",
 )  # fmt: skip
 

@@ -30,6 +30,15 @@ def test_an_unconverged_result_survives_another_process() -> None:
     np.testing.assert_array_equal(again.result.pressure, error.result.pressure)
 
 
+def test_every_error_survives_another_process() -> None:
+    for kind in (rc.InputError, rc.FormatError, rc.CapacityError, rc.InsufficientMemoryError):
+        error = kind("is too much: try ", Mention("crop"), argument="load", value=2.0)
+        again = pickle.loads(pickle.dumps(error))
+        assert type(again) is kind
+        assert str(again) == str(error) == "load is too much: try crop"
+        assert (again.argument, again.value) == ("load", 2.0)
+
+
 def test_kept_errors_keep_no_threads() -> None:
     kept = [unconverged() for _ in range(3)]
     gc.collect()

@@ -115,7 +115,8 @@ SHARED = {
 }  # fmt: skip
 
 # The program owns its process, a library does not.
-OWNS = {"cli.app": {"basicConfig"}}
+# What works apart has a process of its own as well.
+OWNS = {"cli.app": {"basicConfig"}, "desk.apart": {"setrlimit"}}
 
 
 @pytest.mark.parametrize("room", sorted(rooms()))

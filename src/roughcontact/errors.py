@@ -206,7 +206,8 @@ def require_pixel(pixel: tuple[float, float]) -> None:
 def _again(
     kind: type[RoughcontactError], args: tuple[Part, ...], state: dict[str, object]
 ) -> RoughcontactError:
-    error = kind.__new__(kind, *args)
+    # Of two bases in C, the first to be found need not be the one that can make it.
+    error = Exception.__new__(kind, *args)
     error.args = args
     error.__dict__.update(state)
     return error

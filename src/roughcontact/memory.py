@@ -172,3 +172,10 @@ def square_side(needed: int, shape: tuple[int, int], overhead: int = 0) -> int:
     """
     part = max(free() - overhead, 0) / (needed - overhead)
     return int(math.sqrt(part * shape[0] * shape[1]))
+
+
+def taken() -> int:
+    """Return the bytes of address space that this process takes."""
+    import psutil
+
+    return int(psutil.Process().memory_info().vms)

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
-import sys
-import threading
-import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import connection
@@ -17,15 +11,12 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
-from roughcontact import files
+from roughcontact import files, processes as own
 from roughcontact.errors import Mention, RoughcontactError, worded
 from roughcontact.fleet import plan
 from roughcontact.fleet.plan import FAILED, KEPT, SOLVED, Entry, Report
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import outputs, run as running
-
-# Seconds that a process has to remove what it has begun to write when it is told to end.
-_GRACE = 0.5
 
 
 def run(
@@ -76,7 +67,7 @@ def run(
                 del working[worker.receiver]
                 told(reports[worker.number])
     except KeyboardInterrupt:
-        _end(working.values())
+        own.end(worker.process for worker in working.values())
         done = {number for number, report in reports.items() if report.state != FAILED}
         # Some may have been about to tell.
         done |= {worker.number for worker in working.values() if worker.is_complete()}
@@ -84,7 +75,7 @@ def run(
         raise outputs.UnfinishedError(summaries) from None
     finally:
         # Whatever came in between: what is under way ends, and leaves nothing half done.
-        _end(working.values())
+        own.end(worker.process for worker in working.values())
         for folder in folders:
             files.clear(folder)
     return [reports[number] for number in range(len(entries))]
@@ -109,10 +100,7 @@ class _Worker:
         try:
             state, told, reason = self.receiver.recv()
         except EOFError:
-            self.process.join()
-            status = self.process.exitcode
-            state, told = FAILED, {}
-            reason = f"its process ended with status {status}; is there enough memory?"
+            state, told, reason = FAILED, {}, own.lost(self.process)
         self.process.join()
         self.receiver.close()
         return Report(self.entry.name, state, told, reason)
@@ -122,26 +110,11 @@ def _begin(
     working: dict[Connection, _Worker], number: int, entry: Entry, digest: str, threads: int
 ) -> None:
     """Begin with one contact, in a process of its own."""
-    context = multiprocessing.get_context("spawn")
-    receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(target=_work, args=(entry, digest, threads, sender), daemon=True)
+    receiver, sender = own.pipe()
+    process = own.made(_work, entry, digest, threads, sender)
     working[receiver] = _Worker(number, entry, digest, process, receiver)
-    with _deaf():
-        process.start()
+    own.start(process)
     sender.close()
-
-
-@contextmanager
-def _deaf() -> Iterator[None]:
-    """Keep Ctrl-C from what is begun, which it reaches too; the first process ends the others."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _ready(working: Mapping[Connection, _Worker]) -> list[_Worker]:
@@ -152,54 +125,27 @@ def _ready(working: Mapping[Connection, _Worker]) -> list[_Worker]:
     return [worker for receiver, worker in working.items() if receiver in ready]
 
 
-def _end(workers: Iterable[_Worker]) -> None:
-    """End what is under way: asked to, then made to."""
-    begun = [worker.process for worker in workers if worker.process.pid is not None]
-    for process in begun:
-        process.terminate()
-    last = time.monotonic() + _GRACE
-    for process in begun:
-        process.join(max(0.0, last - time.monotonic()))
-        process.kill()
-        process.join()
-
-
 # In a process of its own
 
 
 def _work(entry: Entry, digest: str, threads: int, sender: Connection) -> None:
     """Do one contact."""
-    # Where it could not be blocked.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, _leave)
-    threading.Thread(target=_follow, daemon=True).start()
+    with own.following():
+        _hold(threads)
+        try:
+            sender.send(_done(entry, digest))
+        except RoughcontactError as error:
+            sender.send((FAILED, {}, error.worded(_words(entry))))
+        except (OSError, MemoryError) as error:
+            sender.send((FAILED, {}, f"{type(error).__name__}: {error}"))
+
+
+def _hold(threads: int) -> None:
+    """Keep to some of the cores: the transforms take a thread for each that one may use."""
     if hasattr(os, "sched_setaffinity"):
-        # The transforms take a thread for each core that the process may use.
         cores = sorted(os.sched_getaffinity(0))
         first = os.getpid() * threads % len(cores)
         os.sched_setaffinity(0, {cores[(first + k) % len(cores)] for k in range(threads)})
-    try:
-        sender.send(_done(entry, digest))
-    except RoughcontactError as error:
-        sender.send((FAILED, {}, error.worded(_words(entry))))
-    except (OSError, MemoryError) as error:
-        sender.send((FAILED, {}, f"{type(error).__name__}: {error}"))
-    finally:
-        # Nothing is half written any more, and what Python does at its end tells of exceptions.
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-
-
-def _leave(number: int, frame: object) -> None:
-    """End in good order: what is half written is removed."""
-    sys.exit(128 + number)
-
-
-def _follow() -> None:
-    """End when the first process has ended, by whatever: nobody waits for the contact any more."""
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(1)
 
 
 def _words(entry: Entry) -> Callable[[Mention], str]:

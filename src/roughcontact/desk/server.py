@@ -1,0 +1,319 @@
+"""The server of the page: on this machine alone unless told otherwise, and all its ends."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import secrets
+import socket
+import threading
+import webbrowser
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlencode
+
+from roughcontact import memory
+from roughcontact.desk.apart import Bench
+from roughcontact.desk.works import Work, Works
+from roughcontact.errors import InputError, Mention
+
+if TYPE_CHECKING:
+    from tornado.ioloop import IOLoop
+
+HOST, PORT = "127.0.0.1", 5106
+"""Where it listens."""
+
+UPLOAD_LIMIT = memory.GIB
+"""Most bytes of a file that is brought."""
+
+UPLOADS = "/upload"
+"""Where a page sends a file: ``POST /upload?work=KEY&name=NAME``, the bytes as its body."""
+
+# Files come another way; what a page sends of itself is small.
+_LARGEST_MESSAGE = 20 * 2**20
+_LARGEST_REQUEST = 2**20
+# Seconds until a page that is closed is gone, and between two looks.
+_LINGER, _LOOK = 20, 5
+_EXPIRY = 3600
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the command is told.
+
+    Parameters
+    ----------
+    file : Path or None
+        The map that the first work begins with.
+    address : str
+        Where to listen.
+    port : int or None
+        On which port; None for the usual one, or a free one where that is taken.
+    origins : tuple of str
+        Origins besides those of this machine, see `guard.origin`.
+    folder : Path or None
+        Where works are kept.
+    upload_limit : int
+        Most bytes of a file that is brought.
+    browser : bool
+        Whether to open the page.
+    """
+
+    file: Path | None = None
+    address: str = HOST
+    port: int | None = None
+    origins: tuple[str, ...] = ()
+    folder: Path | None = None
+    upload_limit: int = UPLOAD_LIMIT
+    browser: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse to listen to others without being told who they are."""
+        if self.is_open and not self.origins:
+            raise InputError(
+                f"{self.address} lets other machines in: tell by ", Mention("allow_origin"),
+                " which address their browsers show, such as ",
+                Mention("allow_origin", "http://lab-pc:5106"), argument="address",
+            )  # fmt: skip
+
+    @property
+    def is_open(self) -> bool:
+        """Whether other machines are let in."""
+        return self.address not in ("127.0.0.1", "localhost", "::1")
+
+
+@dataclass(frozen=True)
+class Visit:
+    """One page in one browser, from its opening to its end.
+
+    Parameters
+    ----------
+    work : Work
+        What it is about.
+    file : Path or None
+        The map that the command named, where nothing was done in this work yet.
+    folder : Path
+        Where it may write what nobody needs after it; it is removed.
+    bench : Bench
+        Where it may have work done in other processes.
+    upload_limit : int
+        Most bytes of a file that is brought.
+    """
+
+    work: Work
+    file: Path | None
+    folder: Path
+    bench: Bench
+    upload_limit: int
+    _ends: ExitStack = field(default_factory=ExitStack)
+
+    def at_end(self, done: Callable[[], object]) -> None:
+        """Have something done when the page is gone, the last one told first."""
+        self._ends.callback(done)
+
+
+Page = Callable[[Visit], Any]
+"""Returns what is shown: anything that Panel can show."""
+
+
+class Server:
+    """A server that listens as soon as it is made.
+
+    Parameters
+    ----------
+    page : callable
+        ``page(visit)`` returns what a new page shows.
+    settings : Settings
+        What it is told.
+
+    Attributes
+    ----------
+    url : str
+        What to open in a browser.
+    port : int
+        Where it listens.
+    bench : Bench
+        Where its pages have work done in other processes.
+    """
+
+    def __init__(self, page: Page, settings: Settings) -> None:
+        self._page, self._settings = page, settings
+        self._sockets, self.port = _listening(settings)
+        self._works = Works(settings.folder)
+        self._works.expire()
+        self._visits: dict[str, Visit] = {}
+        self._loop: IOLoop | None = None
+        self._ready = threading.Event()
+        self._token = secrets.token_urlsafe(24) if settings.is_open else ""
+        self._first = self._works.create()
+        self.bench = Bench()
+
+    @property
+    def url(self) -> str:
+        """The address of the first work."""
+        told = {"token": self._token} if self._token else {}
+        base = self._settings.origins[0] if self._token else f"http://{HOST}:{self.port}"
+        return f"{base}/?{urlencode({**told, 'work': self._first.key})}"
+
+    def run(self) -> None:
+        """Serve until `stop` is called or Ctrl-C comes; then all that it began ends."""
+        with contextlib.ExitStack() as ends:
+            ends.callback(self.bench.close)
+            ends.callback(self._leave_all)
+            loop = asyncio.new_event_loop()
+            asyncio.set_event_loop(loop)
+            ends.callback(loop.close)
+            ends.callback(asyncio.set_event_loop, None)
+            server = self._made()
+            ends.callback(self._closed, server, loop)
+            server.start()
+            self._loop = server.io_loop
+            self._ready.set()
+            server.io_loop.start()
+
+    def stop(self) -> None:
+        """End `run`, from another thread."""
+        self._ready.wait()
+        assert self._loop is not None
+        self._loop.add_callback(self._loop.stop)
+
+    def _closed(self, server: Any, loop: Any) -> None:
+        server.stop(wait=False)
+        for waiting in asyncio.all_tasks(loop):
+            waiting.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            loop.run_until_complete(asyncio.sleep(0))
+
+    def _made(self) -> Any:
+        """Return the server, which takes seconds to import."""
+        import bokeh.settings
+        from bokeh.server.server import BaseServer
+        from bokeh.server.tornado import BokehTornado
+        from panel.io.application import build_applications
+        from panel.io.server import DIST_DIR
+        from tornado.httpserver import HTTPServer
+        from tornado.ioloop import IOLoop, PeriodicCallback
+
+        from roughcontact.desk import guard
+        from roughcontact.desk.receive import Receive
+
+        bokeh.settings.settings.resources = "server"
+        door = guard.Door(self._settings.origins, self._token)
+        app = BokehTornado(
+            build_applications({"/": self._opened}, title="roughcontact"),
+            extra_patterns=[
+                (UPLOADS, Receive, {"works": self._works, "limit": self._settings.upload_limit})
+            ],
+            # The guard has looked at it.
+            extra_websocket_origins=["*"],
+            secret_key=secrets.token_bytes(32),
+            sign_sessions=True,
+            include_headers=[],
+            include_cookies=[],
+            use_index=False,
+            ico_path=str(DIST_DIR / "images" / "favicon.ico"),
+            websocket_max_message_size_bytes=_LARGEST_MESSAGE,
+            unused_session_lifetime_milliseconds=_LINGER * 1000,
+            check_unused_sessions_milliseconds=_LOOK * 1000,
+            transforms=[guard.Guarded],
+            log_function=_quiet,
+        )
+        http = HTTPServer(
+            guard.guarded(door, self._knows, lambda: self._works.create().key, app),
+            max_body_size=_LARGEST_REQUEST,
+        )
+        http.add_sockets(self._sockets)
+        self._expiring = PeriodicCallback(self._works.expire, _EXPIRY * 1000)
+        self._expiring.start()
+        return BaseServer(IOLoop.current(), app, http)
+
+    def _knows(self, key: str) -> bool:
+        return self._works.find(key) is not None
+
+    def _opened(self) -> Any:
+        """Return what a new page shows."""
+        import panel as pn
+
+        from roughcontact.desk import guard
+
+        document = pn.state.curdoc
+        assert document is not None
+        context = document.session_context
+        work = self._works.find(guard.key_of(context.request))
+        if work is None:
+            return pn.pane.Str("This piece of work is not there any more.")
+        ends = ExitStack()
+        folder = ends.enter_context(work.page())
+        fresh = work.key == self._first.key and not work.project.exists()
+        visit = Visit(
+            work, self._settings.file if fresh else None, folder, self.bench,
+            self._settings.upload_limit, ends,
+        )  # fmt: skip
+        self._visits[context.id] = visit
+        document.on_session_destroyed(lambda context: self._leave(context.id))
+        return self._page(visit)
+
+    def _leave(self, session: str) -> None:
+        visit = self._visits.pop(session, None)
+        if visit is not None:
+            visit._ends.close()
+
+    def _leave_all(self) -> None:
+        for session in list(self._visits):
+            self._leave(session)
+
+
+def serve(page: Page, settings: Settings, say: Callable[[str], None]) -> None:
+    """Serve a page until Ctrl-C.
+
+    Parameters
+    ----------
+    page : callable
+        ``page(visit)`` returns what a new page shows.
+    settings : Settings
+        What the command is told.
+    say : callable
+        Told the address, and what it means that others are let in.
+
+    Raises
+    ------
+    InputError
+        If it cannot listen there, or has no folder for its works.
+    """
+    server = Server(page, settings)
+    say(server.url)
+    if settings.is_open:
+        say(
+            "whoever has this address can read files that are brought here and use this "
+            "machine's processor and memory; over http others on the network can read along"
+        )
+    if settings.browser:
+        threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
+    with contextlib.suppress(KeyboardInterrupt):
+        server.run()
+
+
+def _listening(settings: Settings) -> tuple[list[socket.socket], int]:
+    """Return sockets that listen, and their port."""
+    from tornado.netutil import bind_sockets
+
+    wanted = [PORT, 0] if settings.port is None else [settings.port]
+    for port in wanted:
+        try:
+            sockets = bind_sockets(port, settings.address, reuse_port=False)
+        except OSError as error:
+            reason = error.strerror or str(error)
+            continue
+        return sockets, int(sockets[0].getsockname()[1])
+    raise InputError(
+        f"cannot listen on {settings.address}, port {wanted[-1]} ({reason}); give another ",
+        Mention("port"),
+        argument="address",
+    )
+
+
+def _quiet(handler: Any) -> None:
+    """Log nothing."""

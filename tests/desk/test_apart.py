@@ -1,0 +1,231 @@
+"""Work in another process: what it tells, how it ends, and what it may take."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+import pytest
+
+import roughcontact as rc
+from roughcontact.desk import apart
+from roughcontact.desk.apart import Bench, End, Limits, Stage
+from roughcontact.errors import InputError, InsufficientMemoryError, RoughcontactError
+from roughcontact.request.request import from_text
+from roughcontact.solvers.progress import Progress
+
+PATIENCE = 60.0
+STEEL = {"young": "210 GPa", "poisson": "0.3"}
+BALL = {"body": "sphere 1 mm", "points": "32", "size": "60 um", **STEEL}
+
+
+@pytest.fixture(scope="module")
+def bench() -> Iterator[Bench]:
+    bench = Bench()
+    yield bench
+    bench.close()
+
+
+# Jobs; the other process imports them from here.
+
+
+def adding(tell: Callable[[Any], None], one: int, other: int) -> int:
+    tell("adding")
+    for number in (1, 2):
+        tell(Progress(number, 2, None))
+    return one + other
+
+
+def refusing(tell: Callable[[Any], None]) -> None:
+    raise InputError("must be less", argument="load")
+
+
+def dying(tell: Callable[[Any], None]) -> None:
+    os._exit(7)
+
+
+def devouring(tell: Callable[[Any], None], size: int) -> int:
+    return int(np.ones(size, np.uint8).size)
+
+
+def lasting(tell: Callable[[Any], None], folder: Path | None = None) -> None:
+    tell(str(os.getpid()))
+    if folder is None:
+        time.sleep(600)
+        return
+    from roughcontact import files
+
+    with files.replacing(folder / "whole.nc") as stream:
+        stream.write(b"half")
+        tell("writing")
+        time.sleep(600)
+
+
+def stubborn(tell: Callable[[Any], None]) -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    tell(str(os.getpid()))
+    time.sleep(600)
+
+
+def told_first(bench: Bench, *work: Any, **more: Any) -> tuple[apart.Job, str]:
+    """Begin a job, and return it with the last thing it tells before it waits."""
+    first = threading.Event()
+    words: list[str] = []
+
+    def told(stage: Stage) -> None:
+        words.append(str(stage.at))
+        if len(words) == len(work):
+            first.set()
+
+    job = bench.begin(*work, told=told, **more)
+    assert first.wait(PATIENCE)
+    return job, words[0]
+
+
+def ended(job: apart.Job) -> End:
+    end = job.wait(PATIENCE)
+    assert end is not None
+    return end
+
+
+def test_a_job_tells_how_far_it_is_and_gives_its_result(bench: Bench) -> None:
+    stages: list[Stage] = []
+    ends: list[End] = []
+    end = ended(bench.begin(adding, 2, 3, told=stages.append, ended=ends.append))
+    assert end.value == 5
+    assert ends == [end]
+    assert end.error is None
+    assert not end.canceled
+    assert [stage.share for stage in stages] == [None, 0.0, 0.5]
+    assert stages[0].at == "adding"
+    assert stages[0].left is stages[1].left is None
+    assert stages[2].left == pytest.approx(stages[2].seconds)
+    assert 0 <= stages[0].seconds <= stages[2].seconds <= end.seconds
+
+
+def test_an_error_comes_with_what_it_speaks_of(bench: Bench) -> None:
+    error = ended(bench.begin(refusing)).error
+    assert isinstance(error, InputError)
+    assert error.argument == "load"
+    assert str(error) == "load must be less"
+
+
+def test_a_process_that_is_gone_is_told_of(bench: Bench) -> None:
+    error = ended(bench.begin(dying)).error
+    assert str(error) == "its process ended with status 7; is there enough memory?"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of the address space are Linux's")
+def test_a_job_takes_no_more_memory_than_it_may(bench: Bench) -> None:
+    limits = Limits(memory=2**28)
+    assert ended(bench.begin(devouring, 2**24, limits=limits)).value == 2**24
+    error = ended(bench.begin(devouring, 2**29, limits=limits)).error
+    assert isinstance(error, InsufficientMemoryError)
+    assert str(error) == "the memory of 0.25 GiB is used up; crop the map"
+
+
+def test_a_job_takes_no_longer_than_it_may(bench: Bench) -> None:
+    job = bench.begin(lasting, limits=Limits(seconds=0.05))
+    error = ended(job).error
+    assert isinstance(error, RoughcontactError)
+    assert str(error) == "took longer than 0.05 s"
+
+
+@pytest.mark.parametrize("work", [lasting, stubborn])
+def test_a_job_that_nobody_wants_ends(bench: Bench, work: Any) -> None:
+    job, number = told_first(bench, work)
+    job.cancel()
+    job.cancel()
+    end = ended(job)
+    assert end.canceled
+    assert end.value is end.error is None
+    assert not psutil.pid_exists(int(number))
+    job.cancel()
+
+
+def test_nothing_is_left_half_written(bench: Bench, tmp_path: Path) -> None:
+    job, _ = told_first(bench, lasting, tmp_path, folders=(tmp_path,))
+    assert list(tmp_path.iterdir()) != []
+    job.cancel()
+    assert ended(job).canceled
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_closing_ends_what_is_under_way_and_what_waits() -> None:
+    before = set(psutil.Process().children())
+    bench = Bench()
+    job, number = told_first(bench, lasting)
+    bench.close()
+    assert ended(job).canceled
+    assert not psutil.pid_exists(int(number))
+    assert set(psutil.Process().children()) <= before
+
+
+def test_what_raises_while_it_is_told_ends_the_job(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(spare=False)
+
+    def told(stage: Stage) -> None:
+        raise ValueError("not wanted")
+
+    ignored: list[object] = []
+    monkeypatch.setattr(threading, "excepthook", ignored.append)
+    job = bench.begin(lasting, told=told)
+    assert job.wait(PATIENCE) is None
+    bench.close()
+    assert len(ignored) == 1
+
+
+def test_a_request_gives_the_same_as_here(bench: Bench, tmp_path: Path) -> None:
+    from roughcontact.request import run
+
+    request = from_text(
+        "sweep", None,
+        {**BALL, "from": "0.5 N", "to": "1 N", "steps": "2", "output": str(tmp_path / "out.csv")},
+    )  # fmt: skip
+    stages: list[Stage] = []
+    job = bench.begin(
+        apart.carry_out, request, told=stages.append, folders=apart.folders_of(request)
+    )
+    outcome = ended(job).value
+    here = run.run(request, lambda text: None)
+    for name in ("load", "contact_area", "max_pressure"):
+        assert outcome.record()[name] == here.record()[name]
+    assert outcome.written == (tmp_path / "out.csv",)
+    assert any(isinstance(stage.at, Progress) for stage in stages)
+    assert {stage.share for stage in stages} <= {None, 0.0, 0.5}
+    assert apart.folders_of(request) == [tmp_path]
+
+
+def test_a_map_is_read_apart(bench: Bench, tmp_path: Path) -> None:
+    heights = np.random.default_rng(1).normal(0, 1e-6, (8, 9))
+    np.save(tmp_path / "map.npy", heights)
+    shapes: list[tuple[int, int]] = []
+    read = apart.reader(bench)
+    surface = read(tmp_path / "map.npy", shapes.append, None, None, "m", "8 um x 9 um", False)
+    here = rc.read_surface(tmp_path / "map.npy", unit="m", size="8 um x 9 um")
+    np.testing.assert_array_equal(surface.heights, here.heights)
+    assert not surface.heights.flags.writeable
+    assert surface.provenance == here.provenance
+    assert shapes == [(8, 9)]
+    with pytest.raises(InputError, match=r"map\.npy gives no unit"):
+        read(tmp_path / "map.npy", shapes.append)
+    found, channels = ended(
+        bench.begin(apart.read, tmp_path / "map.npy", {"unit": "m", "size": "8 um x 9 um"})
+    ).value
+    assert found.shape == channels[0].shape == (8, 9)
+    assert ended(bench.begin(apart.channels, tmp_path / "map.npy")).value == channels
+
+
+def test_a_file_that_takes_too_long_is_refused(bench: Bench, tmp_path: Path) -> None:
+    np.save(tmp_path / "map.npy", np.ones((4, 4)))
+    read = apart.reader(bench, Limits(seconds=0.0))
+    with pytest.raises(RoughcontactError, match="took longer"):
+        read(tmp_path / "map.npy", lambda shape: None)

@@ -1,0 +1,141 @@
+"""Pieces of work: private, found by their keys alone, gone when nobody wants them."""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from roughcontact.desk import works
+from roughcontact.desk.works import Works, shown, state_folder, suffix_of
+from roughcontact.errors import InputError
+
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no modes")
+
+
+@POSIX
+def test_a_work_is_private_and_its_key_long(tmp_path: Path) -> None:
+    desk = Works(tmp_path / "desk")
+    one, other = desk.create(), desk.create()
+    assert one.key != other.key
+    assert len(one.key) == 32
+    for folder in (desk.folder, one.folder):
+        assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+    with one.page() as page:
+        assert stat.S_IMODE(page.stat().st_mode) == 0o700
+
+
+def test_a_work_is_found_by_its_key_and_nothing_else(tmp_path: Path) -> None:
+    desk = Works(tmp_path / "desk")
+    work = desk.create()
+    assert desk.find(work.key) == work
+    (tmp_path / ("x" * 32)).mkdir()
+    for key in ("", ".", "..", "../" + "x" * 29, work.key[:-1], work.key + "\n", str(work.folder)):
+        assert desk.find(key) is None
+        desk.remove(key)
+    assert desk.find(work.key) == work
+    desk.remove(work.key)
+    assert desk.find(work.key) is None
+    assert not work.folder.exists()
+
+
+def test_a_file_is_kept_whole_under_a_name_of_our_own(tmp_path: Path) -> None:
+    work = Works(tmp_path).create()
+    with work.receiving("../../<b>ground\n.OPD", 100) as upload:
+        upload.take(b"abc")
+        upload.take(b"def")
+    assert upload.path.parent == work.folder
+    assert upload.path.suffix == ".opd"
+    assert upload.path.read_bytes() == b"abcdef"
+    assert "ground" not in upload.path.name
+    assert upload.name == "<b>ground .OPD"
+
+
+def test_a_file_that_is_too_large_leaves_nothing(tmp_path: Path) -> None:
+    work = Works(tmp_path).create()
+
+    def receive() -> None:
+        with work.receiving("map.npy", 5) as upload:
+            upload.take(b"abc")
+            upload.take(b"def")
+
+    with pytest.raises(InputError, match=r"map\.npy has more than .* GiB"):
+        receive()
+    assert list(work.folder.iterdir()) == []
+
+
+def test_suffixes_tell_a_format_and_nothing_else() -> None:
+    assert suffix_of("a.b.csv.gz") == ".csv.gz"
+    assert suffix_of("scan.001") == ".001"
+    assert suffix_of("my.map.X3P") == ".x3p"
+    for name in ("map", "a.<b>", "a.b c", ".opd/..", "a." + "x" * 40):
+        assert suffix_of(name) == ""
+
+
+def test_names_are_one_line_without_folders() -> None:
+    assert shown("C:\\data\\a.opd") == "a.opd"
+    assert shown("/etc/\x1b[31m\u202ea.opd") == "[31m a.opd"
+    assert shown("") == shown("dir/") == "map"
+    assert len(shown("x" * 1000 + ".opd")) == 200
+
+
+def test_what_a_page_made_goes_with_it(tmp_path: Path) -> None:
+    work = Works(tmp_path).create()
+    with work.page() as page:
+        (page / "result.nc").write_bytes(b"x")
+    assert not page.exists()
+    with pytest.raises(ValueError, match="boom"), work.page() as page:
+        raise ValueError("boom")
+    assert not page.exists()
+
+
+def test_what_nobody_used_goes(tmp_path: Path) -> None:
+    desk = Works(tmp_path)
+    old, new = desk.create(), desk.create()
+    stranger = tmp_path / "not-a-key"
+    stranger.mkdir()
+    past = time.time() - 31 * 86400
+    for folder in (old.folder, new.folder, stranger):
+        os.utime(folder, (past, past))
+    assert desk.find(new.key) is not None
+    desk.expire()
+    assert not old.folder.exists()
+    assert new.folder.exists()
+    assert stranger.exists()
+
+
+def test_pages_of_a_server_that_was_killed_go_and_others_stay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(works, "_SETTLED", -1.0)
+    desk = Works(tmp_path)
+    work = desk.create()
+    left = work.folder / "page-0123456789abcdef"
+    left.mkdir()
+    (left / "lock").touch()
+    with work.page() as held:
+        desk.expire()
+        assert not left.exists()
+        assert held.exists()
+
+
+@POSIX
+def test_the_folder_is_where_the_system_keeps_state(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    assert state_folder() == tmp_path / "roughcontact" / "desk"
+    monkeypatch.setenv("XDG_STATE_HOME", "relative")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert state_folder() == tmp_path / ".local" / "state" / "roughcontact" / "desk"
+
+
+def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="cannot be made") as caught:
+        Works(tmp_path / "file" / "desk")
+    assert caught.value.argument == "folder"
