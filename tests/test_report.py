@@ -3,6 +3,7 @@ import dataclasses
 import datetime
 import io
 import re
+from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -110,8 +111,8 @@ def whole() -> tuple[ContactResult, str]:
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the figures undrawn: they take most of the time of a report."""
 
-    def undrawn(figure: Figure, alt: str, caption: str) -> Any:
-        assert figure.axes
+    def undrawn(draw: Callable[[], Figure], alt: str, caption: str) -> Any:
+        assert draw().axes
         return layout.Picture(caption, alt, "AAAA", 1, 1)
 
     monkeypatch.setattr(layout, "picture", undrawn)

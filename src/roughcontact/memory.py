@@ -50,6 +50,13 @@ def free() -> int:
     return max(0, min(left))
 
 
+def held() -> int:
+    """Return the bytes of the memory of the machine that this process holds."""
+    import psutil
+
+    return int(psutil.Process().memory_info().rss)
+
+
 def left_in_containers(root: Path) -> Iterator[int]:
     """Yield the bytes that each control group around this process leaves it.
 

@@ -6,8 +6,9 @@ import math
 import platform
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from importlib import metadata
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from roughcontact._version import __version__
 from roughcontact.contact import hertzian
@@ -36,6 +37,9 @@ from roughcontact.report.quantities import TRUST, Row, beside, capital, rows_of
 from roughcontact.surface import profile
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 RIGHT_PROBLEM = "Whether it is the right problem is for the assumptions to say."
 """What no certificate knows."""
@@ -71,7 +75,7 @@ def show(
     for entry in table:
         if entry.chapter == part and entry.when(scene):
             alt, caption = entry.words(scene)
-            chapter.add("figure", page.picture(entry.draw(scene), alt, caption))
+            chapter.add("figure", page.picture(partial(entry.draw, scene), alt, caption))
 
 
 def prepared(result: ContactResult) -> list[Chapter]:
@@ -246,7 +250,7 @@ def smooth_beside_rough(result: ContactResult) -> list[Chapter]:
     chapter.add(
         "figure",
         page.picture(
-            hertz.beside_hertz(result),
+            partial(hertz.beside_hertz, result),
             "Pressure against the distance from the middle of the contact, here and after Hertz.",
             "Pressure here, its mean and its largest value "
             + ("on lines along the cylinder" if contact.shape.kind == LINE
@@ -327,8 +331,12 @@ def added(addition: Addition) -> Chapter:
         head, *rows = addition.table
         chapter.add("table", Table(rows, head))
     for caption, figure in addition.figures:
-        chapter.add("figure", page.picture(figure, caption, caption))
+        chapter.add("figure", page.picture(partial(_itself, figure), caption, caption))
     return chapter
+
+
+def _itself(figure: Figure) -> Figure:
+    return figure
 
 
 def repetition(version: str, command: str, lines: str) -> Chapter:

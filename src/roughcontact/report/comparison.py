@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import datetime
 import os
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 from roughcontact._version import __version__
@@ -39,10 +41,11 @@ def save(
     path: str | os.PathLike[str],
     command: str = "",
     spell: Spell = str,
+    processes: int = 1,
 ) -> None:
     """Write a report to an HTML file; see `render`."""
     page.check_path(path)
-    write(path, render(found, command=command, spell=spell))
+    write(path, render(found, command=command, spell=spell, processes=processes))
 
 
 def render(
@@ -51,6 +54,7 @@ def render(
     command: str = "",
     date: datetime.date | None = None,
     spell: Spell = str,
+    processes: int = 1,
 ) -> str:
     """Return a report as the text of an HTML file.
 
@@ -64,6 +68,8 @@ def render(
         Date of the report; today by default.
     spell : callable
         ``spell(mention)`` returns the words for an argument; those of Python without.
+    processes : int
+        How many may draw its figures; see `sharing.pngs`.
 
     Returns
     -------
@@ -88,6 +94,7 @@ def render(
         cautions=found.cautions,
         checked=(),
         spell=spell,
+        processes=processes,
     )
 
 
@@ -171,7 +178,7 @@ def _chapters(found: Comparison) -> list[Chapter]:
     numbers.add("text", f"Each cell: {compared.MEANS}.")
     numbers.add("table", Table(rows, head))
     _show(
-        numbers, plots.numbers(found, name_of, unit_of),
+        numbers, partial(plots.numbers, found, name_of, unit_of),
         "Each dot is a map; thick lines are means, the bar beside each its interval. Where two or "
         "three maps make it much wider than they lie apart, it runs out of the panel.",
     )  # fmt: skip
@@ -215,7 +222,7 @@ def _differences(found: Comparison) -> Chapter:
 def _curves(found: Comparison) -> Chapter:
     chapter = Chapter("Load curves")
     _show(
-        chapter, plots.curves(found, name_of, unit_of),
+        chapter, partial(plots.curves, found, name_of, unit_of),
         f"Each map a thin line over the nominal pressure, the mean of each group a thick one with "
         f"the band of its {LEVEL} interval at every pressure.",
     )  # fmt: skip
@@ -235,7 +242,7 @@ def _sampling(study: SamplingStudy) -> Chapter:
     head, rows = results.listing(study)
     chapter.add("table", Table(rows, head))
     _show(
-        chapter, plots.sampling(study, name_of),
+        chapter, partial(plots.sampling, study, name_of),
         "Half of the interval over the side of a square: dots of single parts, squares of the map, "
         f"lines by the root of the area; {compared.FIVE} is dashed.",
     )  # fmt: skip
@@ -263,5 +270,5 @@ def _maps(found: Comparison) -> Chapter:
     return chapter
 
 
-def _show(chapter: Chapter, drawn: Figure, caption: str) -> None:
-    chapter.add("figure", page.picture(drawn, caption, caption))
+def _show(chapter: Chapter, draw: Callable[[], Figure], caption: str) -> None:
+    chapter.add("figure", page.picture(draw, caption, caption))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import datetime
 import os
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -46,6 +47,7 @@ def render(
     command: str = "",
     date: datetime.date | None = None,
     spell: Spell = str,
+    processes: int = 1,
 ) -> str:
     """Return a report as the text of an HTML file.
 
@@ -71,6 +73,8 @@ def render(
         Date of the report; today by default.
     spell : callable
         ``spell(mention)`` returns the words for an argument; those of Python without.
+    processes : int
+        How many may draw its figures; see `sharing.pngs`.
 
     Returns
     -------
@@ -104,6 +108,7 @@ def render(
         cautions=ordered([*result.cautions, *(c for a in additions for c in a.cautions)]),
         checked=judgment.checked(result),
         spell=spell,
+        processes=processes,
     )
 
 
@@ -153,12 +158,13 @@ def save(
     command: str = "",
     date: datetime.date | None = None,
     spell: Spell = str,
+    processes: int = 1,
 ) -> None:
     """Write a report to an HTML file.
 
     Parameters
     ----------
-    result, elastic, usual, curve, study, additions, command, date, spell
+    result, elastic, usual, curve, study, additions, command, date, spell, processes
         As for `render`.
     path : str or path
         File to write, ``.html`` or ``.htm``; it appears only once it is complete, and a file
@@ -183,6 +189,7 @@ def save(
         command=command,
         date=date,
         spell=spell,
+        processes=processes,
     )
     write(path, text)
 
@@ -194,12 +201,13 @@ def save_compared(
     additions: Sequence[Addition],
     study: ResolutionStudy | None,
     spell: Spell = str,
+    processes: int = 1,
 ) -> None:
     """Write a report of a result; one with saturated pixels is solved without a ceiling beside it.
 
     Parameters
     ----------
-    result, path, command, additions, study, spell
+    result, path, command, additions, study, spell, processes
         As for `save`. One with a recommended ceiling is solved with three yield strengths, too.
     """
     page.check_path(path)
@@ -217,6 +225,7 @@ def save_compared(
         additions=additions,
         study=study,
         spell=spell,
+        processes=processes,
     )
 
 
@@ -332,7 +341,7 @@ def _draw_comparison(chapter: Chapter, shown: dict[str, ContactResult]) -> None:
     chapter.add(
         "figure",
         page.picture(
-            maps.comparison((elastic, result), [name, label]),
+            partial(maps.comparison, (elastic, result), [name, label]),
             "Maps of pressure and contact, elastic on the left and with the ceiling on the right.",
             "Pressure above, contact below; elastic on the left, with the ceiling on the right. "
             "Both pressures have the same colours; where the elastic pressure exceeds what the "
@@ -343,8 +352,9 @@ def _draw_comparison(chapter: Chapter, shown: dict[str, ContactResult]) -> None:
     chapter.add(
         "figure",
         page.picture(
-            profiles.pressure_histogram(
-                list(shown.values()), list(shown), scale="log" if wide else "linear"
+            partial(
+                profiles.pressure_histogram, list(shown.values()), list(shown),
+                scale="log" if wide else "linear",
             ),
             "Histograms of the contact pressure, elastic and with the ceiling.",
             "How the contact area is spread over the pressure, without and with the ceiling"

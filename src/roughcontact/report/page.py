@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import datetime
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from roughcontact._version import __version__
 from roughcontact.contact.cautions import Caution, Kind, Severity
 from roughcontact.errors import InputError, Sentence, Spell, parts_of, worded
-from roughcontact.plots.saving import png
+from roughcontact.plots import sharing
 from roughcontact.plots.style import DPI
 
 if TYPE_CHECKING:
@@ -94,19 +94,22 @@ class Picture:
     caption, alt : str
         What stands below it, and what stands for it where it is not seen.
     source : str
-        PNG file in base 64.
+        PNG file in base 64; empty until it is drawn.
     width, height : int
         Size in dots.
     number : int
         Its number on the page, given last.
+    draw : callable, optional
+        What draws it; None if it is drawn.
     """
 
     caption: str
     alt: str
-    source: str
-    width: int
-    height: int
+    source: str = ""
+    width: int = 0
+    height: int = 0
     number: int = 0
+    draw: Callable[[], Figure] | None = None
 
     @property
     def wide(self) -> bool:
@@ -171,6 +174,7 @@ def render(
     cautions: Sequence[Caution],
     checked: Sequence[str],
     spell: Spell = str,
+    processes: int = 1,
 ) -> str:
     """Return a page as the text of an HTML file.
 
@@ -197,13 +201,15 @@ def render(
         What the result was looked at for, in a few words each.
     spell : callable
         ``spell(mention)`` returns the words for an argument; those of Python without.
+    processes : int
+        How many may draw its figures; see `sharing.pngs`.
 
     Returns
     -------
     str
         HTML with its figures inside: no other file, no network and no script is needed.
     """
-    _number(chapters)
+    _draw(_number(chapters), processes)
     return _template(spell).render(
         title=title,
         subtitle=subtitle,
@@ -268,23 +274,32 @@ def _printable(value: Any, spell: Spell) -> Any:
     return "".join(c if c.isprintable() or c in "\n\t" else "�" for c in value)
 
 
-def _number(chapters: Sequence[Chapter]) -> None:
-    pictures = 0
+def _number(chapters: Sequence[Chapter]) -> list[Picture]:
+    """Give chapters and pictures their numbers, and return the pictures."""
+    pictures: list[Picture] = []
     for number, chapter in enumerate(chapters, start=1):
         chapter.number = number
         chapter.anchor = f"chapter-{number}"
         for kind, content in chapter.blocks:
             if kind == "figure":
-                pictures += 1
-                content.number = pictures
+                pictures.append(content)
+                content.number = len(pictures)
+    return pictures
 
 
-def picture(figure: Figure, alt: str, caption: str) -> Picture:
-    """Return a figure as a page takes it."""
-    data = png(figure)
-    # Width and height stand first in a PNG file's first chunk.
-    width, height = (int.from_bytes(data[at : at + 4], "big") for at in (16, 20))
-    return Picture(caption, alt, base64.b64encode(data).decode("ascii"), width, height)
+def picture(draw: Callable[[], Figure], alt: str, caption: str) -> Picture:
+    """Return a figure as a page takes it, to be drawn with all others of the page."""
+    return Picture(caption, alt, draw=draw)
+
+
+def _draw(pictures: Sequence[Picture], processes: int) -> None:
+    """Draw what is not drawn yet."""
+    left = {index: one.draw for index, one in enumerate(pictures) if one.draw is not None}
+    for index, data in zip(left, sharing.pngs(list(left.values()), processes), strict=True):
+        one = pictures[index]
+        # Width and height stand first in a PNG file's first chunk.
+        one.width, one.height = (int.from_bytes(data[at : at + 4], "big") for at in (16, 20))
+        one.source, one.draw = base64.b64encode(data).decode("ascii"), None
 
 
 def sentence(note: str) -> str:

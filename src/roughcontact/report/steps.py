@@ -39,6 +39,7 @@ def render_curve(
     command: str = "",
     date: datetime.date | None = None,
     spell: Spell = str,
+    processes: int = 1,
 ) -> str:
     """Return a report on a load curve as the text of an HTML file.
 
@@ -56,6 +57,8 @@ def render_curve(
         Date of the report; today by default.
     spell : callable
         ``spell(mention)`` returns the words for an argument; those of Python without.
+    processes : int
+        How many may draw its figures; see `sharing.pngs`.
 
     Returns
     -------
@@ -96,6 +99,7 @@ def render_curve(
         cautions=curve.cautions,
         checked=judgment.checked(last),
         spell=spell,
+        processes=processes,
     )
 
 
@@ -105,6 +109,7 @@ def render_history(
     command: str = "",
     date: datetime.date | None = None,
     spell: Spell = str,
+    processes: int = 1,
 ) -> str:
     """Return a report on a load history as the text of an HTML file.
 
@@ -118,6 +123,8 @@ def render_history(
         Date of the report; today by default.
     spell : callable
         ``spell(mention)`` returns the words for an argument; those of Python without.
+    processes : int
+        How many may draw its figures; see `sharing.pngs`.
 
     Returns
     -------
@@ -154,6 +161,7 @@ def render_history(
         cautions=history.cautions,
         checked=judgment.checked(largest),
         spell=spell,
+        processes=processes,
     )
 
 
@@ -165,10 +173,16 @@ def save_curve(
     elastic: ContactResult | None = None,
     command: str = "",
     spell: Spell = str,
+    processes: int = 1,
 ) -> None:
     """Write a report on a load curve to an HTML file; see `render_curve`."""
     page.check_path(path)
-    write(path, render_curve(curve, last, elastic=elastic, command=command, spell=spell))
+    write(
+        path,
+        render_curve(
+            curve, last, elastic=elastic, command=command, spell=spell, processes=processes
+        ),
+    )
 
 
 def save_history(
@@ -176,10 +190,11 @@ def save_history(
     path: str | os.PathLike[str],
     command: str = "",
     spell: Spell = str,
+    processes: int = 1,
 ) -> None:
     """Write a report on a load history to an HTML file; see `render_history`."""
     page.check_path(path)
-    write(path, render_history(history, command=command, spell=spell))
+    write(path, render_history(history, command=command, spell=spell, processes=processes))
 
 
 def _title_of_curve(curve: LoadCurve) -> str:

@@ -36,6 +36,7 @@ def render(
     command: str = "",
     date: datetime.date | None = None,
     spell: Spell = str,
+    processes: int = 1,
 ) -> str:
     """Return a report as the text of an HTML file.
 
@@ -52,6 +53,8 @@ def render(
         Date of the report; today by default.
     spell : callable
         ``spell(mention)`` returns the words for an argument; those of Python without.
+    processes : int
+        How many may draw its figures; see `sharing.pngs`.
 
     Returns
     -------
@@ -88,6 +91,7 @@ def render(
         cautions=result.cautions,
         checked=judgment.checked(result),
         spell=spell,
+        processes=processes,
     )
 
 
@@ -99,12 +103,13 @@ def save(
     command: str = "",
     date: datetime.date | None = None,
     spell: Spell = str,
+    processes: int = 1,
 ) -> None:
     """Write a report to an HTML file.
 
     Parameters
     ----------
-    result, additions, command, date, spell
+    result, additions, command, date, spell, processes
         As for `render`.
     path : str or path
         File to write, ``.html`` or ``.htm``; it appears only once it is complete, and a file
@@ -118,7 +123,9 @@ def save(
         If the file cannot be written.
     """
     page.check_path(path)
-    text = render(result, additions=additions, command=command, date=date, spell=spell)
+    text = render(
+        result, additions=additions, command=command, date=date, spell=spell, processes=processes
+    )
     write(path, text)
 
 

@@ -14,6 +14,7 @@ from roughcontact.contact.cautions import Caution, of_measurement
 from roughcontact.errors import InputError, RoughcontactError, Sentence, parts_of
 from roughcontact.formats import tables
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import outputs
 from roughcontact.request.maps import resolution_notes, surfaces
 from roughcontact.request.options import (
@@ -505,24 +506,24 @@ def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
     from roughcontact.report import additions, comparison, contact, steps, volume
 
     request = outcome.request
-    spell = partial(spell_option, command=request.task)
+    told = _telling(request)
     if outcome.curve is not None:
         _curve_report(outcome.curve, request, maps, path)
     elif outcome.history is not None:
-        steps.save_history(outcome.history, path, request.command, spell)
+        steps.save_history(outcome.history, path, **told)
     elif outcome.loads is not None and outcome.result is not None:
         answers = additions.of_loads(outcome.loads)
-        contact.save_compared(outcome.result, path, request.command, [answers], None, spell)
+        contact.save_compared(outcome.result, path, additions=[answers], study=None, **told)
     elif outcome.comparison is not None:
-        comparison.save(outcome.comparison, path, request.command, spell)
+        comparison.save(outcome.comparison, path, **told)
     elif outcome.stress is not None:
         below = additions.of_stress(outcome.stress, outcome.first_yield)
         solution = outcome.stress.solution
-        contact.save_compared(solution, path, request.command, [below], None, spell)
+        contact.save_compared(solution, path, additions=[below], study=None, **told)
     elif outcome.volume is not None:
-        volume.save(outcome.volume, path, command=request.command, spell=spell)
+        volume.save(outcome.volume, path, **told)
     elif outcome.result is not None:
-        contact.save_compared(outcome.result, path, request.command, [], outcome.study, spell)
+        contact.save_compared(outcome.result, path, additions=[], study=outcome.study, **told)
 
 
 def _curve_report(curve: LoadCurve, request: Request, maps: Sequence[Surface], path: Path) -> None:
@@ -534,5 +535,13 @@ def _curve_report(curve: LoadCurve, request: Request, maps: Sequence[Surface], p
     result = solve(maps[0], **problem, load=curve.steps[-1].load)
     result = replace(result, remarks=curve.remarks)
     twin = result.elastic() if result.saturated_fraction else None
-    spell = partial(spell_option, command=request.task)
-    steps.save_curve(curve, result, path, elastic=twin, command=request.command, spell=spell)
+    steps.save_curve(curve, result, path, elastic=twin, **_telling(request))
+
+
+def _telling(request: Request) -> dict[str, Any]:
+    """Return what every report takes of a request, and of the cores there are."""
+    return {
+        "command": request.command,
+        "spell": partial(spell_option, command=request.task),
+        "processes": default_workers(),
+    }
