@@ -15,7 +15,7 @@ import roughcontact as rc
 from roughcontact.desk.live import Failed, Prepared
 from roughcontact.desk.session import Session
 from roughcontact.desk.state import PINNED, from_script
-from roughcontact.errors import RoughcontactError
+from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.fleet import project
 from roughcontact.request.run import Outcome, run
 
@@ -335,3 +335,14 @@ def test_a_state_that_is_complete_can_be_run_from_its_file(
     entries = {entry.name: entry.request for entry in project.load(session.project)}
     assert entries[PINNED].given["load"] == "10 mN"
     assert isinstance(session.failure, Failed) is False
+
+
+def test_a_part_is_kept_and_a_part_of_that(session: Session, tmp_path: Path) -> None:
+    session.bring(save_map(tmp_path, "a.npz"))
+    session.keep((2, 10), (4, 16))
+    assert session.state.given["crop"] == "2:10,4:16"
+    session.keep((1, 5), (0, 4))
+    assert session.state.given["crop"] == "3:7,4:8"
+    session.give("rotate", "90")
+    with pytest.raises(InputError, match="before"):
+        session.keep((0, 2), (0, 2))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import secrets
 import threading
 from collections.abc import Callable
@@ -15,9 +16,11 @@ from roughcontact.desk import apart, ask, bring, column, headline, loadbar, styl
 from roughcontact.desk.controls import button
 from roughcontact.desk.live import Failed, Live, Prepared, Told
 from roughcontact.desk.maps import Maps
+from roughcontact.desk.pictures import Box
+from roughcontact.desk.section import Section, whole_line
 from roughcontact.desk.server import Visit
 from roughcontact.desk.session import Session
-from roughcontact.desk.state import Value
+from roughcontact.desk.state import Line, Value
 from roughcontact.errors import RoughcontactError
 from roughcontact.request import making
 from roughcontact.request.run import Outcome
@@ -46,6 +49,11 @@ class Page:
             work.project, self._hear, partial(Live, reader=apart.reader(bench))
         )
         self.maps = Maps()
+        self._section = Section()
+        self._keep = button("Keep the part that is drawn", self._kept, visible=False)
+        self._box: Box | None = None
+        self.maps.on_section(self._drawn)
+        self.maps.on_box(self._boxed)
         self._bring = bring.Bring(session, work.folder, self._generate, self._show)
         self._preparation = column.Preparation(session, self._show)
         self._bodies = column.Bodies(session)
@@ -86,6 +94,34 @@ class Page:
             self._trust.object = _alert(words.told(error))
         self._show()
 
+    def _drawn(self, line: Line) -> None:
+        self.session.draw_line(line)
+        self._cut()
+
+    def _boxed(self, box: Box | None) -> None:
+        self._box = box
+        self._keep.visible = box is not None
+
+    def _kept(self) -> None:
+        prepared, box = self.session.prepared, self._box
+        if prepared is None or box is None:
+            return
+        dy, dx = prepared.surfaces[0].pixel
+        rows = math.floor(box.top / dy + 0.5), math.floor(box.bottom / dy + 0.5)
+        columns = math.floor(box.left / dx + 0.5), math.floor(box.right / dx + 0.5)
+        self._do(lambda: self.session.keep(rows, columns))
+
+    def _cut(self) -> None:
+        """Show the section along the line of the state."""
+        prepared, outcome = self.session.prepared, self.session.outcome
+        if prepared is None:
+            self._section.clear()
+            return
+        surface = prepared.surfaces[0]
+        line = self.session.state.line or whole_line(surface)
+        self.maps.section.put(line)
+        self._section.show(surface, None if outcome is None else outcome.result, line)
+
     def _generate(self, given: dict[str, Value], done: Callable[[Path], None]) -> None:
         path = self._work.folder / f"generated-{secrets.token_hex(4)}.npz"
         making.made({**given, "output": [str(path)]}, lambda _: None)
@@ -121,9 +157,11 @@ class Page:
                 self._load.show(what)
                 if self.session.state.missing:
                     self.maps.show(what.surfaces[0], None)
+                    self._cut()
                     self._tell_missing()
             case Outcome(result=result) if result is not None:
                 self.maps.show(result.surface, result)
+                self._cut()
                 self._numbers.object = headline.numbers(result)
                 self._trust.object = headline.trust(result)
                 self._cautions.object = headline.cautions(result.cautions)
@@ -134,6 +172,7 @@ class Page:
                 self._cautions.object = ""
                 self._trust.object = _alert(words.told(what.error))
                 self.maps.clear()
+                self._section.clear()
             case Progress():
                 self._trust.object = _quiet("solving …")
             case str():
@@ -158,7 +197,7 @@ class Page:
 
     def _tabbed(self) -> Any:
         tabs = pn.Tabs(
-            ("Contact", self.maps.root),
+            ("Contact", pn.Column(self._keep, self.maps.root, self._section.root, **style.BLOCK)),
             ("All numbers", self._all),
             ("Ask", self._ask.root),
             ("Take away", self._take_away.root),

@@ -10,7 +10,8 @@ from types import MappingProxyType
 from roughcontact import files
 from roughcontact.desk.live import Failed, Live, Prepared, Told
 from roughcontact.desk.state import Line, State, Value, from_script
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, Mention
+from roughcontact.request.parsing import window
 from roughcontact.request.request import Request
 from roughcontact.request.run import Outcome
 
@@ -101,6 +102,29 @@ class Session:
     def undo_step(self, method: str) -> None:
         """Take away a step of the preparation."""
         self._change(self._state.undoing(method))
+
+    def keep(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
+        """Crop the map to some rows and columns of it as it is prepared.
+
+        Raises
+        ------
+        InputError
+            If the map as it is prepared has not the rows and columns of the file.
+        """
+        state = self._state
+        changing = [name for name in ("rotate", "pixel", "align") if name in state.given]
+        if state.given.get("holes") == "crop":
+            changing.append("holes")
+        if changing:
+            raise InputError(
+                "is done before ", Mention(changing[0].replace("-", "_")), ": take that away, draw "
+                "the part again, and put it back", argument="crop",
+            )  # fmt: skip
+        top, left = (
+            part.start or 0 for part in window(str(state.given.get("crop", ":,:")), "crop")
+        )
+        bounds = (top + rows[0], top + rows[1]), (left + columns[0], left + columns[1])
+        self.give("crop", ",".join(f"{first}:{last}" for first, last in bounds))
 
     def pin(self) -> None:
         """Keep the state to compare with."""
