@@ -29,7 +29,8 @@ _COOKIE = "roughcontact-desk"
 _POLICY = (
     "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:; "
     "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "
-    "connect-src 'self' ws: wss:; worker-src 'self' blob:; object-src 'none'; base-uri 'self'; "
+    "connect-src 'self' blob: ws: wss:; worker-src 'self' blob:; object-src 'none'; "
+    "base-uri 'self'; "
     "form-action 'self'; frame-ancestors 'none'"
 )
 

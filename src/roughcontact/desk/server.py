@@ -32,6 +32,9 @@ UPLOAD_LIMIT = memory.GIB
 UPLOADS = "/upload"
 """Where a page sends a file: ``POST /upload?work=KEY&name=NAME``, the bytes as its body."""
 
+OFFERED = "/made"
+"""Where a page's files are taken from: ``GET /made?work=KEY&page=FOLDER&file=NAME``."""
+
 # Files come another way; what a page sends of itself is small.
 _LARGEST_MESSAGE = 20 * 2**20
 _LARGEST_REQUEST = 2**20
@@ -109,6 +112,11 @@ class Visit:
     bench: Bench
     upload_limit: int
     _ends: ExitStack = field(default_factory=ExitStack)
+
+    def offer(self, path: Path) -> str:
+        """Return the address of a file in this page's folder, as seen from the page."""
+        asked = {"work": self.work.key, "page": self.folder.name, "file": path.name}
+        return f"{OFFERED[1:]}?{urlencode(asked)}"
 
     def at_end(self, done: Callable[[], object]) -> None:
         """Have something done when the page is gone, the last one told first."""
@@ -198,6 +206,7 @@ class Server:
         from tornado.ioloop import IOLoop, PeriodicCallback
 
         from roughcontact.desk import guard
+        from roughcontact.desk.offer import Offer
         from roughcontact.desk.receive import Receive
 
         bokeh.settings.settings.resources = "server"
@@ -205,7 +214,8 @@ class Server:
         app = BokehTornado(
             build_applications({"/": self._opened}, title="roughcontact"),
             extra_patterns=[
-                (UPLOADS, Receive, {"works": self._works, "limit": self._settings.upload_limit})
+                (OFFERED, Offer, {"works": self._works}),
+                (UPLOADS, Receive, {"works": self._works, "limit": self._settings.upload_limit}),
             ],
             # The guard has looked at it.
             extra_websocket_origins=["*"],

@@ -120,9 +120,8 @@ class Session:
                 "is done before ", Mention(changing[0].replace("-", "_")), ": take that away, draw "
                 "the part again, and put it back", argument="crop",
             )  # fmt: skip
-        top, left = (
-            part.start or 0 for part in window(str(state.given.get("crop", ":,:")), "crop")
-        )
+        before = window(str(state.given.get("crop", ":,:")), "crop")
+        top, left = (part.start or 0 for part in before)
         bounds = (top + rows[0], top + rows[1]), (left + columns[0], left + columns[1])
         self.give("crop", ",".join(f"{first}:{last}" for first, last in bounds))
 

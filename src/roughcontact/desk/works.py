@@ -20,6 +20,9 @@ DAYS = 30
 """How long a piece of work lasts that nobody looks at."""
 
 _KEY_BYTES = 24
+KEPT = "map-"
+"""How the names begin that files get which are brought."""
+
 _KEY = re.compile(r"[A-Za-z0-9_-]{32}")
 _SUFFIX = re.compile(r"(?:\.[A-Za-z0-9]{1,12}){1,2}$")
 _LONGEST_NAME = 200
@@ -83,7 +86,7 @@ class Work:
         OSError
             If it cannot be written.
         """
-        path = self.folder / f"map-{secrets.token_hex(4)}{suffix_of(name)}"
+        path = self.folder / f"{KEPT}{secrets.token_hex(4)}{suffix_of(name)}"
         with files.replacing(path) as stream:
             yield Upload(path, shown(name), limit, stream.write)
 
