@@ -108,7 +108,7 @@ def test_slopes_are_judged(slope: float, verdict: str, caution: bool) -> None:
     # A ramp of teeth: every first difference along x is ± slope.
     teeth = np.tile(np.array([0.0, slope * 1e-6]), (32, 16))
     result = solved(rc.Surface(teeth, PIXEL), load=1e-9)
-    assert judgment.rms_slope(result) == pytest.approx(slope)
+    assert result.pair.rms_slope == pytest.approx(slope)
     item = stated(result)["Small slopes"]
     assert verdict in item.text
     assert bool(item.doubts(result.cautions)) is caution
@@ -116,7 +116,7 @@ def test_slopes_are_judged(slope: float, verdict: str, caution: bool) -> None:
 
 def test_sideways_displacement_is_told_against_a_rigid_body() -> None:
     # u_r(a) of Johnson (3.42b) by quadrature of (3.41), over a: ν = 0.3, p₀ = 2 E* a/(π R).
-    slope = judgment.rms_slope(solved(rough()))
+    slope = solved(rough()).pair.rms_slope
     r = (np.arange(20000) + 0.5) / 20000
     carried = float((np.sqrt(1 - r**2) * r).mean())
     moved = (1 - 2 * 0.3) * (1 + 0.3) * carried * 2 / (math.pi * (1 - 0.3**2)) * slope
@@ -130,7 +130,7 @@ def test_sideways_displacement_is_told_against_a_rigid_body() -> None:
 def test_two_bodies_add_their_slopes() -> None:
     one = rough()
     twice = solved(one, counter_surface=one)
-    assert judgment.rms_slope(twice) == pytest.approx(2 * one.Sdq)
+    assert twice.pair.rms_slope == pytest.approx(2 * one.Sdq)
 
 
 def stiffened(result: ContactResult, modulus: float) -> ContactResult:
@@ -251,7 +251,7 @@ def test_a_map_without_slopes_is_no_failure() -> None:
     heights = np.full((4, 4), np.nan)
     heights[::2, ::2] = 0.0
     result = solved(rc.Surface(heights, PIXEL).masked(), load=1e-6)
-    assert math.isnan(judgment.rms_slope(result))
+    assert math.isnan(result.pair.rms_slope)
     assert "none to judge" in stated(result)["Small slopes"].text
 
 

@@ -1,11 +1,13 @@
 import dataclasses
 import json
+import math
 import os
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +17,8 @@ import roughcontact as rc
 from roughcontact.contact import load_curve
 from roughcontact.contact.curve import LoadStep
 from roughcontact.contact.stiffness import stiffness
+from roughcontact.halfspace.convolution import Convolution
+from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers.progress import Progress
 from roughcontact.theory import hertz, persson
 
@@ -92,6 +96,35 @@ def test_stiffness_of_a_circle_is_twice_modulus_times_radius() -> None:
     assert result.stiffness() == pytest.approx(2 * result.contact_modulus * a, rel=0.01)
     curve = rc.load_curve(ball(128), loads=[0.1], material=STEEL, ceiling=None)
     assert curve.constriction_length[0] == pytest.approx(4 * a, rel=0.01)
+
+
+@pytest.mark.parametrize("boundary", ["free", "periodic"])
+def test_stiffness_takes_few_convolutions_and_is_good_to_its_digits(
+    monkeypatch: pytest.MonkeyPatch, boundary: str
+) -> None:
+    result = rc.solve(rough(), load=1.0, material=STEEL, ceiling=None, boundary=boundary)
+    shape = result.surface.shape
+    operator = result.pair.operators("double", Workspace())(shape, (1, 1))
+    applied: list[type] = []
+    apply = Convolution._apply
+
+    def counted(self: Convolution, *arguments: Any) -> None:
+        # Neither blocks of pixels nor the approximate inverse.
+        if math.isclose(self.self_displacement, operator.self_displacement, rel_tol=1e-4):
+            applied.append(self.real)
+        apply(self, *arguments)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Convolution, "_apply", counted)
+        found = stiffness(result)
+    assert applied.count(np.float64) == 1
+    assert len(applied) <= 6
+    # All pixels that touch displaced by a unit length, without iteration.
+    index = np.flatnonzero(result.contact)
+    units = np.eye(result.pressure.size)[index].reshape(-1, *shape)
+    matrix = np.array([operator(unit).ravel()[index] for unit in units])
+    resisted = np.linalg.solve(matrix, np.ones(index.size)).sum()
+    assert found == pytest.approx(resisted * result.pixel_area, rel=1e-8)
 
 
 def test_stiffness_without_elastic_pixels_is_zero_and_in_full_contact_infinite() -> None:

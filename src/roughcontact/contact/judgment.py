@@ -18,9 +18,8 @@ from roughcontact.contact.cautions import Caution, Kind, careful, noted, ordered
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.spots import FEW_PIXELS, Spots
-from roughcontact.errors import InputError, Mention, parts_of
+from roughcontact.errors import Mention, parts_of
 from roughcontact.material.material import softer
-from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
 from roughcontact.units import counted, engineering, percent
 
@@ -159,25 +158,6 @@ def _spread(told: list[tuple[float, Caution]], count: int, unit: str) -> Caution
     return replace(caution, parts=(f"{where}: ", *caution.parts))
 
 
-def rms_slope(result: ContactResult) -> float:
-    """Return the root-mean-square slope of the gap at first touch, of both bodies together.
-
-    Parameters
-    ----------
-    result : ContactResult
-        A solution.
-
-    Returns
-    -------
-    float
-        h′ without unit; NaN if no point has both neighbours.
-    """
-    try:
-        return roughness.rms_gradient(result.initial_gap, result.surface.pixel)
-    except InputError:
-        return math.nan
-
-
 def carrying_pixels(result: ContactResult, spots: Spots) -> int:
     """Return how large the spots are that matter.
 
@@ -287,7 +267,7 @@ def _resolution(result: ContactResult) -> Caution | None:
 
 
 def _slopes(result: ContactResult) -> Caution | None:
-    slope = rms_slope(result)
+    slope = result.pair.rms_slope
     if slope >= IMPLAUSIBLE_SLOPE:
         what = f"the heights have a root-mean-square slope of {slope:.3g}, as no measured map has"
         return _mistaken(what, _METRES, rms_slope=slope)
@@ -523,7 +503,7 @@ def spikes(surface: Surface) -> tuple[float, float] | None:
         either is that of a surface, or most of the map is flat and hence no measurement.
     """
     heights = surface.heights
-    kurtosis = roughness.height_parameters(heights)["Sku"]
+    kurtosis = surface.Sku
     if not kurtosis > SPIKY_KURTOSIS:
         return None
     middle = float(np.nanmedian(heights))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material, contact_modulus, softer
 from roughcontact.solvers.operator import Family
+from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
 from roughcontact.units import lengths
 
@@ -183,6 +185,14 @@ class Pair:
         heights = self.heights
         gap: NDArray[np.float64] = _highest(heights) - heights
         return gap
+
+    @cached_property
+    def rms_slope(self) -> float:
+        """Root-mean-square slope of both bodies together; NaN if no point has both neighbors."""
+        try:
+            return roughness.rms_gradient(self.initial_gap, self.pixel)
+        except InputError:
+            return math.nan
 
     def material_of(self, body: str) -> Material:
         """Return the material of ``"body"`` or ``"counter_body"``."""

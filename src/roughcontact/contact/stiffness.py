@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from roughcontact.contact.memory import Room
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import ConvergenceError, Sentence, parts_of
+from roughcontact.errors import ConvergenceError
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.solvers import bounded
-from roughcontact.solvers.problem import Problem
-
-# Of the pressure; that of the stiffness is about its square.
-_TOLERANCE = 1e-4
+from roughcontact.solvers.punch import load_of_unit_approach
 
 
 def stiffness(result: ContactResult) -> float:
@@ -42,8 +36,8 @@ def stiffness(result: ContactResult) -> float:
     Notes
     -----
     Within the small step the contact does not change: its elastic pixels are pressed like a
-    rigid flat punch of that outline, which is one more contact problem with a gap of zero on them
-    and no contact elsewhere. A circle of radius a gives 2 E* a.
+    rigid flat punch of that outline, one more linear problem. A circle of radius a gives 2 E* a.
+    The stiffness is good to about 1e-9.
 
     References
     ----------
@@ -54,22 +48,7 @@ def stiffness(result: ContactResult) -> float:
         return 0.0
     shape, pair = result.surface.shape, result.pair
     Room(shape, pair.boundary, result.precision).require(index.size / result.pressure.size)
-    gap = np.full(shape, np.inf)
-    gap.ravel()[index] = 0.0
-    total = 1 / result.pixel_area
-    solution = bounded.solve(
-        Problem(initial_gap=gap, limit=np.inf, total=total),
-        pair.operators(result.precision, Workspace()),
-        tolerance=max(result.tolerance, _TOLERANCE),
-        max_iterations=2000,
-        start=(index, np.full(index.size, total / index.size)),
-    )
-    if solution.status is not bounded.Status.CONVERGED:
-        text = f"stiffness not converged: certificate {solution.certificate:.1e}: "
-        raise ConvergenceError(Sentence(text, *parts_of(solution.status.value)), result)
-    # Twice the energy, over the load: an error of the pressure counts by its square.
-    pressed = solution.approach + solution.gap.ravel()[solution.index]
-    approach = float(np.sum(solution.pressure * pressed)) / float(np.sum(solution.pressure))
-    # In full periodic contact the flat moves without displacing anything.
-    smallest = np.finfo(float).eps * result.pixel_area * total / result.contact_modulus
-    return math.inf if approach <= smallest else 1 / approach
+    resisted = load_of_unit_approach(shape, index, pair.operators(result.precision, Workspace()))
+    if resisted is None:
+        raise ConvergenceError("stiffness not converged", result)
+    return resisted * result.pixel_area

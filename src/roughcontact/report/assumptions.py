@@ -17,7 +17,6 @@ from roughcontact.contact.judgment import (
     LARGE_STRAIN,
     SMALL_SLOPE,
     carrying_pixels,
-    rms_slope,
 )
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import FEW_PIXELS, Spots
@@ -142,7 +141,7 @@ def bodies(result: ContactResult) -> Statement:
 
 def slopes(result: ContactResult) -> Statement:
     """Return the statement on small slopes."""
-    slope = rms_slope(result)
+    slope = result.pair.rms_slope
     if math.isnan(slope):
         return Statement("Small slopes", "Slopes are taken as small; this map has none to judge.")
     whole = result.pair.whole

@@ -108,6 +108,11 @@ class Surface(Shown):
         """Root-mean-square height about the mean [m] (ISO 25178-2)."""
         return roughness.rms_height(self.heights)
 
+    @cached_property
+    def Sku(self) -> float:  # noqa: N802 - the standard's symbol
+        """Kurtosis of the heights (ISO 25178-2)."""
+        return roughness.height_parameters(self.heights)["Sku"]
+
     @property
     def Sdq(self) -> float:  # noqa: N802 - the standard's symbol
         """Root-mean-square gradient (ISO 25178-2)."""
