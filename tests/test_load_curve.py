@@ -16,7 +16,7 @@ from hypothesis import given, strategies as st
 import roughcontact as rc
 from roughcontact.contact import load_curve
 from roughcontact.contact.curve import LoadStep
-from roughcontact.contact.stiffness import stiffness
+from roughcontact.contact.stiffness import ahead, growth, stiffness
 from roughcontact.halfspace.convolution import Convolution
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers.progress import Progress
@@ -125,6 +125,49 @@ def test_stiffness_takes_few_convolutions_and_is_good_to_its_digits(
     matrix = np.array([operator(unit).ravel()[index] for unit in units])
     resisted = np.linalg.solve(matrix, np.ones(index.size)).sum()
     assert found == pytest.approx(resisted * result.pixel_area, rel=1e-8)
+
+
+@pytest.mark.parametrize("boundary", ["free", "periodic-x"])
+@pytest.mark.parametrize("ceiling", [None, 3e9])
+def test_a_contact_grows_as_its_stiffness_says(ceiling: float | None, boundary: str) -> None:
+    options = {"material": STEEL, "ceiling": ceiling, "boundary": boundary, "tolerance": 1e-10}
+    here = rc.solve(rough(), load=1.0, **options)
+    there = rc.solve(rough(), load=1.001, **options)
+    grown = growth(here)
+    change = np.linalg.norm(there.pressure - here.pressure)
+    for start in (
+        ahead(here, grown, load=1.001), ahead(here, grown, approach=there.approach)
+    ):  # fmt: skip
+        assert start.min() == 0
+        assert ceiling is None or start.max() <= ceiling
+        assert np.linalg.norm(start - there.pressure) < 0.1 * change
+    assert ahead(here, grown, load=1.001).sum() * here.pixel_area == pytest.approx(1.001, rel=1e-12)
+
+
+@pytest.mark.parametrize(("ceiling", "boundary"), [(3e9, "free"), (None, "periodic")])
+def test_a_step_begins_where_the_load_before_leads(ceiling: float | None, boundary: str) -> None:
+    surface, loads = rough(128), load_curve.spaced(0.5, 1.0, 12)
+    options = {"material": STEEL, "ceiling": ceiling, "boundary": boundary}
+    curve = rc.load_curve(surface, loads=loads, **options)
+    last, each = None, 0
+    for load in loads:
+        last = rc.solve(surface, load=load, start=last, **options)
+        each += last.convolutions
+    assert curve.column("convolutions").sum() < 0.9 * each
+
+
+@pytest.mark.parametrize("ceiling", ["recommended", 1.05e9])
+def test_loads_near_what_the_ceiling_carries(ceiling: Any) -> None:
+    # Steps that are saturated all over, or whose own ceiling cannot carry the next load.
+    soft = rc.Material(210e9, 0.3, 3.5e8)
+    surface = rough(32)
+    most = 1.05e9 * surface.shape[0] ** 2 * surface.pixel[0] ** 2
+    loads = [share * most for share in (0.02, 0.3, 0.7, 0.99, 0.9999, 1.0)]
+    if ceiling == "recommended":
+        loads = loads[:3]
+    curve = rc.load_curve(surface, material=soft, loads=loads, ceiling=ceiling)
+    assert curve.column("certificate").max() <= 1e-6
+    assert curve.column("load").tolist() == loads
 
 
 def test_stiffness_without_elastic_pixels_is_zero_and_in_full_contact_infinite() -> None:

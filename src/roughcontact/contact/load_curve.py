@@ -26,7 +26,7 @@ from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.resume import Place
 from roughcontact.contact.solve import press
-from roughcontact.contact.stiffness import stiffness
+from roughcontact.contact.stiffness import ahead, growth
 from roughcontact.contact.terms import Terms
 from roughcontact.errors import (
     ConvergenceError,
@@ -48,8 +48,8 @@ from roughcontact.units import Quantities, Quantity, quantity
 
 Array = NDArray[np.float64]
 
-HELD = 3
-"""Maps held while the stiffness of a step is sought: its pressure and gap, the pressure before."""
+HELD = 5
+"""Maps held while a step is prepared: pressure and gap of that before, their rates, the start."""
 
 
 @drawn
@@ -106,8 +106,9 @@ max_iterations, precision
 
     Notes
     -----
-    Each solve starts from the pressure of the load before it. The model keeps no history:
-    every step is the same as if it were solved alone, within its certificate.
+    Each solve starts from the load before it, whose pressure and gap go on as they grow where the
+    stiffness is known. The model keeps no history: every step is the same as if it were solved
+    alone, within its certificate.
 
     Examples
     --------
@@ -241,40 +242,44 @@ class _Sweep:
 
 def _steps(sweep: _Sweep, place: Place | None, progress: Tell) -> Iterator[tuple[LoadStep, Array]]:
     """Yield the steps with their pressures, each read from the folder or solved and kept there."""
-    pressure: Array | None = None
+    start: Array | None = None
     # Steps are named by their number, and each is complete once it is there.
     for number, value in enumerate(sweep.values, start=1):
         path = None if place is None else place.folder / f"step-{number:04d}.npz"
         # What makes a step one of this sweep, at this load.
         mark = {} if place is None else {"problem": place.problem, "asked": value}
         if path is not None and path.exists():
-            step, pressure = _read_step(path, sweep.pair.shape, mark)
+            step, pressure, start = _read_step(path, sweep.pair.shape, mark)
             if callable(progress):
                 progress(Progress(number, len(sweep.values), None, kept=True))
         else:
             try:
-                step, pressure = _solved_step(sweep, number, pressure, progress)
+                step, pressure, start = _solved_step(sweep, number, start, progress)
             except ConvergenceError as error:
                 raise _unsolved(sweep, number, place, error) from None
             if path is not None:
-                _write_step(path, step, pressure, mark)
+                _write_step(path, step, pressure, start, mark)
         yield step, pressure
 
 
 def _solved_step(
     sweep: _Sweep,
     number: int,
-    before: Array | None,
+    start: Array | None,
     progress: Tell,
-) -> tuple[LoadStep, Array]:
-    """Return a step and its pressure, found from the pressure of the load before it."""
+) -> tuple[LoadStep, Array, Array]:
+    """Return a step and its pressure, and the pressure from which the next one starts."""
     result = press(
         sweep.pair,
         sweep.terms_at(sweep.values[number - 1]),
-        start=before,
+        start=start,
         progress=numbered(progress, number, len(sweep.values)),
     )
-    return _step(result), result.pressure
+    grown = growth(result)
+    following = result.pressure
+    if number < len(sweep.values):
+        following = ahead(result, grown, **{sweep.control: sweep.values[number]})
+    return _step(result, grown.stiffness), result.pressure, following
 
 
 def _unsolved(
@@ -349,7 +354,7 @@ def _ascending(pair: Pair, loads: Quantities | None, approaches: Quantities | No
     return values
 
 
-def _step(result: ContactResult) -> LoadStep:
+def _step(result: ContactResult, stiffness: float) -> LoadStep:
     spots = result.spots()
     return LoadStep(
         load=result.load,
@@ -359,7 +364,7 @@ def _step(result: ContactResult) -> LoadStep:
         saturated_area=result.saturated_fraction * result.pressure.size * result.pixel_area,
         max_pressure=result.max_pressure,
         mean_gap=result.mean_gap,
-        stiffness=stiffness(result),
+        stiffness=stiffness,
         spots=spots.count,
         mean_spot_area=float(spots.area.mean()) if spots.count else 0.0,
         largest_spot_area=float(spots.area[0]) if spots.count else 0.0,
@@ -374,9 +379,18 @@ def _step(result: ContactResult) -> LoadStep:
 # Steps on disk
 
 
-def _write_step(path: Path, step: LoadStep, pressure: Array, mark: Mapping[str, Any]) -> None:
-    index = np.flatnonzero(pressure)
-    arrays = {"index": index, "pressure": pressure.ravel()[index], **asdict(step), **mark}
+def _write_step(
+    path: Path, step: LoadStep, pressure: Array, following: Array, mark: Mapping[str, Any]
+) -> None:
+    index, start = np.flatnonzero(pressure), np.flatnonzero(following)
+    arrays = {
+        "index": index,
+        "pressure": pressure.ravel()[index],
+        "following_index": start,
+        "following": following.ravel()[start],
+        **asdict(step),
+        **mark,
+    }
     try:
         with replacing(path) as stream:
             np.savez(stream, **arrays, checksum=checksums.of_arrays(arrays))
@@ -388,14 +402,16 @@ def _write_step(path: Path, step: LoadStep, pressure: Array, mark: Mapping[str, 
 
 def _read_step(
     path: Path, shape: tuple[int, int], mark: Mapping[str, Any]
-) -> tuple[LoadStep, Array]:
+) -> tuple[LoadStep, Array, Array]:
     names = [field.name for field in fields(LoadStep)]
+    held = ("index", "pressure", "following_index", "following", *names, *mark)
     try:
         with path.open("rb") as stream, np.load(stream) as stored:
-            arrays = {name: stored[name] for name in ("index", "pressure", *names, *mark)}
+            arrays = {name: stored[name] for name in held}
             sound = str(stored["checksum"]) == checksums.of_arrays(arrays)
-            pressure = np.zeros(shape)
+            pressure, following = np.zeros(shape), np.zeros(shape)
             pressure.ravel()[arrays["index"]] = arrays["pressure"]
+            following.ravel()[arrays["following_index"]] = arrays["following"]
     # NumPy and zipfile fail on damaged files with errors of many kinds.
     except Exception as error:
         raise FormatError(
@@ -414,4 +430,4 @@ def _read_step(
         field.name: (int if field.type == "int" else float)(arrays[field.name])
         for field in fields(LoadStep)
     }
-    return LoadStep(**values), pressure
+    return LoadStep(**values), pressure, following

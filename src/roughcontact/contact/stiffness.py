@@ -1,14 +1,42 @@
-"""Contact stiffness: how fast the load grows with the approach."""
+"""Contact stiffness: how fast the load grows with the approach, and the pressure with it."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from roughcontact.contact.memory import Room
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.solvers.punch import load_of_unit_approach
+from roughcontact.halfspace.sums import LocalSums
+from roughcontact.solvers.projection import project
+from roughcontact.solvers.punch import flat_punch
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Growth:
+    """How a contact grows with its approach as long as its outline stays.
+
+    Parameters
+    ----------
+    stiffness : float
+        dW/dω [N/m].
+    unit : float
+        K₀₀ [m/Pa].
+    rate : ndarray, shape (ny, nx), or None
+        Rate of ``p - g/K₀₀`` with the approach [Pa/m], p the pressure and g the gap; None where
+        nothing resists, or nothing more can be carried.
+    """
+
+    stiffness: float
+    unit: float = math.nan
+    rate: Array | None = None
 
 
 def stiffness(result: ContactResult) -> float:
@@ -37,18 +65,68 @@ def stiffness(result: ContactResult) -> float:
     -----
     Within the small step the contact does not change: its elastic pixels are pressed like a
     rigid flat punch of that outline, one more linear problem. A circle of radius a gives 2 E* a.
-    The stiffness is good to about 1e-9.
+    The stiffness is good to 1e-7 at least, to 1e-9 as a rule.
 
     References
     ----------
     Barber 2003, Proc. R. Soc. A 459, 53, doi:10.1098/rspa.2002.1038
     """
+    return growth(result).stiffness
+
+
+def growth(result: ContactResult) -> Growth:
+    """Return the contact stiffness of a solution with what it comes from; see `stiffness`."""
     index = np.flatnonzero(result.contact & ~result.saturated)
     if index.size == 0:
-        return 0.0
+        return Growth(0.0)
     shape, pair = result.surface.shape, result.pair
     Room(shape, pair.boundary, result.precision).require(index.size / result.pressure.size)
-    resisted = load_of_unit_approach(shape, index, pair.operators(result.precision, Workspace()))
-    if resisted is None:
+    punch = flat_punch(shape, index, pair.operators(result.precision, Workspace()))
+    if punch is None:
         raise ConvergenceError("stiffness not converged", result)
-    return resisted * result.pixel_area
+    if math.isinf(punch.total):
+        return Growth(math.inf)
+    rate: Array = (1 - punch.displacement) / punch.unit
+    rate.ravel()[index] = punch.pressure
+    return Growth(punch.total * result.pixel_area, punch.unit, rate)
+
+
+def ahead(
+    result: ContactResult, grown: Growth, *, load: float | None = None, approach: float = math.nan
+) -> Array:
+    """Return a pressure to start from under another load, or else at another approach.
+
+    Pressure and gap go on as they grow, as far as the bounds allow.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+    grown : Growth
+        How it grows.
+    load, approach : float, optional
+        Where to: load [N], or approach [m].
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Pressure [Pa]; that of the result where its growth is not known.
+    """
+    if grown.rate is None:
+        return result.pressure
+    rise = (approach - result.approach) if load is None else (load - result.load) / grown.stiffness
+    values = result.pressure - result.gap / grown.unit + rise * grown.rate
+    limit = np.inf if result.ceiling is None else result.ceiling
+    limit = np.broadcast_to(np.float64(limit), values.shape)
+    # Further from contact than any pixel is in it, none is taken in.
+    near = (values > -np.nanmax(values)) & (limit > 0)
+    values, limit = values[near], limit[near]
+    start = np.zeros(near.shape)
+    if load is None:
+        start[near] = np.clip(values, 0, limit)
+        return start
+    total = load / result.pixel_area
+    if limit.sum() < total:
+        return result.pressure
+    start[near] = project(values, limit, total, LocalSums())
+    return start

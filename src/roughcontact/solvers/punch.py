@@ -1,8 +1,10 @@
-"""A rigid flat that some pixels follow: how much load its approach takes."""
+"""A rigid flat that some pixels follow: which pressures its approach takes."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +19,30 @@ _GAIN = 1e-7
 _MOST_STEPS = 2000
 
 
-def load_of_unit_approach(
-    shape: tuple[int, int], index: NDArray[np.int64], family: Family
-) -> float | None:
-    """Return the sum of the pressures that displace some pixels by a unit length.
+@dataclass(frozen=True, eq=False)
+class Punch:
+    """What displaces some pixels alike, by a unit length.
+
+    Parameters
+    ----------
+    total : float
+        Sum of the pressures [Pa/m]; infinite where nothing resists, as on all of a periodic map.
+    pressure : ndarray, shape (n,)
+        Pressure on the pixels [Pa/m].
+    displacement : ndarray, shape (ny, nx)
+        Displacement of the map [1], 1 on the pixels.
+    unit : float
+        K₀₀, the displacement of a pixel under unit pressure on itself [m/Pa].
+    """
+
+    total: float
+    pressure: NDArray[np.float64]
+    displacement: NDArray[Any]
+    unit: float
+
+
+def flat_punch(shape: tuple[int, int], index: NDArray[np.int64], family: Family) -> Punch | None:
+    """Return the pressures that displace some pixels by a unit length.
 
     Parameters
     ----------
@@ -33,38 +55,39 @@ def load_of_unit_approach(
 
     Returns
     -------
-    float or None
-        Σp over the displacement [Pa/m]; infinite where nothing resists, as on all of a periodic
-        map; None where the search ends too early.
+    Punch or None
+        None where the search ends too early.
 
     Notes
     -----
-    Conjugate gradients from no pressure on, in single precision. The sum is a maximum,
+    Conjugate gradients from no pressure on, in single precision. The total is a maximum,
     ``(Σp)² / ⟨p, K p⟩``, and so off by the square of what the pressure is off by: taken once in
     the arithmetic of the problem, it is good to more digits than the pressure.
     """
     operator = family(shape, (1, 1))
     patch = Patches(operator, family, (1, 1)).around(index)
-    if patch.operator.shape != operator.shape:
-        operator = family(patch.operator.shape, (1, 1))
-    index = patch.index(index)
-    support, precondition = patch.operator.support(index), patch.inverse.on(index)
-    sums, unit = operator.sums, patch.operator.self_displacement
+    local = patch.index(index)
+    support, precondition = patch.operator.support(local), patch.inverse.on(local)
+    sums, unit = operator.sums, operator.self_displacement
     pressure, residual = np.zeros(index.size), np.ones(index.size)
     direction, response = pressure, residual
-    previous, carried = math.inf, 0.0
+    previous, carried, first = math.inf, 0.0, 0.0
     for _ in range(_MOST_STEPS):
         z = precondition(residual)
         product = sums.dot(residual, z)
         if not product > 0:
-            return None
+            # Hardly more than rounding is left, or the inverse is none there: straight down.
+            z, product = residual.copy(), sums.dot(residual, residual)
+        first = first or product
+        if product <= _GAIN**2 * first:
+            break
         # The inverse is not quite linear: see `roughcontact.solvers.active_set`.
         direction = z - sums.dot(response, z) / previous * direction
         previous = product
         response = patch.operator.gather(support, direction) / unit
         curvature = sums.dot(direction, response)
         if curvature <= _FLAT * sums.dot(direction, direction):
-            return math.inf
+            return Punch(math.inf, direction, residual, unit)
         length = product / curvature
         pressure += length * direction
         response *= length
@@ -74,5 +97,13 @@ def load_of_unit_approach(
             break
     else:
         return None
-    displacement = operator.gather(operator.support(index), pressure)
-    return sums.total(pressure) ** 2 / sums.dot(pressure, displacement)
+    rows = operator.rows.stop - operator.rows.start
+    displacement: NDArray[Any] = np.empty((rows, shape[1]), operator.real)
+
+    def keep(number: int, rows: slice, block: NDArray[Any]) -> None:
+        displacement[rows] = block
+
+    pressure /= unit
+    operator.spread(operator.support(index), pressure, keep)
+    work = sums.dot(pressure, displacement.ravel()[index].astype(np.float64))
+    return Punch(sums.total(pressure) ** 2 / work, pressure, displacement, unit)
