@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from roughcontact.contact.cautions import Caution
+from roughcontact.errors import ConvergenceError
+from roughcontact.plots import maps
 from roughcontact.plots.saving import png
-from roughcontact.report import figures, results
-from roughcontact.report.quantities import TRUST
+from roughcontact.report import figures, results, tables
+from roughcontact.report.quantities import ANSWER, PROBLEM, TRUST, beside
 from roughcontact.request.options import (
     FIND,
     HISTORY,
@@ -163,3 +165,56 @@ def answer(tell: Tell, request: Request) -> Answer:
 
 def _pictures(found: Any) -> tuple[tuple[str, bytes], ...]:
     return tuple((name, png(draw())) for name, draw in figures.drawings(found).items())
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two contacts side by side.
+
+    Parameters
+    ----------
+    rows : tuple of (str, str, str)
+        Names of numbers, and those of both.
+    cautions : pair of tuple of Caution
+        What has to be known of each.
+    picture : bytes
+        Pressure and contact of both, in the same colours, as PNG.
+    """
+
+    rows: tuple[Cells, ...]
+    cautions: tuple[tuple[Caution, ...], tuple[Caution, ...]]
+    picture: bytes
+
+
+def compare(tell: Tell, first: Request, second: Request, names: tuple[str, str]) -> Pair:
+    """Solve two contacts and set them side by side; a job for `apart.Bench.begin`.
+
+    Parameters
+    ----------
+    tell : callable
+        Called with what is done.
+    first, second : Request
+        The contacts.
+    names : (str, str)
+        What they are called.
+
+    Raises
+    ------
+    RoughcontactError
+        If one cannot be solved.
+    """
+    found = []
+    for name, request in zip(names, (first, second), strict=True):
+        tell(f"solving {name}")
+        outcome = run(request, tell, tell)
+        if outcome.result is None or not outcome.converged:
+            raise ConvergenceError(f"{name}: {outcome.shortfall}", outcome.result)
+        found.append(outcome.result)
+    tell("drawing")
+    one, other = found
+    told = [
+        (row.title, *texts)
+        for part in (PROBLEM, ANSWER, TRUST)
+        for row, texts in beside(tables.CONTACT, found, part)
+    ]
+    return Pair(tuple(told), (one.cautions, other.cautions), png(maps.comparison(found, names)))

@@ -54,7 +54,7 @@ class Ask:
             self._working.refuse_error(error, task)
             return
         self._answer[:] = []
-        self._working.begin(answer, request, self._show)
+        self._working.begin(answer, self._show, request)
 
     def _show(self, found: Answer) -> None:
         if not found.outcome.converged:
@@ -96,10 +96,11 @@ def _shown(found: Answer) -> list[Any]:
     if found.steps:
         parts.append(headline.table(found.steps, found.heads))
     panes = [pn.pane.HTML(part, **style.WIDE) for part in parts]
-    return [*panes[:1], *map(_picture, found.pictures), *panes[1:]]
+    return [*panes[:1], *map(picture, found.pictures), *panes[1:]]
 
 
-def _picture(figure: tuple[str, bytes]) -> Any:
+def picture(figure: tuple[str, bytes]) -> Any:
+    """Return what shows a figure, given with its name as PNG."""
     name, data = figure
     text = base64.b64encode(data).decode("ascii")
     alt = words.escaped(name.replace("-", " "))

@@ -12,7 +12,18 @@ from typing import Any
 
 import panel as pn
 
-from roughcontact.desk import apart, ask, bring, column, headline, loadbar, style, take, words
+from roughcontact.desk import (
+    apart,
+    ask,
+    bring,
+    column,
+    compare,
+    headline,
+    loadbar,
+    style,
+    take,
+    words,
+)
 from roughcontact.desk.controls import button
 from roughcontact.desk.live import Failed, Live, Prepared, Told
 from roughcontact.desk.maps import Maps
@@ -26,7 +37,7 @@ from roughcontact.request import making
 from roughcontact.request.run import Outcome
 from roughcontact.solvers.progress import Progress
 
-_TAKE_AWAY = 3
+_TAKE_AWAY = 4
 """Which tab it is."""
 
 
@@ -60,6 +71,7 @@ class Page:
         self._model = column.Model(session)
         self._load = loadbar.Load(session, self._give)
         self._ask = ask.Ask(session, bench, self._run)
+        self._compare = compare.Compare(session, bench, self._run, self._do)
         self._take_away = take.Take(session, bench, self._run, visit.folder, visit.offer)
         self._numbers = pn.pane.HTML("", **style.WIDE)
         self._trust = pn.pane.HTML("", **style.WIDE)
@@ -78,6 +90,7 @@ class Page:
     def close(self) -> None:
         """End what the page holds."""
         self._ask.cancel()
+        self._compare.cancel()
         self._take_away.cancel()
         self.session.close()
 
@@ -190,6 +203,7 @@ class Page:
         self._preparation.show(session.prepared)
         self._bodies.show()
         self._model.show()
+        self._compare.show()
         self._load.show(session.prepared)
         self._undo.disabled, self._redo.disabled = not session.can_undo, not session.can_redo
         if session.state.missing:
@@ -200,6 +214,7 @@ class Page:
             ("Contact", pn.Column(self._keep, self.maps.root, self._section.root, **style.BLOCK)),
             ("All numbers", self._all),
             ("Ask", self._ask.root),
+            ("Compare", self._compare.root),
             ("Take away", self._take_away.root),
             dynamic=False,
             **style.TABS,

@@ -73,7 +73,7 @@ class Take:
         except RoughcontactError as error:
             self._working.refuse_error(error)
             return
-        self._working.begin(apart.carry_out, request, self._show)
+        self._working.begin(apart.carry_out, self._show, request)
 
     def _show(self, outcome: Outcome) -> None:
         if outcome.failure is not None:

@@ -49,15 +49,20 @@ class Working:
         )
 
     def begin(
-        self, work: Callable[..., Any], request: Request, take: Callable[[Any], None]
+        self, work: Callable[..., Any], take: Callable[[Any], None], request: Request, *more: Any
     ) -> None:
-        """Begin a job on a request, and have what it gives taken."""
+        """Begin a job on a request (and more), and have what it gives taken."""
         self._task, self._take = request.task, take
         self._start.disabled, self._cancel.disabled = True, False
         self._bar.visible, self._bar.value = True, -1
         self._said.object = _quiet("starting …")
         self._job = self._bench.begin(
-            work, request, told=self._told, ended=self._ended, folders=apart.folders_of(request)
+            work,
+            request,
+            *more,
+            told=self._told,
+            ended=self._ended,
+            folders=apart.folders_of(request),
         )
 
     def cancel(self) -> None:
