@@ -27,6 +27,7 @@ DELEGATIONS: dict[str, set[str]] = {
         "contact.judgment",
         "contact.solve",
         "contact.stiffness",
+        "desk.explore",
         "formats.export",
         "report.contact",
         "report.results",
@@ -39,7 +40,7 @@ DELEGATIONS: dict[str, set[str]] = {
     "contact.stress": {"report.results"},
     "contact.study": {"report.results"},
     "shown": {"plots.accessor", "report.glance"},
-    "surface.surface": {"formats.export"},
+    "surface.surface": {"desk.explore", "formats.export"},
     "volume.result": {
         "formats.export",
         "report.results",

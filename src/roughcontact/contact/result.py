@@ -342,6 +342,12 @@ class ContactResult(Shown):
 
         export.save(self, path)
 
+    def explore(self) -> Any:
+        """Open the page on this result; see `roughcontact.desk.explore.explore`."""
+        from roughcontact.desk import explore
+
+        return explore.explore(self)
+
     def report(
         self,
         path: str | Path,

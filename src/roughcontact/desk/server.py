@@ -143,6 +143,8 @@ class Server:
         What to open in a browser.
     port : int
         Where it listens.
+    first : Work
+        The work that `url` opens.
     bench : Bench
         Where its pages have work done in other processes.
     """
@@ -156,7 +158,7 @@ class Server:
         self._loop: IOLoop | None = None
         self._ready = threading.Event()
         self._token = secrets.token_urlsafe(24) if settings.is_open else ""
-        self._first = self._works.create()
+        self.first = self._works.create()
         self.bench = Bench()
 
     @property
@@ -164,7 +166,7 @@ class Server:
         """The address of the first work."""
         told = {"token": self._token} if self._token else {}
         base = self._settings.origins[0] if self._token else f"http://{HOST}:{self.port}"
-        return f"{base}/?{urlencode({**told, 'work': self._first.key})}"
+        return f"{base}/?{urlencode({**told, 'work': self.first.key})}"
 
     def run(self) -> None:
         """Serve until `stop` is called or Ctrl-C comes; then all that it began ends."""
@@ -257,7 +259,7 @@ class Server:
             return pn.pane.Str("This piece of work is not there any more.")
         ends = ExitStack()
         folder = ends.enter_context(work.page())
-        fresh = work.key == self._first.key and not work.project.exists()
+        fresh = work.key == self.first.key and not work.project.exists()
         visit = Visit(
             work, self._settings.file if fresh else None, folder, self.bench,
             self._settings.upload_limit, ends,

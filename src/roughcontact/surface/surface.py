@@ -7,6 +7,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -560,6 +561,12 @@ class Surface(Shown):
         from roughcontact.formats import export
 
         export.save_surface(self, path)
+
+    def explore(self) -> Any:
+        """Open the page on this surface; see `roughcontact.desk.explore.explore`."""
+        from roughcontact.desk import explore
+
+        return explore.explore(self)
 
     def _after(
         self,

@@ -1,0 +1,141 @@
+"""The page on what a session holds: beside the cell of a notebook, or in a browser of its own."""
+
+from __future__ import annotations
+
+import html
+import tempfile
+import threading
+import weakref
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.desk.server import Server, Settings
+from roughcontact.desk.state import State, Value
+from roughcontact.errors import InputError
+from roughcontact.material.material import Material
+from roughcontact.surface.surface import Surface
+
+if TYPE_CHECKING:
+    from roughcontact.desk.server import Visit
+
+_HEIGHT = 820
+
+
+class Desk:
+    """A page that is served to this machine as long as this object lives, or until `close`.
+
+    Attributes
+    ----------
+    url : str
+        Its address.
+    """
+
+    def __init__(self, server: Server, folder: tempfile.TemporaryDirectory[str]) -> None:
+        self.url = server.url
+        self._thread = threading.Thread(target=server.run, name="desk", daemon=True)
+        self._thread.start()
+        self._end = weakref.finalize(self, _closed, server, self._thread, folder)
+
+    def close(self) -> None:
+        """End the page, and remove what it kept."""
+        self._end()
+
+    def __repr__(self) -> str:
+        """Return where the page is."""
+        return f"a page at {self.url}"
+
+    def _repr_html_(self) -> str:
+        address = html.escape(self.url, quote=True)
+        return (
+            f'<iframe src="{address}" title="roughcontact" width="100%" height="{_HEIGHT}" '
+            'style="border: 1px solid #d8dee4; border-radius: 6px"></iframe>'
+        )
+
+
+def explore(shown: Surface | ContactResult) -> Desk:
+    """Open the page on a surface or a result.
+
+    Parameters
+    ----------
+    shown : Surface or ContactResult
+        What it begins with.
+
+    Returns
+    -------
+    Desk
+        The page: a notebook shows it, ``desk.url`` opens in a browser of this machine.
+
+    Raises
+    ------
+    InputError
+        If the page cannot show it: a profile, or bodies that it has no words for.
+    """
+    surface = shown if isinstance(shown, Surface) else shown.surface
+    surface.require_map("the page")
+    given: dict[str, Value] = {"level": "none"}
+    if surface.missing:
+        given["holes"] = "mask"
+    counter = None
+    if isinstance(shown, ContactResult):
+        given |= _given(shown)
+        counter = shown.counter_surface
+    folder = tempfile.TemporaryDirectory(prefix="roughcontact-desk-")
+    server = Server(_page, Settings(folder=Path(folder.name), port=0, browser=False))
+    work = server.first
+    state = State().bringing(_saved(surface, work.folder / "map.npz"), surface.provenance.source)
+    if counter is not None:
+        path = _saved(counter, work.folder / "counter.npz")
+        state = state.facing(path, counter.provenance.source)
+    for name, value in given.items():
+        state = state.having(name, value)
+    work.project.write_text(state.script, encoding="utf-8")
+    return Desk(server, folder)
+
+
+def _page(visit: Visit) -> object:
+    from roughcontact.desk.page import page
+
+    return page(visit)
+
+
+def _closed(
+    server: Server, thread: threading.Thread, folder: tempfile.TemporaryDirectory[str]
+) -> None:
+    server.stop()
+    thread.join()
+    folder.cleanup()
+
+
+def _saved(surface: Surface, path: Path) -> Path:
+    surface.save(path)
+    return path
+
+
+def _given(result: ContactResult) -> dict[str, Value]:
+    """Return the options that give a result again, to the last digit."""
+    if result.moments is not None or not isinstance(result.ceiling, (float, type(None))):
+        raise InputError(
+            "the page has no words for a ceiling of each pixel and for moments: explore the "
+            "surface of the result"
+        )
+    given: dict[str, Value] = {
+        **_constants(result.material, ""),
+        **_constants(result.counter_material, "counter-"),
+        "boundary": str(result.boundary),
+        "ceiling": "none" if result.ceiling is None else f"{result.ceiling!r} Pa",
+        "tolerance": repr(result.tolerance),
+    }
+    control, unit = ("load", "N") if result.control == "load" else ("approach", "m")
+    return {**given, control: f"{getattr(result, control)!r} {unit}"}
+
+
+def _constants(material: Material, prefix: str) -> dict[str, Value]:
+    if material.compliance == 0.0:
+        return {}
+    constants = {
+        "young": f"{material.young!r} Pa",
+        "poisson": repr(material.poisson),
+        "yield-strength": material.yield_strength and f"{material.yield_strength!r} Pa",
+    }
+    return {f"{prefix}{name}": text for name, text in constants.items() if text}

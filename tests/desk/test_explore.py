@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.desk.state import from_script
+from roughcontact.errors import InputError
+from roughcontact.request.run import run
+
+pytest.importorskip("panel", reason="needs roughcontact[desk]")
+
+STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1.1e9)
+
+
+@pytest.fixture
+def surface() -> rc.Surface:
+    heights = 1e-7 * np.random.default_rng(1).standard_normal((16, 24))
+    return rc.Surface(heights, (1e-6, 2e-6))
+
+
+@pytest.fixture
+def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
+    from roughcontact.desk import explore
+
+    pages: list[Any] = []
+    made = explore.Desk
+
+    def keep(*arguments: Any) -> Any:
+        pages.append(made(*arguments))
+        return pages[-1]
+
+    monkeypatch.setattr(explore, "Desk", keep)
+    yield pages
+    for page in pages:
+        page.close()
+
+
+def work_of(page: Any) -> Path:
+    """Return the project file behind a page."""
+    server = page._end.peek()[2][0]
+    return Path(server.first.project)
+
+
+def test_a_result_gives_its_own_digits_again(surface: rc.Surface, opened: list[Any]) -> None:
+    result = rc.solve(
+        surface, load=0.0123456789, material=STEEL, counter_material=rc.Material(70e9, 0.33)
+    )
+    page = result.explore()
+    project = work_of(page)
+    state = from_script(project.read_text("utf-8"), project.parent)
+    again = run(state.request(), lambda _: None).result
+    assert again is not None
+    assert np.array_equal(again.pressure, result.pressure)
+
+
+def test_the_page_is_served_and_ends(surface: rc.Surface, opened: list[Any]) -> None:
+    page = surface.explore()
+    with urllib.request.urlopen(page.url, timeout=60) as answer:
+        assert answer.status == 200
+    assert page.url in page._repr_html_().replace("&amp;", "&")
+    folder = work_of(page).parent
+    page.close()
+    assert not folder.exists()
+
+
+def test_what_the_page_cannot_show_is_refused(surface: rc.Surface) -> None:
+    with pytest.raises(InputError, match="the page"):
+        rc.Surface(surface.heights[0], 1e-6).explore()
+    limited = rc.solve(
+        surface, load=0.01, material=STEEL, ceiling=np.full(surface.shape, 3e9), tolerance=1e-4
+    )
+    with pytest.raises(InputError, match="ceiling of each pixel"):
+        limited.explore()
