@@ -299,11 +299,14 @@ def draw_profile(axes: Axes, line: Line, factor: float, height_factor: float) ->
 def draw_line_pressure(
     axes: Axes, line: Line, top: float, factor: float, pressure_factor: float
 ) -> None:
-    """Draw the pressure on a section into axes."""
+    """Draw the pressure on a section into axes, whose limits are the caller's."""
+    from matplotlib.patches import StepPatch
+
     edges = np.append(line.place - line.pixel / 2, line.place[-1] + line.pixel / 2) * factor
     for mask, colour in ((~line.saturated, ELASTIC), (line.saturated, SATURATED)):
         values = np.where(mask, line.pressure, 0.0) * pressure_factor
-        axes.stairs(values, edges, fill=True, color=colour)
+        # `stairs` would look at every edge as a curve, for limits that are known.
+        axes.add_artist(StepPatch(values, edges, fill=True, color=colour, linewidth=0))
     if line.ceiling is not None and (line.ceiling <= top).any():
         axes.plot(
             line.place * factor,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.files import replacing
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 # Of zlib: a tenth larger than its default of 6, in two thirds of the time.
 _COMPRESSION = 3
+
+_OPAQUE = 255
 
 _SUFFIXES = {".png": "png", ".svg": "svg", ".pdf": "pdf"}
 
@@ -76,16 +79,22 @@ def png(figure: Figure) -> bytes:
     -------
     bytes
         The picture that ``savefig`` makes. That draws every figure twice, the first time only to
-        lay it out; a canvas lays it out as it draws.
+        lay it out; a canvas lays it out as it draws. Without an opacity that is 1 everywhere, it
+        takes three quarters of the time to pack.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
 
-    stream, shown_on, dpi = io.BytesIO(), figure.canvas, figure.dpi
-    write: Callable[..., None] = FigureCanvasAgg(figure).print_png
+    shown_on, dpi = figure.canvas, figure.dpi
+    canvas = FigureCanvasAgg(figure)
     try:
         figure.set_dpi(DPI)
-        write(stream, pil_kwargs={"compress_level": _COMPRESSION})
+        canvas.draw()
     finally:
         figure.set_dpi(dpi)
         figure.set_canvas(shown_on)
+    dots = np.asarray(canvas.buffer_rgba())
+    picture = Image.fromarray(dots if dots[..., 3].min() < _OPAQUE else dots[..., :3].copy())
+    stream = io.BytesIO()
+    picture.save(stream, "png", compress_level=_COMPRESSION, dpi=(DPI, DPI))
     return stream.getvalue()
