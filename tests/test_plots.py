@@ -10,10 +10,10 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 from numpy.typing import NDArray
+from PIL import Image
 
 from roughcontact import plots
 from roughcontact.contact.curve import LoadCurve, LoadStep
@@ -572,6 +572,13 @@ def test_a_png_is_what_savefig_draws_and_is_laid_out_once(
         np.testing.assert_array_equal(imread(io.BytesIO(picture))[..., :3], rendered(same))
 
 
+def test_a_png_has_an_opacity_only_where_it_is_seen_through() -> None:
+    for ground, mode in (("white", "RGB"), ("none", "RGBA")):
+        figure = Figure(figsize=(2, 1), facecolor=ground)
+        figure.subplots().plot([0, 1])
+        assert Image.open(io.BytesIO(saving.png(figure))).mode == mode
+
+
 @pytest.mark.parametrize("name", ["figure.bmp", "figure", "figure.png.txt"])
 def test_save_refuses_unknown_suffixes(tmp_path: Path, name: str) -> None:
     with pytest.raises(InputError, match=r"suffix; use one of \.png, \.svg, \.pdf"):
@@ -600,12 +607,12 @@ def test_failed_save_keeps_the_old_file_and_leaves_nothing(
     path = tmp_path / name
     path.write_text("old")
 
-    def half(self: object, stream: Any, **kwargs: Any) -> None:
+    def half(self: object, stream: Any, *given: Any, **kwargs: Any) -> None:
         stream.write(b"half")
         raise failure
 
     monkeypatch.setattr(Figure, "savefig", half)
-    monkeypatch.setattr(FigureCanvasAgg, "print_png", half)
+    monkeypatch.setattr(Image.Image, "save", half)
     with pytest.raises(raised):
         plots.save(Figure(), path)
     assert path.read_text() == "old"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -86,7 +86,7 @@ def png(figure: Figure) -> bytes:
     from PIL import Image
 
     shown_on, dpi = figure.canvas, figure.dpi
-    canvas = FigureCanvasAgg(figure)
+    canvas: Any = FigureCanvasAgg(figure)
     try:
         figure.set_dpi(DPI)
         canvas.draw()
