@@ -9,18 +9,16 @@ from typing import Any
 
 import numpy as np
 from bokeh.core.property.descriptors import UnsetValueError
-from bokeh.models import Axis, ColorBar, FixedTicker
+from bokeh.models import Axis, ColorBar, Column, FixedTicker, HoverTool
+from bokeh.plotting import figure
 from numpy.typing import NDArray
 from panel.io.document import hold
 from panel.io.state import state
 from panel.models import HTML
 
-from roughcontact.desk.style import FONT, INK
+from roughcontact.desk.style import FONT, INK, TEXT as TEXT_SHEET
 
 TEXT, SMALL = "12px", "11px"
-
-WORDS = f"font: 12px/1.5 {FONT}; color: {INK}".replace('"', "'")
-"""Style of text beside figures."""
 
 GRID, FRAME = "#e4e4e4", "#b8b8b8"
 
@@ -51,6 +49,42 @@ def quiet(plot: Any) -> None:
     plot.toolbar.logo = None
 
 
+def chart(title: str, height: int = 260, **options: Any) -> Any:
+    """Return a figure of lines in the house's style."""
+    plot: Any = figure(
+        title=title, height=height, sizing_mode="stretch_width", min_border_left=60,
+        tools="pan,box_zoom,wheel_zoom,reset", active_scroll=None, **options,
+    )  # fmt: skip
+    quiet(plot)
+    return plot
+
+
+def noted(plot: Any) -> tuple[Any, Any]:
+    """Return a figure with room for markup below it, and the model of that."""
+    plot.toolbar.autohide = True
+    note = markup(sizing_mode="stretch_width", margin=(0, 8, 4, 60))
+    return Column(plot, note, sizing_mode="stretch_width"), note
+
+
+def hover(plot: Any, drawn: Any, told: Sequence[tuple[str, str]]) -> Any:
+    """Have the values under the cursor told: names and columns; `hover_units` tells the units."""
+    tool: Any = HoverTool(
+        renderers=[drawn],
+        tooltips=[(name, f"@{{{column}}}{{%0.4g}}") for name, column in told],
+        formatters={f"@{{{column}}}": "printf" for _, column in told},
+    )
+    plot.add_tools(tool)
+    return tool
+
+
+def hover_units(tool: Any, units: Sequence[str]) -> None:
+    """Set the units of what is told under the cursor."""
+    tool.tooltips = [
+        (name, f"{text.partition(' ')[0]} {unit}")
+        for (name, text), unit in zip(tool.tooltips, units, strict=True)
+    ]
+
+
 def quiet_legend(plot: Any) -> None:
     """Put the legend of a figure above it, in one line."""
     legend = plot.legend[0]
@@ -64,6 +98,7 @@ def quiet_legend(plot: Any) -> None:
     legend.spacing = 12
     legend.glyph_height = legend.glyph_width = 16
     legend.click_policy = "hide"
+    legend.location = "left"
 
 
 def frame(plot: Any, unknown: tuple[float, float]) -> tuple[float, float]:
@@ -127,12 +162,12 @@ def markup(**options: Any) -> Any:
     Bokeh's own has the whole page laid out anew whenever its text changes, which takes longer than
     all maps.
     """
-    return HTML(text="", run_scripts=False, disable_math=True, **options)
+    return HTML(text="", run_scripts=False, disable_math=True, stylesheets=[TEXT_SHEET], **options)
 
 
 def put(model: Any, text: str) -> None:
     """Set the markup of a model."""
-    model.text = html.escape(f'<div style="{WORDS}">{text}</div>')
+    model.text = html.escape(text)
 
 
 @contextmanager

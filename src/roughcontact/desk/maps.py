@@ -67,7 +67,7 @@ NAMES = {
 # left out.
 _DOTS = 200
 _MARGIN = 0.15
-_LOWEST, _HIGHEST = 120, 420
+_LOWEST, _HIGHEST = 60, 420
 # Dots above and below the frame of a map: title, ticks and label.
 _ABOVE_AND_BELOW = 66
 
@@ -408,7 +408,7 @@ def _mappers() -> dict[str, Any]:
     }
 
 
-_NOTHING = '<span style="color: #59636e">Point at a map to read its values.</span>'
+_NOTHING = '<span class="quiet">Point at a map to read its values.</span>'
 _LEAVE = "div.text = text"
 
 # Numbers and words of this program only: nothing that a file holds gets into the markup.
@@ -452,10 +452,8 @@ if (contact.data.told.length) {
   rows.push(["contact", state])
 }
 const lines = rows.map(([name, text]) =>
-  `<tr><td style="padding: 0 10px 0 0; color: #59636e">${name}</td>`
-  + `<td style="padding: 0">${text}</td></tr>`).join("")
+  `<tr><td class="quiet">${name}</td><td>${text}</td></tr>`).join("")
 const note = exact ? "one cell is one point" : `one cell is ${by} \u00d7 ${bx} points (y \u00d7 x)`
-const text = `<div style="WORDS"><table style="border-collapse: collapse">${lines}</table>`
-  + `<div style="color: #59636e">${note}</div></div>`
+const text = `<table>${lines}</table><div class="quiet">${note}</div>`
 div.text = text.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;")
-""".replace("WORDS", look.WORDS)
+"""

@@ -162,7 +162,9 @@ class Section:
         self.heights.yaxis.axis_label = f"height [{height_unit}]"
         self.pressure.yaxis.axis_label = f"pressure [{pressure_unit}]"
         self.pressure.xaxis.axis_label = f"along the line from A to B [{unit}]"
-        _hover(self.heights, unit, height_unit, pressure_unit)
+        look.hover_units(
+            self.heights.hover[0], [unit, height_unit, height_unit, height_unit, pressure_unit]
+        )
         share = float(np.count_nonzero(touching)) / touching.size
         self.pressure.title.text = (
             f"Pressure, largest {engineering(largest, 'Pa')}, {100 * share:.3g} % of the line "
@@ -184,7 +186,7 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
     """Return the figures of heights and of pressure."""
     tools = "xpan,xwheel_zoom,xbox_zoom,reset"
     heights: Any = figure(
-        x_range=along, height=210, sizing_mode="stretch_width", tools=f"{tools},hover",
+        x_range=along, height=210, sizing_mode="stretch_width", tools=tools,
         title="Section", min_border_left=64, min_border_right=8,
     )  # fmt: skip
     heights.varea("place", "lower", "open", source=source, color="#dcebf5", legend_label="gap")
@@ -192,15 +194,14 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
         "place", "flows", "lower", source=source, color=SATURATED,
         legend_label="has to flow away (saturated)",
     )  # fmt: skip
-    drawn = heights.line(
+    heights.line(
         "place", "upper", source=source, color=NEUTRAL, line_width=1.4, legend_label="counter-body"
     )
     lower = heights.line(
         "place", "lower", source=source, color=SERIES[0], line_width=1.6, legend_label="body"
     )
-    heights.hover.update(renderers=[lower], mode="vline")
-    heights.hover.point_policy = "snap_to_data"
-    drawn.nonselection_glyph = None
+    told = ("along the line", "place"), ("body", "lower"), ("counter-body", "upper")
+    look.hover(heights, lower, (*told, ("gap", "gap"), ("pressure", "pressure"))).mode = "vline"
     pressure: Any = figure(
         x_range=along, height=150, sizing_mode="stretch_width", tools=tools, title="",
         min_border_left=64, min_border_right=8,
@@ -214,18 +215,6 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
         look.quiet(plot)
     look.quiet_legend(heights)
     return heights, pressure
-
-
-def _hover(plot: Any, unit: str, height_unit: str, pressure_unit: str) -> None:
-    plot.hover.tooltips = [
-        ("along the line", f"@place{{%0.4g}} {unit}"),
-        ("body", f"@lower{{%0.4g}} {height_unit}"),
-        ("counter-body", f"@upper{{%0.4g}} {height_unit}"),
-        ("gap", f"@gap{{%0.4g}} {height_unit}"),
-        ("pressure", f"@pressure{{%0.4g}} {pressure_unit}"),
-    ]
-    names = ("place", "lower", "upper", "gap", "pressure")
-    plot.hover.formatters = {f"@{name}": "printf" for name in names}
 
 
 _EMPTY: dict[str, list[float]] = {

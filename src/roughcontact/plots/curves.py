@@ -164,7 +164,7 @@ def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
     axes.set_title("Contact and saturated area", fontsize=TITLE)
 
 
-class _State(NamedTuple):
+class State(NamedTuple):
     """A computed point of a path, or its first touch: where it is, and which shape it has."""
 
     approach: float
@@ -173,28 +173,28 @@ class _State(NamedTuple):
     shape: int
 
 
-def _states(history: LoadHistory) -> list[_State]:
+def states(history: LoadHistory) -> list[State]:
     """Return the points of a path in order; every new indentation gives a new shape."""
     indents = history.column("indentation_volume") > SHAKEN_DOWN * history.indentation_volume
     found = []
     if not any(history.path[0].shift):
         # The bodies touch at the first position before the first step.
-        found.append(_State(0.0, 0.0, history.path[0].shift, 0))
+        found.append(State(0.0, 0.0, history.path[0].shift, 0))
     for step, stage, shape in zip(history.steps, history.path, np.cumsum(indents), strict=True):
-        found.append(_State(step.approach, step.load, stage.shift, int(shape)))
+        found.append(State(step.approach, step.load, stage.shift, int(shape)))
     return found
 
 
-def _branches(states: list[_State]) -> dict[str, list[list[_State]]]:
+def branches(points: list[State]) -> dict[str, list[list[State]]]:
     """Return which points lie on one curve, whatever their order along the path.
 
     Elastic ones are those of one shape at one position, the way down that up again. A new
     indentation goes on from where the shape before it was loaded most.
     """
-    elastic: dict[tuple[int, tuple[float, float]], list[_State]] = {}
+    elastic: dict[tuple[int, tuple[float, float]], list[State]] = {}
     indenting = []
     shape = 0
-    for state in states:
+    for state in points:
         if state.shape > shape:
             before = elastic.get((shape, state.shift))
             shape = state.shape
@@ -205,26 +205,26 @@ def _branches(states: list[_State]) -> dict[str, list[list[_State]]]:
     return {"elastic": several, "new indentation": indenting}
 
 
-def _by_load(state: _State) -> tuple[float, float]:
+def _by_load(state: State) -> tuple[float, float]:
     return state.load, state.approach
 
 
 def _draw_loop(axes: Axes, history: LoadHistory) -> None:
-    states = _states(history)
+    found = states(history)
     approach, load = (
-        np.array([getattr(state, name) for state in states]) for name in ("approach", "load")
+        np.array([getattr(state, name) for state in found]) for name in ("approach", "load")
     )
     across, unit_across = prefixed(float(np.abs(approach).max()), "m")
     up, unit_up = prefixed(float(load.max()), "N")
     x, y = approach * across, load * up
-    branches = _branches(states)
+    lines = branches(found)
     for name, colour, width in (("elastic", ELASTIC, 1.8), ("new indentation", SATURATED, 2.2)):
-        if not branches[name]:
+        if not lines[name]:
             continue
         # One line with gaps, so that the legend names each kind once.
         points = [
             (state.approach * across, state.load * up) if state else (math.nan, math.nan)
-            for branch in branches[name]
+            for branch in lines[name]
             for state in (*branch, None)
         ]
         axes.plot(*np.array(points).T, color=colour, linewidth=width, label=name)
@@ -239,7 +239,7 @@ def _draw_loop(axes: Axes, history: LoadHistory) -> None:
     axes.set_ylabel(f"load [{unit_up}]", fontsize=LABEL)
     axes.set_ylim(bottom=0)
     plain_axes(axes)
-    if any(branches.values()):
+    if any(lines.values()):
         axes.legend(fontsize=TICK, frameon=False, loc="upper left")
     positions = len({stage.shift for stage in history.path})
     where = f", {positions} lateral positions" if positions > 1 else ""

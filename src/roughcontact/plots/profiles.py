@@ -168,15 +168,7 @@ def bearing_curve(surface: Surface) -> Figure:
     """
     from matplotlib.figure import Figure
 
-    ratio, height = bearing.material_ratio_curve(surface.heights)
-    core = bearing.core_parameters(ratio, height)
-    # The line meets the curve at Smr1 and Smr2, unless it leaves the heights of the map before.
-    if core["Smr1"] > 0:
-        upper = float(np.interp(core["Smr1"], ratio, height))
-    elif core["Smr2"] < 1:
-        upper = float(np.interp(core["Smr2"], ratio, height)) + core["Sk"]
-    else:
-        upper = core["Sk"] / 2
+    ratio, height, core, upper = bearing_parts(surface)
     lower = upper - core["Sk"]
     scale = factor, unit = prefixed(float(np.abs(height).max()), "m")
     figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
@@ -212,6 +204,20 @@ def bearing_curve(surface: Surface) -> Figure:
     plain_axes(axes)
     legend_below(axes)
     return figure
+
+
+def bearing_parts(surface: Surface) -> tuple[Array, Array, dict[str, float], float]:
+    """Return ratios and heights [m] of a bearing curve, its core, and where the core begins [m]."""
+    ratio, height = bearing.material_ratio_curve(surface.heights)
+    core = bearing.core_parameters(ratio, height)
+    # The line meets the curve at Smr1 and Smr2, unless it leaves the heights of the map before.
+    if core["Smr1"] > 0:
+        upper = float(np.interp(core["Smr1"], ratio, height))
+    elif core["Smr2"] < 1:
+        upper = float(np.interp(core["Smr2"], ratio, height)) + core["Sk"]
+    else:
+        upper = core["Sk"] / 2
+    return ratio, height, core, upper
 
 
 class Line(NamedTuple):
@@ -323,7 +329,7 @@ def draw_histogram(
 ) -> None:
     """Draw the distributions of pressures into axes; see `pressure_histogram`."""
     below = [result.pressure[result.contact & ~result.saturated] for result in results]
-    bins = (_logarithmic if scale == "log" else _linear)(results, below)
+    bins = (_logarithmic if scale == "log" else linear_bins)(results, below)
     edges, shown, (_, last) = bins
     factor, unit = prefixed(last, "Pa")
     widths, per = np.diff(edges) * factor, unit
@@ -339,7 +345,7 @@ def draw_histogram(
             linewidth=1.8,
             linestyle=("-", "--", ":")[index // len(SERIES) % 3],
             fill=len(results) == 1,
-            label=_histogram_label(result, name, values, bins.limits, (factor, unit)),
+            label=histogram_label(result, name, values, bins.limits, (factor, unit)),
         )
     for row, ceiling in enumerate(shown):
         text = f"ceiling {in_unit(ceiling, (factor, unit), 'Pa')}"
@@ -376,7 +382,7 @@ _RARE = 0.005
 _NEAR_CEILING, _NEAR_END, _FAR_FROM_ZERO = 1.3, 2.0, 1 / 3
 
 
-class _Bins(NamedTuple):
+class Bins(NamedTuple):
     """Edges of the bins, ceilings that are drawn, and the limits of the axis [Pa]."""
 
     edges: Array
@@ -393,7 +399,7 @@ def _ceilings(results: Sequence[ContactResult]) -> list[float]:
     return sorted({_uniform_ceiling(r) for r in results} - {math.inf})
 
 
-def _linear(results: Sequence[ContactResult], pressures: Sequence[Array]) -> _Bins:
+def linear_bins(results: Sequence[ContactResult], pressures: Sequence[Array]) -> Bins:
     """Return equal bins where the pressures are, and one more for the rest on each side."""
     touching = [r.pressure[r.contact] for r in results if r.contact.any()]
     ends = [np.quantile(p, (_RARE, 1 - _RARE)) for p in touching]
@@ -413,10 +419,10 @@ def _linear(results: Sequence[ContactResult], pressures: Sequence[Array]) -> _Bi
     equal = first + step * np.arange(math.ceil((last - first) / step - 1e-9) + 1)
     beyond = {p for p in (*ceilings, largest) if equal[-1] * (1 + 1e-9) < p <= largest}
     edges = [*[0.0] * (first > 0), *equal.tolist(), *sorted(beyond)]
-    return _Bins(np.array(edges, dtype=np.float64), shown, (first, last))
+    return Bins(np.array(edges, dtype=np.float64), shown, (first, last))
 
 
-def _logarithmic(results: Sequence[ContactResult], pressures: Sequence[Array]) -> _Bins:
+def _logarithmic(results: Sequence[ContactResult], pressures: Sequence[Array]) -> Bins:
     """Return equal bins of the logarithm over the decades of the pressures, four at most."""
     largest = max(r.max_pressure for r in results) or 1.0
     # Ceilings far above all pressures are named but do not stretch the axis.
@@ -430,16 +436,17 @@ def _logarithmic(results: Sequence[ContactResult], pressures: Sequence[Array]) -
     before = math.ceil((decades - math.log10(top) + anchor) / step)
     after = math.ceil((math.log10(top) - anchor) / step - 1e-9)
     exponents = anchor + step * np.arange(-max(before, 1), after + 1)
-    return _Bins(np.asarray(10.0**exponents), shown, (0.0, top))
+    return Bins(np.asarray(10.0**exponents), shown, (0.0, top))
 
 
-def _histogram_label(
+def histogram_label(
     result: ContactResult,
     name: str,
     values: Array,
     limits: tuple[float, float],
     scale: tuple[float, str],
 ) -> str:
+    """Return what a distribution of pressures says of the contact, in lines."""
     text = f"{name}: " if name else ""
     text += f"{percent(result.contact_fraction)} of the map in contact{doubt(result)}"
     if result.ceiling is not None:

@@ -46,7 +46,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-_SECTION_ROWS = 400
+SECTION_ROWS = 400
+"""Rows of a section that is drawn."""
 
 # Stress counts as strong down to this part of the largest. A section is so many times as wide as
 # what is strong without a break around the maximum, no fewer pixels, all of the map where that is
@@ -164,18 +165,18 @@ def stress_section(
     values = result.von_mises_section(along)
     axis = 1 if along == "x" else 0
     edge = result.solution.surface.pixel[axis]
-    columns = _shown_columns(result, values, edge, width)
+    columns = shown_columns(result, values, edge, width)
     values = values[:, columns]
     first, last = columns.start * edge, columns.stop * edge
-    depth = _shown_depth(result, values, depth, last - first)
+    depth = shown_depth(result, values, depth, last - first)
     block = max(math.ceil(values.shape[1] / CELLS_ALONE), 1)
-    rows = _rows(reduced(np.maximum, values, (1, block)), result.profile.depths, depth)
+    rows = section_rows(reduced(np.maximum, values, (1, block)), result.profile.depths, depth)
     across = np.append(np.arange(columns.start, columns.stop, block), columns.stop) * edge
     aspect = depth / (last - first)
     height = max(5.8 * min(aspect, 1.6), 0.4) + (3.0 if aspect <= UPRIGHT else 1.8)
     figure = Figure(figsize=(7.2, height), dpi=DPI, layout=layout())
     axes = figure.subplots()
-    top, scale = _stress_scale(result)
+    top, scale = stress_scale(result)
     length = prefixed_window(first, last)
     mesh = _draw_section(axes, across * length[0], depth * length[0], rows * scale[0])
     mesh.set_clim(0, top * scale[0])
@@ -195,7 +196,7 @@ def stress_section(
 def _draw_section(axes: Axes, across: Any, depth: float, rows: Any) -> Any:
     """Draw rows of stress down to a depth, true to scale, and return what a colour bar needs."""
     mesh = axes.pcolormesh(
-        across, np.linspace(0, depth, _SECTION_ROWS + 1), rows, cmap=_stress_colours(),
+        across, np.linspace(0, depth, SECTION_ROWS + 1), rows, cmap=stress_colours(),
         rasterized=True,
     )  # fmt: skip
     axes.set_aspect("equal")
@@ -205,7 +206,7 @@ def _draw_section(axes: Axes, across: Any, depth: float, rows: Any) -> Any:
     return mesh
 
 
-def _shown_columns(result: StressResult, values: Any, edge: float, width: float | None) -> slice:
+def shown_columns(result: StressResult, values: Any, edge: float, width: float | None) -> slice:
     """Return the pixels of a section that are drawn."""
     strongest = values.max(axis=0)
     middle, points = int(strongest.argmax()), values.shape[1]
@@ -221,7 +222,7 @@ def _shown_columns(result: StressResult, values: Any, edge: float, width: float 
     return slice(*window(middle, edge, points, width))
 
 
-def _shown_depth(result: StressResult, values: Any, depth: float | None, width: float) -> float:
+def shown_depth(result: StressResult, values: Any, depth: float | None, width: float) -> float:
     """Return how deep a section is drawn [m]; `InputError` where it cannot be."""
     depths = result.profile.depths
     if depths.size < 2:
@@ -237,10 +238,10 @@ def _shown_depth(result: StressResult, values: Any, depth: float | None, width: 
     return min(depth, float(depths[-1]))
 
 
-def _rows(cells: Any, depths: Any, depth: float) -> Any:
+def section_rows(cells: Any, depths: Any, depth: float) -> Any:
     """Return the cells of a section in rows of one height down to a depth [m]."""
     # Depths are graded: straight lines lead from one to the next.
-    fine = depth / _SECTION_ROWS * (np.arange(_SECTION_ROWS) + 0.5)
+    fine = depth / SECTION_ROWS * (np.arange(SECTION_ROWS) + 0.5)
     return np.array([np.interp(fine, depths, column) for column in cells.T]).T
 
 
@@ -263,10 +264,10 @@ def stress_map(result: StressResult) -> Figure:
     over = strength is not None and result.max_von_mises > strength
     figure, axes = single_axes(size, legend=over)
     blocks = cell_size(peak.shape, size, CELLS_ALONE)
-    top, (factor, unit) = _stress_scale(result)
+    top, (factor, unit) = stress_scale(result)
     cells = cell_max(peak, blocks)
     image = draw_map(axes, cells * factor, size, blocks, peak.shape)
-    image.set_cmap(_stress_colours())
+    image.set_cmap(stress_colours())
     image.set_clim(0, top * factor)
     length = prefixed(max(size), "m")
     _, y, x = result.place
@@ -297,14 +298,15 @@ def _stress_title(result: StressResult, scale: tuple[float, str], length: tuple[
     )
 
 
-def _stress_scale(result: StressResult) -> tuple[float, tuple[float, str]]:
-    # Top of the colours, which end at the yield strength, and their factor and unit.
+def stress_scale(result: StressResult) -> tuple[float, tuple[float, str]]:
+    """Return the top of the colours [Pa], which end at the yield strength, and factor and unit."""
     strength = result.profile.yield_strength
     top = result.max_von_mises if strength is None else min(result.max_von_mises, strength)
     return top or 1.0, prefixed(top, "Pa")
 
 
-def _stress_colours() -> Any:
+def stress_colours() -> Any:
+    """Return the colours of stresses."""
     from matplotlib import colormaps
 
     # As for pressures, but from the lightest on: a field has no ground to drown in.
@@ -312,6 +314,6 @@ def _stress_colours() -> Any:
 
 
 def _stress_bar(axes: Axes, image: Any, result: StressResult, unit: str) -> None:
-    over = result.max_von_mises > _stress_scale(result)[0]
+    over = result.max_von_mises > stress_scale(result)[0]
     label = f"von Mises stress [{unit}]" + (", black: above yield" if over else "")
     colour_bar(axes, image, label, "max" if over else "neither")

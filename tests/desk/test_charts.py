@@ -1,0 +1,171 @@
+"""Distributions, spots, curves and stress on the page hold the numbers of what they show."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+
+pytest.importorskip("panel")
+
+from roughcontact import plots
+from roughcontact.desk.charts import Bearing, Histogram, Spectrum
+from roughcontact.desk.curves import Curve, History, Study
+from roughcontact.desk.spots import SpotTable, box_around, listed
+from roughcontact.desk.stress import Stress
+from roughcontact.surface.spectrum import radial_spectrum
+
+STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
+
+
+@pytest.fixture(scope="module")
+def surface():
+    return rc.Surface(np.random.default_rng(1).normal(0, 40e-9, (32, 48)), (2e-6, 1e-6))
+
+
+@pytest.fixture(scope="module")
+def result(surface):
+    return rc.solve(surface, load=1.0, material=STEEL, boundary="periodic")
+
+
+def test_the_histogram_has_the_bins_of_the_report(result):
+    shown = Histogram()
+    shown.show(result)
+    data = shown.source.data
+    inside = result.pressure[result.contact & ~result.saturated]
+    share = (data["density"] * (data["right"] - data["left"])).sum() / 100
+    assert share == pytest.approx(inside.size / result.contact.sum())
+    drawn = plots.pressure_histogram(result).axes[0].patches[0]
+    np.testing.assert_allclose(drawn.get_data().values, data["density"])
+    shown.clear()
+    assert len(shown.source.data["density"]) == 0
+
+
+def test_the_bearing_curve_is_that_of_the_surface(surface):
+    shown = Bearing()
+    shown.show(surface)
+    sk = surface.roughness()["Sk"]
+    ends = shown.core.data["height"]
+    assert ends[0] - ends[1] == pytest.approx(sk * 1e9)
+    assert len(shown.source.data["ratio"]) <= 1600
+
+
+def test_the_spectrum_is_that_of_the_surface_or_says_what_it_needs(surface):
+    shown = Spectrum()
+    shown.show(surface)
+    q, power, _ = radial_spectrum(surface.heights, surface.pixel)
+    np.testing.assert_array_equal(shown.source.data["q"], q)
+    np.testing.assert_array_equal(shown.source.data["C"], power)
+    heights = surface.heights.copy()
+    heights[3, 4] = np.nan
+    shown.show(rc.Surface(heights, surface.pixel))
+    assert len(shown.source.data["q"]) == 0
+    assert "fill them" in shown.note.text
+
+
+def test_the_table_of_spots_has_their_numbers(result):
+    spots, found = result.spots(), listed(result)
+    np.testing.assert_array_equal(found.area, spots.area)
+    np.testing.assert_array_equal(found.load, spots.load)
+    for number in (0, spots.count // 2, spots.count - 1):
+        mask = spots.label == number + 1
+        row, column = int(found.y[number] / 2e-6), int(found.x[number] / 1e-6)
+        assert mask[row, column]
+        assert result.pressure[row, column] == found.peak[number]
+        assert found.saturated[number] == pytest.approx(result.saturated[mask].mean())
+    assert listed(result, 3).area.size == 3
+
+
+def test_choosing_a_row_shows_its_spot(result):
+    shown, told = SpotTable(), []
+    shown.on_spot(told.append)
+    shown.show(result)
+    shown.source.selected.indices = [2]
+    found = listed(result)
+    assert told[-1] == box_around(result, 2)
+    assert told[-1].top < found.y[2] < told[-1].bottom
+    assert told[-1].left < found.x[2] < told[-1].right
+    areas = shown.source.data["area"]
+    np.testing.assert_allclose(areas, found.area * 1e12, rtol=1e-3)
+    shown.clear()
+    assert len(told) == 1
+
+
+def test_a_spot_across_an_edge_is_shown_at_its_peak():
+    heights = np.full((16, 16), -1e-6)
+    heights[4:7, [0, 15]] = 0
+    heights[5, 0] = 1e-8
+    flat = rc.Surface(heights, (1e-6, 1e-6))
+    result = rc.solve(flat, load=0.05, material=rc.Material(210e9, 0.3), boundary="periodic")
+    assert result.spots().count == 1
+    box = box_around(result, 0)
+    assert (box.left + box.right) / 2 == pytest.approx(listed(result).x[0])
+    assert box.right - box.left < 30e-6
+
+
+def test_a_load_curve_and_the_load_now(surface):
+    curve = rc.load_curve(surface, material=STEEL, loads=[0.1, 0.3, 1.0])
+    shown = Curve()
+    shown.mark(0.3)
+    shown.show(curve)
+    data = shown.source.data
+    np.testing.assert_allclose(data["load"], [0.1, 0.3, 1.0])
+    share = 100 * curve.column("contact_area") / curve.nominal_area
+    np.testing.assert_allclose(data["contact"], share)
+    assert shown.now.location == pytest.approx(data["load"][1])
+    assert shown.now.visible
+    shown.mark(0.0)
+    assert not shown.now.visible
+
+
+def test_a_load_history(surface):
+    history = rc.load_history(surface, [0.3, 1.0, 0.1], material=STEEL)
+    shown = History()
+    shown.show(history)
+    energy = history.column("dissipated_energy")
+    assert shown.bars.data["energy"] / shown.bars.data["energy"].max() == pytest.approx(
+        energy / energy.max()
+    )
+    assert set(shown.lines.data["kind"]) == {"elastic", "new indentation"}
+    assert "dissipated" in shown.table.text
+
+
+def test_a_study_of_the_resolution(surface):
+    fine = rc.Surface(np.kron(surface.heights, np.ones((2, 2))), (1e-6, 0.5e-6))
+    study = rc.resolution_study(fine, material=STEEL, load=1.0)
+    shown = Study()
+    shown.show(study)
+    fractions = [100 * case.contact_fraction for _, case in study.named()]
+    assert shown.source.data["contact"] == fractions
+    assert shown.plot.x_range.factors == shown.source.data["case"]
+
+
+def test_stress_and_the_depth_one_chooses(surface):
+    free = rc.solve(surface, load=1.0, material=STEEL)
+    stress = rc.subsurface_stress(free)
+    shown, told = Stress(), []
+    shown.on_depth(told.append)
+    shown.show(stress)
+    assert told[-1:] in ([], [stress.profile.depth_of_max])
+    np.testing.assert_allclose(
+        shown.source.data["mises"] / shown.source.data["mises"].max(),
+        stress.profile.von_mises / stress.max_von_mises,
+    )
+    shown.slider.value = 2
+    assert told[-1] == stress.profile.depths[2]
+    at = rc.subsurface_stress(free, depths=[float(told[-1])])
+    shown.show_map(at.profile.peak, told[-1])
+    drawn = shown.map_source.data["stress"][0]
+    np.testing.assert_allclose(drawn, at.profile.peak * 1e-9, rtol=1e-5)
+    assert shown.map.title.text.startswith("At depth")
+
+
+def test_what_a_file_is_called_is_no_markup():
+    from roughcontact.desk import look
+
+    assert "<img" not in look.patch("#000000", "<img src=x>")
+    model = look.markup()
+    look.put(model, look.patch("#000000", "<img src=x>"))
+    assert "&lt;img" not in model.text  # escaped once more on the way
+    assert "&amp;lt;img" in model.text
