@@ -299,3 +299,11 @@ def test_units_do_not_matter(seed: int, radius: float, power: float) -> None:
     assert (scale is None) == (scaled is None)
     if scale is not None:
         assert scaled == pytest.approx(scale * factor, rel=1e-6)
+
+
+def test_the_waves_of_a_surface_are_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    looks: list[object] = []
+    monkeypatch.setattr(resolution, "wave_notes", lambda *map: looks.append(map) or ["a note"])
+    surface = Surface(np.zeros((4, 4)), PIXEL)
+    assert surface.resolution_notes() == surface.resolution_notes() == ("a note",)
+    assert len(looks) == 1

@@ -8,10 +8,11 @@ import threading
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import panel as pn
 
+from roughcontact.contact.result import ContactResult
 from roughcontact.desk import (
     apart,
     ask,
@@ -41,6 +42,16 @@ _TAKE_AWAY = 4
 """Which tab it is."""
 
 
+class Shown(NamedTuple):
+    """A result, and what is told of it as HTML."""
+
+    result: ContactResult
+    numbers: str
+    trust: str
+    cautions: str
+    everything: str
+
+
 class Page:
     """One page on one piece of work.
 
@@ -55,7 +66,7 @@ class Page:
         self._document = pn.state.curdoc
         self._work = work
         self._lock = threading.Lock()
-        self._news: list[Told] = []
+        self._news: list[Told | Shown] = []
         self.session = session = Session(
             work.project, self._hear, partial(Live, reader=apart.reader(bench))
         )
@@ -142,7 +153,10 @@ class Page:
 
     # What is heard from the thread that solves.
 
-    def _hear(self, what: Told) -> None:
+    def _hear(self, what: Told | Shown) -> None:
+        if isinstance(what, Outcome) and what.result is not None:
+            # Words cost time, which the other pages of the server have not.
+            what = _shown(what.result)
         with self._lock:
             first = not self._news
             # Only the last of a kind matters: a picture that is late is not drawn.
@@ -162,7 +176,7 @@ class Page:
         for what in news:
             self._take(what)
 
-    def _take(self, what: Told) -> None:
+    def _take(self, what: Told | Shown) -> None:
         match what:
             case Prepared():
                 self._bring.show(what)
@@ -172,13 +186,13 @@ class Page:
                     self.maps.show(what.surfaces[0], None)
                     self._cut()
                     self._tell_missing()
-            case Outcome(result=result) if result is not None:
-                self.maps.show(result.surface, result)
+            case Shown():
+                self.maps.show(what.result.surface, what.result)
                 self._cut()
-                self._numbers.object = headline.numbers(result)
-                self._trust.object = headline.trust(result)
-                self._cautions.object = headline.cautions(result.cautions)
-                self._all.object = headline.all_numbers(result)
+                self._numbers.object = what.numbers
+                self._trust.object = what.trust
+                self._cautions.object = what.cautions
+                self._all.object = what.everything
                 self._show_hidden()
             case Failed():
                 self._numbers.object = ""
@@ -241,6 +255,16 @@ class Page:
             sizing_mode="stretch_both", margin=(10, 12, 8, 0),
         )  # fmt: skip
         return pn.Row(side, main, sizing_mode="stretch_both")
+
+
+def _shown(result: ContactResult) -> Shown:
+    return Shown(
+        result,
+        headline.numbers(result),
+        headline.trust(result),
+        headline.cautions(result.cautions),
+        headline.all_numbers(result),
+    )
 
 
 def _alert(text: str) -> str:

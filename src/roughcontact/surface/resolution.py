@@ -43,38 +43,6 @@ _SCANNING_PROBE = re.compile(
 )
 
 
-def notes(
-    heights: Array,
-    pixel: tuple[float, float],
-    tip_radius: float | None = None,
-    instrument: str = "",
-) -> tuple[str, ...]:
-    """Return what limits the lateral resolution of a map, each in one sentence.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights [m], positive out of the material; NaN where missing.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    tip_radius : float, optional
-        Radius of the tip's apex [m], if a tip measured the map.
-    instrument : str
-        Instrument or file format, empty if unknown: that of a scanning probe asks for the tip.
-
-    Returns
-    -------
-    tuple of str
-        See `Surface.resolution_notes`.
-
-    Raises
-    ------
-    InputError
-        If the radius is not positive.
-    """
-    return (*_tip_notes(heights, pixel, tip_radius, instrument), *_wave_notes(heights, pixel))
-
-
 def shortest_wave(heights: Array, pixel: tuple[float, float]) -> float:
     """Return the shortest wave that a map shows [m].
 
@@ -353,9 +321,32 @@ def _crossing(q: Array, C: Array, value: float) -> float:
     return float(2 * math.pi / math.exp(math.log(q[0]) + part * math.log(q[1] / q[0])))
 
 
-def _tip_notes(
+def tip_notes(
     heights: Array, pixel: tuple[float, float], tip_radius: float | None, instrument: str
 ) -> list[str]:
+    """Return what the tip hides of a map, each in one sentence.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights [m], positive out of the material; NaN where missing.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    tip_radius : float or None
+        Radius of the tip's apex [m], if a tip measured the map.
+    instrument : str
+        Instrument or file format, empty if unknown: that of a scanning probe asks for the tip.
+
+    Returns
+    -------
+    list of str
+        See `Surface.resolution_notes`.
+
+    Raises
+    ------
+    InputError
+        If the radius is not positive.
+    """
     if tip_radius is None:
         if max(pixel) > _PROBED or not _SCANNING_PROBE.search(instrument):
             return []
@@ -376,7 +367,21 @@ def _tip_notes(
     ]
 
 
-def _wave_notes(heights: Array, pixel: tuple[float, float]) -> list[str]:
+def wave_notes(heights: Array, pixel: tuple[float, float]) -> list[str]:
+    """Return which waves of a map are noise or missing, each in one sentence.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (ny, nx)
+        Heights [m]; NaN where missing.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+
+    Returns
+    -------
+    list of str
+        See `Surface.resolution_notes`.
+    """
     try:
         rows, columns = largest_rectangle(heights)
     except InputError:

@@ -159,7 +159,14 @@ class Surface(Shown):
             If the radius is not positive.
         """
         radius = quantity(tip_radius, "length", "tip_radius")
-        return resolution.notes(self.heights, self.pixel, radius, self.provenance.instrument)
+        instrument = self.provenance.instrument
+        tip = resolution.tip_notes(self.heights, self.pixel, radius, instrument)
+        return (*tip, *self._wave_notes)
+
+    @cached_property
+    def _wave_notes(self) -> list[str]:
+        # A page asks again for every load.
+        return resolution.wave_notes(self.heights, self.pixel)
 
     def leveled(
         self, form: str = "plane", points: Sequence[tuple[int, int]] | None = None
