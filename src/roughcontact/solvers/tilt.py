@@ -29,7 +29,7 @@ _MOST_CUTS = 60
 # A step may overshoot by this fraction of the slope at its beginning.
 _OVERSHOOT = 0.8
 # Accuracy asked of a moment, as a fraction of the error before, and at the first tilt.
-_PART, _BEGINNING = 0.01, 1e-3
+_PART, _BEGINNING = 0.03, 1e-2
 _HALVINGS = 60
 _FLATTEST = 1e-10
 # About ten steps suffice, except for contacts of a few pixels, which take dozens.
