@@ -533,6 +533,17 @@ def test_full_periodic_contact(independent):
 # --- start, precision, failure ---------------------------------------------------------------
 
 
+def test_a_start_from_a_higher_load_keeps_what_is_saturated() -> None:
+    surface = rc.Surface(*rc.reference_map(256, 1))
+    options = {"material": STEEL, "ceiling": 3e9}
+    for load in (0.2, 1.0):
+        high = rc.solve(surface, load=1.03 * load, **options)
+        cold = rc.solve(surface, load=load, **options)
+        warm = rc.solve(surface, load=load, start=high, **options)
+        assert warm.convolutions < cold.convolutions
+        assert warm.approach == pytest.approx(cold.approach, rel=1e-6)
+
+
 @pytest.mark.parametrize("ceiling", [None, 2e9])
 def test_start_from_a_neighbouring_load(independent, ceiling):
     surface = rough((90, 140))

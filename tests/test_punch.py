@@ -45,5 +45,7 @@ def test_nothing_resists_the_mean_of_a_period(precision: str) -> None:
             shape, PIXEL, 2e11, precision=precision, workspace=Workspace(1)
         )
         full, nearly = flat_punch(shape, pixels, family), flat_punch(shape, pixels[1:], family)
-        assert full is not None and full.total == np.inf
-        assert nearly is not None and 0 < nearly.total < np.inf
+        assert full is not None
+        assert nearly is not None
+        assert full.total == np.inf
+        assert 0 < nearly.total < np.inf

@@ -13,6 +13,8 @@ from roughcontact.solvers.operator import Operator, Sums, norm
 from roughcontact.solvers.problem import Limit, Loaded, Problem
 from roughcontact.solvers.projection import project, shift_to_sum, without_dust
 
+# A load that differs by no more is the same.
+_CARRIED = 1e-12
 # Gaps are counted in so many bins where pixels are sought that can carry a load.
 _BINS = 4096
 # Certificate above which single precision is good enough, in itself and over the tolerance; and
@@ -133,14 +135,17 @@ class Viewer:
     def carrying(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Loaded:
         """Return a pressure that can carry the load, near to that of another load.
 
-        Grown in proportion where these pixels can carry it; where their ceiling is too low, by one
-        step down the gradient, in which the pixels with the least gap take what is added.
+        Changed in proportion; where the ceiling of these pixels is too low for it, or pixels would
+        leave the ceiling alike as the load falls, by one step down the gradient, in which the
+        pixels with the least gap take what is added, and those deepest in contact stay.
         """
         total, sums = self.problem.total, self.sums
         carried = sums.total(pressure)
         if total is None or not carried > 0:
             return index, pressure
-        if sums.total(np.broadcast_to(self.limit(index), index.shape)) > total:
+        limit = self.limit(index)
+        leaving = total < carried * (1 - _CARRIED) and self.sums.count(pressure >= limit)
+        if not leaving and sums.total(np.broadcast_to(limit, index.shape)) > total:
             return index, pressure * (total / carried)
         starts = self._displaced(self._rough, index, pressure)
         approach = self._deep_enough(total)
