@@ -181,6 +181,11 @@ class Maps:
         The view stays where it is while the map keeps its size.
         """
         with look.together(self.figures[HEIGHTS]):
+            for key, plot in self.figures.items():
+                shown = (surface if key == HEIGHTS else result) is not None
+                plot.axis.visible = shown
+                for bar in plot.right:
+                    bar.visible = shown
             if surface is not self._surface:
                 self._put_surface(surface)
             if result is not self._result:
@@ -320,8 +325,15 @@ class Maps:
         dot = max(height / down, width / across) * self._factor
         middle_y = (box.top + box.bottom) / 2 * self._factor
         middle_x = (box.left + box.right) / 2 * self._factor
-        self.x_range.update(start=middle_x - dot * across / 2, end=middle_x + dot * across / 2)
-        self.y_range.update(start=middle_y + dot * down / 2, end=middle_y - dot * down / 2)
+        # Rounded, lest the tick at an edge fall outside of it.
+        ends = (
+            round(middle + sign * dot * dots / 2, 9)
+            for middle, dots, signs in ((middle_x, across, (-1, 1)), (middle_y, down, (1, -1)))
+            for sign in signs
+        )
+        start, end, top, bottom = ends
+        self.x_range.update(start=start, end=end)
+        self.y_range.update(start=top, end=bottom)
         for one in (self.x_range, self.y_range):
             one.update(reset_start=one.start, reset_end=one.end)
         self._fitted = self._ranges()
@@ -346,14 +358,16 @@ class Maps:
             **look.MAP_BORDERS,
         )  # fmt: skip
         look.quiet(plot)
-        plot.grid.visible = False
+        plot.grid.visible = plot.axis.visible = False
         source = self.heights if key == HEIGHTS else self.contact
         place: dict[str, Any] = {"x": "x", "y": "y", "dw": "dw", "dh": "dh", "source": source}
         if key == TOUCH:
             plot.image_rgba(image=TOUCH, **place)
         else:
             plot.image(image=key, color_mapper=self.mappers[key], **place)
-            plot.add_layout(look.bar_of(self.mappers[key]), "right")
+            bar = look.bar_of(self.mappers[key])
+            bar.visible = False
+            plot.add_layout(bar, "right")
         if key == GAP:
             plot.image_rgba(image="cover", **place)
         return plot

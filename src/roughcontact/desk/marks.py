@@ -16,6 +16,8 @@ from roughcontact.desk.style import ACCENT, FONT, INK
 
 # Dots of the side of the handle at each end.
 _HANDLE = 16
+# Dots from an end to its name.
+_BESIDE = 10
 
 
 class View(NamedTuple):
@@ -34,7 +36,9 @@ class SectionLine:
         self._line: Line | None = None
         self._drawing = False
         self._call: Callable[[Line], None] | None = None
-        self.source: Any = ColumnDataSource({"x": [], "y": [], "name": []}, syncable=False)
+        self.source: Any = ColumnDataSource(
+            {"x": [], "y": [], "name": [], "beside": []}, syncable=False
+        )
         self.ends: list[Any] = [
             BoxAnnotation(
                 left=0, right=1, top=0, bottom=1, visible=False, editable=True, movable="both",
@@ -48,7 +52,7 @@ class SectionLine:
             plot.line("x", "y", source=self.source, line_color="white", line_width=4)
             plot.line("x", "y", source=self.source, line_color=ACCENT, line_width=2)
             plot.text(
-                "x", "y", "name", source=self.source, x_offset=10, y_offset=-8,
+                "x", "y", "name", source=self.source, x_offset="beside", y_offset=-8,
                 text_font=value(FONT), text_font_size=look.TEXT, text_font_style="bold",
                 text_color=INK, text_outline_color="white",
             )  # fmt: skip
@@ -85,18 +89,21 @@ class SectionLine:
         factor = self._view.factor
         half = _HANDLE / 2 / self._view.dots * factor
         places = [] if self._line is None else [self._line[:2], self._line[2:]]
-        for end in self.ends:
-            end.visible = bool(places)
+        middle = (self._view.home.left + self._view.home.right) / 2
+        # Before the handles, which the line follows.
+        self.source.data = {
+            "x": [x * factor for _, x in places],
+            "y": [y * factor for y, _ in places],
+            "name": ["A", "B"][: len(places)],
+            "beside": [_BESIDE if x < middle else -_BESIDE - 8 for _, x in places],
+        }
         self._drawing = True
         for end, (y, x) in zip(self.ends, places, strict=False):
             y, x = y * factor, x * factor
             end.update(left=x - half, right=x + half, top=y - half, bottom=y + half)
         self._drawing = False
-        self.source.data = {
-            "x": [x * factor for _, x in places],
-            "y": [y * factor for y, _ in places],
-            "name": ["A", "B"][: len(places)],
-        }
+        for end in self.ends:
+            end.visible = bool(places)
 
     def _dragged(self) -> None:
         if self._line is None or self._drawing:
@@ -202,9 +209,10 @@ def _cut(box: Box, home: Box) -> Box | None:
 
 # The line follows the handles at once; the page hears of it later.
 _FOLLOW = """
-source.data = {
-  x: ends.map((end) => (end.left + end.right) / 2),
-  y: ends.map((end) => (end.top + end.bottom) / 2),
-  name: source.data.name,
-}
+const data = source.data
+const x = ends.map((end) => (end.left + end.right) / 2)
+const y = ends.map((end) => (end.top + end.bottom) / 2)
+const moved = x.some((value, i) => Math.abs(value - data.x[i]) > 1e-9)
+  || y.some((value, i) => Math.abs(value - data.y[i]) > 1e-9)
+if (data.x.length == 2 && moved) source.data = {...data, x, y}
 """

@@ -159,6 +159,12 @@ class Section:
         }
         whole = length * factor
         self.along.update(start=0, end=whole, reset_start=0, reset_end=whole)
+        high, low = np.nanmax(tall, initial=-np.inf), np.nanmin(tall, initial=np.inf)
+        room = 0.06 * (high - low)
+        if np.isfinite(room):
+            ends = {"start": (low - room) * scale, "end": (high + room) * scale}
+            self.heights.y_range.update(**ends)
+        self.pressure.y_range.end = 1.08 * (largest or 1.0) * press
         self.heights.yaxis.axis_label = f"height [{height_unit}]"
         self.pressure.yaxis.axis_label = f"pressure [{pressure_unit}]"
         self.pressure.xaxis.axis_label = f"along the line from A to B [{unit}]"
@@ -186,7 +192,7 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
     """Return the figures of heights and of pressure."""
     tools = "xpan,xwheel_zoom,xbox_zoom,reset"
     heights: Any = figure(
-        x_range=along, height=210, sizing_mode="stretch_width", tools=tools,
+        x_range=along, y_range=Range1d(0, 1), height=210, sizing_mode="stretch_width", tools=tools,
         title="Section", min_border_left=64, min_border_right=8,
     )  # fmt: skip
     heights.varea("place", "lower", "open", source=source, color="#dcebf5", legend_label="gap")
@@ -203,10 +209,10 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
     told = ("along the line", "place"), ("body", "lower"), ("counter-body", "upper")
     look.hover(heights, lower, (*told, ("gap", "gap"), ("pressure", "pressure"))).mode = "vline"
     pressure: Any = figure(
-        x_range=along, height=150, sizing_mode="stretch_width", tools=tools, title="",
+        x_range=along, y_range=Range1d(0, 1), height=150, sizing_mode="stretch_width",
+        tools=tools, title="",
         min_border_left=64, min_border_right=8,
     )  # fmt: skip
-    pressure.y_range.start = 0
     pressure.quad(
         left="left", right="right", top="top", bottom=0, color="colour", line_color=None,
         source=bars,
