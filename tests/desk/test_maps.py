@@ -113,3 +113,11 @@ def test_a_contact_without_a_ceiling_leaves_nothing(surface):
     assert shown.figures[RESIDUAL].title.text == "Residual indentation, none"
     assert np.isnan(shown.contact.data[RESIDUAL][0]).all()
     assert "saturated" not in shown.figures[TOUCH].title.text
+
+
+def test_a_profile_has_no_maps(surface):
+    shown = Maps()
+    shown.show(rc.Surface(surface.heights[:1], (1.0, 1e-6)))
+    assert not shown.root.visible
+    shown.show(surface)
+    assert shown.root.visible

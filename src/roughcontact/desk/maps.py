@@ -186,6 +186,8 @@ class Maps:
                 plot.axis.visible = shown
                 for bar in plot.right:
                     bar.visible = shown
+            # A profile is all seen in its section.
+            self.root.visible = surface is None or not surface.is_profile
             if surface is not self._surface:
                 self._put_surface(surface)
             if result is not self._result:
