@@ -7,6 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from roughcontact.contact.cautions import Caution
+from roughcontact.contact.curve import LoadCurve
+from roughcontact.contact.history import LoadHistory
+from roughcontact.contact.stress import StressResult
+from roughcontact.contact.study import ResolutionStudy
 from roughcontact.errors import ConvergenceError
 from roughcontact.plots import maps
 from roughcontact.plots.saving import png
@@ -105,6 +109,10 @@ YIELDING = Question(
 QUESTIONS = (CURVE, BELOW, PATH, LOADS, GRID, RECOMMENDED, YIELDING)
 
 
+LIVELY = (LoadCurve, LoadHistory, ResolutionStudy, StressResult)
+"""Results that the page draws itself."""
+
+
 @dataclass(frozen=True)
 class Answer:
     """What came out.
@@ -120,7 +128,7 @@ class Answer:
     cautions : tuple of Caution
         What has to be known.
     pictures : tuple of (str, bytes)
-        Figures with their names, as PNG.
+        Figures with their names, as PNG; none of what the page draws itself.
     """
 
     outcome: Outcome
@@ -129,6 +137,11 @@ class Answer:
     steps: tuple[Cells, ...]
     cautions: tuple[Caution, ...]
     pictures: tuple[tuple[str, bytes], ...]
+
+    @property
+    def found(self) -> Any:
+        """What was asked for."""
+        return self.outcome.found if self.outcome.study is None else self.outcome.study
 
 
 def answer(tell: Tell, request: Request) -> Answer:
@@ -159,7 +172,7 @@ def answer(tell: Tell, request: Request) -> Answer:
         heads,
         tuple(steps),
         tuple(found.cautions),
-        _pictures(found) if outcome.converged else (),
+        _pictures(found) if outcome.converged and not isinstance(found, LIVELY) else (),
     )
 
 

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import base64
-from typing import Any
+from collections.abc import Callable
+from typing import Any, cast
 
 import panel as pn
 
+from roughcontact.contact.curve import LoadCurve
+from roughcontact.contact.history import LoadHistory
+from roughcontact.contact.stress import StressResult
+from roughcontact.contact.study import ResolutionStudy
 from roughcontact.desk import apart, headline, style, words
 from roughcontact.desk.answers import QUESTIONS, Answer, Question, answer
 from roughcontact.desk.controls import Control
+from roughcontact.desk.curves import Curve, History, Study
 from roughcontact.desk.session import Session
 from roughcontact.desk.state import Value
+from roughcontact.desk.stress import Stress
 from roughcontact.desk.working import Run, Working
 from roughcontact.errors import RoughcontactError
 from roughcontact.request.options import offered, parsed
@@ -29,6 +36,7 @@ class Ask:
         self._form = pn.Column(self._forms[QUESTIONS[0].name].root, **style.BLOCK)
         self._working = Working(bench, run, "Start", self._started)
         self._answer = pn.Column(sizing_mode="stretch_both")
+        self._curve: Curve | None = None
         self._choice.param.watch(self._chosen, "value")
         self.root = pn.Row(
             pn.Column(
@@ -59,7 +67,33 @@ class Ask:
     def _show(self, found: Answer) -> None:
         if not found.outcome.converged:
             self._working.refuse(words.spelled(found.outcome.shortfall))
-        self._answer[:] = _shown(found)
+        self._curve = None
+        self._answer[:] = self._shown(found)
+
+    def mark(self, load: float) -> None:
+        """Mark the load that is worked with in a load curve, if one is in sight [N]."""
+        if self._curve is not None:
+            self._curve.mark(load)
+
+    def _shown(self, found: Answer) -> list[Any]:
+        """Return what shows an answer."""
+        cautions = pn.pane.HTML(headline.cautions(found.cautions), **style.WIDE)
+        facts = pn.pane.HTML(headline.table(found.facts), **style.WIDE)
+        view = _view(found.found)
+        if view is not None:
+            if isinstance(view, Curve):
+                self._curve = view
+                self._mark_now()
+            return [cautions, pn.pane.Bokeh(view.root, **style.BLOCK), facts]
+        parts: list[Any] = [cautions, *map(picture, found.pictures), facts]
+        if found.steps:
+            parts.append(pn.pane.HTML(headline.table(found.steps, found.heads), **style.WIDE))
+        return parts
+
+    def _mark_now(self) -> None:
+        outcome = self._session.outcome
+        if outcome is not None and outcome.result is not None:
+            self.mark(outcome.result.load)
 
 
 class _Form:
@@ -90,13 +124,17 @@ class _Form:
         self._given[name] = value
 
 
-def _shown(found: Answer) -> list[Any]:
-    """Return what shows an answer."""
-    parts = [headline.cautions(found.cautions), headline.table(found.facts)]
-    if found.steps:
-        parts.append(headline.table(found.steps, found.heads))
-    panes = [pn.pane.HTML(part, **style.WIDE) for part in parts]
-    return [*panes[:1], *map(picture, found.pictures), *panes[1:]]
+def _view(found: Any) -> Curve | History | Study | Stress | None:
+    """Return the page's own view of a result, if it has one."""
+    views: dict[type, Callable[[], Any]] = {
+        LoadCurve: Curve, LoadHistory: History, ResolutionStudy: Study, StressResult: Stress,
+    }  # fmt: skip
+    for kind, view in views.items():
+        if isinstance(found, kind):
+            made = view()
+            made.show(found)
+            return cast("Curve | History | Study | Stress", made)
+    return None
 
 
 def picture(figure: tuple[str, bytes]) -> Any:

@@ -26,10 +26,10 @@ from roughcontact.desk import (
     words,
 )
 from roughcontact.desk.controls import button
+from roughcontact.desk.detail import Detail, Texture
 from roughcontact.desk.live import Failed, Live, Prepared, Told
 from roughcontact.desk.maps import Maps
 from roughcontact.desk.pictures import Box
-from roughcontact.desk.section import Section, whole_line
 from roughcontact.desk.server import Visit
 from roughcontact.desk.session import Session
 from roughcontact.desk.state import Line, Value
@@ -38,8 +38,8 @@ from roughcontact.request import making
 from roughcontact.request.run import Outcome
 from roughcontact.solvers.progress import Progress
 
-_TAKE_AWAY = 4
-"""Which tab it is."""
+_SURFACE, _TAKE_AWAY = 1, 5
+"""Which tabs they are."""
 
 
 class Shown(NamedTuple):
@@ -71,7 +71,8 @@ class Page:
             work.project, self._hear, partial(Live, reader=apart.reader(bench))
         )
         self.maps = Maps()
-        self._section = Section()
+        self._detail = Detail(self.maps.zoom)
+        self._texture = Texture(self._run)
         self._keep = button("Keep the part that is drawn", self._kept, visible=False)
         self._box: Box | None = None
         self.maps.on_section(self._drawn)
@@ -136,15 +137,12 @@ class Page:
         self._do(lambda: self.session.keep(rows, columns))
 
     def _cut(self) -> None:
-        """Show the section along the line of the state."""
+        """Show what stands beside the maps, along the line of the state."""
         prepared, outcome = self.session.prepared, self.session.outcome
-        if prepared is None:
-            self._section.clear()
-            return
-        surface = prepared.surfaces[0]
-        line = self.session.state.line or whole_line(surface)
-        self.maps.section.put(line)
-        self._section.show(surface, None if outcome is None else outcome.result, line)
+        surface = None if prepared is None else prepared.surfaces[0]
+        result = None if outcome is None else outcome.result
+        self._detail.show(surface, result, self.session.state.line)
+        self.maps.section.put(self._detail.line)
 
     def _generate(self, given: dict[str, Value], done: Callable[[Path], None]) -> None:
         path = self._work.folder / f"generated-{secrets.token_hex(4)}.npz"
@@ -181,6 +179,7 @@ class Page:
             case Prepared():
                 self._bring.show(what)
                 self._preparation.show(what)
+                self._show_hidden()
                 self._load.show(what)
                 if self.session.state.missing:
                     self.maps.show(what.surfaces[0], None)
@@ -189,6 +188,7 @@ class Page:
             case Shown():
                 self.maps.show(what.result.surface, what.result)
                 self._cut()
+                self._ask.mark(what.result.load)
                 self._numbers.object = what.numbers
                 self._trust.object = what.trust
                 self._cautions.object = what.cautions
@@ -199,7 +199,7 @@ class Page:
                 self._cautions.object = ""
                 self._trust.object = _alert(words.told(what.error))
                 self.maps.clear()
-                self._section.clear()
+                self._detail.show(None, None, None)
             case Progress():
                 self._trust.object = _quiet("solving …")
             case str():
@@ -225,12 +225,13 @@ class Page:
 
     def _tabbed(self) -> Any:
         tabs = pn.Tabs(
-            ("Contact", pn.Column(self._keep, self.maps.root, self._section.root, **style.BLOCK)),
+            ("Contact", pn.Column(self._keep, self.maps.root, self._detail.root, **style.BLOCK)),
+            ("Surface", self._texture.root),
             ("All numbers", self._all),
             ("Ask", self._ask.root),
             ("Compare", self._compare.root),
             ("Take away", self._take_away.root),
-            dynamic=False,
+            dynamic=True,
             **style.TABS,
         )
         tabs.param.watch(lambda _: self._show_hidden(), "active")
@@ -238,6 +239,9 @@ class Page:
 
     def _show_hidden(self) -> None:
         """Show what costs time only where it is seen."""
+        if self._tabs.active == _SURFACE:
+            prepared = self.session.prepared
+            self._texture.show(None if prepared is None else prepared.surfaces[0])
         if self._tabs.active == _TAKE_AWAY:
             self._take_away.show()
 

@@ -1,0 +1,133 @@
+"""What one sees of a contact beside its maps, and of its surface: drawn where it is looked at."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+import panel as pn
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.desk import headline, style
+from roughcontact.desk.charts import Bearing, Histogram, Spectrum
+from roughcontact.desk.pictures import Box
+from roughcontact.desk.section import Section, whole_line
+from roughcontact.desk.spots import SpotTable
+from roughcontact.desk.state import Line
+from roughcontact.desk.working import Run
+from roughcontact.errors import InputError
+from roughcontact.report import inputs
+from roughcontact.surface.surface import Surface
+
+_SECTION, _SPOTS, _PRESSURES = range(3)
+
+
+class Detail:
+    """Section, spots and distribution of the pressure, of which one is in sight.
+
+    Parameters
+    ----------
+    zoom : callable
+        ``zoom(box)`` brings a part of the maps into sight.
+    """
+
+    def __init__(self, zoom: Callable[[Box], None]) -> None:
+        self.section, self.spots, self.pressures = Section(), SpotTable(), Histogram()
+        self.spots.on_spot(zoom)
+        self._surface: Surface | None = None
+        self._result: ContactResult | None = None
+        self._line: Line | None = None
+        self.root = pn.Tabs(
+            ("Section", pn.pane.Bokeh(self.section.root, **style.BLOCK)),
+            ("Contact spots", pn.pane.Bokeh(self.spots.root, **style.BLOCK)),
+            ("Pressures", pn.pane.Bokeh(self.pressures.root, **style.BLOCK)),
+            dynamic=True,
+            **{**style.TABS, "sizing_mode": "stretch_width"},
+        )
+        self.root.param.watch(lambda _: self._draw(), "active")
+
+    @property
+    def line(self) -> Line | None:
+        """The line of the section."""
+        if self._line is None and self._surface is not None:
+            return whole_line(self._surface)
+        return self._line
+
+    def show(
+        self, surface: Surface | None, result: ContactResult | None, line: Line | None
+    ) -> None:
+        """Show a contact, or the surface alone; a line of None is the one that is proposed."""
+        self._surface, self._result, self._line = surface, result, line
+        self._draw()
+
+    def _draw(self) -> None:
+        active, result, surface, line = self.root.active, self._result, self._surface, self.line
+        if active == _SECTION:
+            if surface is None or line is None:
+                self.section.clear()
+            else:
+                self.section.show(surface, result, line)
+        elif result is None:
+            self.spots.clear()
+            self.pressures.clear()
+        elif active == _SPOTS:
+            self.spots.show(result)
+        elif active == _PRESSURES:
+            self.pressures.show(result)
+
+
+class Texture:
+    """Roughness, material ratio curve and spectrum of the surface as it is pressed.
+
+    Parameters
+    ----------
+    run : callable
+        Calls what changes the page.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        self._bearing, self._spectrum = Bearing(), Spectrum()
+        self._numbers = pn.pane.HTML("", width=460, margin=(8, 16, 0, 0), **style.SHEETS)
+        self._shown: Surface | None = None
+        self.root = pn.Row(
+            self._numbers,
+            pn.Column(
+                pn.pane.Bokeh(self._bearing.root, **style.BLOCK),
+                pn.pane.Bokeh(self._spectrum.root, **style.BLOCK),
+                sizing_mode="stretch_width",
+            ),
+            sizing_mode="stretch_width",
+        )
+
+    def show(self, surface: Surface | None) -> None:
+        """Show a surface, once it is worked out what there is to show."""
+        if surface is self._shown:
+            return
+        self._shown = surface
+        self._numbers.object = ""
+        self._bearing.clear()
+        self._spectrum.clear()
+        if surface is not None and not surface.is_profile:
+            # Of a large map it takes seconds, which other pages have not.
+            threading.Thread(target=self._work_out, args=(surface,), daemon=True).start()
+
+    def _work_out(self, surface: Surface) -> None:
+        try:
+            values = surface.roughness()
+        except InputError:
+            # Holes that leave no point both of its neighbours.
+            values = {}
+        rows = [
+            (name, inputs.parameter(name, values), meaning)
+            for name, (_, meaning) in inputs.ROUGHNESS.items()
+        ]
+        note = '<p class="quiet">ISO 25178-2, of the heights as they are pressed.</p>'
+        text = note + headline.table(rows)
+        self._run(lambda: self._put(surface, text))
+
+    def _put(self, surface: Surface, text: str) -> None:
+        if surface is self._shown:
+            self._numbers.object = text
+            self._bearing.show(surface)
+            self._spectrum.show(surface)
