@@ -40,7 +40,7 @@ class Ask:
         self._choice.param.watch(self._chosen, "value")
         self.root = pn.Row(
             pn.Column(
-                self._choice, self._form, self._working.root, width=300, margin=(8, 16, 0, 0)
+                self._choice, self._form, self._working.root, width=250, margin=(8, 16, 0, 0)
             ),
             self._answer,
             sizing_mode="stretch_both",
@@ -84,7 +84,9 @@ class Ask:
             if isinstance(view, Curve):
                 self._curve = view
                 self._mark_now()
-            return [cautions, pn.pane.Bokeh(view.root, **style.BLOCK), facts]
+            seen = [cautions, pn.pane.Bokeh(view.root, **style.BLOCK)]
+            # The others tell these numbers themselves.
+            return [*seen, facts] if isinstance(view, (Curve, History)) else seen
         parts: list[Any] = [cautions, *map(picture, found.pictures), facts]
         if found.steps:
             parts.append(pn.pane.HTML(headline.table(found.steps, found.heads), **style.WIDE))

@@ -57,7 +57,7 @@ class Curve:
         self.area.yaxis.axis_label = "share of the map [%]"
         self.table: Any = look.markup(sizing_mode="stretch_width", margin=(4, 8))
         grid = gridplot(
-            [list(self.plots)], merge_tools=True, toolbar_location="above",
+            [list(self.plots[:2]), [self.stiffness, None]], merge_tools=True, toolbar_location="above",
             sizing_mode="stretch_width", toolbar_options={"logo": None},
         )  # fmt: skip
         grid.cols = "minmax(0, 1fr)"

@@ -79,7 +79,7 @@ class Stress:
         self.map.add_layout(look.bar_of(self.mapper), "right")
         self.table: Any = look.markup(sizing_mode="stretch_width", margin=(4, 8))
         grid = gridplot(
-            [[self.profile, self.cut, self.map]], merge_tools=True, toolbar_location="above",
+            [[self.profile, self.cut], [self.map, None]], merge_tools=True, toolbar_location="above",
             sizing_mode="stretch_width", toolbar_options={"logo": None},
         )  # fmt: skip
         grid.cols = "minmax(0, 1fr)"
