@@ -7,7 +7,15 @@ from typing import Any
 
 import numpy as np
 from bokeh.layouts import gridplot
-from bokeh.models import Column, ColumnDataSource, LinearColorMapper, Range1d, Slider, Span
+from bokeh.models import (
+    Column,
+    ColumnDataSource,
+    DataRange1d,
+    LinearColorMapper,
+    Range1d,
+    Slider,
+    Span,
+)
 from bokeh.plotting import figure
 from numpy.typing import NDArray
 
@@ -42,7 +50,6 @@ class Stress:
     def __init__(self) -> None:
         self._result: StressResult | None = None
         self._call: Callable[[float], None] | None = None
-        self._boxes: dict[str, tuple[float, float, float, float]] = {}
         self._length = 1.0
         self.slider: Any = Slider(
             start=0, end=1, step=1, value=0, title="Depth", show_value=False, tooltips=False,
@@ -73,7 +80,7 @@ class Stress:
         self.profile.add_layout(self.strength)
         self.profile.y_range.start = 0
         look.quiet_legend(self.profile)
-        self.cut, self.cut_source = self._picture("Section along x through the largest stress")
+        self.cut, self.cut_source = self._picture("Section along x, at the largest stress")
         self.cut.add_layout(self.level)
         self.map, self.map_source = self._picture("Largest over all depths")
         self.map.add_layout(look.bar_of(self.mapper), "right")
@@ -135,14 +142,16 @@ class Stress:
 
     def _picture(self, title: str) -> tuple[Any, Any]:
         source = ColumnDataSource({name: [] for name in ("x", "y", "dw", "dh", "stress")})
+        # The browser itself keeps it true to scale.
         plot: Any = figure(
-            title=title, height=280, sizing_mode="stretch_width", x_range=Range1d(0, 1),
-            y_range=Range1d(1, 0), tools="pan,wheel_zoom,box_zoom,reset",
-            active_scroll=None, min_border_left=50, min_border_right=64,
+            title=title, height=280, sizing_mode="stretch_width", match_aspect=True,
+            x_range=DataRange1d(range_padding=0),
+            y_range=DataRange1d(range_padding=0, flipped=True),
+            tools="pan,wheel_zoom,box_zoom,reset", active_scroll=None, min_border_left=50,
+            min_border_right=64,
         )  # fmt: skip
         look.quiet(plot)
         plot.grid.visible = False
-        look.on_changes(plot, ("inner_width", "inner_height"), lambda: self._refit(plot))
         plot.image("stress", "x", "y", "dw", "dh", source=source, color_mapper=self.mapper)
         return plot, source
 
@@ -156,7 +165,6 @@ class Stress:
         length, unit = prefixed_window(first, last)
         left, right, down = first * length, last * length, depth * length
         self._put(self.cut_source, rows * factor, (left, 0.0, right - left, down))
-        self._frame(self.cut, (left, 0.0, right, down))
         self.cut.xaxis.axis_label, self.cut.yaxis.axis_label = f"x [{unit}]", f"depth [{unit}]"
         self._length = length
         assert rows.shape[0] == SECTION_ROWS
@@ -171,7 +179,6 @@ class Stress:
         top, left, bottom, right = (edge * length for edge in pictures.extent(view, surface.pixel))
         cells = cell_max(np.asarray(values, dtype=np.float64), view.blocks)
         self._put(self.map_source, cells * factor, (left, top, right - left, bottom - top))
-        self._frame(self.map, (0.0, 0.0, surface.size[1] * length, surface.size[0] * length))
         self.map.xaxis.axis_label = f"x, y [{unit}], the largest stress in each cell"
 
     def _put(
@@ -181,23 +188,6 @@ class Stress:
         source.data = {
             "x": [x], "y": [y], "dw": [dw], "dh": [dh], "stress": [values.astype(np.float32)]
         }  # fmt: skip
-
-    def _refit(self, plot: Any) -> None:
-        if plot.id in self._boxes:
-            self._frame(plot, self._boxes[plot.id])
-
-    def _frame(self, plot: Any, box: tuple[float, float, float, float]) -> None:
-        """Have a figure show a box, true to scale."""
-        self._boxes[plot.id] = box
-        left, top, right, bottom = box
-        down, across = look.frame(plot, (200.0, 260.0))
-        dot = max((bottom - top) / down, (right - left) / across)
-        x, y = (left + right) / 2, (top + bottom) / 2
-        for one, start, end in (
-            (plot.x_range, x - dot * across / 2, x + dot * across / 2),
-            (plot.y_range, y + dot * down / 2, y - dot * down / 2),
-        ):
-            one.update(start=start, end=end, reset_start=start, reset_end=end)
 
     def _mark(self, at: int) -> None:
         assert self._result is not None
