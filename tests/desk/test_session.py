@@ -100,6 +100,9 @@ def test_what_cannot_be_done_is_told(session: Session, tmp_path: Path) -> None:
     assert session.wait(PATIENCE)
     assert session.failure is not None
     assert "2 missing points" in session.failure.error.worded()
+    # The map is seen nevertheless.
+    assert session.prepared is not None
+    assert session.prepared.surfaces[0].missing == 2
     session.give("holes", "fill")
     solved(session)
     assert session.failure is None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from roughcontact.desk.live import Prepared
 from roughcontact.desk.session import Session
 from roughcontact.desk.state import Value
 from roughcontact.desk.works import KEPT
-from roughcontact.errors import InputError, RoughcontactError
+from roughcontact.errors import InputError, Mention, RoughcontactError
 from roughcontact.report import inputs
 from roughcontact.report.quantities import rows_of
 from roughcontact.request.options import GENERATE, parsed
@@ -78,6 +78,7 @@ class Bring:
         )
         self._demonstration.param.watch(self._demonstrated, "value")
         self._file = [Control(name, session.give) for name in _FILE]
+        self._of_file = fold("Channel, unit, sides", *(one.root for one in self._file))
         self._nominal = [Control(name, session.give) for name in ("points", "size")]
         self._wanted: dict[str, Value] = dict(_FIRST)
         wanted = [Control(name, self._want, task=GENERATE) for name in _GENERATED]
@@ -89,7 +90,7 @@ class Bring:
             self._drop,
             self._wrong,
             self._demonstration,
-            fold("Channel, unit, sides", *(control.root for control in self._file)),
+            self._of_file,
             fold("Counter-body with a map of its own", self._other, self._alone),
             fold(
                 "Generate a surface",
@@ -116,6 +117,20 @@ class Bring:
             rows = [row for row in rows_of(inputs.SURFACE, surface) if row.key != "source"]
             told += headline.table((row.name, row.text) for row in rows[:4])
         self._about.object = told
+
+    def tell_channels(self, names: Sequence[str]) -> None:
+        """Propose the channels of the file."""
+        self._file[0].suggest(names)
+
+    def tell_lacking(self, error: RoughcontactError) -> bool:
+        """Ask for what the file does not tell, if that is what an error is about."""
+        about = {part.name for part in error.sentence if isinstance(part, Mention)}
+        for control in self._file:
+            if control.name in about:
+                self._of_file.collapsed = False
+                control.complain(self._session.state.named(words.told(error)))
+                return True
+        return False
 
     def _want(self, name: str, value: Value) -> None:
         if value in ("", False):

@@ -38,6 +38,8 @@ _LEVELS = {
 }
 _TURNS = {"0": "not at all", "90": "90°", "180": "180°", "270": "270°"}
 
+_NOTHING = {"material": "–", "counter-material": "rigid, or the values below"}
+
 
 def card(title: str, *parts: Any) -> Any:
     """Return a part of the column under its heading."""
@@ -121,6 +123,8 @@ class Preparation:
         """Show the controls as the state holds them, and the steps that were done."""
         self._group.show()
         found = () if prepared is None else tuple(one.provenance for one in prepared.surfaces[:1])
+        # A map is seen before it is said what its holes are.
+        told = "holes" in self._session.state.given
         if found == self._shown:
             return
         self._shown = found
@@ -128,6 +132,7 @@ class Preparation:
             self._line(step.method, sentence)
             for provenance in found
             for step in provenance.operations
+            if told or step.method != "masked"
             for sentence in step.sentences
         ]
 
@@ -155,16 +160,18 @@ class Bodies:
             ("material", "young", "poisson", "yield-strength", "counter-material", "counter-young",
              "counter-poisson", "counter-yield-strength", "body", "counter-body", "align",
              "offset", "angle", "mirror"),
-            {
-                "material": _materials("–"),
-                "counter-material": _materials("rigid, or the values below"),
-            },
+            {name: _materials(nothing) for name, nothing in _NOTHING.items()},
         )  # fmt: skip
         self._session = session
         self._sources = pn.pane.HTML("", **style.SHEET)
         roots = self._group.roots
+        self._search = pn.widgets.TextInput(
+            name="Search the catalogue", placeholder="steel, 42CrMo4, bronze …", **style.CONTROL
+        )
+        self._search.param.watch(self._searched, "value_input")
         self.root = card(
             "Bodies",
+            self._search,
             *roots("material"),
             self._sources,
             *roots("counter-material"),
@@ -173,6 +180,11 @@ class Bodies:
             fold("Nominal forms, two maps", *roots("body", "counter-body", "align", "offset",
                                                    "angle", "mirror")),
         )  # fmt: skip
+
+    def _searched(self, event: Any) -> None:
+        """Offer the materials whose names or conditions have what is typed."""
+        for name, nothing in _NOTHING.items():
+            self._group.controls[name].offer(_turned(_materials(nothing, event.new)) or {})
 
     def show(self) -> None:
         """Show what the state holds, and where the values of its material are from."""
@@ -199,9 +211,16 @@ class Model:
         self._group.show()
 
 
-def _materials(nothing: str) -> dict[str, str]:
-    told = {entry.key: f"{entry.key} – {entry.condition}" for entry in catalogue.entries()}
-    return {"": nothing, **told}
+def _materials(nothing: str, search: str = "") -> dict[str, str]:
+    """Return the materials that a search finds, as they are told, by their keys."""
+    wanted = search.lower().split()
+    told = {"": nothing}
+    for entry in catalogue.entries():
+        text = f"{entry.key} – {entry.condition}"
+        words_of = " ".join((text, *entry.names, entry.note)).lower()
+        if all(word in words_of for word in wanted):
+            told[entry.key] = text
+    return told
 
 
 def _sources(name: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import panel as pn
@@ -15,6 +15,14 @@ from roughcontact.request.options import SOLVE, Option, offered
 
 Give = Callable[[str, Value], None]
 """``give(name, value)`` sets an option, or raises what is wrong with it."""
+
+
+_SUGGESTED: dict[str, tuple[str, ...]] = {
+    "ceiling": ("auto", "recommended", "none"),
+    "channel": (),
+    "form": ("sphere", "cylinder", "polynomial 2", "polynomial 4"),
+}
+"""What is proposed where any text can be given."""
 
 
 class Control:
@@ -59,6 +67,22 @@ class Control:
             self._silent = False
         self.complain("")
 
+    def suggest(self, texts: Sequence[str]) -> None:
+        """Propose texts while one types; others are taken as well."""
+        if list(self.widget.options) != list(texts):
+            self.widget.options = list(texts)
+
+    def offer(self, choices: Mapping[str, str]) -> None:
+        """Let one choose among other texts, by what they are called; what is given stays."""
+        given = self.widget.value
+        kept = {told: text for told, text in self.widget.options.items() if text == given}
+        self._silent = True
+        try:
+            self.widget.options = {**kept, **choices}
+            self.widget.value = given
+        finally:
+            self._silent = False
+
     def complain(self, text: str) -> None:
         """Show what is wrong, nothing for an empty text."""
         self._wrong.object = f'<span role="alert">{words.escaped(text)}</span>' if text else ""
@@ -90,6 +114,12 @@ def _widget(option: Option, choices: Mapping[str, str] | None) -> Any:
         known = option.parse.known
         default = [] if option.default is not None else [""]
         return pn.widgets.Select(options=[*default, *map(str, known)], **about)
+    if option.name in _SUGGESTED:
+        return pn.widgets.AutocompleteInput(
+            options=list(_SUGGESTED[option.name]), restrict=False, min_characters=0,
+            case_sensitive=False, search_strategy="includes",
+            placeholder=option.metavar.lower(), **about,
+        )  # fmt: skip
     return pn.widgets.TextInput(placeholder=option.metavar.lower(), **about)
 
 

@@ -57,8 +57,8 @@ class Curve:
         self.area.yaxis.axis_label = "share of the map [%]"
         self.table: Any = look.markup(sizing_mode="stretch_width", margin=(4, 8))
         grid = gridplot(
-            [list(self.plots[:2]), [self.stiffness, None]], merge_tools=True, toolbar_location="above",
-            sizing_mode="stretch_width", toolbar_options={"logo": None},
+            [[self.area, self.lengths], [self.stiffness, None]], merge_tools=True,
+            toolbar_location="above", sizing_mode="stretch_width", toolbar_options={"logo": None},
         )  # fmt: skip
         grid.cols = "minmax(0, 1fr)"
         self.root = Column(grid, self.table, sizing_mode="stretch_width")

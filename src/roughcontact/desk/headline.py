@@ -52,9 +52,11 @@ def missing(names: Iterable[str]) -> str:
 
 
 def _wanted(name: str) -> str:
-    return {"file": "a map", "boundary": "whether the map is the whole contact"}.get(
-        name, label(name).lower()
-    )
+    return {
+        "file": "a map",
+        "boundary": "whether the map is the whole contact",
+        "holes": "what to do with its missing points",
+    }.get(name, label(name).lower())
 
 
 def table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> str:

@@ -64,7 +64,8 @@ class Page:
     def __init__(self, visit: Visit) -> None:
         work, bench = visit.work, visit.bench
         self._document = pn.state.curdoc
-        self._work = work
+        self._work, self._bench = work, bench
+        self._looked_up: Path | None = None
         self._lock = threading.Lock()
         self._news: list[Told | Shown] = []
         self.session = session = Session(
@@ -144,6 +145,19 @@ class Page:
         self._detail.show(surface, result, self.session.state.line)
         self.maps.section.put(self._detail.line)
 
+    def _look_up_channels(self) -> None:
+        """Propose the channels of the file, once for each file."""
+        path = self.session.state.file
+        if path is None or path == self._looked_up:
+            return
+        self._looked_up = path
+
+        def ended(end: apart.End) -> None:
+            names = [channel.name for channel in end.value or () if channel.name]
+            self._run(lambda: self._bring.tell_channels(names))
+
+        self._bench.begin(apart.channels, path, ended=ended, limits=apart.READING)
+
     def _generate(self, given: dict[str, Value], done: Callable[[Path], None]) -> None:
         path = self._work.folder / f"generated-{secrets.token_hex(4)}.npz"
         making.made({**given, "output": [str(path)]}, lambda _: None)
@@ -178,10 +192,13 @@ class Page:
         match what:
             case Prepared():
                 self._bring.show(what)
+                self._look_up_channels()
                 self._preparation.show(what)
                 self._show_hidden()
                 self._load.show(what)
-                if self.session.state.missing:
+                if self.session.failure is not None:
+                    self.maps.show(what.surfaces[0], None)
+                elif self.session.state.missing:
                     self.maps.show(what.surfaces[0], None)
                     self._cut()
                     self._tell_missing()
@@ -195,9 +212,10 @@ class Page:
                 self._all.object = what.everything
                 self._show_hidden()
             case Failed():
+                self._bring.tell_lacking(what.error)
                 self._numbers.object = ""
                 self._cautions.object = ""
-                self._trust.object = _alert(words.told(what.error))
+                self._trust.object = _alert(self.session.state.named(words.told(what.error)))
                 self.maps.clear()
                 self._detail.show(None, None, None)
             case Progress():
@@ -208,7 +226,12 @@ class Page:
     def _tell_missing(self) -> None:
         self._numbers.object = ""
         self._cautions.object = ""
-        self._trust.object = headline.missing(self.session.state.missing)
+        session = self.session
+        wanted = session.state.missing
+        if session.prepared is not None and "holes" not in session.state.given:
+            holed = any(surface.missing for surface in session.prepared.surfaces)
+            wanted = (*wanted, "holes") if holed else wanted
+        self._trust.object = headline.missing(wanted)
 
     def _show(self) -> None:
         """Show what the state holds in all controls."""

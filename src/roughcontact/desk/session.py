@@ -10,7 +10,7 @@ from types import MappingProxyType
 from roughcontact import files
 from roughcontact.desk.live import Failed, Live, Prepared, Told
 from roughcontact.desk.state import Line, State, Value, from_script
-from roughcontact.errors import InputError, Mention
+from roughcontact.errors import FormatError, InputError, Mention
 from roughcontact.request.parsing import window
 from roughcontact.request.request import Request
 from roughcontact.request.run import Outcome
@@ -165,6 +165,8 @@ class Session:
             self.prepared = None
             return
         given = {**state.given, **{name: _STAND_IN[name] for name in state.missing}}
+        if state.missing:
+            given.setdefault("holes", "mask")
         try:
             request = replace(state, given=MappingProxyType(given)).request()
         except InputError as error:
@@ -213,4 +215,15 @@ class Session:
             self.outcome = what
         elif isinstance(what, Failed):
             self.failure = what
+            self._show_at_least(what)
         self._told(what)
+
+    def _show_at_least(self, failed: Failed) -> None:
+        """Have the map seen where only its holes keep it from being pressed."""
+        request = failed.request
+        if request is None or "holes" in request.given or isinstance(failed.error, FormatError):
+            return
+        given = {**self._state.given, **{name: _STAND_IN[name] for name in self._state.missing}}
+        given["holes"] = "mask"
+        self._wanted = replace(self._state, given=MappingProxyType(given)).request()
+        self._live.ask(self._wanted, prepare_only=True)

@@ -94,6 +94,12 @@ class State:
         """Return what the user calls a file."""
         return self.names.get(path.name, path.name)
 
+    def named(self, text: str) -> str:
+        """Return a text with the user's names of the files that were brought."""
+        for kept, name in self.names.items():
+            text = text.replace(kept, name)
+        return text
+
     def bringing(self, path: Path | None, name: str = "") -> State:
         """Return the state with another map; what was said of the old one's file is forgotten."""
         of_file = ("format", "channel", "unit", "size", "override-size", "points", "crop")

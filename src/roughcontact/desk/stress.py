@@ -86,8 +86,8 @@ class Stress:
         self.map.add_layout(look.bar_of(self.mapper), "right")
         self.table: Any = look.markup(sizing_mode="stretch_width", margin=(4, 8))
         grid = gridplot(
-            [[self.profile, self.cut], [self.map, None]], merge_tools=True, toolbar_location="above",
-            sizing_mode="stretch_width", toolbar_options={"logo": None},
+            [[self.profile, self.cut], [self.map, None]], merge_tools=True,
+            toolbar_location="above", sizing_mode="stretch_width", toolbar_options={"logo": None},
         )  # fmt: skip
         grid.cols = "minmax(0, 1fr)"
         self.root = Column(self.slider, grid, self.table, sizing_mode="stretch_width")

@@ -66,8 +66,7 @@ def spell(mention: Mention, task: str = SOLVE) -> str:
 
 def told(error: RoughcontactError, task: str = SOLVE) -> str:
     """Return what an error says, in the words of the page."""
-    sentence = error.worded(partial(spell, task=task))
-    return sentence[:1].upper() + sentence[1:]
+    return error.worded(partial(spell, task=task))
 
 
 def spelled(text: str, task: str = SOLVE) -> str:
