@@ -82,7 +82,8 @@ def test_the_extras_hold_what_is_said() -> None:
     extras = PROJECT["optional-dependencies"]
     assert any(entry.startswith("SurfaceTopography") for entry in extras["io"])
     assert any(entry.startswith("ducc0") for entry in extras["fast"])
-    assert set(extras["all"]) == {"roughcontact[fast,io]"}
+    assert any(entry.startswith("panel") for entry in extras["desk"])
+    assert set(extras["all"]) == {"roughcontact[desk,fast,io]"}
     # What is under the GPL is never needed.
     assert not any(entry.startswith("ducc0") for entry in PROJECT["dependencies"])
 

@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import http.client
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
 import threading
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +23,13 @@ import pytest
 
 pytest.importorskip("panel")
 
+from tornado.httpclient import HTTPClientError, HTTPRequest
+from tornado.websocket import websocket_connect
+
+from roughcontact.cli import app
+from roughcontact.desk import server
 from roughcontact.desk.server import Server, Settings, Visit
+from roughcontact.errors import InputError
 
 PATIENCE = 60.0
 WORDS = "the words of the page"
@@ -34,7 +48,7 @@ class Desk:
     def __init__(self, folder: Path, **more: Any) -> None:
         self.visits: list[Visit] = []
         self.ended: list[str] = []
-        self.server = Server(self.page, Settings(folder=folder, port=0, **more))
+        self.server = Server(lambda: self.page, Settings(folder=folder, port=0, **more))
         self.thread = threading.Thread(target=self.server.run, daemon=True)
         self.thread.start()
 
@@ -126,3 +140,260 @@ def test_names_of_this_machine_are_its_own(desk: Desk) -> None:
     for host in ("localhost:8888", "127.0.0.1", f"LOCALHOST:{desk.port}", "[::1]:5106"):
         assert desk.ask("/favicon.ico", Host=host).status == 200
         assert desk.ask("/favicon.ico", Host=host, Origin=f"http://{host}").status == 200
+
+
+# The websocket of a page
+
+
+def token_of(page: Answer) -> str:
+    found = re.search(r'"token":"([^"]+)"', page.text)
+    assert found is not None
+    return found[1]
+
+
+async def connected(desk: Desk, token: str, **headers: str) -> Any:
+    request = HTTPRequest(f"ws://127.0.0.1:{desk.port}/ws", headers=headers)
+    return await websocket_connect(request, subprotocols=["bokeh", token])
+
+
+async def parted(connection: Any) -> None:
+    connection.close()
+    while await connection.read_message() is not None:
+        pass
+    # Its side of the closing has a turn.
+    await asyncio.sleep(0.05)
+
+
+def test_a_page_of_this_server_is_connected_and_no_other(desk: Desk) -> None:
+    token = token_of(desk.ask(desk.home))
+
+    async def own() -> Any:
+        connection = await connected(desk, token, Origin=f"http://127.0.0.1:{desk.port}")
+        first = await connection.read_message()
+        await parted(connection)
+        return json.loads(first)
+
+    assert asyncio.run(own())["msgtype"] == "ACK"
+    for headers in (
+        {"Origin": "http://evil.example"},
+        {"Origin": f"http://localhost:{desk.port + 1}"},
+        {"Host": "evil.example", "Origin": "http://evil.example"},
+    ):
+        with pytest.raises(HTTPClientError) as caught:
+            asyncio.run(connected(desk, token, **headers))
+        assert caught.value.code == 403
+
+
+def test_a_forged_session_is_refused(desk: Desk) -> None:
+    token = token_of(desk.ask(desk.home))
+    opened = len(desk.visits)
+
+    async def forged() -> Any:
+        connection = await connected(desk, token[:-2] + "xx")
+        first = await connection.read_message()
+        connection.close()
+        return first
+
+    assert asyncio.run(forged()) is None
+    assert len(desk.visits) == opened
+
+
+def until(true: Any) -> None:
+    end = time.monotonic() + PATIENCE
+    while not true():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_what_a_page_holds_goes_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "_LINGER", 0.05)
+    monkeypatch.setattr(server, "_LOOK", 0.05)
+    desk = Desk(tmp_path)
+    token = token_of(desk.ask(desk.home))
+
+    async def stay_and_go() -> Visit:
+        connection = await connected(desk, token)
+        await connection.read_message()
+        visit = desk.visits[-1]
+        (visit.folder / "result.nc").write_bytes(b"x")
+        await asyncio.sleep(0.3)
+        assert visit.folder.exists()
+        await parted(connection)
+        return visit
+
+    visit = asyncio.run(stay_and_go())
+    until(lambda: len(desk.ended) == len(desk.visits) and not visit.folder.exists())
+    assert visit.work.folder.exists()
+    desk.close()
+
+
+def test_what_open_pages_hold_goes_with_the_server(tmp_path: Path) -> None:
+    desk = Desk(tmp_path)
+    desk.ask(desk.home)
+    desk.close()
+    assert desk.ended == [desk.visits[0].work.key]
+    assert not desk.visits[0].folder.exists()
+    assert desk.visits[0].work.folder.exists()
+
+
+# Files that are brought
+
+
+def upload(desk: Desk, name: str, body: bytes, **headers: str) -> Answer:
+    return desk.ask(f"/upload{desk.home[1:]}&name={name}", "POST", body, **headers)
+
+
+def test_a_file_is_brought_and_kept(desk: Desk) -> None:
+    before = set(os.listdir(desk.visits[0].work.folder))
+    answer = upload(desk, "..%2F%3Cb%3Eground.OPD", b"x" * 1000)
+    assert answer.status == 200
+    told = json.loads(answer.text)
+    assert told["name"] == "<b>ground.OPD"
+    path = desk.visits[0].work.folder / told["file"]
+    assert path.read_bytes() == b"x" * 1000
+    assert set(os.listdir(path.parent)) - before == {path.name}
+    assert path.suffix == ".opd"
+
+
+def test_a_file_that_is_too_large_is_refused(desk: Desk) -> None:
+    before = sorted(os.listdir(desk.visits[0].work.folder))
+    answer = upload(desk, "a.opd", b"x" * 1001)
+    assert answer.status == 413
+    assert json.loads(answer.text)["error"].startswith("a.opd has more than 1000 bytes")
+    assert sorted(os.listdir(desk.visits[0].work.folder)) == before
+
+
+def test_a_file_without_a_work_is_refused(desk: Desk) -> None:
+    answer = desk.ask("/upload?work=" + "x" * 32 + "&name=a.opd", "POST", b"x")
+    assert answer.status == 404
+    assert "not there any more" in json.loads(answer.text)["error"]
+    assert desk.ask(f"/upload{desk.home[1:]}&name=a.opd").status == 405
+
+
+def test_a_file_that_does_not_come_to_its_end_leaves_nothing(desk: Desk) -> None:
+    folder = desk.visits[0].work.folder
+    before = sorted(os.listdir(folder))
+    connection = http.client.HTTPConnection("127.0.0.1", desk.port, timeout=PATIENCE)
+    with contextlib.closing(connection):
+        connection.putrequest("POST", f"/upload{desk.home[1:]}&name=a.opd")
+        connection.putheader("Content-Length", "900")
+        connection.endheaders(b"x" * 100)
+        until(lambda: sorted(os.listdir(folder)) != before)
+    until(lambda: sorted(os.listdir(folder)) == before)
+
+
+def test_other_requests_are_small(desk: Desk) -> None:
+    with contextlib.suppress(ConnectionError):
+        assert desk.ask("/", "POST", b"x" * 2**21).status in (400, 405)
+
+
+# Others
+
+
+def test_nothing_is_fetched_from_elsewhere(desk: Desk) -> None:
+    page = desk.ask(desk.home)
+    # A notebook on this machine may frame the page; nothing is fetched from there.
+    policy = page.headers["Content-Security-Policy"].partition("frame-ancestors")[0]
+    assert "default-src 'self'" in policy
+    assert "http:" not in policy
+    assert "https:" not in policy
+    links = re.findall(r"""(?:src|href)=["']([^"']+)""", page.text)
+    assert any("bokeh" in link for link in links)
+    for link in links:
+        assert not link.startswith(("http", "//"))
+        assert desk.ask("/" + link.removeprefix("./").lstrip("/")).status == 200
+
+
+def test_others_are_let_in_with_the_token_alone(tmp_path: Path) -> None:
+    desk = Desk(tmp_path, origins=("http://lab-pc:5106",))
+    parts = urlsplit(desk.server.url)
+    assert parts.netloc == "lab-pc:5106"
+    there = {"Host": "lab-pc:5106"}
+    assert desk.ask("/", **there).status == 403
+    assert desk.ask("/?token=wrong", **there).status == 403
+    assert desk.ask("/ws", **there, Origin="http://lab-pc:5106").status == 403
+    shown = desk.ask(f"/?{parts.query}", **there)
+    assert shown.status == 302
+    assert "token" not in shown.headers["Location"]
+    cookie = shown.headers["Set-Cookie"]
+    assert "HttpOnly" in cookie
+    page = desk.ask(shown.headers["Location"], **there, Cookie=cookie.partition(";")[0])
+    assert page.status == 200
+    # Nothing of it stands in the page.
+    assert cookie.partition(";")[0].partition("=")[2] not in page.text
+    assert desk.ask(shown.headers["Location"], Host="evil.example").status == 403
+    desk.close()
+
+
+def test_others_are_let_in_only_if_they_are_named() -> None:
+    with pytest.raises(InputError, match="lets other machines in") as caught:
+        Settings(address="0.0.0.0")
+    assert caught.value.argument == "address"
+    assert not Settings().is_open
+    assert Settings(origins=("http://lab-pc:5106",)).is_open
+
+
+def test_a_port_that_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with server._listening(Settings(port=0))[0] as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(InputError, match=f"^port {port} of 127") as caught:
+            server._listening(Settings(port=port))
+        assert caught.value.argument == "port"
+        monkeypatch.setattr(server, "PORT", port)
+        other, free = server._listening(Settings())
+        assert free != port
+        other.close()
+
+
+# The command
+
+
+def test_the_command_serves_a_page_until_it_is_interrupted(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "roughcontact", "desk", "--no-browser"]
+    with subprocess.Popen(
+        [*command, "--folder", str(tmp_path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True,
+    ) as process:  # fmt: skip
+        assert process.stdout is not None
+        parts = urlsplit(process.stdout.readline().strip())
+        assert parts.hostname == "127.0.0.1"
+        connection = http.client.HTTPConnection("127.0.0.1", parts.port or 0, timeout=PATIENCE)
+        with contextlib.closing(connection):
+            connection.request("GET", f"/?{parts.query}")
+            assert connection.getresponse().status == 200
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=PATIENCE)
+    assert process.returncode == app.SOLVED
+    assert out == ""
+    assert err == ""
+    assert not list(tmp_path.glob("*/page-*"))
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["nothere.opd"], "nothere.opd does not exist; check the name of the file"),
+        (["--address", "0.0.0.0"], "--address 0.0.0.0 lets other machines in: tell by "
+         "--allow-origin which address their browsers show, such as --allow-origin "
+         "http://lab-pc:5106"),
+        (["--allow-origin", "*"], "--allow-origin must be an address such as "
+         "'http://lab-pc:5106', got '*'"),
+        (["--upload-limit", "much"], "--upload-limit must be a size such as '500 MB' or '2 GiB', "
+         "got 'much'"),
+    ],
+)  # fmt: skip
+def test_mistakes_end_in_one_sentence(
+    words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert app.main(["desk", *words]) == app.BAD_INPUT
+    assert capsys.readouterr().err == f"roughcontact: error: {sentence}\n"
+
+
+def test_without_panel_it_is_said_how_to_get_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert app.main(["desk"]) == app.BAD_INPUT
+    assert capsys.readouterr().err == (
+        "roughcontact: error: the desk needs Panel; run pip install 'roughcontact[desk]'\n"
+    )

@@ -21,6 +21,7 @@ from roughcontact.files import to_json
 from roughcontact.request.options import (
     COMPARE,
     DEMO,
+    DESK,
     FIND,
     GENERATE,
     HISTORY,
@@ -478,6 +479,24 @@ def _run(file: Path | str | None, given: Given) -> None:
         terminal.complain(f"error: {report.name}: {report.reason}")
     if failed:
         raise typer.Exit(NOT_CONVERGED)
+
+
+@_command(
+    DESK,
+    _MAP,
+    help="""Open a page in the browser: drop a map, drag the load, watch the contact grow.
+
+All of the program is at hand there. The page is served by this machine to itself alone, and what
+one does is kept for the next time. Ctrl-C ends it.
+""",
+    epilog="Example:\n\nroughcontact desk ground.opd",
+)
+def _desk(file: Subject, given: Given) -> None:
+    from roughcontact.cli import desk
+
+    desk.run(
+        file, {name: value.default for name, value in offered(DESK).items()} | parsed(given, DESK)
+    )
 
 
 @_command(

@@ -17,7 +17,7 @@ from roughcontact.material.material import Material
 from roughcontact.surface.surface import Surface
 
 if TYPE_CHECKING:
-    from roughcontact.desk.server import Visit
+    from roughcontact.desk.server import Page
 
 _HEIGHT = 820
 
@@ -93,10 +93,11 @@ def explore(shown: Surface | ContactResult) -> Desk:
     return Desk(server, folder)
 
 
-def _page(visit: Visit) -> object:
+def _page() -> Page:
+    """Return what makes a page, which takes a second to import."""
     from roughcontact.desk.page import page
 
-    return page(visit)
+    return page
 
 
 def _closed(

@@ -16,8 +16,6 @@ from tornado.httputil import HTTPHeaders, HTTPServerRequest
 from tornado.routing import AnyMatches, Matcher, Rule, RuleRouter
 from tornado.web import Application, OutputTransform, RequestHandler
 
-from roughcontact.errors import InputError
-
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 """What this machine is called by itself."""
 
@@ -43,7 +41,7 @@ class Door:
     Parameters
     ----------
     origins : tuple of str
-        Origins besides those of this machine itself, such as ``"http://lab-pc:5006"``.
+        Origins besides those of this machine itself, such as ``"http://lab-pc:5106"``.
     token : str
         What has to be shown; empty where nobody has to.
     """
@@ -76,29 +74,6 @@ class Door:
         shown = [] if cookie is None else [cookie.value]
         shown += [word.decode("utf-8", "replace") for word in request.arguments.get(TOKEN, [])]
         return any(hmac.compare_digest(word.encode(), self.token.encode()) for word in shown)
-
-
-def origin(text: str) -> str:
-    """Return an origin in the form in which browsers tell it.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
-    try:
-        parts = urlsplit(text.strip().lower())
-        port = parts.port
-    except ValueError:
-        parts, port = urlsplit(""), None
-    if parts.scheme not in ("http", "https") or not parts.hostname or parts.path not in ("", "/"):
-        raise InputError(
-            f"must be an address such as 'http://lab-pc:5006', got {text!r}",
-            argument="allow_origin", value=text,
-        )  # fmt: skip
-    name = f"[{parts.hostname}]" if ":" in parts.hostname else parts.hostname
-    usual = {"http": 80, "https": 443}[parts.scheme]
-    return f"{parts.scheme}://{name}" + (f":{port}" if port not in (None, usual) else "")
 
 
 def _host_of(origin: str) -> str:

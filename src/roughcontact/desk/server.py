@@ -5,10 +5,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import secrets
+import signal
 import socket
+import sys
 import threading
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -41,6 +43,7 @@ _LARGEST_REQUEST = 2**20
 # Seconds until a page that is closed is gone, and between two looks.
 _LINGER, _LOOK = 20, 5
 _EXPIRY = 3600
+_LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ class Settings:
     port : int or None
         On which port; None for the usual one, or a free one where that is taken.
     origins : tuple of str
-        Origins besides those of this machine, see `guard.origin`.
+        Origins besides those of this machine, see `request.parsing.origin`.
     folder : Path or None
         Where works are kept.
     upload_limit : int
@@ -75,7 +78,7 @@ class Settings:
 
     def __post_init__(self) -> None:
         """Refuse to listen to others without being told who they are."""
-        if self.is_open and not self.origins:
+        if self.address not in _LOOPBACK and not self.origins:
             raise InputError(
                 f"{self.address} lets other machines in: tell by ", Mention("allow_origin"),
                 " which address their browsers show, such as ",
@@ -85,7 +88,7 @@ class Settings:
     @property
     def is_open(self) -> bool:
         """Whether other machines are let in."""
-        return self.address not in ("127.0.0.1", "localhost", "::1")
+        return self.address not in _LOOPBACK or bool(self.origins)
 
 
 @dataclass(frozen=True)
@@ -124,7 +127,10 @@ class Visit:
 
 
 Page = Callable[[Visit], Any]
-"""Returns what is shown: anything that Panel can show."""
+"""``page(visit)`` returns what is shown: anything that Panel can show."""
+
+Load = Callable[[], Page]
+"""Imports and returns what makes a page; it is called when the server listens already."""
 
 
 class Server:
@@ -132,8 +138,8 @@ class Server:
 
     Parameters
     ----------
-    page : callable
-        ``page(visit)`` returns what a new page shows.
+    load : callable
+        Returns what makes a page, see `Load`.
     settings : Settings
         What it is told.
 
@@ -149,9 +155,9 @@ class Server:
         Where its pages have work done in other processes.
     """
 
-    def __init__(self, page: Page, settings: Settings) -> None:
-        self._page, self._settings = page, settings
-        self._sockets, self.port = _listening(settings)
+    def __init__(self, load: Load, settings: Settings) -> None:
+        self._load, self._settings = load, settings
+        self._socket, self.port = _listening(settings)
         self._works = Works(settings.folder)
         self._works.expire()
         self._visits: dict[str, Visit] = {}
@@ -172,6 +178,7 @@ class Server:
         """Serve until `stop` is called or Ctrl-C comes; then all that it began ends."""
         with contextlib.ExitStack() as ends:
             ends.callback(self.bench.close)
+            ends.callback(self._socket.close)
             ends.callback(self._leave_all)
             loop = asyncio.new_event_loop()
             asyncio.set_event_loop(loop)
@@ -182,7 +189,8 @@ class Server:
             server.start()
             self._loop = server.io_loop
             self._ready.set()
-            server.io_loop.start()
+            with _stopping(loop):
+                server.io_loop.start()
 
     def stop(self) -> None:
         """End `run`, from another thread."""
@@ -192,10 +200,11 @@ class Server:
 
     def _closed(self, server: Any, loop: Any) -> None:
         server.stop(wait=False)
-        for waiting in asyncio.all_tasks(loop):
-            waiting.cancel()
-        with contextlib.suppress(asyncio.CancelledError):
-            loop.run_until_complete(asyncio.sleep(0))
+        # What waits for something that does not come any more.
+        waiting = asyncio.all_tasks(loop)
+        for task in waiting:
+            task.cancel()
+        loop.run_until_complete(asyncio.wait(waiting) if waiting else _nothing())
 
     def _made(self) -> Any:
         """Return the server, which takes seconds to import."""
@@ -211,6 +220,7 @@ class Server:
         from roughcontact.desk.offer import Offer
         from roughcontact.desk.receive import Receive
 
+        self._page = self._load()
         bokeh.settings.settings.resources = "server"
         door = guard.Door(self._settings.origins, self._token)
         app = BokehTornado(
@@ -237,7 +247,7 @@ class Server:
             guard.guarded(door, self._knows, lambda: self._works.create().key, app),
             max_body_size=_LARGEST_REQUEST,
         )
-        http.add_sockets(self._sockets)
+        http.add_socket(self._socket)
         self._expiring = PeriodicCallback(self._works.expire, _EXPIRY * 1000)
         self._expiring.start()
         return BaseServer(IOLoop.current(), app, http)
@@ -278,13 +288,13 @@ class Server:
             self._leave(session)
 
 
-def serve(page: Page, settings: Settings, say: Callable[[str], None]) -> None:
+def serve(load: Load, settings: Settings, say: Callable[[str], None]) -> None:
     """Serve a page until Ctrl-C.
 
     Parameters
     ----------
-    page : callable
-        ``page(visit)`` returns what a new page shows.
+    load : callable
+        Returns what makes a page, see `Load`.
     settings : Settings
         What the command is told.
     say : callable
@@ -295,7 +305,7 @@ def serve(page: Page, settings: Settings, say: Callable[[str], None]) -> None:
     InputError
         If it cannot listen there, or has no folder for its works.
     """
-    server = Server(page, settings)
+    server = Server(load, settings)
     say(server.url)
     if settings.is_open:
         say(
@@ -308,23 +318,43 @@ def serve(page: Page, settings: Settings, say: Callable[[str], None]) -> None:
         server.run()
 
 
-def _listening(settings: Settings) -> tuple[list[socket.socket], int]:
-    """Return sockets that listen, and their port."""
-    from tornado.netutil import bind_sockets
-
+def _listening(settings: Settings) -> tuple[socket.socket, int]:
+    """Return a socket that listens, and its port."""
+    family = socket.AF_INET6 if ":" in settings.address else socket.AF_INET
     wanted = [PORT, 0] if settings.port is None else [settings.port]
     for port in wanted:
         try:
-            sockets = bind_sockets(port, settings.address, reuse_port=False)
+            listening = socket.create_server((settings.address, port), family=family)
         except OSError as error:
             reason = error.strerror or str(error)
             continue
-        return sockets, int(sockets[0].getsockname()[1])
+        listening.setblocking(False)
+        return listening, int(listening.getsockname()[1])
     raise InputError(
-        f"cannot listen on {settings.address}, port {wanted[-1]} ({reason}); give another ",
-        Mention("port"),
-        argument="address",
+        f"{wanted[-1]} of {settings.address} cannot be listened on ({reason}); give another",
+        argument="port",
     )
+
+
+@contextlib.contextmanager
+def _stopping(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
+    """Let what asks a program to end stop a loop between two of its turns."""
+    asking = []
+    if threading.current_thread() is threading.main_thread() and sys.platform != "win32":
+        wanted = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+        # Under `nohup` one of them is ignored.
+        asking = [one for one in wanted if signal.getsignal(one) is not signal.SIG_IGN]
+    for one in asking:
+        loop.add_signal_handler(one, loop.stop)
+    try:
+        yield
+    finally:
+        for one in asking:
+            loop.remove_signal_handler(one)
+
+
+async def _nothing() -> None:
+    """Give what was told to the loop a turn."""
 
 
 def _quiet(handler: Any) -> None:

@@ -225,6 +225,14 @@ def require_size(name: str, size: int, limit: int) -> None:
     """Raise `InputError` if a file is larger than what may be brought."""
     if size > limit:
         raise InputError(
-            f"{name} has more than {limit / memory.GIB:.3g} GiB, the most that may be brought; "
+            f"{name} has more than {_words(limit)}, the most that may be brought; "
             "crop it, or start the desk with a larger ", Mention("upload_limit"),
         )  # fmt: skip
+
+
+def _words(size: int) -> str:
+    """Return a number of bytes in the largest unit of which there is one."""
+    for unit, name in ((memory.GIB, "GiB"), (2**20, "MiB")):
+        if size >= unit:
+            return f"{size / unit:.3g} {name}"
+    return f"{size} bytes"

@@ -13,7 +13,7 @@ from roughcontact.errors import Mention
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request import comparison_options, parsing, surface_options
+from roughcontact.request import comparison_options, desk_options, parsing, surface_options
 from roughcontact.request.option import (
     BODIES,
     COMPARE as COMPARE,
@@ -34,9 +34,9 @@ from roughcontact.request.option import (
     Option as Option,
 )
 
-GENERATE = surface_options.GENERATE
+GENERATE, DESK = surface_options.GENERATE, desk_options.DESK
 RUN, VERIFY, INFO, MATERIALS, DEMO = "run", "verify", "info", "materials", "demo"
-COMMANDS = (*TASKS, GENERATE, RUN, VERIFY, INFO, MATERIALS, DEMO)
+COMMANDS = (*TASKS, GENERATE, RUN, DESK, VERIFY, INFO, MATERIALS, DEMO)
 
 Given = Mapping[str, str | bool | list[str]]
 """Options as text by their names: True for a flag, a list for what may be repeated."""
@@ -56,6 +56,7 @@ _UNITS = {
 
 OPTIONS = (
     *surface_options.OPTIONS,
+    *desk_options.OPTIONS,
     *comparison_options.MAPS,
     Option(
         "format", MAP, "NAME", "Format of the file; default: told by its suffix.", parsing.words,

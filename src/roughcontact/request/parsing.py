@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
+from urllib.parse import urlsplit
 
 from roughcontact import limits, units
 from roughcontact.errors import InputError, Mention, require_count
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 _SHARE = re.compile(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*%\s*")
 _NO_FORCE = re.compile(r"0+(\.0*)?\s*\w*N")
+_DATA = re.compile(r"([0-9]+(?:\.[0-9]*)?)\s*(|[kMGT]|[KMGT]i)B")
 
 
 def about(argument: str, error: InputError) -> InputError:
@@ -250,6 +252,39 @@ def nominal(text: str, argument: str) -> float:
     """Return a nominal pressure [Pa]."""
     needs = "a nominal pressure such as '20 MPa', the same for maps of all sizes"
     return units.parse(text, "pressure", argument, needs=needs)
+
+
+def data(text: str, argument: str) -> int:
+    """Return a number of bytes: ``"1 GiB"``, ``"500 MB"``."""
+    found = _DATA.fullmatch(text.strip())
+    size = 0.0
+    if found is not None:
+        base = 1024 if found[2].endswith("i") else 1000
+        size = float(found[1]) * base ** " kMGT".index((found[2][:1] or " ").replace("K", "k"))
+    if size < 1:
+        raise InputError(
+            f"must be a size such as '500 MB' or '2 GiB', got {text!r}",
+            argument=argument, value=text,
+        )  # fmt: skip
+    return int(size)
+
+
+def origin(text: str, argument: str) -> str:
+    """Return the start of an address, as browsers tell it: scheme, name, and an unusual port."""
+    try:
+        parts = urlsplit(text.strip().lower())
+        port = parts.port
+    except ValueError:
+        parts, port = urlsplit(""), None
+    rest = parts.path.strip("/") or parts.query or parts.fragment or parts.username
+    if parts.scheme not in ("http", "https") or not parts.hostname or rest or "*" in parts.hostname:
+        raise InputError(
+            f"must be an address such as 'http://lab-pc:5106', got {text!r}",
+            argument=argument, value=text,
+        )  # fmt: skip
+    name = f"[{parts.hostname}]" if ":" in parts.hostname else parts.hostname
+    usual = {"http": 80, "https": 443}[parts.scheme]
+    return f"{parts.scheme}://{name}" + (f":{port}" if port not in (None, usual) else "")
 
 
 def group(text: str, argument: str) -> tuple[str, tuple[str, ...]]:
