@@ -290,6 +290,22 @@ def test_other_requests_are_small(desk: Desk) -> None:
 # Others
 
 
+def test_a_page_that_cannot_be_made_says_why_and_keeps_nothing(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(visit: Visit) -> Any:
+        desk.visits.append(visit)
+        visit.at_end(lambda: desk.ended.append("broken"))
+        raise InputError("the project file of this page cannot be read")
+
+    monkeypatch.setattr(desk.server, "_page", broken)
+    answer = desk.ask(desk.home)
+    assert answer.status == 200
+    assert "Traceback" not in answer.text
+    assert desk.ended[-1] == "broken"
+    assert not desk.visits.pop().folder.exists()
+
+
 def test_nothing_is_fetched_from_elsewhere(desk: Desk) -> None:
     page = desk.ask(desk.home)
     # A notebook on this machine may frame the page; nothing is fetched from there.

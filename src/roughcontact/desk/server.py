@@ -20,7 +20,7 @@ from urllib.parse import urlencode
 from roughcontact import memory
 from roughcontact.desk.apart import Bench
 from roughcontact.desk.works import Work, Works
-from roughcontact.errors import InputError, Mention
+from roughcontact.errors import InputError, Mention, RoughcontactError
 
 if TYPE_CHECKING:
     from tornado.ioloop import IOLoop
@@ -276,7 +276,12 @@ class Server:
         )  # fmt: skip
         self._visits[context.id] = visit
         document.on_session_destroyed(lambda context: self._leave(context.id))
-        return self._page(visit)
+        try:
+            return self._page(visit)
+        except RoughcontactError as error:
+            # Such as a project file that somebody wrote into.
+            self._leave(context.id)
+            return pn.pane.Str(str(error))
 
     def _leave(self, session: str) -> None:
         visit = self._visits.pop(session, None)
