@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import tempfile
+import zipfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
+from roughcontact import files
 from roughcontact.contact.cautions import Caution
 from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.history import LoadHistory
@@ -24,7 +28,7 @@ from roughcontact.request.options import (
     SWEEP,
     VOLUME,
 )
-from roughcontact.request.request import Request
+from roughcontact.request.request import Request, from_text
 from roughcontact.request.run import Outcome, run
 from roughcontact.solvers.progress import Progress
 
@@ -231,3 +235,33 @@ def compare(tell: Tell, first: Request, second: Request, names: tuple[str, str])
         for row, texts in beside(tables.CONTACT, found, part)
     ]
     return Pair(tuple(told), (one.cautions, other.cautions), png(maps.comparison(found, names)))
+
+
+def draw(tell: Tell, request: Request, folder: Path, packed: Path) -> Outcome:
+    """Carry out a request and pack its figures; a job for `apart.Bench.begin`.
+
+    Parameters
+    ----------
+    tell : callable
+        Called with what is done.
+    request : Request
+        A task ``"solve"``.
+    folder : Path
+        Where nothing is kept: for the figures one by one.
+    packed : Path
+        The ZIP file for all of them.
+
+    Returns
+    -------
+    Outcome
+        With the ZIP file as what was written.
+    """
+    with tempfile.TemporaryDirectory(dir=folder) as place:
+        given = {**request.given, "figures": place}
+        outcome = run(from_text(request.task, request.file, given), tell, tell)
+        if not outcome.written:
+            return outcome
+        with files.replacing(packed) as stream, zipfile.ZipFile(stream, "w") as archive:
+            for path in outcome.written:
+                archive.write(path, path.name)
+    return replace(outcome, written=(packed,))

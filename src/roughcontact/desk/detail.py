@@ -14,12 +14,15 @@ from roughcontact.desk.pictures import Box
 from roughcontact.desk.section import Section, whole_line
 from roughcontact.desk.spots import SpotTable
 from roughcontact.desk.state import Line
+from roughcontact.desk.words import escaped
 from roughcontact.desk.working import Run
 from roughcontact.errors import InputError
 from roughcontact.report import inputs
 from roughcontact.surface.surface import Surface
+from roughcontact.units import parse
 
 _SECTION, _SPOTS, _PRESSURES = range(3)
+_ENDS = 4
 
 
 class Detail:
@@ -29,16 +32,34 @@ class Detail:
     ----------
     zoom : callable
         ``zoom(box)`` brings a part of the maps into sight.
+    draw : callable
+        ``draw(line)`` takes the line of another section, which was typed.
     """
 
-    def __init__(self, zoom: Callable[[Box], None]) -> None:
+    def __init__(self, zoom: Callable[[Box], None], draw: Callable[[Line], None]) -> None:
         self.section, self.spots, self.pressures = Section(), SpotTable(), Histogram()
         self.spots.on_spot(zoom)
+        self._call = draw
+        self._ends = pn.widgets.TextInput(
+            name="Section from y, x to y, x (or drag its ends on a map)",
+            placeholder="50 um, 0 um, 50 um, 100 um",
+            **{**style.CONTROL, "sizing_mode": None}, width=360,
+        )  # fmt: skip
+        self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
+        self._ends.param.watch(self._typed, "value")
         self._surface: Surface | None = None
         self._result: ContactResult | None = None
         self._line: Line | None = None
         self.root = pn.Tabs(
-            ("Section", pn.pane.Bokeh(self.section.root, **style.BLOCK)),
+            (
+                "Section",
+                pn.Column(
+                    pn.pane.Bokeh(self.section.root, **style.BLOCK),
+                    self._ends,
+                    self._wrong,
+                    **style.BLOCK,
+                ),
+            ),
             ("Contact spots", pn.pane.Bokeh(self.spots.root, **style.BLOCK)),
             ("Pressures", pn.pane.Bokeh(self.pressures.root, **style.BLOCK)),
             dynamic=True,
@@ -59,6 +80,21 @@ class Detail:
         """Show a contact, or the surface alone; a line of None is the one that is proposed."""
         self._surface, self._result, self._line = surface, result, line
         self._draw()
+
+    def _typed(self, event: Any) -> None:
+        words = event.new.split(",")
+        self._wrong.visible = False
+        if not event.new.strip():
+            return
+        try:
+            if len(words) != _ENDS:
+                raise InputError("needs four lengths: y, x of one end and y, x of the other")
+            y0, x0, y1, x1 = (parse(word, "length", "section", positive=False) for word in words)
+        except InputError as error:
+            text = f'<span role="alert" class="wrong">{escaped(error.worded())}</span>'
+            self._wrong.object, self._wrong.visible = text, True
+        else:
+            self._call((y0, x0, y1, x1))
 
     def _draw(self) -> None:
         active, result, surface, line = self.root.active, self._result, self._surface, self.line

@@ -361,6 +361,8 @@ class Maps:
         )  # fmt: skip
         look.quiet(plot)
         plot.grid.visible = plot.axis.visible = False
+        # Few enough not to meet on a small screen.
+        plot.xaxis.ticker.desired_num_ticks = 3
         source = self.heights if key == HEIGHTS else self.contact
         place: dict[str, Any] = {"x": "x", "y": "y", "dw": "dw", "dh": "dh", "source": source}
         if key == TOUCH:

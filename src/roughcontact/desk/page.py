@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import secrets
 import threading
+import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -34,12 +35,16 @@ from roughcontact.desk.server import Visit
 from roughcontact.desk.session import Session
 from roughcontact.desk.state import Line, Value
 from roughcontact.errors import RoughcontactError
+from roughcontact.report import underway
 from roughcontact.request import making
 from roughcontact.request.run import Outcome
 from roughcontact.solvers.progress import Progress
 
 _SURFACE, _TAKE_AWAY = 1, 5
 """Which tabs they are."""
+
+_SHORT = 0.6
+"""Seconds for which nothing is said of what is under way."""
 
 
 class Shown(NamedTuple):
@@ -72,7 +77,7 @@ class Page:
             work.project, self._hear, partial(Live, reader=apart.reader(bench))
         )
         self.maps = Maps()
-        self._detail = Detail(self.maps.zoom)
+        self._detail = Detail(self.maps.zoom, self._drawn)
         self._texture = Texture(self._run)
         self._keep = button("Keep the part that is drawn", self._kept, visible=False)
         self._box: Box | None = None
@@ -90,6 +95,10 @@ class Page:
         self._trust = pn.pane.HTML("", **style.WIDE)
         self._cautions = pn.pane.HTML("", **style.WIDE)
         self._all = pn.pane.HTML("", **style.WIDE)
+        self._begun = time.monotonic()
+        self._bar = pn.indicators.Progress(
+            active=True, value=-1, visible=False, **{**style.CONTROL, "height": 6}
+        )
         self._undo = button("Undo", partial(self._do, session.undo))
         self._redo = button("Redo", partial(self._do, session.redo))
         self._tabs = self._tabbed()
@@ -186,6 +195,8 @@ class Page:
         with self._lock:
             news, self._news = self._news, []
         for what in news:
+            if not isinstance(what, (Progress, str)):
+                self._bar.visible = False
             self._take(what)
 
     def _take(self, what: Told | Shown) -> None:
@@ -219,9 +230,15 @@ class Page:
                 self.maps.clear()
                 self._detail.show(None, None, None)
             case Progress():
-                self._trust.object = _quiet("solving …")
+                self._wait_on(underway.described(what))
             case str():
-                self._trust.object = _quiet(f"{what} …")
+                self._wait_on(what)
+
+    def _wait_on(self, text: str) -> None:
+        """Show what is under way, where one waits long enough to read it."""
+        if time.monotonic() - self._begun > _SHORT:
+            self._bar.visible = True
+            self._trust.object = _quiet(f"{text} …")
 
     def _tell_missing(self) -> None:
         self._numbers.object = ""
@@ -234,8 +251,9 @@ class Page:
         self._trust.object = headline.missing(wanted)
 
     def _show(self) -> None:
-        """Show what the state holds in all controls."""
+        """Show what the state holds in all controls, after it changed."""
         session = self.session
+        self._begun = time.monotonic()
         self._bring.show(session.prepared)
         self._preparation.show(session.prepared)
         self._bodies.show()
@@ -278,7 +296,7 @@ class Page:
             width=style.SIDE, margin=(8, 12, 8, 12),
         )  # fmt: skip
         main = pn.Column(
-            self._load.root, self._numbers, self._trust, self._cautions, self._tabs,
+            self._load.root, self._bar, self._numbers, self._trust, self._cautions, self._tabs,
             sizing_mode="stretch_both", margin=(10, 12, 8, 0),
         )  # fmt: skip
         return pn.Row(side, main, sizing_mode="stretch_both")

@@ -22,6 +22,7 @@ h2 {{ font-size: 12px; margin: 0 0 4px; font-weight: 600; color: {QUIET};
   text-transform: uppercase; letter-spacing: .05em; }}
 p {{ margin: 0 0 6px; }}
 .quiet {{ color: {QUIET}; }}
+progress {{ height: 6px; }}
 .fold {{ font-size: 13px; color: {ACCENT}; }}
 .numbers {{ display: flex; flex-wrap: wrap; gap: 4px 22px; }}
 .numbers div {{ display: flex; flex-direction: column; }}

@@ -8,6 +8,7 @@ from pathlib import Path
 import panel as pn
 
 from roughcontact.desk import apart, style, words
+from roughcontact.desk.answers import draw
 from roughcontact.desk.session import Session
 from roughcontact.desk.working import Run, Working
 from roughcontact.errors import RoughcontactError
@@ -16,7 +17,7 @@ from roughcontact.formats.export import Kind
 from roughcontact.report import script
 from roughcontact.request.run import Outcome
 
-_REPORT = "report (.html)"
+_REPORT, _FIGURES = "report (.html)", "figures (.zip)"
 _STEM = "contact"
 
 Offer = Callable[[Path], str]
@@ -31,7 +32,11 @@ class Take:
     ) -> None:
         self._session, self._folder, self._offer = session, folder, offer
         self._made: dict[str, str] = {}
-        names = [_REPORT, *(f"result ({suffix})" for suffix in export.suffixes(Kind.CONTACT))]
+        names = [
+            _REPORT,
+            _FIGURES,
+            *(f"result ({suffix})" for suffix in export.suffixes(Kind.CONTACT)),
+        ]
         self._kind = pn.widgets.Select(name="File", options=names, **style.CONTROL)
         self._working = Working(bench, run, "Make the file", self._started)
         self._links = pn.pane.HTML("", **style.WIDE)
@@ -67,13 +72,16 @@ class Take:
         suffix = kind[kind.index("(") + 1 : -1]
         # A file that is offered stays as it is, whatever is made after it.
         path = self._folder / f"{_STEM}-{len(self._made) + 1}{suffix}"
-        option = "report" if kind == _REPORT else "output"
+        wanted = {_REPORT: {"report": str(path)}, _FIGURES: {}}.get(kind, {"output": str(path)})
         try:
-            request = self._session.state.request(**{option: str(path)})
+            request = self._session.state.request(**wanted)
         except RoughcontactError as error:
             self._working.refuse_error(error)
             return
-        self._working.begin(apart.carry_out, self._show, request)
+        if kind == _FIGURES:
+            self._working.begin(draw, self._show, request, self._folder, path)
+        else:
+            self._working.begin(apart.carry_out, self._show, request)
 
     def _show(self, outcome: Outcome) -> None:
         if outcome.failure is not None:
