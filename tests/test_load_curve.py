@@ -98,6 +98,24 @@ def test_stiffness_of_a_circle_is_twice_modulus_times_radius() -> None:
     assert curve.constriction_length[0] == pytest.approx(4 * a, rel=0.01)
 
 
+@pytest.mark.parametrize("boundary", ["free", "periodic-x"])
+def test_saturated_points_conduct(boundary: str) -> None:
+    surface = ball(160, side=0.8e-3)
+    options = {"material": STEEL, "ceiling": 0.6e9, "boundary": boundary}
+    curve = rc.load_curve(surface, loads=[1.0, 100.0], **options)
+    elastic, saturated = curve.steps
+    assert elastic.saturated_area == 0
+    assert elastic.unloading_stiffness == elastic.stiffness
+    assert saturated.saturated_area > 0.9 * saturated.contact_area
+    result = rc.solve(surface, load=100.0, **options)
+    whole = dataclasses.replace(result, ceiling=None)
+    assert saturated.unloading_stiffness == pytest.approx(stiffness(whole), rel=1e-6)
+    if boundary == "free":
+        a = math.sqrt(saturated.contact_area / math.pi)
+        # Of 46 pixels; the exact radius is not known, that of the area of the pixels is near.
+        assert curve.constriction_length[1] == pytest.approx(4 * a, rel=0.01)
+
+
 @pytest.mark.parametrize("boundary", ["free", "periodic"])
 def test_stiffness_takes_few_convolutions_and_is_good_to_its_digits(
     monkeypatch: pytest.MonkeyPatch, boundary: str

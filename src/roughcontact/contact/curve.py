@@ -45,7 +45,9 @@ class LoadStep:
     mean_gap : float
         Mean open gap [m].
     stiffness : float
-        dW/dω [N/m]; see `contact.stiffness.stiffness`.
+        dW/dω [N/m] as the load grows; see `contact.stiffness.stiffness`.
+    unloading_stiffness : float
+        The same as the load begins to fall [N/m]; see `contact.stiffness.unloading_stiffness`.
     spots : int
         Number of contact spots.
     mean_spot_area, largest_spot_area : float
@@ -68,6 +70,7 @@ class LoadStep:
     max_pressure: float
     mean_gap: float
     stiffness: float
+    unloading_stiffness: float
     spots: int
     mean_spot_area: float
     largest_spot_area: float
@@ -149,13 +152,13 @@ class LoadCurve(Shown):
 
     @property
     def constriction_length(self) -> Array:
-        """Length 2 (dW/dω)/E* [m], shape (n,).
+        """Length 2 (dW/dω)/E* of the whole contact, its saturated pixels included [m], shape (n,).
 
         Divided by the sum of the resistivities of the two bodies it is the electrical conductance
         of the contact, and likewise the thermal one (Barber 2003, doi:10.1098/rspa.2002.1038); a
-        circle of radius a has 4 a.
+        circle of radius a has 4 a, elastic or saturated: metal that has flowed conducts.
         """
-        return 2 * self.column("stiffness") / self.contact_modulus
+        return 2 * self.column("unloading_stiffness") / self.contact_modulus
 
     @cached_property
     def low_load_slope(self) -> float:

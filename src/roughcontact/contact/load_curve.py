@@ -26,7 +26,7 @@ from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.resume import Place
 from roughcontact.contact.solve import press
-from roughcontact.contact.stiffness import ahead, growth
+from roughcontact.contact.stiffness import ahead, growth, unloading_stiffness
 from roughcontact.contact.terms import Terms
 from roughcontact.errors import (
     ConvergenceError,
@@ -275,11 +275,13 @@ def _solved_step(
         start=start,
         progress=numbered(progress, number, len(sweep.values)),
     )
+    # First, so that what it takes is free again.
+    whole = unloading_stiffness(result) if result.saturated.any() else None
     grown = growth(result)
     following = result.pressure
     if number < len(sweep.values):
         following = ahead(result, grown, **{sweep.control: sweep.values[number]})
-    return _step(result, grown.stiffness), result.pressure, following
+    return _step(result, grown.stiffness, whole), result.pressure, following
 
 
 def _unsolved(
@@ -354,7 +356,7 @@ def _ascending(pair: Pair, loads: Quantities | None, approaches: Quantities | No
     return values
 
 
-def _step(result: ContactResult, stiffness: float) -> LoadStep:
+def _step(result: ContactResult, stiffness: float, unloading: float | None) -> LoadStep:
     spots = result.spots()
     return LoadStep(
         load=result.load,
@@ -365,6 +367,7 @@ def _step(result: ContactResult, stiffness: float) -> LoadStep:
         max_pressure=result.max_pressure,
         mean_gap=result.mean_gap,
         stiffness=stiffness,
+        unloading_stiffness=stiffness if unloading is None else unloading,
         spots=spots.count,
         mean_spot_area=float(spots.area.mean()) if spots.count else 0.0,
         largest_spot_area=float(spots.area[0]) if spots.count else 0.0,

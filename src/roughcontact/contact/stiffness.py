@@ -14,7 +14,7 @@ from roughcontact.errors import ConvergenceError
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.sums import LocalSums
 from roughcontact.solvers.projection import project
-from roughcontact.solvers.punch import flat_punch
+from roughcontact.solvers.punch import Punch, flat_punch
 
 Array = NDArray[np.float64]
 
@@ -74,21 +74,59 @@ def stiffness(result: ContactResult) -> float:
     return growth(result).stiffness
 
 
+def unloading_stiffness(result: ContactResult) -> float:
+    """Return the contact stiffness dW/dω of a solution as the load begins to fall.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+
+    Returns
+    -------
+    float
+        Decrease of the load with the approach [N/m]: saturated pixels spring back with the
+        others, so the whole contact resists. That of `stiffness` where nothing is saturated;
+        0 without contact, infinite in a full periodic contact.
+
+    Raises
+    ------
+    ConvergenceError
+        If the tolerance was not reached.
+    InsufficientMemoryError
+        If the problem does not fit into the memory that is free.
+
+    Notes
+    -----
+    It depends on the outline of the contact alone, and so does what the contact conducts: see
+    `roughcontact.contact.curve.LoadCurve.constriction_length`.
+    """
+    index = np.flatnonzero(result.contact)
+    punch = _punch(result, index) if index.size else None
+    return 0.0 if punch is None else punch.total * result.pixel_area
+
+
 def growth(result: ContactResult) -> Growth:
     """Return the contact stiffness of a solution with what it comes from; see `stiffness`."""
     index = np.flatnonzero(result.contact & ~result.saturated)
     if index.size == 0:
         return Growth(0.0)
-    shape, pair = result.surface.shape, result.pair
-    Room(shape, pair.boundary, result.precision).require(index.size / result.pressure.size)
-    punch = flat_punch(shape, index, pair.operators(result.precision, Workspace()))
-    if punch is None:
-        raise ConvergenceError("stiffness not converged", result)
+    punch = _punch(result, index)
     if math.isinf(punch.total):
         return Growth(math.inf)
     rate: Array = (1 - punch.displacement) / punch.unit
     rate.ravel()[index] = punch.pressure
     return Growth(punch.total * result.pixel_area, punch.unit, rate)
+
+
+def _punch(result: ContactResult, index: NDArray[np.int64]) -> Punch:
+    """Return the rigid flat that some pixels of a solution follow."""
+    shape, pair = result.surface.shape, result.pair
+    Room(shape, pair.boundary, result.precision).require(index.size / result.pressure.size)
+    punch = flat_punch(shape, index, pair.operators(result.precision, Workspace()))
+    if punch is None:
+        raise ConvergenceError("stiffness not converged", result)
+    return punch
 
 
 def ahead(

@@ -181,7 +181,7 @@ CURVE_COLUMNS: Columns = (
     _column("contact_area", "contact_length", unit="m", shown=_share("contact_area")),
     _column("saturated_area", "saturated_length", unit="m", shown=_share("saturated_area")),
     *(_column(key) for key in ("max_pressure", "mean_gap")),
-    _column("stiffness", unit="N/m/m"),
+    *(_column(key, unit="N/m/m") for key in ("stiffness", "unloading_stiffness")),
     _column("spots", "segments", name="segments"),
     _column("mean_spot_area", "mean_segment", unit="m"),
     _column("largest_spot_area", "largest_segment", unit="m"),

@@ -507,6 +507,7 @@ CURVE_COLUMNS: Columns = (
     Column("max_pressure", "largest pressure", unit="Pa", brief=False),
     Column("mean_gap", "mean gap", unit="m"),
     Column("stiffness", "stiffness", unit="N/m"),
+    Column("unloading_stiffness", unit="N/m"),
     Column("spots", "spots"),
     Column("mean_spot_area", unit="m²"),
     Column("largest_spot_area", unit="m²"),
