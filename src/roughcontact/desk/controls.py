@@ -8,6 +8,7 @@ from typing import Any
 import panel as pn
 
 from roughcontact.desk import style, words
+from roughcontact.desk.reach import Check
 from roughcontact.desk.state import Value
 from roughcontact.errors import RoughcontactError
 from roughcontact.request import parsing
@@ -57,7 +58,7 @@ class Control:
     def show(self, given: Mapping[str, Value]) -> None:
         """Show what is given; the default where nothing is."""
         value = given.get(self.name, self._default)
-        if not isinstance(self.widget, pn.widgets.Checkbox):
+        if not isinstance(self.widget, Check):
             value = str(value)
         self._silent = True
         try:
@@ -106,8 +107,7 @@ def _widget(option: Option, choices: Mapping[str, str] | None) -> Any:
         **style.CONTROL,
     }
     if option.is_flag:
-        del about["description"]
-        return pn.widgets.Checkbox(value=False, **about)
+        return Check(words=words.label(option.name), **style.BLOCK)
     if choices is not None:
         return pn.widgets.Select(options=dict(choices), **about)
     if isinstance(option.parse, parsing.Choice):

@@ -12,6 +12,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.desk import headline, style
 from roughcontact.desk.charts import Bearing, Histogram, Spectrum
 from roughcontact.desk.pictures import Box
+from roughcontact.desk.reach import Tabs
 from roughcontact.desk.section import Section, whole_line
 from roughcontact.desk.spots import SpotTable
 from roughcontact.desk.state import Line
@@ -51,22 +52,16 @@ class Detail:
         self._surface: Surface | None = None
         self._result: ContactResult | None = None
         self._line: Line | None = None
-        self.root = pn.Tabs(
-            (
-                "Section",
-                pn.Column(
-                    pn.pane.Bokeh(self.section.root, **style.BLOCK),
-                    self._ends,
-                    self._wrong,
-                    **style.BLOCK,
-                ),
-            ),
-            ("Contact spots", pn.pane.Bokeh(self.spots.root, **style.BLOCK)),
-            ("Pressures", pn.pane.Bokeh(self.pressures.root, **style.BLOCK)),
-            dynamic=True,
-            **{**style.TABS, "sizing_mode": "stretch_width"},
+        section = pn.Column(
+            pn.pane.Bokeh(self.section.root, **style.BLOCK), self._ends, self._wrong, **style.BLOCK
         )
-        self.root.param.watch(lambda _: self._draw(), "active")
+        parts = {
+            "Section": section,
+            "Contact spots": pn.pane.Bokeh(self.spots.root, **style.BLOCK),
+            "Pressures": pn.pane.Bokeh(self.pressures.root, **style.BLOCK),
+        }
+        self._tabs = Tabs(parts, self._draw)
+        self.root = self._tabs.root
 
     @property
     def line(self) -> Line | None:
@@ -98,7 +93,7 @@ class Detail:
             self._call((y0, x0, y1, x1))
 
     def _draw(self) -> None:
-        active, result, surface, line = self.root.active, self._result, self._surface, self.line
+        active, result, surface, line = self._tabs.active, self._result, self._surface, self.line
         if active == _SECTION:
             if surface is None or line is None:
                 self.section.clear()

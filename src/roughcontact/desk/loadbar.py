@@ -9,6 +9,7 @@ import panel as pn
 from roughcontact.desk import scale, style, words
 from roughcontact.desk.controls import Give
 from roughcontact.desk.live import Prepared
+from roughcontact.desk.reach import Slider
 from roughcontact.desk.session import Session
 from roughcontact.errors import RoughcontactError
 
@@ -28,10 +29,9 @@ class Load:
         self.text = pn.widgets.TextInput(
             name="Value with unit", **{**style.CONTROL, "sizing_mode": None}, width=120
         )
-        self.slider = pn.widgets.IntSlider(
-            name="Drag the load (logarithmic); arrow keys move it, too", start=0, end=scale.STEPS,
-            show_value=False, value=scale.STEPS // 2,
-            **{**style.CONTROL, "margin": (0, 20, 4, 14)},
+        self.slider = Slider(
+            words="Drag the load (logarithmic); arrow keys move it, too", end=scale.STEPS,
+            value=scale.STEPS // 2, sizing_mode="stretch_width", margin=(0, 20, 4, 14),
         )  # fmt: skip
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
         self.form.param.watch(self._reform, "value")
@@ -54,6 +54,7 @@ class Load:
             if self.text.value != text:
                 self.text.value = text
             self.text.placeholder = self._form.example
+            self.slider.said = text
             ends = self._ends()
             value = self._value()
             if ends is not None and value is not None:

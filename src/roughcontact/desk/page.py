@@ -31,6 +31,7 @@ from roughcontact.desk.detail import Detail, Texture
 from roughcontact.desk.live import Failed, Live, Prepared, Told
 from roughcontact.desk.maps import Maps
 from roughcontact.desk.pictures import Box
+from roughcontact.desk.reach import Tabs, tell_when_lost
 from roughcontact.desk.server import Visit
 from roughcontact.desk.session import Session
 from roughcontact.desk.state import Line, Value
@@ -103,6 +104,8 @@ class Page:
         self._redo = button("Redo", partial(self._do, session.redo))
         self._tabs = self._tabbed()
         self.root = self._laid_out()
+        if self._document is not None:
+            tell_when_lost(self._document)
         if visit.file is not None and session.state.file is None:
             session.bring(visit.file.resolve())
         visit.at_end(self.close)
@@ -264,19 +267,16 @@ class Page:
         if session.state.missing:
             self._tell_missing()
 
-    def _tabbed(self) -> Any:
-        tabs = pn.Tabs(
-            ("Contact", pn.Column(self._keep, self.maps.root, self._detail.root, **style.BLOCK)),
-            ("Surface", self._texture.root),
-            ("All numbers", self._all),
-            ("Ask", self._ask.root),
-            ("Compare", self._compare.root),
-            ("Take away", self._take_away.root),
-            dynamic=True,
-            **style.TABS,
-        )
-        tabs.param.watch(lambda _: self._show_hidden(), "active")
-        return tabs
+    def _tabbed(self) -> Tabs:
+        parts = {
+            "Contact": pn.Column(self._keep, self.maps.root, self._detail.root, **style.BLOCK),
+            "Surface": self._texture.root,
+            "All numbers": self._all,
+            "Ask": self._ask.root,
+            "Compare": self._compare.root,
+            "Take away": self._take_away.root,
+        }
+        return Tabs(parts, self._show_hidden, "stretch_both")
 
     def _show_hidden(self) -> None:
         """Show what costs time only where it is seen."""
@@ -296,7 +296,8 @@ class Page:
             width=style.SIDE, margin=(8, 12, 8, 12),
         )  # fmt: skip
         main = pn.Column(
-            self._load.root, self._bar, self._numbers, self._trust, self._cautions, self._tabs,
+            self._load.root, self._bar, self._numbers, self._trust, self._cautions,
+            self._tabs.root,
             sizing_mode="stretch_both", margin=(10, 12, 8, 0),
         )  # fmt: skip
         return pn.Row(side, main, sizing_mode="stretch_both")

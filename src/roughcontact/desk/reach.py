@@ -1,0 +1,196 @@
+"""Controls that keyboards and screen readers reach, where those of Bokeh are only for a pointer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+import panel as pn
+import param
+from bokeh.events import ConnectionLost
+from bokeh.models import CustomJS
+from panel.custom import JSComponent
+
+from roughcontact.desk import style
+
+LOST = (
+    "The program has ended, or cannot be reached. What was done is kept: start it again, and "
+    "reload this page."
+)
+
+_STRIP = """
+export function render({ model }) {
+  const list = document.createElement("div");
+  list.setAttribute("role", "tablist");
+  const tabs = model.names.map((name, place) => {
+    const tab = document.createElement("button");
+    tab.type = "button";
+    tab.setAttribute("role", "tab");
+    tab.textContent = name;
+    tab.addEventListener("click", () => { model.active = place; });
+    list.append(tab);
+    return tab;
+  });
+  const steps = { ArrowLeft: -1, ArrowRight: 1 };
+  list.addEventListener("keydown", (event) => {
+    if (!(event.key in steps)) return;
+    event.preventDefault();
+    model.active = (model.active + steps[event.key] + tabs.length) % tabs.length;
+    tabs[model.active].focus();
+  });
+  const show = () => tabs.forEach((tab, place) => {
+    tab.setAttribute("aria-selected", place == model.active);
+    tab.tabIndex = place == model.active ? 0 : -1;
+  });
+  model.on("active", show);
+  show();
+  return list;
+}
+"""
+
+_STRIP_SHEET = f"""
+div {{ display: flex; gap: 2px; width: 100%; border-bottom: 1px solid {style.LINE}; }}
+button {{ font-family: {style.FONT}; font-size: 13px; color: {style.INK}; background: none;
+  border: 0; border-bottom: 2px solid transparent; padding: 7px 10px; cursor: pointer; }}
+button:hover {{ background: {style.GROUND}; }}
+button[aria-selected=true] {{ border-color: {style.ACCENT}; font-weight: 600; }}
+button:focus-visible {{ outline: 2px solid {style.ACCENT}; outline-offset: -2px; }}
+"""
+
+_SLIDER = """
+export function render({ model }) {
+  const area = document.createElement("label");
+  const words = document.createElement("span");
+  const input = document.createElement("input");
+  words.textContent = model.words;
+  input.type = "range";
+  input.min = 0;
+  input.max = model.end;
+  const show = () => {
+    if (input.valueAsNumber != model.value) input.value = model.value;
+    input.setAttribute("aria-valuetext", model.said);
+  };
+  input.addEventListener("input", () => { model.value = input.valueAsNumber; });
+  model.on(["value", "said"], show);
+  show();
+  area.append(words, input);
+  return area;
+}
+"""
+
+_SLIDER_SHEET = f"""
+label {{ display: block; font-family: {style.FONT}; font-size: 13px; color: {style.INK}; }}
+input {{ display: block; width: 100%; margin: 10px 0 0; accent-color: {style.ACCENT}; }}
+"""
+
+
+_CHECK = """
+export function render({ model }) {
+  const area = document.createElement("label");
+  const input = document.createElement("input");
+  input.type = "checkbox";
+  const show = () => { input.checked = model.value; };
+  input.addEventListener("change", () => { model.value = input.checked; });
+  model.on("value", show);
+  show();
+  area.append(input, model.words);
+  return area;
+}
+"""
+
+_CHECK_SHEET = f"""
+label {{ display: flex; gap: 6px; align-items: center; font-family: {style.FONT}; font-size: 13px;
+  color: {style.INK}; cursor: pointer; }}
+input {{ accent-color: {style.ACCENT}; margin: 0; }}
+"""
+
+
+class Strip(JSComponent):  # type: ignore[misc]
+    """Names of pages of which one is shown; `active` is its place."""
+
+    names = param.List([])
+    active = param.Integer(0)
+
+    _esm = _STRIP
+    _stylesheets: ClassVar = [_STRIP_SHEET]
+
+
+class Tabs:
+    """Pages of which one is shown; what was never looked at is not sent.
+
+    Parameters
+    ----------
+    parts : Mapping
+        What is shown, by name.
+    turned : callable
+        Called when another one is shown.
+    sizing : str
+        How it takes its room, as Panel names it.
+    """
+
+    def __init__(
+        self, parts: Mapping[str, Any], turned: Callable[[], None], sizing: str = "stretch_width"
+    ) -> None:
+        about = {**style.TABS, "sizing_mode": sizing}
+        self._parts, self._turned = list(parts.values()), turned
+        self._strip = Strip(names=list(parts), **style.STRIP)
+        self._body = pn.Column(**about)
+        self._strip.param.watch(lambda _: self._turn(), "active")
+        self.root = pn.Column(self._strip, self._body, **about)
+        self._put()
+
+    @property
+    def active(self) -> int:
+        """The place of the one that is shown."""
+        return int(self._strip.active)
+
+    def _put(self) -> None:
+        seen = self._parts[self.active]
+        if not any(part is seen for part in self._body):
+            self._body.append(seen)
+        for part in self._body:
+            part.visible = part is seen
+
+    def _turn(self) -> None:
+        self._put()
+        self._turned()
+
+
+class Slider(JSComponent):  # type: ignore[misc]
+    """A slider with its label; `said` is what its value means, for those who do not see it."""
+
+    words = param.String("")
+    end = param.Integer(1)
+    value = param.Integer(0)
+    said = param.String("")
+
+    _esm = _SLIDER
+    _stylesheets: ClassVar = [_SLIDER_SHEET]
+
+
+class Check(JSComponent):  # type: ignore[misc]
+    """A box to tick, with its label."""
+
+    words = param.String("")
+    value = param.Boolean(False)
+
+    _esm = _CHECK
+    _stylesheets: ClassVar = [_CHECK_SHEET]
+
+
+def tell_when_lost(document: Any) -> None:
+    """Have a page say so when the program that serves it has ended."""
+    document.js_on_event(ConnectionLost, CustomJS(args={"words": LOST}, code=_LOST))
+
+
+_LOST = f"""
+if (document.getElementById("lost") == null) {{
+  const said = document.createElement("div")
+  said.id = "lost"
+  said.setAttribute("role", "alert")
+  said.textContent = words
+  said.style.cssText = `position: fixed; z-index: 1000; inset: 0 0 auto 0; padding: 10px 16px;
+    background: {style.WARNING}; color: white; font: 14px {style.FONT}`
+  document.body.append(said)
+}}
+"""

@@ -1,0 +1,286 @@
+"""The page in a browser: the main job, its refusals, its ends, and the keyboard."""
+
+from __future__ import annotations
+
+import io
+import re
+import shlex
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from browsing import Seat, Served, browser, lacking
+from roughcontact.cli import app
+
+_LACKING = lacking()
+
+pytestmark = pytest.mark.skipif(
+    bool(_LACKING), reason=f"pages were not looked at: there is no {', no '.join(_LACKING)}"
+)
+
+MEASURED = Path(__file__).parents[2] / ".." / "shared" / "measurements" / "metropro-1.dat"
+EVIL = "<img src=x onerror=alert(1)>.npy"
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    program = Served(tmp_path_factory.mktemp("desk") / "works")
+    yield program
+    program.kill()
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    with browser() as started:
+        yield started
+
+
+@pytest.fixture
+def seat(served: Served, chromium: Any) -> Iterator[Seat]:
+    """Open a page on a new piece of work; what must never happen on one is looked at after it."""
+    sitting = Seat(chromium, served.home)
+    yield sitting
+    sitting.page.close()
+    assert sitting.foreign == []
+    assert sitting.dialogs == []
+    assert sitting.errors == []
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a map as an instrument gives it."""
+    if MEASURED.exists():
+        return MEASURED
+    heights = rc.self_affine(
+        (96, 128), (1e-6, 1e-6), rms_height=0.2e-6, rolloff_wavelength=32e-6,
+        cutoff_wavelength=8e-6, rng=np.random.default_rng(1),
+    )  # fmt: skip
+    path = tmp_path_factory.mktemp("maps") / "made.x3p"
+    rc.Surface(heights, (1e-6, 1e-6)).save(path)
+    return path
+
+
+def array(heights: np.ndarray) -> bytes:
+    """Return the bytes of an array file."""
+    stream = io.BytesIO()
+    np.save(stream, heights)
+    return stream.getvalue()
+
+
+def wavy() -> bytes:
+    """Return a small rough map as an array file [µm]."""
+    return array(
+        rc.self_affine(
+            (64, 64), (1.0, 1.0), rms_height=0.2, rolloff_wavelength=32.0, cutoff_wavelength=8.0,
+            rng=np.random.default_rng(2),
+        )
+    )  # fmt: skip
+
+
+def press(seat: Seat, load: str = "10 MPa") -> None:
+    """Tell all that a solution needs, and wait for it."""
+    seat.choose("Material", "100Cr6")
+    seat.choose("What the map is", "the whole contact")
+    seat.type("Value with unit", load)
+    seat.page.get_by_text("converged, certificate").wait_for()
+
+
+def demonstrate(seat: Seat) -> None:
+    """Take a demonstration map and press it."""
+    seat.choose("Or a demonstration map", "Polished")
+    seat.page.locator("p > b").get_by_text("Polished, isotropic", exact=True).wait_for()
+    press(seat)
+
+
+def text_of(place: Any) -> str:
+    return str(place.text_content())
+
+
+def wait_for_change(seat: Seat, name: str, before: str) -> str:
+    """Wait until a headline number is another one, and return it."""
+    seat.number(name).filter(has_not_text=re.compile(f"^{re.escape(before)}$")).wait_for()
+    return text_of(seat.number(name))
+
+
+def test_a_measured_file_from_drop_to_download(
+    seat: Seat, served: Served, measured: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seat.bring(measured, measured.name)
+    page = seat.page
+    # Prepare: the step is listed, and undone by its own button.
+    seat.choose("Level", "paraboloid")
+    page.get_by_text(re.compile("^leveled: (?!least-squares plane)")).wait_for()
+    seat.choose("Missing points", "fill")
+    press(seat)
+    # Drag the load.
+    before = text_of(seat.number("Load"))
+    slider = page.get_by_role("slider")
+    at = slider.bounding_box()
+    assert at is not None
+    page.mouse.move(at["x"] + at["width"] / 2, at["y"] + at["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(at["x"] + 0.55 * at["width"], at["y"] + at["height"] / 2, steps=8)
+    page.mouse.up()
+    wait_for_change(seat, "Load", before)
+    # Draw a section.
+    (x, y) = seat.ends()[1]
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 40, y - 30 if y > 360 else y + 30, steps=5)
+    page.mouse.up()
+    seat.wait_for_title("at the points nearest to it")
+    assert re.search(r"^line = \[", (served.folder / seat.key / "project.toml").read_text(), re.M)
+    # What is taken away is, to the last digit, what the command line gives.
+    largest = text_of(seat.number("Largest pressure"))
+    result = seat.take("result (.nc)", tmp_path)
+    report = seat.take("report", tmp_path)
+    command = text_of(page.locator("pre").first)
+    words = shlex.split(command)
+    assert words[:3] == ["roughcontact", "solve", measured.name]
+    shutil.copy(measured, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    assert app.main([*words[1:], "--output", "own.nc", "--quiet"]) == app.SOLVED
+    ours, theirs = rc.load_result(result), rc.load_result("own.nc")
+    for name in ("pressure", "gap", "residual_indentation"):
+        assert np.array_equal(getattr(ours, name), getattr(theirs, name), equal_nan=True)
+    assert (ours.load, ours.approach, ours.certificate) == (
+        theirs.load, theirs.approach, theirs.certificate
+    )  # fmt: skip
+    assert ours.max_pressure == theirs.max_pressure
+    assert largest in report.read_text(encoding="utf-8")
+
+
+def test_a_long_solve_is_cancelled_and_the_page_goes_on(seat: Seat) -> None:
+    demonstrate(seat)
+    page = seat.page
+    seat.turn("Ask")
+    page.get_by_label("Plasticity of the volume").check()
+    page.get_by_role("button", name="Start").click()
+    page.get_by_text("s so far").wait_for()
+    # The page answers while that goes on.
+    before = text_of(seat.number("Load"))
+    seat.type("Value with unit", "20 MPa")
+    wait_for_change(seat, "Load", before)
+    page.get_by_text("s so far").wait_for()
+    page.get_by_role("button", name="Cancel").locator("visible=true").click()
+    page.get_by_text("Cancelled; nothing was kept.").wait_for()
+    assert page.get_by_role("button", name="Start").is_enabled()
+
+
+def test_a_wrong_file_is_refused_in_a_sentence(seat: Seat, measured: Path) -> None:
+    wrong = {"name": "broken.opd", "mimeType": "", "buffer": b"no map at all" * 100}
+    seat.bring(wrong, "broken.opd")
+    told = text_of(seat.alert("broken.opd"))
+    assert "Traceback" not in told
+    assert told.startswith("broken.opd")
+    assert "map-" not in told
+    seat.bring(measured, measured.name)
+    press(seat)
+    seat.alert("broken.opd").wait_for(state="hidden")
+
+
+def test_units_and_sizes_are_asked_for_and_no_name_of_a_file_is_markup(seat: Seat) -> None:
+    page = seat.page
+    seat.bring({"name": EVIL, "mimeType": "", "buffer": wavy()}, EVIL)
+    # What is lacking is asked for where it is told.
+    page.get_by_label("Unit of the heights").locator("visible=true").wait_for()
+    seat.type("Unit of the heights", "bananas")
+    seat.alert("bananas").wait_for()
+    seat.type("Unit of the heights", "um")
+    sides = page.get_by_label("Sides (y × x)", exact=True).locator("visible=true").first
+    sides.fill("64 um")
+    sides.press("Enter")
+    press(seat)
+    seat.type("Value with unit", "5 bananas")
+    seat.alert("bananas").wait_for()
+    seat.type("Value with unit", "20 MPa")
+    seat.alert("bananas").wait_for(state="hidden")
+    seat.turn("Take away")
+    page.locator("pre").filter(has_text=EVIL).first.wait_for()
+    assert page.locator("img[src=x]").count() == 0
+
+
+def test_the_work_is_there_after_a_crash_of_the_program_and_a_reload(
+    seat: Seat, served: Served
+) -> None:
+    demonstrate(seat)
+    load = text_of(seat.number("Load"))
+    seat.page.reload()
+    seat.loaded()
+    seat.number("Load").filter(has_text=load).wait_for()
+    served.kill()
+    try:
+        seat.alert("start it again").wait_for()
+    finally:
+        served.start()
+    seat.page.reload()
+    seat.loaded()
+    seat.page.get_by_text("converged, certificate").wait_for()
+    assert text_of(seat.number("Load")) == load
+    assert seat.page.get_by_label("Value with unit").input_value() == "10 MPa"
+    assert seat.alert("start it again").count() == 0
+
+
+def test_every_control_has_a_name_and_a_tablet_shows_them(seat: Seat) -> None:
+    page = seat.page
+    for width, height in ((1280, 800), (1024, 768)):
+        page.set_viewport_size({"width": width, "height": height})
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+    for heading in page.locator("button.card-header").all():
+        heading.click()
+    for tab in ("Contact", "Surface", "Ask", "Compare", "Take away"):
+        seat.turn(tab)
+        tree = page.locator("body").aria_snapshot()
+        controls = r"- (?:textbox|combobox|button|slider|checkbox|radio|spinbutton|tab|link)\b"
+        found = re.findall(rf"^\s*{controls}.*$", tree, re.M)
+        assert len(found) > 30
+        assert [line for line in found if not re.search(r"- \w+ [\"'/]", line)] == []
+
+
+def test_the_keyboard_alone_does_the_main_job(seat: Seat, tmp_path: Path) -> None:
+    """What is reached by Tab is pressed, typed and chosen with keys only."""
+    page = seat.page
+
+    def reach(element: Any) -> None:
+        """Go to an element by Tab."""
+        element.wait_for()
+        for _ in range(150):
+            if element.evaluate("(e) => e === e.getRootNode().activeElement"):
+                return
+            page.keyboard.press("Tab")
+        raise AssertionError("Tab does not lead there")
+
+    reach(page.get_by_label("Or a demonstration map"))
+    page.keyboard.type("Polished")
+    page.locator("p > b").get_by_text("Polished, isotropic", exact=True).wait_for()
+    reach(page.get_by_label("Material", exact=True))
+    page.keyboard.type("100Cr6")
+    reach(page.get_by_label("What the map is", exact=True))
+    page.keyboard.type("the whole")
+    reach(page.get_by_label("Value with unit"))
+    page.keyboard.type("10 MPa")
+    page.keyboard.press("Enter")
+    page.get_by_text("converged, certificate").wait_for()
+    before = text_of(seat.number("Load"))
+    reach(page.get_by_role("slider"))
+    page.keyboard.press("ArrowRight")
+    wait_for_change(seat, "Load", before)
+    reach(page.get_by_role("tab", selected=True).first)
+    page.keyboard.press("ArrowLeft")
+    page.get_by_role("tab", name="Take away", selected=True).wait_for()
+    reach(page.get_by_label("File", exact=True))
+    page.keyboard.type("result (.nc")
+    reach(page.get_by_role("button", name="Make the file"))
+    page.keyboard.press("Enter")
+    link = page.locator("a[download]")
+    reach(link)
+    with page.expect_download() as coming:
+        page.keyboard.press("Enter")
+    path = tmp_path / coming.value.suggested_filename
+    coming.value.save_as(path)
+    assert rc.load_result(path).converged
