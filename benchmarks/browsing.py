@@ -19,16 +19,6 @@ ROOT = Path(__file__).parents[1]
 PATIENCE = 90.0
 """Seconds for anything to come; what fails takes so long, nothing else does."""
 
-_SERVE = """
-import sys
-from pathlib import Path
-from roughcontact.desk.page import page
-from roughcontact.desk.server import Settings, serve
-
-settings = Settings(folder=Path(sys.argv[1]), port=int(sys.argv[2]), browser=False)
-serve(page, settings, lambda text: print(text, flush=True))
-"""
-
 # Where the ends of the section stand on the screen, on the map of heights.
 _ENDS = """() => {
   const models = [...Bokeh.documents[0]._all_models.values()];
@@ -80,9 +70,10 @@ class Served:
     def start(self) -> None:
         """Start it, and wait until it listens."""
         about = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
+        command = ["desk", "--no-browser", "--folder", str(self.folder), "--port", str(self.port)]
         self.process = subprocess.Popen(
-            [sys.executable, "-c", _SERVE, str(self.folder), str(self.port)],
-            stdout=subprocess.PIPE, text=True, env=about,
+            [sys.executable, "-m", "roughcontact", *command], stdout=subprocess.PIPE, text=True,
+            env=about,
         )  # fmt: skip
         assert self.process.stdout is not None
         assert self.process.stdout.readline().startswith("http://")
@@ -160,6 +151,7 @@ class Seat:
     def choose(self, label: str, option: str) -> None:
         """Choose an option by how its words begin."""
         box = self.page.get_by_label(label, exact=True)
+        box.wait_for()
         words = box.locator("option").all_text_contents()
         box.select_option(label=next(text for text in words if text.startswith(option)))
 

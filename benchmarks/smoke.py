@@ -32,6 +32,7 @@ def main() -> None:
         ("peers.py", "--cases", "smoke"),
         ("volume.py", "--quick"),
         ("memory.py", "--quick"),
+        ("desk.py", "--quick"),
         ("latency.py", "--runs", "1", "--points", "48x64", "--only", "info"),
         ("robustness.py", "--problems", "10", "--files", "100", "--kills", "5"),
     ):

@@ -190,16 +190,16 @@ def test_units_and_sizes_are_asked_for_and_no_name_of_a_file_is_markup(seat: Sea
     # What is lacking is asked for where it is told.
     page.get_by_label("Unit of the heights").locator("visible=true").wait_for()
     seat.type("Unit of the heights", "bananas")
-    seat.alert("bananas").wait_for()
+    seat.alert("bananas").first.wait_for()
     seat.type("Unit of the heights", "um")
     sides = page.get_by_label("Sides (y × x)", exact=True).locator("visible=true").first
     sides.fill("64 um")
     sides.press("Enter")
     press(seat)
     seat.type("Value with unit", "5 bananas")
-    seat.alert("bananas").wait_for()
+    seat.alert("bananas").first.wait_for()
     seat.type("Value with unit", "20 MPa")
-    seat.alert("bananas").wait_for(state="hidden")
+    seat.alert("bananas").first.wait_for(state="hidden")
     seat.turn("Take away")
     page.locator("pre").filter(has_text=EVIL).first.wait_for()
     assert page.locator("img[src=x]").count() == 0

@@ -1,0 +1,234 @@
+"""How fast the page is, as one sees it in a browser: from the key on the slider to the picture.
+
+    python benchmarks/desk.py                     # every row; some minutes on two idle cores
+    python benchmarks/desk.py --points 512 --steps 60
+    python benchmarks/desk.py --quick             # a small map, a few steps
+
+A step is one arrow key on the slider of the load. It ends with the second frame that the browser
+draws after the data of the pressure map has changed. The solve alone is timed in a process that
+does nothing else, at the same loads. The load average of the machine stands beside each row: where
+it is well above the processors that this takes, the row tells more of the machine than of the page.
+"""
+
+from __future__ import annotations
+
+import argparse
+import http.client
+import os
+import statistics
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+
+import roughcontact as rc
+from browsing import PATIENCE, Seat, Served, browser, lacking
+from roughcontact.request import maps
+from roughcontact.request.options import SOLVE
+from roughcontact.request.request import from_text
+from roughcontact.request.run import solved
+
+# From the event of the slider to the second frame after the data of the pressure map changed.
+_WATCH = """() => {
+  const models = [...Bokeh.documents[0]._all_models.values()];
+  const map = models.find((m) => m.type == "Figure" && m.title.text.startsWith("Pressure"));
+  const source = map.renderers.find((one) => one.glyph.type == "Image").data_source;
+  let begun = 0;
+  window.waited = [];
+  document.addEventListener("input", () => { begun = performance.now(); }, true);
+  source.properties.data.change.connect(() => {
+    const from = begun;
+    begun = 0;
+    if (from) requestAnimationFrame(() => requestAnimationFrame(
+      () => window.waited.push(performance.now() - from)));
+  });
+}"""
+
+
+def made(folder: Path, points: int) -> Path:
+    """Return a rough map of that many points a side."""
+    heights = rc.self_affine(
+        (points, points), (1e-6, 1e-6), rms_height=0.4e-6, rolloff_wavelength=points * 1e-6 / 8,
+        cutoff_wavelength=8e-6, rng=np.random.default_rng(1),
+    )  # fmt: skip
+    path = folder / f"made-{points}.npz"
+    rc.Surface(heights, (1e-6, 1e-6)).save(path)
+    return path
+
+
+def pressed(started: Any, served: Served, path: Path) -> Seat:
+    """Return a page with a contact on it, of which the steps of the slider are watched."""
+    seat = Seat(started, served.home)
+    seat.bring(path, path.name)
+    seat.choose("Material", "100Cr6")
+    seat.choose("What the map is", "the whole contact")
+    seat.type("Value with unit", "20 MPa")
+    seat.page.get_by_text("converged, certificate").wait_for()
+    # What a new picture still has to draw belongs to no step.
+    seat.page.wait_for_load_state("networkidle")
+    seat.page.evaluate(_WATCH)
+    return seat
+
+
+def step(seat: Seat, key: str) -> None:
+    """Begin a step."""
+    seat.page.get_by_role("slider").press(key, no_wait_after=True)
+
+
+def waited(seat: Seat, count: int) -> list[float]:
+    """Return how long so many steps took [s], as soon as they are done."""
+    seat.page.wait_for_function(
+        "(count) => window.waited.length >= count", arg=count, timeout=1000 * PATIENCE
+    )
+    return [one / 1000 for one in seat.page.evaluate("window.waited")]
+
+
+def slid(seat: Seat, steps: int) -> tuple[list[float], list[str]]:
+    """Return how long steps took, one after the other [s], and the loads to which they led."""
+    loads = []
+    for count in range(1, steps + 1):
+        # Up and down again, around the load at which it began.
+        step(seat, "ArrowRight" if (count - 1) // 15 % 2 == 0 else "ArrowLeft")
+        times = waited(seat, count)
+        loads.append(seat.page.get_by_label("Value with unit").input_value())
+    return times, loads
+
+
+def ignored(*_: Any) -> None:
+    """Take no notice of what is told."""
+
+
+def alone(path: Path, loads: list[str]) -> list[float]:
+    """Return how long the solves take by themselves [s]."""
+    given = {"material": "100Cr6", "boundary": "free"}
+    requests = [from_text(SOLVE, path, {**given, "load": load}) for load in loads]
+    surfaces = maps.surfaces(requests[0], ignored)
+    times = []
+    for request in requests:
+        start = time.perf_counter()
+        solved(request, surfaces, ignored, ignored)
+        times.append(time.perf_counter() - start)
+    return times
+
+
+@contextmanager
+def knocking(port: int) -> Iterator[list[float]]:
+    """Ask the server for a small thing again and again; give how long it took [s]."""
+    times: list[float] = []
+    ended = threading.Event()
+
+    def knock() -> None:
+        while not ended.wait(0.05):
+            start = time.perf_counter()
+            line = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+            line.request("GET", "/favicon.ico")
+            line.getresponse().read()
+            line.close()
+            times.append(time.perf_counter() - start)
+
+    thread = threading.Thread(target=knock)
+    thread.start()
+    try:
+        yield times
+    finally:
+        ended.set()
+        thread.join()
+
+
+def memory(served: Served) -> float:
+    """Return the memory of the server and of its children, nothing counted twice [MB]."""
+    assert served.process is not None
+    server = psutil.Process(served.process.pid)
+    family = [server, *server.children(recursive=True)]
+    return sum(one.memory_full_info().uss for one in family) / 1e6
+
+
+def row(name: str, text: str) -> None:
+    """Print a row of the table."""
+    print(f"| {name} | {text} | {os.getloadavg()[0]:.1f} |", flush=True)
+
+
+def measure(given: argparse.Namespace, folder: Path) -> None:
+    """Print the rows."""
+    with browser() as started:
+        start = time.perf_counter()
+        served = Served(folder / "works")
+        try:
+            seat = Seat(started, served.home)
+            row("first page after the command", f"{time.perf_counter() - start:.2f} s")
+            seat.page.close()
+            for points in given.points:
+                path = made(folder, points)
+                seat = pressed(started, served, path)
+                times, loads = slid(seat, given.steps)
+                seat.page.close()
+                solves = alone(path, loads)
+                middle = statistics.median(times)
+                share = statistics.median(solves) / middle
+                row(
+                    f"slider to picture, {points}², {len(times)} steps",
+                    f"median {middle:.2f} s, 95 % {np.quantile(times, 0.95):.2f} s, "
+                    f"longest {max(times):.2f} s; the solve alone {share:.0%} of the median",
+                )
+            beside(started, served, made(folder, given.points[0]), given.pages)
+        finally:
+            served.kill()
+
+
+def beside(started: Any, served: Served, path: Path, pages: int) -> None:
+    """Print the rows of several pages at a time."""
+    before = memory(served)
+    seats = [pressed(started, served, path) for _ in range(pages)]
+    row(f"memory of a page, of {pages}", f"{(memory(served) - before) / pages:.0f} MB")
+    rounds = 5
+    times: list[float] = []
+    with knocking(served.port) as knocks:
+        for count in range(1, rounds + 1):
+            for seat in seats:
+                step(seat, "ArrowRight")
+            times = [one for seat in seats for one in waited(seat, count)]
+    row(
+        f"{pages} pages that step at once",
+        f"median {statistics.median(times):.2f} s, longest {max(times):.2f} s; "
+        f"another request waits at most {max(knocks):.2f} s",
+    )
+    for seat in seats:
+        seat.page.close()
+    start = time.perf_counter()
+    folders = served.folder
+    while list(folders.glob("*/page-*")) and time.perf_counter() - start < PATIENCE:
+        time.sleep(0.5)
+    row(
+        "after they are closed",
+        f"files gone in {time.perf_counter() - start:.0f} s, "
+        f"{memory(served) - before:.0f} MB more than before",
+    )
+
+
+def main() -> None:
+    """Print a table in Markdown."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--points", type=int, nargs="+", default=[512, 1024])
+    parser.add_argument("--steps", type=int, default=60)
+    parser.add_argument("--pages", type=int, default=10, help="side by side")
+    parser.add_argument("--quick", action="store_true")
+    given = parser.parse_args()
+    missing = lacking()
+    if missing:
+        print(f"desk: skipped, there is no {', no '.join(missing)}")
+        return
+    if given.quick:
+        given.points, given.steps, given.pages = [64], 3, 2
+    print("| what | found | load average |\n|---|---|---|")
+    with tempfile.TemporaryDirectory() as name:
+        measure(given, Path(name))
+
+
+if __name__ == "__main__":
+    main()
