@@ -29,11 +29,12 @@ class Ask:
 
     def __init__(self, session: Session, bench: apart.Bench, run: Run) -> None:
         self._session = session
-        self._forms = {question.name: _Form(question) for question in QUESTIONS}
+        names = [question.name for question in QUESTIONS]
+        self._forms: dict[str, _Form] = {}
         self._choice = pn.widgets.RadioBoxGroup(
-            name="Question", options=list(self._forms), value=QUESTIONS[0].name, **style.CONTROL
+            name="Question", options=names, value=names[0], **style.CONTROL
         )
-        self._form = pn.Column(self._forms[QUESTIONS[0].name].root, **style.BLOCK)
+        self._form = pn.Column(self._form_of(names[0]).root, **style.BLOCK)
         self._working = Working(bench, run, "Start", self._started)
         self._answer = pn.Column(sizing_mode="stretch_both")
         self._curve: Curve | None = None
@@ -51,10 +52,16 @@ class Ask:
         self._working.cancel()
 
     def _chosen(self, event: Any) -> None:
-        self._form[:] = [self._forms[event.new].root]
+        self._form[:] = [self._form_of(event.new).root]
+
+    def _form_of(self, name: str) -> _Form:
+        if name not in self._forms:
+            question = next(one for one in QUESTIONS if one.name == name)
+            self._forms[name] = _Form(question)
+        return self._forms[name]
 
     def _started(self) -> None:
-        form = self._forms[self._choice.value]
+        form = self._form_of(self._choice.value)
         task = form.question.task
         try:
             request = self._session.state.request(task, **form.words)
@@ -70,10 +77,11 @@ class Ask:
         self._curve = None
         self._answer[:] = self._shown(found)
 
-    def mark(self, load: float) -> None:
-        """Mark the load that is worked with in a load curve, if one is in sight [N]."""
-        if self._curve is not None:
-            self._curve.mark(load)
+    def show(self) -> None:
+        """Mark the load that is worked with in a load curve, if one is there."""
+        outcome = self._session.outcome
+        if self._curve is not None and outcome is not None and outcome.result is not None:
+            self._curve.mark(outcome.result.load)
 
     def _shown(self, found: Answer) -> list[Any]:
         """Return what shows an answer."""
@@ -83,7 +91,7 @@ class Ask:
         if view is not None:
             if isinstance(view, Curve):
                 self._curve = view
-                self._mark_now()
+                self.show()
             seen = [cautions, pn.pane.Bokeh(view.root, **style.BLOCK)]
             # The others tell these numbers themselves.
             return [*seen, facts] if isinstance(view, (Curve, History)) else seen
@@ -91,11 +99,6 @@ class Ask:
         if found.steps:
             parts.append(pn.pane.HTML(headline.table(found.steps, found.heads), **style.WIDE))
         return parts
-
-    def _mark_now(self) -> None:
-        outcome = self._session.outcome
-        if outcome is not None and outcome.result is not None:
-            self.mark(outcome.result.load)
 
 
 class _Form:

@@ -9,7 +9,7 @@ from typing import Any
 import panel as pn
 
 from roughcontact.desk import headline, style, words
-from roughcontact.desk.column import card, fold
+from roughcontact.desk.column import Group, card, fold
 from roughcontact.desk.controls import Control, button
 from roughcontact.desk.dropping import Drop
 from roughcontact.desk.live import Prepared
@@ -71,19 +71,15 @@ class Bring:
         self._about = pn.pane.HTML("", **style.WIDE)
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
         self._drop = _dropper("Drop a height map here, or choose a file", self._dropped)
-        self._other = _dropper("Drop the map of the counter-body", self._faced)
-        self._alone = button("Take it away", self._unfaced)
+        self._nominal = Group(session)
         self._demonstration = pn.widgets.Select(
             name="Or a demonstration map", options=["", *DEMONSTRATIONS], **style.CONTROL
         )
         self._demonstration.param.watch(self._demonstrated, "value")
-        self._file = [Control(name, session.give) for name in _FILE]
-        self._of_file = fold("Channel, unit, sides", *(one.root for one in self._file))
-        self._nominal = [Control(name, session.give) for name in ("points", "size")]
+        self._group = Group(session)
+        self._channels: Sequence[str] = ()
         self._wanted: dict[str, Value] = dict(_FIRST)
-        wanted = [Control(name, self._want, task=GENERATE) for name in _GENERATED]
-        for control in wanted:
-            control.show(self._wanted)
+        self._of_file = fold("Channel, unit, sides", self._about_file)
         self.root = card(
             "Map",
             self._about,
@@ -91,25 +87,37 @@ class Bring:
             self._wrong,
             self._demonstration,
             self._of_file,
-            fold("Counter-body with a map of its own", self._other, self._alone),
-            fold(
-                "Generate a surface",
-                *(control.root for control in wanted),
-                button("Generate", self._make, primary=True),
-            ),
-            fold(
-                "A smooth body without a map",
-                pn.pane.HTML('<p class="quiet">Its form stands under Bodies.</p>', **style.SHEET),
-                *(control.root for control in self._nominal),
-                button("Use no map", self._bare),
-            ),
+            fold("Counter-body with a map of its own", self._about_other),
+            fold("Generate a surface", self._about_generated),
+            fold("A smooth body without a map", self._about_smooth),
         )
+
+    def _about_file(self) -> list[Any]:
+        made = self._group.roots(*_FILE)
+        self.tell_channels(self._channels)
+        return made
+
+    def _about_other(self) -> list[Any]:
+        drop = _dropper("Drop the map of the counter-body", self._faced)
+        return [drop, button("Take it away", self._unfaced)]
+
+    def _about_generated(self) -> list[Any]:
+        wanted = [Control(name, self._want, task=GENERATE) for name in _GENERATED]
+        for control in wanted:
+            control.show(self._wanted)
+        made = button("Generate", self._make, primary=True)
+        return [*(control.root for control in wanted), made]
+
+    def _about_smooth(self) -> list[Any]:
+        words = '<p class="quiet">Its form stands under Bodies.</p>'
+        nominal = self._nominal.roots("points", "size")
+        return [pn.pane.HTML(words, **style.SHEET), *nominal, button("Use no map", self._bare)]
 
     def show(self, prepared: Prepared | None) -> None:
         """Show what the state holds, and what is known of the map."""
         state = self._session.state
-        for control in (*self._file, *self._nominal):
-            control.show(state.given)
+        self._group.show()
+        self._nominal.show()
         name = "No map yet." if state.file is None else state.name_of(state.file)
         told = f"<p><b>{words.escaped(name)}</b></p>"
         if prepared is not None:
@@ -120,17 +128,18 @@ class Bring:
 
     def tell_channels(self, names: Sequence[str]) -> None:
         """Propose the channels of the file."""
-        self._file[0].suggest(names)
+        self._channels = names
+        if "channel" in self._group.controls:
+            self._group.controls["channel"].suggest(names)
 
-    def tell_lacking(self, error: RoughcontactError) -> bool:
+    def tell_lacking(self, error: RoughcontactError) -> None:
         """Ask for what the file does not tell, if that is what an error is about."""
         about = {part.name for part in error.sentence if isinstance(part, Mention)}
-        for control in self._file:
-            if control.name in about:
-                self._of_file.collapsed = False
-                control.complain(self._session.state.named(words.told(error)))
-                return True
-        return False
+        lacking = [name for name in _FILE if name in about]
+        if lacking:
+            self._of_file.collapsed = False
+            text = self._session.state.named(words.told(error))
+            self._group.controls[lacking[0]].complain(text)
 
     def _want(self, name: str, value: Value) -> None:
         if value in ("", False):

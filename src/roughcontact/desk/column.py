@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import panel as pn
@@ -38,6 +39,11 @@ _LEVELS = {
 }
 _TURNS = {"0": "not at all", "90": "90°", "180": "180°", "270": "270°"}
 
+_VALUES = (
+    "young", "poisson", "yield-strength", "counter-young", "counter-poisson",
+    "counter-yield-strength",
+)  # fmt: skip
+_FORMS = ("body", "counter-body", "align", "offset", "angle", "mirror")
 _NOTHING = {"material": "–", "counter-material": "rigid, or the values below"}
 
 
@@ -49,13 +55,12 @@ def card(title: str, *parts: Any) -> Any:
     )
 
 
-def fold(title: str, *parts: Any) -> Any:
-    """Return controls that few need, folded away under a line."""
+def fold(title: str, make: Callable[[], list[Any]]) -> Any:
+    """Return controls that few need, folded away under a line, and made when that is opened."""
     heading = pn.pane.HTML(
         f'<span class="fold">{words.escaped(title)}</span>', margin=0, **style.SHEETS
     )
-    return pn.Card(
-        *parts,
+    folded = pn.Card(
         header=heading,
         collapsed=True,
         sizing_mode="stretch_width",
@@ -65,6 +70,13 @@ def fold(title: str, *parts: Any) -> Any:
         active_header_background="transparent",
     )
 
+    def opened(event: Any) -> None:
+        if not event.new and not folded.objects:
+            folded.objects = make()
+
+    folded.param.watch(opened, "collapsed")
+    return folded
+
 
 class Group:
     """Some controls of the state, which show what it holds.
@@ -73,19 +85,15 @@ class Group:
     ----------
     session : Session
         Whose state it is.
-    names : sequence of str
-        Options.
-    choices : dict
-        What the texts of some of them are called.
+    choices : Mapping, optional
+        What the texts of some of them are called, by option.
     """
 
     def __init__(
-        self, session: Session, names: Sequence[str], choices: dict[str, dict[str, str]]
+        self, session: Session, choices: Mapping[str, Mapping[str, str]] | None = None
     ) -> None:
-        self._session = session
-        self.controls = {
-            name: Control(name, session.give, _turned(choices.get(name))) for name in names
-        }
+        self._session, self._choices = session, choices or {}
+        self.controls: dict[str, Control] = {}
 
     def show(self) -> None:
         """Show what the state holds."""
@@ -93,11 +101,16 @@ class Group:
             control.show(self._session.state.given)
 
     def roots(self, *names: str) -> list[Any]:
-        """Return some of the controls, all without names."""
-        return [self.controls[name].root for name in names or self.controls]
+        """Return the controls of some options, made the first time that they are wanted."""
+        for name in names:
+            if name not in self.controls:
+                choices = _turned(self._choices.get(name))
+                self.controls[name] = made = Control(name, self._session.give, choices)
+                made.show(self._session.state.given)
+        return [self.controls[name].root for name in names]
 
 
-def _turned(choices: dict[str, str] | None) -> dict[str, str] | None:
+def _turned(choices: Mapping[str, str] | None) -> dict[str, str] | None:
     """Return texts by what they are called."""
     return None if choices is None else {told: text for text, told in choices.items()}
 
@@ -107,17 +120,14 @@ class Preparation:
 
     def __init__(self, session: Session, changed: Callable[[], None]) -> None:
         self._session, self._changed = session, changed
-        self._group = Group(
-            session,
-            ("level", "form", "outliers", "holes", "s-filter", "l-filter", "crop", "pixel",
-             "rotate", "tip-radius"),
-            {"level": _LEVELS, "holes": _HOLES, "rotate": _TURNS},
-        )  # fmt: skip
+        choices = {"level": _LEVELS, "holes": _HOLES, "rotate": _TURNS}
+        self._group = Group(session, choices)
         self._steps = pn.Column(**style.BLOCK)
-        self._shown: tuple[Provenance, ...] = ()
+        self._shown: tuple[tuple[Provenance, ...], bool] = (), False
         first = self._group.roots("level", "form", "holes", "outliers")
-        rest = self._group.roots("s-filter", "l-filter", "crop", "pixel", "rotate", "tip-radius")
-        self.root = card("Prepare", self._steps, *first, fold("Filters, part, grid", *rest))
+        rest = ("s-filter", "l-filter", "crop", "pixel", "rotate", "tip-radius")
+        folded = fold("Filters, part, grid", partial(self._group.roots, *rest))
+        self.root = card("Prepare", self._steps, *first, folded)
 
     def show(self, prepared: Prepared | None) -> None:
         """Show the controls as the state holds them, and the steps that were done."""
@@ -125,9 +135,9 @@ class Preparation:
         found = () if prepared is None else tuple(one.provenance for one in prepared.surfaces[:1])
         # A map is seen before it is said what its holes are.
         told = "holes" in self._session.state.given
-        if found == self._shown:
+        if (found, told) == self._shown:
             return
-        self._shown = found
+        self._shown = found, told
         self._steps[:] = [
             self._line(step.method, sentence)
             for provenance in found
@@ -155,13 +165,8 @@ class Bodies:
     """The materials, and the forms of the bodies."""
 
     def __init__(self, session: Session) -> None:
-        self._group = Group(
-            session,
-            ("material", "young", "poisson", "yield-strength", "counter-material", "counter-young",
-             "counter-poisson", "counter-yield-strength", "body", "counter-body", "align",
-             "offset", "angle", "mirror"),
-            {name: _materials(nothing) for name, nothing in _NOTHING.items()},
-        )  # fmt: skip
+        choices = {name: _materials(nothing) for name, nothing in _NOTHING.items()}
+        self._group = Group(session, choices)
         self._session = session
         self._sources = pn.pane.HTML("", **style.SHEET)
         roots = self._group.roots
@@ -175,11 +180,9 @@ class Bodies:
             *roots("material"),
             self._sources,
             *roots("counter-material"),
-            fold("Own values", *roots("young", "poisson", "yield-strength", "counter-young",
-                                      "counter-poisson", "counter-yield-strength")),
-            fold("Nominal forms, two maps", *roots("body", "counter-body", "align", "offset",
-                                                   "angle", "mirror")),
-        )  # fmt: skip
+            fold("Own values", partial(roots, *_VALUES)),
+            fold("Nominal forms, two maps", partial(roots, *_FORMS)),
+        )
 
     def _searched(self, event: Any) -> None:
         """Offer the materials whose names or conditions have what is typed."""
@@ -197,14 +200,10 @@ class Model:
     """What lies beyond the map, and what holds the pressure."""
 
     def __init__(self, session: Session) -> None:
-        self._group = Group(
-            session,
-            ("boundary", "ceiling", "load-point", "tolerance", "max-iterations", "precision"),
-            {"boundary": _QUESTION},
-        )
+        self._group = Group(session, {"boundary": _QUESTION})
         roots = self._group.roots
-        rest = roots("load-point", "tolerance", "max-iterations", "precision")
-        self.root = card("Model", *roots("boundary", "ceiling"), fold("Tilt, solver", *rest))
+        rest = partial(roots, "load-point", "tolerance", "max-iterations", "precision")
+        self.root = card("Model", *roots("boundary", "ceiling"), fold("Tilt, solver", rest))
 
     def show(self) -> None:
         """Show what the state holds."""

@@ -50,10 +50,9 @@ class Control:
         asked = option.default is None or "" in (choices or {}).values()
         self._default = "" if asked else option.default
         self.widget = _widget(option, choices)
-        self._wrong = pn.pane.HTML("", visible=False, css_classes=["wrong"], **style.SHEET)
         self._silent = False
         self.widget.param.watch(self._changed, "value")
-        self.root = pn.Column(self.widget, self._wrong, **style.BLOCK)
+        self.root = pn.Column(self.widget, **style.BLOCK)
 
     def show(self, given: Mapping[str, Value]) -> None:
         """Show what is given; the default where nothing is."""
@@ -86,8 +85,12 @@ class Control:
 
     def complain(self, text: str) -> None:
         """Show what is wrong, nothing for an empty text."""
-        self._wrong.object = f'<span role="alert">{words.escaped(text)}</span>' if text else ""
-        self._wrong.visible = bool(text)
+        if not text:
+            if len(self.root) > 1:
+                self.root[:] = [self.widget]
+            return
+        said = f'<span role="alert" class="wrong">{words.escaped(text)}</span>'
+        self.root[:] = [self.widget, pn.pane.HTML(said, **style.SHEET)]
 
     def _changed(self, event: Any) -> None:
         if self._silent:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import panel as pn
@@ -14,6 +15,7 @@ from roughcontact.desk.charts import Bearing, Histogram, Spectrum
 from roughcontact.desk.pictures import Box
 from roughcontact.desk.reach import Tabs
 from roughcontact.desk.section import Section, whole_line
+from roughcontact.desk.session import Session
 from roughcontact.desk.spots import SpotTable
 from roughcontact.desk.state import Line
 from roughcontact.desk.words import escaped
@@ -39,8 +41,8 @@ class Detail:
     """
 
     def __init__(self, zoom: Callable[[Box], None], draw: Callable[[Line], None]) -> None:
-        self.section, self.spots, self.pressures = Section(), SpotTable(), Histogram()
-        self.spots.on_spot(zoom)
+        self.section = Section()
+        self._zoom = zoom
         self._call = draw
         self._ends = pn.widgets.TextInput(
             name="Section from y, x to y, x (or drag its ends on a map)",
@@ -57,11 +59,27 @@ class Detail:
         )
         parts = {
             "Section": section,
-            "Contact spots": pn.pane.Bokeh(self.spots.root, **style.BLOCK),
-            "Pressures": pn.pane.Bokeh(self.pressures.root, **style.BLOCK),
+            "Contact spots": pn.Column(**style.BLOCK),
+            "Pressures": pn.Column(**style.BLOCK),
         }
+        self._parts = list(parts.values())
         self._tabs = Tabs(parts, self._draw)
         self.root = self._tabs.root
+
+    @cached_property
+    def spots(self) -> SpotTable:
+        """The table of spots, made when it is looked at."""
+        made = SpotTable()
+        made.on_spot(self._zoom)
+        self._parts[_SPOTS].append(pn.pane.Bokeh(made.root, **style.BLOCK))
+        return made
+
+    @cached_property
+    def pressures(self) -> Histogram:
+        """The distribution of the pressure, made when it is looked at."""
+        made = Histogram()
+        self._parts[_PRESSURES].append(pn.pane.Bokeh(made.root, **style.BLOCK))
+        return made
 
     @property
     def line(self) -> Line | None:
@@ -99,13 +117,12 @@ class Detail:
                 self.section.clear()
             else:
                 self.section.show(surface, result, line)
-        elif result is None:
-            self.spots.clear()
-            self.pressures.clear()
-        elif active == _SPOTS:
-            self.spots.show(result)
-        elif active == _PRESSURES:
-            self.pressures.show(result)
+        else:
+            seen = self.spots if active == _SPOTS else self.pressures
+            if result is None:
+                seen.clear()
+            else:
+                seen.show(result)
 
 
 class Texture:
@@ -115,10 +132,12 @@ class Texture:
     ----------
     run : callable
         Calls what changes the page.
+    session : Session
+        Whose surface it is.
     """
 
-    def __init__(self, run: Run) -> None:
-        self._run = run
+    def __init__(self, run: Run, session: Session) -> None:
+        self._run, self._session = run, session
         self._bearing, self._spectrum = Bearing(), Spectrum()
         self._numbers = pn.pane.HTML("", width=460, margin=(8, 16, 0, 0), **style.SHEETS)
         self._shown: Surface | None = None
@@ -132,8 +151,10 @@ class Texture:
             sizing_mode="stretch_width",
         )
 
-    def show(self, surface: Surface | None) -> None:
-        """Show a surface, once it is worked out what there is to show."""
+    def show(self) -> None:
+        """Show the surface, once it is worked out what there is to show."""
+        prepared = self._session.prepared
+        surface = None if prepared is None else prepared.surfaces[0]
         if surface is self._shown:
             return
         self._shown = surface
@@ -143,6 +164,9 @@ class Texture:
         if surface is not None and not surface.is_profile:
             # Of a large map it takes seconds, which other pages have not.
             threading.Thread(target=self._work_out, args=(surface,), daemon=True).start()
+
+    def cancel(self) -> None:
+        """Nothing that takes long is under way."""
 
     def _work_out(self, surface: Surface) -> None:
         try:
@@ -163,3 +187,26 @@ class Texture:
             self._numbers.object = text
             self._bearing.show(surface)
             self._spectrum.show(surface)
+
+
+class Numbers:
+    """Everything that is told of the contact.
+
+    Parameters
+    ----------
+    session : Session
+        Whose contact it is.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self.root = pn.pane.HTML("", **style.WIDE)
+
+    def show(self) -> None:
+        """Show the numbers of the contact as it is."""
+        outcome = self._session.outcome
+        result = None if outcome is None else outcome.result
+        self.root.object = "" if result is None else headline.all_numbers(result)
+
+    def cancel(self) -> None:
+        """Nothing is under way."""

@@ -27,22 +27,20 @@ from roughcontact.desk import (
     words,
 )
 from roughcontact.desk.controls import button
-from roughcontact.desk.detail import Detail, Texture
+from roughcontact.desk.detail import Detail, Numbers, Texture
 from roughcontact.desk.live import Failed, Live, Prepared, Told
 from roughcontact.desk.maps import Maps
 from roughcontact.desk.pictures import Box
-from roughcontact.desk.reach import Tabs, tell_when_lost
+from roughcontact.desk.reach import tell_when_lost
 from roughcontact.desk.server import Visit
 from roughcontact.desk.session import Session
 from roughcontact.desk.state import Line, Value
+from roughcontact.desk.tabs import Views
 from roughcontact.errors import RoughcontactError
 from roughcontact.report import underway
 from roughcontact.request import making
 from roughcontact.request.run import Outcome
 from roughcontact.solvers.progress import Progress
-
-_SURFACE, _TAKE_AWAY = 1, 5
-"""Which tabs they are."""
 
 _SHORT = 0.6
 """Seconds for which nothing is said of what is under way."""
@@ -55,7 +53,6 @@ class Shown(NamedTuple):
     numbers: str
     trust: str
     cautions: str
-    everything: str
 
 
 class Page:
@@ -79,7 +76,6 @@ class Page:
         )
         self.maps = Maps()
         self._detail = Detail(self.maps.zoom, self._drawn)
-        self._texture = Texture(self._run)
         self._keep = button("Keep the part that is drawn", self._kept, visible=False)
         self._box: Box | None = None
         self.maps.on_section(self._drawn)
@@ -89,20 +85,27 @@ class Page:
         self._bodies = column.Bodies(session)
         self._model = column.Model(session)
         self._load = loadbar.Load(session, self._give)
-        self._ask = ask.Ask(session, bench, self._run)
-        self._compare = compare.Compare(session, bench, self._run, self._do)
-        self._take_away = take.Take(session, bench, self._run, visit.folder, visit.offer)
         self._numbers = pn.pane.HTML("", **style.WIDE)
         self._trust = pn.pane.HTML("", **style.WIDE)
         self._cautions = pn.pane.HTML("", **style.WIDE)
-        self._all = pn.pane.HTML("", **style.WIDE)
         self._begun = time.monotonic()
         self._bar = pn.indicators.Progress(
             active=True, value=-1, visible=False, **{**style.CONTROL, "height": 6}
         )
         self._undo = button("Undo", partial(self._do, session.undo))
         self._redo = button("Redo", partial(self._do, session.redo))
-        self._tabs = self._tabbed()
+        self._views = Views(
+            pn.Column(self._keep, self.maps.root, self._detail.root, **style.BLOCK),
+            {
+                "Surface": lambda: Texture(self._run, session),
+                "All numbers": lambda: Numbers(session),
+                "Ask": lambda: ask.Ask(session, bench, self._run),
+                "Compare": lambda: compare.Compare(session, bench, self._run, self._do),
+                "Take away": lambda: take.Take(
+                    session, bench, self._run, visit.folder, visit.offer
+                ),
+            },
+        )
         self.root = self._laid_out()
         if self._document is not None:
             tell_when_lost(self._document)
@@ -114,9 +117,7 @@ class Page:
 
     def close(self) -> None:
         """End what the page holds."""
-        self._ask.cancel()
-        self._compare.cancel()
-        self._take_away.cancel()
+        self._views.close()
         self.session.close()
 
     # What one does.
@@ -208,7 +209,7 @@ class Page:
                 self._bring.show(what)
                 self._look_up_channels()
                 self._preparation.show(what)
-                self._show_hidden()
+                self._views.show()
                 self._load.show(what)
                 if self.session.failure is not None:
                     self.maps.show(what.surfaces[0], None)
@@ -219,12 +220,10 @@ class Page:
             case Shown():
                 self.maps.show(what.result.surface, what.result)
                 self._cut()
-                self._ask.mark(what.result.load)
                 self._numbers.object = what.numbers
                 self._trust.object = what.trust
                 self._cautions.object = what.cautions
-                self._all.object = what.everything
-                self._show_hidden()
+                self._views.show()
             case Failed():
                 self._bring.tell_lacking(what.error)
                 self._numbers.object = ""
@@ -261,30 +260,11 @@ class Page:
         self._preparation.show(session.prepared)
         self._bodies.show()
         self._model.show()
-        self._compare.show()
+        self._views.show()
         self._load.show(session.prepared)
         self._undo.disabled, self._redo.disabled = not session.can_undo, not session.can_redo
         if session.state.missing:
             self._tell_missing()
-
-    def _tabbed(self) -> Tabs:
-        parts = {
-            "Contact": pn.Column(self._keep, self.maps.root, self._detail.root, **style.BLOCK),
-            "Surface": self._texture.root,
-            "All numbers": self._all,
-            "Ask": self._ask.root,
-            "Compare": self._compare.root,
-            "Take away": self._take_away.root,
-        }
-        return Tabs(parts, self._show_hidden, "stretch_both")
-
-    def _show_hidden(self) -> None:
-        """Show what costs time only where it is seen."""
-        if self._tabs.active == _SURFACE:
-            prepared = self.session.prepared
-            self._texture.show(None if prepared is None else prepared.surfaces[0])
-        if self._tabs.active == _TAKE_AWAY:
-            self._take_away.show()
 
     def _laid_out(self) -> Any:
         side = pn.Column(
@@ -297,7 +277,7 @@ class Page:
         )  # fmt: skip
         main = pn.Column(
             self._load.root, self._bar, self._numbers, self._trust, self._cautions,
-            self._tabs.root,
+            self._views.root,
             sizing_mode="stretch_both", margin=(10, 12, 8, 0),
         )  # fmt: skip
         return pn.Row(side, main, sizing_mode="stretch_both")
@@ -309,7 +289,6 @@ def _shown(result: ContactResult) -> Shown:
         headline.numbers(result),
         headline.trust(result),
         headline.cautions(result.cautions),
-        headline.all_numbers(result),
     )
 
 
