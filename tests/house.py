@@ -16,7 +16,7 @@ WINGS = (
     "_version", "errors", "units", "files", "pipes", "memory", "limits", "checksums", "locks",
     "processes", "hdf5", "netcdf", "statistics", "roots",
     "shown",
-    "material", "theory", "halfspace", "solvers", "surface", "contact", "volume",
+    "material", "theory", "halfspace", "solvers", "surface", "contact", "volume", "joint",
     "formats", "plots", "report", "request", "fleet", "desk", "cli",
     "__init__", "__main__",
 )  # fmt: skip
@@ -39,6 +39,7 @@ DELEGATIONS: dict[str, set[str]] = {
     "contact.sampling": {"report.results"},
     "contact.stress": {"report.results"},
     "contact.study": {"report.results"},
+    "joint.conductance": {"report.results"},
     "shown": {"plots.accessor", "report.glance"},
     "surface.surface": {"desk.explore", "formats.export"},
     "volume.result": {

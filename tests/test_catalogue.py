@@ -37,7 +37,11 @@ def test_every_entry_is_a_material(entry: catalogue.Entry) -> None:
 
 @each
 def test_every_value_has_its_source(entry: catalogue.Entry) -> None:
-    for quoted in (entry.young, entry.poisson, entry.yield_strength, entry.hardness):
+    quoted_values = (
+        entry.young, entry.poisson, entry.yield_strength, entry.hardness, entry.resistivity,
+        entry.conductivity,
+    )  # fmt: skip
+    for quoted in quoted_values:
         if quoted is not None:
             # A name and a title; a lone word is none.
             assert len(quoted.source.split()) >= 3
@@ -187,3 +191,15 @@ def test_entries_cannot_be_changed() -> None:
     with pytest.raises(FrozenInstanceError):
         ENTRIES[0].young = catalogue.Value(1.0, "nobody at all")
     assert len(ENTRIES) >= 18
+
+
+@each
+def test_what_conducts_heat_by_electrons_keeps_to_wiedemann_and_franz(
+    entry: catalogue.Entry,
+) -> None:
+    conducts = entry.conductor
+    if conducts.resistivity is None or conducts.conductivity is None:
+        return
+    # 2.44e-8 W Ω/K² at 20 °C, and the lattice adds to it in alloys.
+    lorenz = conducts.resistivity * conducts.conductivity / 293
+    assert 2.2e-8 < lorenz < 4.2e-8

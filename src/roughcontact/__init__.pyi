@@ -44,10 +44,15 @@ from .errors import (
     RoughcontactError as RoughcontactError,
 )
 from .formats.read import read_surface as read_surface
+from .joint.conductance import (
+    Conductance as Conductance,
+    conductance as conductance,
+)
 from .material import (
     catalogue as catalogue,
     hardness as hardness,
 )
+from .material.conductor import Conductor as Conductor
 from .material.hardening import (
     Linear as Linear,
     Perfect as Perfect,

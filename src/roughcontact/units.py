@@ -14,10 +14,14 @@ from roughcontact.errors import InputError
 if TYPE_CHECKING:
     import pint
 
-_SI_UNITS = {"length": "m", "force": "N", "pressure": "Pa", "moment": "N m", "line load": "N/m"}
+_SI_UNITS = {
+    "length": "m", "force": "N", "pressure": "Pa", "moment": "N m", "line load": "N/m",
+    "resistivity": "ohm m", "conductivity": "W/m/K", "film": "ohm m^2", "thermal film": "m^2 K/W",
+}  # fmt: skip
 _EXAMPLES = {
     "length": "'0.1 mm'", "force": "'1 N'", "pressure": "'210 GPa'", "moment": "'1 N mm'",
-    "line load": "'600 N/mm'",
+    "line load": "'600 N/mm'", "resistivity": "'17 nohm m'", "conductivity": "'46 W/m/K'",
+    "film": "'1e-12 ohm m^2'", "thermal film": "'1e-5 m^2 K/W'",
 }  # fmt: skip
 _NAMED_DIMENSIONS = {
     "": "a pure number",
@@ -56,7 +60,7 @@ _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 _NOT_FINITE = re.compile(r"[+-]?(?:inf(?:inity)?|nan)\b", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d")
 # pint evaluates arithmetic; it is shown only names with one-digit powers, joined by * / or a space.
-_FACTOR = r"[A-Za-z_µÅ]+(?:(?:\^|\*\*)-?[1-9]|[²³])?"
+_FACTOR = r"[A-Za-z_µÅΩ]+(?:(?:\^|\*\*)-?[1-9]|[²³])?"
 _UNIT = re.compile(rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*")
 _LONGEST = 60
 # Lengths to pint (a pixel of style sheets is 1/96 inch), and no length to who writes "5 px".

@@ -205,6 +205,12 @@ def show_entry(entry: Entry) -> None:
         values.append(("yield strength", engineering(strength.value, "Pa"), strength.source))
     if entry.hardness is not None:
         values.append(("hardness", entry.hardness.text, entry.hardness.source))
+    if entry.resistivity is not None:
+        text = engineering(entry.resistivity.value, "Ω m")
+        values.append(("resistivity", text, entry.resistivity.source))
+    if entry.conductivity is not None:
+        text = f"{entry.conductivity.value:g} W/(m K)"
+        values.append(("conductivity", text, entry.conductivity.source))
     _print_table(rows)
     _print_table(values, heads=("", "value", "source"))
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from roughcontact.errors import InputError
 from roughcontact.material import hardness
+from roughcontact.material.conductor import Conductor
 from roughcontact.material.material import Material
 
 
@@ -51,6 +52,10 @@ class Entry:
         Hardness with its scale.
     note : str
         What a user should know.
+    resistivity : Value, optional
+        Electrical resistivity at room temperature [Ω m].
+    conductivity : Value, optional
+        Thermal conductivity at room temperature [W/(m K)].
     """
 
     key: str
@@ -61,6 +66,8 @@ class Entry:
     yield_strength: Value | None = None
     hardness: Number | None = None
     note: str = ""
+    resistivity: Value | None = None
+    conductivity: Value | None = None
 
     @property
     def advice(self) -> str:
@@ -84,6 +91,15 @@ class Entry:
             yield_strength=None if strength is None else strength.value,
             name=self.key,
             hardness=None if number is None else hardness.ceiling(number.text),
+        )
+
+    @property
+    def conductor(self) -> Conductor:
+        """What it conducts, as far as it is known."""
+        return Conductor(
+            resistivity=None if self.resistivity is None else self.resistivity.value,
+            conductivity=None if self.conductivity is None else self.conductivity.value,
+            name=self.key,
         )
 
 
@@ -269,6 +285,8 @@ _ENTRIES = (
         yield_strength=Value(1000e6, _LUCEFIN_42CRMO4),
         hardness=Number("336 HBW", _LUCEFIN_42CRMO4),
         note="Larger sections are weaker: +QT of 16 to 40 mm has at least 750 MPa (EN 10083-3).",
+        resistivity=Value(220e-9, "MatWeb, AISI 4140: specimen hardened and tempered, 20 °C"),
+        conductivity=Value(42.6, "Meusburger, Material grades, 1.7225: at 20 °C"),
     ),
     Entry(
         "X5CrNi18-10",
@@ -281,6 +299,8 @@ _ENTRIES = (
             "Hardens as it flows, so that three times the proof stress is a low ceiling. Its "
             "hardness is quoted as 70 HRB, a scale whose conversion does not hold for austenite."
         ),
+        resistivity=Value(720e-9, f"{_TYPE_304}: at 20 °C"),
+        conductivity=Value(16.2, f"{_TYPE_304}: 0 to 100 °C"),
     ),
     Entry(
         "X2CrNiMo17-12-2",
@@ -390,6 +410,8 @@ _ENTRIES = (
         poisson=Value(0.33, _AL6061),
         yield_strength=Value(276e6, _AL6061),
         hardness=Number("95 HBW 10/500", _AL6061),
+        resistivity=Value(39.9e-9, _AL6061),
+        conductivity=Value(167, f"{_AL6061}: at 25 °C"),
     ),
     Entry(
         "7075-T6",
@@ -399,6 +421,13 @@ _ENTRIES = (
         poisson=Value(0.33, _AL7075),
         yield_strength=Value(503e6, _AL7075),
         hardness=Number("150 HBW 10/500", _AL7075),
+        resistivity=Value(
+            52.2e-9,
+            "MakeItFrom.com, 7075 aluminum (compilation): 33 % IACS, tempers not told apart",
+        ),
+        conductivity=Value(
+            130, "MakeItFrom.com, 7075 aluminum (compilation): tempers not told apart"
+        ),
     ),
     Entry(
         "Ti-6Al-4V",
@@ -408,6 +437,10 @@ _ENTRIES = (
         poisson=Value(0.342, "Aerospace Specification Metals, Ti-6Al-4V annealed, MTP641 (MatWeb)"),
         yield_strength=Value(913e6, f"{_TI64}: mean of two"),
         hardness=Number("349 HV1", _TI64),
+        resistivity=Value(
+            1.78e-6, "ASM Aerospace Specification Metals, Ti-6Al-4V annealed bar, MTP644 (MatWeb)"
+        ),
+        conductivity=Value(6.7, "BTI Metals, Ti 6Al-4V ELI, product data: 100 to 300 °C"),
     ),
     Entry(
         "WC-6Co",

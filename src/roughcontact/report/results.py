@@ -16,7 +16,8 @@ from roughcontact.contact.sampling import SamplingStudy
 from roughcontact.contact.stress import StressResult
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.files import require_suffix, to_json, write
-from roughcontact.report import compared, found, profile, studied, tables
+from roughcontact.joint.conductance import Conductance
+from roughcontact.report import compared, conducted, found, profile, studied, tables
 from roughcontact.report.quantities import (
     ANSWER,
     Columns,
@@ -47,6 +48,8 @@ def table_of(result: Any) -> Table:
             return tables.HISTORY
         case FoundLoads():
             return found.FOUND
+        case Conductance():
+            return conducted.CONDUCTANCE
         case Comparison():
             return compared.COMPARISON
         case SamplingStudy():
@@ -67,6 +70,8 @@ def columns_of(result: Any) -> Columns:
             return tables.HISTORY_COLUMNS
         case FoundLoads():
             return found.FOUND_COLUMNS
+        case Conductance():
+            return conducted.CONDUCTANCE_COLUMNS
         case Comparison():
             return compared.COMPARISON_COLUMNS
         case SamplingStudy():
@@ -79,7 +84,7 @@ def columns_of(result: Any) -> Columns:
 def summary(result: Any) -> dict[str, Any]:
     """Return a result by name, in SI units, ready for JSON."""
     told = stored(table_of(result), result)
-    if isinstance(result, LoadCurve):
+    if isinstance(result, LoadCurve | Conductance):
         return {**told, **stored_columns(columns_of(result), result), "version": __version__}
     return told
 
@@ -90,7 +95,7 @@ def csv(result: Any) -> str:
 
 
 def save(
-    result: LoadCurve | LoadHistory | FoundLoads | Comparison | SamplingStudy,
+    result: LoadCurve | LoadHistory | FoundLoads | Conductance | Comparison | SamplingStudy,
     path: str | os.PathLike[str],
 ) -> None:
     """Write a result of many loads as a table, or as JSON; see `LoadCurve.save`."""

@@ -1,0 +1,340 @@
+"""How well a contact conducts electricity and heat."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.contact.cautions import Caution, ordered
+from roughcontact.contact.judgment import over_loads
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.stiffness import unloading_stiffness
+from roughcontact.errors import InputError
+from roughcontact.joint.spread import greenwood
+from roughcontact.material import catalogue
+from roughcontact.material.conductor import Conductor
+from roughcontact.shown import Shown
+from roughcontact.surface import roughness
+from roughcontact.theory import constriction
+from roughcontact.units import Quantity, quantity
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ConductanceStep:
+    """What conducts under one load, for bodies of any material.
+
+    Parameters
+    ----------
+    load : float
+        W [N].
+    contact_area, saturated_area : float
+        Real contact area, and that at the ceiling [m²].
+    spots : int
+        Number of contact spots.
+    length : float
+        Constriction length of the whole contact, saturated points included [m]; infinite where
+        all of a periodic map touches.
+    greenwood_length : float
+        The same by Greenwood's formula from radii and places of the spots [m]; see
+        `roughcontact.joint.spread.greenwood`.
+    correlation_length : float
+        The same by the correlation for nominally flat rough joints [m]: Cooper, Mikic and
+        Yovanovich under a ceiling, Mikic without; NaN where nominal bodies are curved.
+    """
+
+    load: float
+    contact_area: float
+    saturated_area: float
+    spots: int
+    length: float
+    greenwood_length: float
+    correlation_length: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Conductance(Shown):
+    """Electrical and thermal resistance of a contact under one load or several.
+
+    Parameters
+    ----------
+    steps : tuple of ConductanceStep
+        By ascending load.
+    bodies : (Conductor, Conductor)
+        Body and counter-body.
+    film, thermal_film : float
+        Resistance of a film on the contact times its area [Ω m²], [m² K/W].
+    largest : ContactResult
+        The contact under the largest load.
+    found : tuple of Caution
+        What the contacts give cause for.
+    remarks : tuple of Caution
+        What else is known of the numbers, from the measurement of the maps.
+    """
+
+    steps: tuple[ConductanceStep, ...]
+    bodies: tuple[Conductor, Conductor]
+    film: float
+    thermal_film: float
+    largest: ContactResult
+    found: tuple[Caution, ...] = ()
+    remarks: tuple[Caution, ...] = ()
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know, the severest first."""
+        return ordered(dict.fromkeys([*self.found, *self.remarks]))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The ``cautions``, one sentence each."""
+        return tuple(caution.text for caution in self.cautions)
+
+    @property
+    def nominal_area(self) -> float:
+        """Area of the whole map [m²]."""
+        size = self.largest.pair.size
+        return size[0] * size[1]
+
+    @property
+    def electrical_resistivity(self) -> float:
+        """Sum of the resistivities of the two bodies [Ω m]; NaN where one is not known."""
+        first, second = (body.resistivity or math.nan for body in self.bodies)
+        return first + second
+
+    @property
+    def thermal_resistivity(self) -> float:
+        """Sum of 1/k of the two bodies [m K/W]; NaN where one is not known."""
+        first, second = (1 / (body.conductivity or math.nan) for body in self.bodies)
+        return first + second
+
+    def column(self, name: str) -> Array:
+        """Return one field of all steps, shape (n,); see `ConductanceStep`."""
+        return np.array([getattr(step, name) for step in self.steps], dtype=float)
+
+    @property
+    def electrical_resistance(self) -> Array:
+        """Resistance of the contact [Ω], shape (n,): constriction and film one after the other."""
+        return self._resistance(self.electrical_resistivity, self.film)
+
+    @property
+    def thermal_resistance(self) -> Array:
+        """Thermal resistance of the contact [K/W], shape (n,)."""
+        return self._resistance(self.thermal_resistivity, self.thermal_film)
+
+    @property
+    def electrical_conductance(self) -> Array:
+        """Conductance of the contact per nominal area [S/m²], shape (n,)."""
+        return self._per_area(self.electrical_resistance)
+
+    @property
+    def thermal_conductance(self) -> Array:
+        """Conductance of the contact per nominal area h [W/(m² K)], shape (n,)."""
+        return self._per_area(self.thermal_resistance)
+
+    def _resistance(self, resistivity: float, film: float) -> Array:
+        with np.errstate(divide="ignore"):
+            resistance: Array = resistivity / self.column("length")
+            if film:
+                resistance = resistance + film / self.column("contact_area")
+        return resistance
+
+    def _per_area(self, resistance: Array) -> Array:
+        with np.errstate(divide="ignore"):
+            conductance: Array = 1 / (resistance * self.nominal_area)
+        return conductance
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the resistances to a table.
+
+        Parameters
+        ----------
+        path : str or path
+            A name that ends in ``.csv`` (one row a load, SI units in the head) or ``.json``.
+
+        Raises
+        ------
+        InputError
+            If the suffix is another one.
+        """
+        from roughcontact.report import results
+
+        results.save(self, path)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the resistances by name, in SI units, ready for JSON."""
+        from roughcontact.report import results
+
+        return results.summary(self)
+
+
+def conductance(
+    contacts: ContactResult | Iterable[ContactResult],
+    body: Conductor | str,
+    counter_body: Conductor | str,
+    *,
+    film: Quantity = 0.0,
+    thermal_film: Quantity = 0.0,
+) -> Conductance:
+    """Return the electrical and thermal resistance of a contact.
+
+    Parameters
+    ----------
+    contacts : ContactResult or iterable of ContactResult
+        Solutions of one pair of bodies under one load or several. One at a time is looked at, and
+        that under the largest load is kept.
+    body, counter_body : Conductor or str
+        What the bodies conduct, or their names in the catalogue of materials.
+    film : float, str or quantity of pint
+        Electrical resistance of a film on the contact times its area [Ω m²].
+    thermal_film : float, str or quantity of pint
+        Thermal resistance of a film on the contact times its area [m² K/W].
+
+    Returns
+    -------
+    Conductance
+        Resistances under each load.
+
+    Raises
+    ------
+    InputError
+        If neither the resistivity nor the conductivity of both bodies is known, a film lacks that
+        which it goes with, the contacts are of different bodies, or the bodies are profiles.
+    ConvergenceError, InsufficientMemoryError
+        As for `roughcontact.contact.stiffness.unloading_stiffness`.
+
+    Notes
+    -----
+    The potential on the contact is constant, as is the displacement under a rigid punch of the
+    same outline: with the stiffness K of that punch the constriction length is L = 2 K/E*, and
+    R = Σρ/L (Barber 2003, doi:10.1098/rspa.2002.1038). The gap conducts nothing.
+
+    With a free boundary this is the resistance between points far away in both bodies, in which
+    the spreading from all of the map is contained. With a periodic one it is what the joint adds to
+    the bodies of one period: 0 where all of the map touches, and the one to be taken per area. With
+    a map that is periodic along one axis it is that up to a distance of the longer side of the map,
+    as the potential of an endless strip has no bound.
+
+    A film adds its resistance over the contact area. As it evens the flow out, the true
+    resistance is a little larger: on a disc by less than 8 % of the constriction, which a
+    uniform flow has more than one of constant potential, 32/(3π²) to 1.
+
+    Examples
+    --------
+    >>> import roughcontact as rc
+    >>> heights, pixel = rc.reference_map(64)
+    >>> steel = rc.Material(young=210e9, poisson=0.3)
+    >>> result = rc.solve(rc.Surface(heights, pixel), material=steel, load=1.0)
+    >>> found = rc.conductance(result, "6061-T6", rc.Conductor(resistivity="17 nohm m"))
+    >>> bool(found.electrical_resistance[0] > 0)
+    True
+    """
+    bodies = (_conductor(body, "body"), _conductor(counter_body, "counter_body"))
+    films = (_film(film, "film", "film"), _film(thermal_film, "thermal film", "thermal_film"))
+    _check(bodies, films)
+    steps: list[ConductanceStep] = []
+    judged: list[tuple[float, tuple[Caution, ...]]] = []
+    largest: ContactResult | None = None
+    for result in [contacts] if isinstance(contacts, ContactResult) else contacts:
+        if largest is not None and result.pair.shape != largest.pair.shape:
+            raise InputError(
+                f"are of different maps: {result.pair.shape} and {largest.pair.shape} points; give "
+                "one pair of bodies under several loads",
+                argument="contacts",
+            )
+        result.pair.require_map("the resistance of a contact")
+        steps.append(_step(result))
+        judged.append((result.load, result.cautions))
+        if largest is None or result.load >= largest.load:
+            largest = result
+    if largest is None:
+        raise InputError("is empty: give at least one contact", argument="contacts")
+    order = sorted(range(len(steps)), key=lambda number: steps[number].load)
+    return Conductance(
+        tuple(steps[number] for number in order),
+        bodies,
+        *films,
+        largest,
+        over_loads([judged[number] for number in order], "N"),
+    )
+
+
+def _step(result: ContactResult) -> ConductanceStep:
+    return ConductanceStep(
+        load=result.load,
+        contact_area=result.contact_area,
+        saturated_area=result.saturated_fraction * result.pressure.size * result.pixel_area,
+        spots=result.spots().count,
+        length=2 * unloading_stiffness(result) / result.contact_modulus,
+        greenwood_length=greenwood(result),
+        correlation_length=_correlation(result),
+    )
+
+
+def _correlation(result: ContactResult) -> float:
+    """Return the constriction length that simple theory gives a nominally flat joint."""
+    pair = result.pair
+    height = float(np.nanstd(pair.initial_gap))
+    gradient = roughness.rms_gradient(pair.initial_gap, pair.pixel)
+    if result.smooth is not None or not (result.load > 0 and height > 0 and gradient > 0):
+        return math.nan
+    area = pair.size[0] * pair.size[1]
+    # Of Gaussian heights alike in all directions: √(2/π) of the slope along a line, h′/√2.
+    slope = gradient / math.sqrt(math.pi)
+    pressure = result.load / area
+    if result.ceiling is None:
+        modulus = result.contact_modulus
+        return area * constriction.elastic_joint(pressure, modulus, slope, height)
+    hardness = float(np.mean(result.ceiling))
+    return area * constriction.plastic_joint(pressure, hardness, slope, height)
+
+
+def _conductor(given: Conductor | str, argument: str) -> Conductor:
+    if isinstance(given, Conductor):
+        return given
+    if isinstance(given, str):
+        return catalogue.entry(given).conductor
+    raise InputError(
+        f"must be a Conductor or a name in the catalogue, got {given!r}",
+        argument=argument,
+        value=given,
+    )
+
+
+def _film(value: Quantity, dimension: str, argument: str) -> float:
+    found = quantity(value, dimension, argument)
+    if not (isinstance(found, (int, float)) and 0 <= found < math.inf):
+        raise InputError(
+            f"must be zero or positive, and finite, got {value!r}", argument=argument, value=value
+        )
+    return float(found)
+
+
+def _check(bodies: tuple[Conductor, Conductor], films: tuple[float, float]) -> None:
+    """Refuse bodies of which too little is known."""
+    electrical = [body.resistivity is not None for body in bodies]
+    thermal = [body.conductivity is not None for body in bodies]
+    if not all(electrical) and not all(thermal):
+        raise InputError(
+            "needs the resistivity of both bodies, or the conductivity of both; known are "
+            f"{_known(bodies[0])} of the body and {_known(bodies[1])} of the counter-body",
+            argument="conductance",
+        )
+    for film, known, argument, what in (
+        (films[0], electrical, "film", "resistivity"),
+        (films[1], thermal, "thermal_film", "conductivity"),
+    ):
+        if film and not all(known):
+            raise InputError(f"needs the {what} of both bodies", argument=argument, value=film)
+
+
+def _known(body: Conductor) -> str:
+    names = [name for name in ("resistivity", "conductivity") if getattr(body, name) is not None]
+    return " and ".join(names) or "neither"

@@ -1,0 +1,121 @@
+import dataclasses
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.theory import constriction
+
+STEEL = rc.Material(210e9, 0.3, 1e9)
+ROUGH = rc.Surface(*rc.reference_map(64, 3))
+RESULT = rc.solve(ROUGH, material=STEEL, load=1.0, boundary="periodic")
+COPPER = rc.Conductor("17 nohm m", "400 W/m/K", "copper")
+
+
+def test_resistances_are_resistivities_over_the_length() -> None:
+    found = rc.conductance(RESULT, COPPER, rc.Conductor(40e-9, 160))
+    (step,) = found.steps
+    assert step.length > 2 * RESULT.stiffness() / RESULT.contact_modulus
+    assert step.saturated_area > 0
+    assert found.electrical_resistance[0] == pytest.approx(57e-9 / step.length)
+    assert found.thermal_resistance[0] == pytest.approx((1 / 400 + 1 / 160) / step.length)
+    area = ROUGH.size[0] * ROUGH.size[1]
+    assert found.thermal_conductance[0] == pytest.approx(1 / (found.thermal_resistance[0] * area))
+    assert len(found.cautions) == len(RESULT.cautions)
+
+
+def test_the_length_is_that_of_the_load_curve() -> None:
+    loads = [0.3, 1.0]
+    curve = rc.load_curve(ROUGH, material=STEEL, loads=loads, boundary="periodic")
+    contacts = [rc.solve(ROUGH, material=STEEL, load=w, boundary="periodic") for w in loads]
+    found = rc.conductance(reversed(contacts), COPPER, COPPER)
+    assert found.column("load").tolist() == loads
+    assert found.largest.load == 1.0
+    np.testing.assert_allclose(found.column("length"), curve.constriction_length, rtol=1e-3)
+
+
+def test_a_film_adds_its_resistance() -> None:
+    bare = rc.conductance(RESULT, COPPER, COPPER)
+    film = rc.conductance(RESULT, COPPER, COPPER, film="1e-12 ohm m^2", thermal_film="1e-6 m^2 K/W")
+    added = film.electrical_resistance - bare.electrical_resistance
+    assert added == pytest.approx(1e-12 / RESULT.contact_area)
+    added = film.thermal_resistance - bare.thermal_resistance
+    assert added == pytest.approx(1e-6 / RESULT.contact_area)
+
+
+def test_one_kind_of_conduction_is_enough() -> None:
+    found = rc.conductance(RESULT, "Ti-6Al-4V", rc.Conductor(conductivity=40))
+    assert math.isnan(found.electrical_resistance[0])
+    assert found.thermal_resistance[0] > 0
+    assert "electrical_resistance" not in found.summary()
+
+
+def test_what_is_missing_or_wrong_gets_its_sentence() -> None:
+    with pytest.raises(rc.InputError, match="known are neither of the body and resistivity and"):
+        rc.conductance(RESULT, "PTFE", COPPER)
+    with pytest.raises(rc.InputError, match="known are resistivity of the body and conductivity"):
+        rc.conductance(RESULT, rc.Conductor(1e-8), rc.Conductor(conductivity=3))
+    with pytest.raises(rc.InputError, match="film needs the resistivity of both"):
+        rc.conductance(RESULT, rc.Conductor(conductivity=3), COPPER, film=1e-12)
+    with pytest.raises(rc.InputError, match="thermal_film must be zero or positive"):
+        rc.conductance(RESULT, COPPER, COPPER, thermal_film=-1.0)
+    with pytest.raises(rc.InputError, match="is empty"):
+        rc.conductance([], COPPER, COPPER)
+    with pytest.raises(rc.InputError, match="body must be a Conductor"):
+        rc.conductance(RESULT, 17e-9, COPPER)  # type: ignore[arg-type]
+    with pytest.raises(rc.InputError, match="'nickle' is not in the catalogue"):
+        rc.conductance(RESULT, "nickle", COPPER)
+    with pytest.raises(rc.InputError, match="resistivity must be positive and finite"):
+        rc.Conductor(resistivity=0.0)
+    with pytest.raises(rc.InputError, match="conductivity needs a conductivity with its unit"):
+        rc.Conductor(conductivity="4 W/m")
+    small = rc.Surface(*rc.reference_map(32, 1))
+    other = rc.solve(small, material=STEEL, load=1.0)
+    with pytest.raises(rc.InputError, match="are of different maps"):
+        rc.conductance([RESULT, other], COPPER, COPPER)
+    row = rc.Surface(ROUGH.heights[0], ROUGH.pixel[1])
+    profile = rc.solve(row, material=STEEL, load=1e3, boundary="periodic")
+    with pytest.raises(rc.InputError, match="profile"):
+        rc.conductance(profile, COPPER, COPPER)
+
+
+def test_without_load_nothing_is_conducted() -> None:
+    none = dataclasses.replace(RESULT, pressure=np.zeros(ROUGH.shape), load=0.0)
+    found = rc.conductance(none, COPPER, COPPER)
+    assert found.steps[0].length == 0
+    assert found.electrical_resistance[0] == math.inf
+    assert found.electrical_conductance[0] == 0
+    assert math.isnan(found.steps[0].greenwood_length)
+
+
+def test_it_is_saved_as_a_table_and_as_json(tmp_path: Path) -> None:
+    found = rc.conductance(RESULT, COPPER, "6061-T6")
+    found.save(tmp_path / "joint.csv")
+    head, line = (tmp_path / "joint.csv").read_text("utf-8").splitlines()
+    assert head.startswith("load [N],contact_area [m²],saturated_area [m²],spots [1],length [m]")
+    assert len(line.split(",")) == len(head.split(","))
+    found.save(tmp_path / "joint.json")
+    told = json.loads((tmp_path / "joint.json").read_text("utf-8"))
+    assert told["thermal_conductance"] == found.thermal_conductance.tolist()
+    assert told["body"] == {"name": "copper", "resistivity": 1.7e-8, "conductivity": 400.0}
+    assert told["boundary"] == "periodic"
+
+
+def test_an_ellipse_is_its_elliptic_integral() -> None:
+    # K(k² = 3/4) = 2.156515647499643 (Abramowitz and Stegun, table 17.1).
+    assert constriction.ellipse(1, 2) == pytest.approx(2 * math.pi * 2 / 2.156515647499643)
+    with pytest.raises(rc.InputError, match="radius"):
+        constriction.disc(-1)
+
+
+def test_correlations_are_those_of_their_authors() -> None:
+    # 1.25 and 1.55 with the harmonic mean of the conductivities, 2/Σ(1/k).
+    assert constriction.plastic_joint(2e6, 2e9, 0.1, 1e-6) == pytest.approx(
+        2 * 1.25 * 1e5 * 1e-3**0.95
+    )
+    assert constriction.elastic_joint(1e6, 1e11, 0.1, 1e-6) == pytest.approx(
+        2 * 1.55 * 1e5 * (math.sqrt(2) * 1e-4) ** 0.94
+    )
