@@ -113,6 +113,9 @@ def _prepare(app: Sphinx) -> None:
     (SCRATCH / "maps").mkdir()
     generated = HERE / "generated"
     generated.mkdir(exist_ok=True)
+    subprocess.run(
+        [sys.executable, str(HERE / "pages.py"), str(generated)], check=True, timeout=600
+    )
     rows = [(f"`{suffix}`", name) for suffix, name in sorted(read.SUFFIXES.items())]
     _table(generated / "suffixes.md", ("suffix", "read as"), rows)
     for name, kinds in (

@@ -60,9 +60,10 @@ def test_the_house_is_drawn_with_all_its_rooms(wings: ModuleType) -> None:
 
 
 def test_no_figure_is_placed_by_hand() -> None:
-    # The README's picture is what `roughcontact demo` writes.
+    # The README's pictures are what `roughcontact demo` writes and `docs/pages.py` takes.
     pictures = {path.name for path in (DOCS / "images").iterdir()}
-    assert pictures == {"demo.png"}
+    assert pictures == {"demo.png", "desk.png"}
+    assert '"desk": (' in (DOCS / "pages.py").read_text(encoding="utf-8")
     for path in pages():
         text = path.read_text(encoding="utf-8")
         assert not re.search(r"!\[.*\]\(|\.\. image::|```{image}|<img", text), path

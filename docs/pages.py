@@ -1,0 +1,87 @@
+"""Take the pictures of the page in the browser, and write the part of its how-to page that shows them.
+
+    python docs/pages.py FOLDER
+
+Where there is no browser, that part says so instead.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
+
+from browsing import Seat, Served, browser, lacking
+
+_DRAWN = """() => new Promise((done) => setTimeout(
+  () => requestAnimationFrame(() => requestAnimationFrame(done)), 500))"""
+
+WIDTH, HEIGHT = 1280, 1160
+
+
+def pressed(seat: Any) -> None:
+    """Show a contact with its section."""
+    seat.choose("Or a demonstration map", "Ground steel")
+    seat.page.locator("p > b").get_by_text("Ground steel", exact=True).wait_for()
+    seat.choose("Material", "100Cr6")
+    seat.choose("What the map is", "a sample of")
+    seat.type("Value with unit", "100 MPa")
+    seat.page.get_by_text("converged, certificate").wait_for()
+
+
+def asked(seat: Any) -> None:
+    """Show the answer to a question."""
+    seat.turn("Ask")
+    seat.page.get_by_role("button", name="Start").click()
+    seat.page.get_by_text("Done in").wait_for()
+    seat.page.locator("canvas").locator("visible=true").first.wait_for()
+
+
+def taken(seat: Any) -> None:
+    """Show the same contact as command, script and project file."""
+    seat.turn("Take away")
+    seat.page.locator("pre").first.wait_for()
+
+
+PICTURES: dict[str, tuple[Callable[[Any], None], str]] = {
+    "desk": (
+        pressed,
+        "A ground map under 100 MPa: numbers, cautions, linked maps, and the section",
+    ),
+    "desk-ask": (asked, "Asked: the load curve of the same contact, worked out beside the page"),
+    "desk-take": (taken, "Taken away: files, and the command, the script and the project file"),
+}
+"""What is done before a picture, one after the other, and what the picture shows."""
+
+NOTE = "*The pictures of this page are taken by Chromium, which was not there when it was built.*\n"
+
+
+def main(folder: Path) -> None:
+    """Write the pictures and the part of the page."""
+    text = NOTE
+    if not lacking():
+        with tempfile.TemporaryDirectory() as works, browser() as started:
+            served = Served(Path(works))
+            try:
+                seat = Seat(started, served.home, WIDTH, HEIGHT)
+                for name, (act, _) in PICTURES.items():
+                    act(seat)
+                    seat.page.wait_for_load_state("networkidle")
+                    # What came last is drawn by the frame after the next.
+                    seat.page.evaluate(_DRAWN)
+                    seat.page.screenshot(path=folder / f"{name}.png")
+            finally:
+                served.kill()
+        text = "\n".join(
+            f"```{{figure}} ../generated/{name}.png\n:alt: {words}\n\n{words}.\n```\n"
+            for name, (_, words) in PICTURES.items()
+        )
+    (folder / "desk.md").write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
