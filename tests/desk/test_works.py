@@ -139,3 +139,15 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be made") as caught:
         Works(tmp_path / "file" / "desk")
     assert caught.value.argument == "folder"
+
+
+def test_works_in_which_something_was_done_are_told_the_last_first(tmp_path: Path) -> None:
+    works = Works(tmp_path)
+    first, empty, last = (works.create() for _ in range(3))
+    for age, work in ((100, first), (1, last)):
+        work.project.write_text("")
+        os.utime(work.folder, (time.time() - age,) * 2)
+    assert [work.key for work in works.kept()] == [last.key, first.key]
+    works.remove(last.key)
+    assert [work.key for work in works.kept()] == [first.key]
+    assert empty.folder.exists()

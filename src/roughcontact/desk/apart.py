@@ -99,7 +99,7 @@ class Bench:
     Parameters
     ----------
     spare : bool
-        Whether one waits.
+        Whether one waits, after the first job or `warm`.
 
     Notes
     -----
@@ -111,7 +111,6 @@ class Bench:
         self._keeps = spare
         self._spare: _Process | None = None
         self._jobs: set[Job] = set()
-        self.warm()
 
     def begin(
         self,

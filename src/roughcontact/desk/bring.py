@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,10 @@ from roughcontact.desk.column import Group, card, fold
 from roughcontact.desk.controls import Control, button
 from roughcontact.desk.dropping import Drop
 from roughcontact.desk.live import Prepared
+from roughcontact.desk.server import Visit
 from roughcontact.desk.session import Session
-from roughcontact.desk.state import Value
-from roughcontact.desk.works import KEPT
+from roughcontact.desk.state import Value, from_script
+from roughcontact.desk.works import KEPT, Work
 from roughcontact.errors import InputError, Mention, RoughcontactError
 from roughcontact.report import inputs
 from roughcontact.report.quantities import rows_of
@@ -39,6 +41,7 @@ DEMONSTRATIONS: dict[str, dict[str, Value]] = {
 UPLOADS = "upload"
 """Where the server takes files, as seen from the page."""
 
+_LISTED = 12
 _FILE = ("channel", "unit", "size", "override-size")
 _GENERATED = ("size", "points", "sq", "sal", "sdq", "hurst", "str", "lay", "ssk", "sku", "seed")
 _FIRST: dict[str, Value] = {"size": "0.2 mm", "points": "512", "sq": "0.2 um", "sal": "5 um"}
@@ -51,22 +54,27 @@ class Bring:
     ----------
     session : Session
         Whose map it is.
-    folder : Path
-        Where the server keeps what is dropped.
+    visit : Visit
+        Where the server keeps what is dropped, and what else is kept there.
     generate : callable
         ``generate(given, done)`` makes a map from options of ``generate`` and calls ``done(path)``.
     changed : callable
         Called after a change.
+    removed : callable
+        Called when the work is not wanted any more.
     """
 
     def __init__(
         self,
         session: Session,
-        folder: Path,
+        visit: Visit,
         generate: Callable[[dict[str, Value], Callable[[Path], None]], None],
         changed: Callable[[], None],
+        removed: Callable[[], None],
     ) -> None:
-        self._session, self._folder, self._changed = session, folder, changed
+        self._session, self._visit, self._changed = session, visit, changed
+        self._removed = removed
+        self._folder = visit.work.folder
         self._generate = generate
         self._about = pn.pane.HTML("", **style.WIDE)
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
@@ -87,6 +95,7 @@ class Bring:
             self._wrong,
             self._demonstration,
             self._of_file,
+            fold("Earlier work, or remove this", self._about_works),
             fold("Counter-body with a map of its own", self._about_other),
             fold("Generate a surface", self._about_generated),
             fold("A smooth body without a map", self._about_smooth),
@@ -96,6 +105,22 @@ class Bring:
         made = self._group.roots(*_FILE)
         self.tell_channels(self._channels)
         return made
+
+    def _about_works(self) -> list[Any]:
+        links = "".join(
+            f'<p><a href="?work={work.key}">{words.escaped(_title(work))}</a></p>'
+            for work in self._visit.earlier()[:_LISTED]
+        )
+        told = pn.pane.HTML(links or '<p class="quiet">No other work is kept.</p>', **style.SHEET)
+        asked = pn.widgets.TextInput(
+            name='To remove this work with all its files, type "remove"', **style.CONTROL
+        )
+        asked.param.watch(self._remove, "value")
+        return [told, asked]
+
+    def _remove(self, event: Any) -> None:
+        if event.new.strip().lower() == "remove":
+            self._removed()
 
     def _about_other(self) -> list[Any]:
         drop = _dropper("Drop the map of the counter-body", self._faced)
@@ -198,3 +223,13 @@ def _dropper(text: str, arrived: Callable[[dict[str, Any]], None]) -> Any:
     made = Drop(words=text, address=UPLOADS, **style.BLOCK)
     made.param.watch(lambda event: arrived(event.new), "arrived")
     return made
+
+
+def _title(work: Work) -> str:
+    """Return what a work is called: its map, and when it was last used."""
+    used = datetime.fromtimestamp(work.folder.stat().st_mtime).strftime("%Y-%m-%d %H:%M")
+    try:
+        state = from_script(work.project.read_text(encoding="utf-8"), work.folder)
+    except (InputError, OSError):
+        return f"cannot be read, {used}"
+    return f"{'no map' if state.file is None else state.name_of(state.file)}, {used}"

@@ -67,7 +67,7 @@ class Page:
     def __init__(self, visit: Visit) -> None:
         work, bench = visit.work, visit.bench
         self._document = pn.state.curdoc
-        self._work, self._bench = work, bench
+        self._visit, self._work, self._bench = visit, work, bench
         self._looked_up: Path | None = None
         self._lock = threading.Lock()
         self._news: list[Told | Shown] = []
@@ -80,7 +80,7 @@ class Page:
         self._box: Box | None = None
         self.maps.on_section(self._drawn)
         self.maps.on_box(self._boxed)
-        self._bring = bring.Bring(session, work.folder, self._generate, self._show)
+        self._bring = bring.Bring(session, visit, self._generate, self._show, self._remove)
         self._preparation = column.Preparation(session, self._show)
         self._bodies = column.Bodies(session)
         self._model = column.Model(session)
@@ -119,6 +119,11 @@ class Page:
         """End what the page holds."""
         self._views.close()
         self.session.close()
+
+    def _remove(self) -> None:
+        self.close()
+        self.root[:] = [pn.pane.HTML("<p>This work is removed.</p>", **style.SHEET)]
+        self._visit.forget()
 
     # What one does.
 

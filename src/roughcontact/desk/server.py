@@ -13,6 +13,7 @@ import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
@@ -43,6 +44,8 @@ _LARGEST_REQUEST = 2**20
 # Seconds until a page that is closed is gone, and between two looks.
 _LINGER, _LOOK = 20, 5
 _EXPIRY = 3600
+# Milliseconds after which a process is made for the first long work.
+_WARM = 2000
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 
@@ -107,6 +110,10 @@ class Visit:
         Where it may have work done in other processes.
     upload_limit : int
         Most bytes of a file that is brought.
+    forget : callable
+        Removes the work with all its files.
+    earlier : callable
+        Returns the other works of whoever sits at this machine; none where others are let in.
     """
 
     work: Work
@@ -114,6 +121,8 @@ class Visit:
     folder: Path
     bench: Bench
     upload_limit: int
+    forget: Callable[[], None]
+    earlier: Callable[[], list[Work]]
     _ends: ExitStack = field(default_factory=ExitStack)
 
     def offer(self, path: Path) -> str:
@@ -272,16 +281,24 @@ class Server:
         fresh = work.key == self.first.key and not work.project.exists()
         visit = Visit(
             work, self._settings.file if fresh else None, folder, self.bench,
-            self._settings.upload_limit, ends,
+            self._settings.upload_limit, partial(self._works.remove, work.key),
+            partial(self._others, work), ends,
         )  # fmt: skip
         self._visits[context.id] = visit
         document.on_session_destroyed(lambda context: self._leave(context.id))
+        # Not before: it would take its time from this page.
+        document.add_timeout_callback(self.bench.warm, _WARM)
         try:
             return self._page(visit)
         except RoughcontactError as error:
             # Such as a project file that somebody wrote into.
             self._leave(context.id)
             return pn.pane.Str(str(error))
+
+    def _others(self, work: Work) -> list[Work]:
+        if self._settings.is_open:
+            return []
+        return [other for other in self._works.kept() if other.key != work.key]
 
     def _leave(self, session: str) -> None:
         visit = self._visits.pop(session, None)

@@ -20,6 +20,9 @@ DAYS = 30
 """How long a piece of work lasts that nobody looks at."""
 
 _KEY_BYTES = 24
+PROJECT = "project.toml"
+"""The project file of a work."""
+
 KEPT = "map-"
 """How the names begin that files get which are brought."""
 
@@ -49,7 +52,7 @@ class Work:
     @property
     def project(self) -> Path:
         """Its project file, which is not there before something was done."""
-        return self.folder / "project.toml"
+        return self.folder / PROJECT
 
     @contextmanager
     def page(self) -> Iterator[Path]:
@@ -158,6 +161,15 @@ class Works:
         except OSError:
             return None
         return Work(key, folder)
+
+    def kept(self) -> list[Work]:
+        """Return the works in which something was done, the last used first."""
+        found = [
+            Work(folder.name, folder)
+            for folder in self.folder.iterdir()
+            if _KEY.fullmatch(folder.name) and (folder / PROJECT).is_file()
+        ]
+        return sorted(found, key=lambda work: work.folder.stat().st_mtime, reverse=True)
 
     def remove(self, key: str) -> None:
         """Remove a piece of work with all its files."""
