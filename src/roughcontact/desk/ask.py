@@ -32,7 +32,7 @@ class Ask:
         names = [question.name for question in QUESTIONS]
         self._forms: dict[str, _Form] = {}
         self._choice = pn.widgets.RadioBoxGroup(
-            name="Question", options=names, value=names[0], **style.CONTROL
+            label="Question", options=names, value=names[0], **style.CONTROL
         )
         self._form = pn.Column(self._form_of(names[0]).root, **style.BLOCK)
         self._working = Working(bench, run, "Start", self._started)

@@ -81,7 +81,7 @@ class Bring:
         self._drop = _dropper("Drop a height map here, or choose a file", self._dropped)
         self._nominal = Group(session)
         self._demonstration = pn.widgets.Select(
-            name="Or a demonstration map", options=["", *DEMONSTRATIONS], **style.CONTROL
+            label="Or a demonstration map", options=["", *DEMONSTRATIONS], **style.CONTROL
         )
         self._demonstration.param.watch(self._demonstrated, "value")
         self._group = Group(session)
@@ -113,7 +113,7 @@ class Bring:
         )
         told = pn.pane.HTML(links or '<p class="quiet">No other work is kept.</p>', **style.SHEET)
         asked = pn.widgets.TextInput(
-            name='To remove this work with all its files, type "remove"', **style.CONTROL
+            label='To remove this work with all its files, type "remove"', **style.CONTROL
         )
         asked.param.watch(self._remove, "value")
         return [told, asked]

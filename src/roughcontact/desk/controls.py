@@ -105,7 +105,7 @@ class Control:
 
 def _widget(option: Option, choices: Mapping[str, str] | None) -> Any:
     about: dict[str, Any] = {
-        "name": words.label(option.name),
+        "label": words.label(option.name),
         "description": option.help,
         **style.CONTROL,
     }
@@ -129,7 +129,7 @@ def _widget(option: Option, choices: Mapping[str, str] | None) -> Any:
 def button(text: str, done: Callable[[], None], primary: bool = False, **more: Any) -> Any:
     """Return a button that does something."""
     made = pn.widgets.Button(
-        name=text, button_type="primary" if primary else "default", **{**style.BUTTON, **more}
+        label=text, color="primary" if primary else "default", **{**style.BUTTON, **more}
     )
     made.on_click(lambda _: done())
     return made

@@ -45,7 +45,7 @@ class Detail:
         self._zoom = zoom
         self._call = draw
         self._ends = pn.widgets.TextInput(
-            name="Section from y, x to y, x (or drag its ends on a map)",
+            label="Section from y, x to y, x (or drag its ends on a map)",
             placeholder="50 um, 0 um, 50 um, 100 um",
             **{**style.CONTROL, "sizing_mode": None}, width=360,
         )  # fmt: skip

@@ -23,11 +23,11 @@ class Load:
         self._form = scale.NOMINAL
         self._silent = False
         self.form = pn.widgets.Select(
-            name="Load given as", options={form.name: form for form in scale.FORMS},
+            label="Load given as", options={form.name: form for form in scale.FORMS},
             value=self._form, **{**style.CONTROL, "sizing_mode": None}, width=150,
         )  # fmt: skip
         self.text = pn.widgets.TextInput(
-            name="Value with unit", **{**style.CONTROL, "sizing_mode": None}, width=120
+            label="Value with unit", **{**style.CONTROL, "sizing_mode": None}, width=120
         )
         self.slider = Slider(
             words="Drag the load (logarithmic); arrow keys move it, too", end=scale.STEPS,

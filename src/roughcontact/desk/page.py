@@ -243,7 +243,8 @@ class Page:
 
     def _wait_on(self, text: str) -> None:
         """Show what is under way, where one waits long enough to read it."""
-        if time.monotonic() - self._begun > _SHORT:
+        # What failed is said before the map alone is made.
+        if self.session.failure is None and time.monotonic() - self._begun > _SHORT:
             self._bar.visible = True
             self._trust.object = _quiet(f"{text} …")
 

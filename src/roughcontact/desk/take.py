@@ -37,7 +37,7 @@ class Take:
             _FIGURES,
             *(f"result ({suffix})" for suffix in export.suffixes(Kind.CONTACT)),
         ]
-        self._kind = pn.widgets.Select(name="File", options=names, **style.CONTROL)
+        self._kind = pn.widgets.Select(label="File", options=names, **style.CONTROL)
         self._working = Working(bench, run, "Make the file", self._started)
         self._links = pn.pane.HTML("", **style.WIDE)
         self._words = pn.pane.HTML("", **style.WIDE)

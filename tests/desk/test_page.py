@@ -1,0 +1,147 @@
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+
+pytest.importorskip("panel", reason="needs roughcontact[desk]")
+
+from roughcontact.desk.apart import Bench
+from roughcontact.desk.page import Page
+from roughcontact.desk.server import Visit
+from roughcontact.desk.works import Work, Works
+
+PATIENCE = 60.0
+GIVEN = {"material": "100Cr6", "boundary": "periodic", "load": "10 mN"}
+
+
+class Loop:
+    """What a page has its changes made by: here, when a test says so."""
+
+    def __init__(self) -> None:
+        self.waiting: list[Callable[[], None]] = []
+
+    def add_next_tick_callback(self, done: Callable[[], None]) -> None:
+        self.waiting.append(done)
+
+
+def settle(page: Page) -> None:
+    """Let a page solve what it was asked for, and show it."""
+    assert page.session.wait(PATIENCE)
+    waiting = page._document.waiting
+    while waiting:
+        waiting.pop(0)()
+
+
+@pytest.fixture
+def work(tmp_path: Path) -> Work:
+    return Works(tmp_path / "works").create()
+
+
+@pytest.fixture
+def page(work: Work, tmp_path: Path) -> Iterator[Page]:
+    bench = Bench(spare=False)
+    visit = Visit(work, None, tmp_path, bench, 2**20, lambda: None, lambda: [])
+    made = Page(visit)
+    made._document = Loop()
+    yield made
+    made.close()
+    bench.close()
+
+
+def map_file(folder: Path, holes: int = 0) -> Path:
+    heights = 1e-7 * np.random.default_rng(1).standard_normal((24, 32))
+    heights.flat[:holes] = np.nan
+    path = folder / "map.npz"
+    rc.Surface(heights, (1e-6, 1e-6)).save(path)
+    return path
+
+
+def text_of(pane: Any) -> str:
+    return str(pane.object)
+
+
+def test_a_page_asks_for_what_it_lacks_and_then_tells_the_contact(
+    page: Page, tmp_path: Path
+) -> None:
+    assert "a map" in text_of(page._trust)
+    page._do(lambda: page.session.bring(map_file(tmp_path), "<b>mine</b>.npz"))
+    settle(page)
+    assert "whether the map is the whole contact" in text_of(page._trust)
+    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    settle(page)
+    assert "converged" in text_of(page._trust)
+    assert "10 mN" in text_of(page._numbers)
+    assert "&lt;b&gt;mine" in text_of(page._bring._about)
+    assert "<b>mine" not in text_of(page._bring._about)
+
+
+def test_what_cannot_be_pressed_is_seen_and_said(page: Page, tmp_path: Path) -> None:
+    page._do(lambda: page.session.bring(map_file(tmp_path, holes=3)))
+    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    settle(page)
+    assert "3 missing points" in text_of(page._trust)
+    assert page.maps.heights.data["x"]
+
+
+def test_every_part_of_the_page_is_made_and_shows_the_contact(page: Page, tmp_path: Path) -> None:
+    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    settle(page)
+    strip = page._views._tabs._strip
+    for number in range(len(strip.names)):
+        strip.active = number
+    page._do(page.session.pin)
+    page._do(lambda: page.session.give("load", "20 mN"))
+    settle(page)
+    made = page._views._made
+    assert "10 mN" in text_of(made[2].root), "what is out of sight costs nothing"
+    strip.active = 2
+    assert "20 mN" in text_of(made[2].root)
+    strip.active = 4
+    assert "10 mN" in text_of(made[4]._differences)
+    strip.active = 5
+    assert "roughcontact solve" in text_of(made[5]._words)
+    for number in range(3):
+        page._detail._tabs._strip.active = number
+
+
+def test_the_slider_gives_the_load_it_tells(page: Page, tmp_path: Path) -> None:
+    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.give_all({**GIVEN, "load": "1 MPa"}))
+    settle(page)
+    page._load.slider.value += 25
+    given = page.session.state.given["load"]
+    assert given != "1 MPa"
+    assert page._load.text.value == given
+    settle(page)
+    assert page.session.outcome is not None
+    assert page.session.outcome.request.given["load"] == given
+
+
+def test_the_load_keeps_its_value_in_another_form(page: Page, tmp_path: Path) -> None:
+    from roughcontact.desk import scale
+
+    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    settle(page)
+    page._load.form.value = scale.NOMINAL
+    assert page.session.state.given["load"] == "13 MPa"
+    page._load.text.value = "13 furlongs"
+    assert page._load._wrong.visible
+    assert page.session.state.given["load"] == "13 MPa"
+
+
+def test_a_work_that_is_removed_says_so(work: Work, tmp_path: Path) -> None:
+    gone: list[bool] = []
+    bench = Bench(spare=False)
+    made = Page(Visit(work, None, tmp_path, bench, 1, lambda: gone.append(True), lambda: []))
+    made._bring._about_works()[1].value = "remove"
+    assert gone == [True]
+    assert "removed" in text_of(made.root[0])
+    bench.close()
