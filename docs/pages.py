@@ -26,7 +26,7 @@ WIDTH, HEIGHT = 1280, 1160
 def pressed(seat: Any) -> None:
     """Show a contact with its section."""
     seat.choose("Or a demonstration map", "Ground steel")
-    seat.page.locator("p > b").get_by_text("Ground steel", exact=True).wait_for()
+    seat.page.locator("p > b").get_by_text("Ground steel.npz", exact=True).wait_for()
     seat.choose("Material", "100Cr6")
     seat.choose("What the map is", "a sample of")
     seat.type("Value with unit", "100 MPa")

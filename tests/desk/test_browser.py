@@ -93,7 +93,7 @@ def press(seat: Seat, load: str = "10 MPa") -> None:
 def demonstrate(seat: Seat) -> None:
     """Take a demonstration map and press it."""
     seat.choose("Or a demonstration map", "Polished")
-    seat.page.locator("p > b").get_by_text("Polished, isotropic", exact=True).wait_for()
+    seat.page.locator("p > b").get_by_text("Polished, isotropic.npz", exact=True).wait_for()
     press(seat)
 
 
@@ -257,7 +257,7 @@ def test_the_keyboard_alone_does_the_main_job(seat: Seat, tmp_path: Path) -> Non
 
     reach(page.get_by_label("Or a demonstration map"))
     page.keyboard.type("Polished")
-    page.locator("p > b").get_by_text("Polished, isotropic", exact=True).wait_for()
+    page.locator("p > b").get_by_text("Polished, isotropic.npz", exact=True).wait_for()
     reach(page.get_by_label("Material", exact=True))
     page.keyboard.type("100Cr6")
     reach(page.get_by_label("What the map is", exact=True))

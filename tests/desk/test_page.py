@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -145,3 +146,22 @@ def test_a_work_that_is_removed_says_so(work: Work, tmp_path: Path) -> None:
     assert gone == [True]
     assert "removed" in text_of(made.root[0])
     bench.close()
+
+
+def test_a_demonstration_map_is_made_and_can_be_taken_away(page: Page, tmp_path: Path) -> None:
+    made = threading.Event()
+    page._document.add_next_tick_callback = lambda done: (done(), made.set())
+    page._bring._demonstration.value = "Polished, isotropic"
+    assert made.wait(PATIENCE)
+    page._document = Loop()
+    assert page.session.wait(PATIENCE)
+    page._views._tabs._strip.active = 5
+    take = page._views._made[5]
+    assert "Polished, isotropic.npz" in text_of(take._words)
+    take._kind.value = "the map itself"
+    take._started()
+    assert "Polished, isotropic.npz" in text_of(take._links)
+    offered = next(tmp_path.glob("map-*.npz"))
+    kept = page.session.state.file
+    assert kept is not None
+    assert offered.read_bytes() == kept.read_bytes()

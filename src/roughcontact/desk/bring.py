@@ -42,7 +42,7 @@ UPLOADS = "upload"
 """Where the server takes files, as seen from the page."""
 
 _LISTED = 12
-_FILE = ("channel", "unit", "size", "override-size")
+_FILE = ("channel", "unit", "size", "override-size", "format")
 _GENERATED = ("size", "points", "sq", "sal", "sdq", "hurst", "str", "lay", "ssk", "sku", "seed")
 _FIRST: dict[str, Value] = {"size": "0.2 mm", "points": "512", "sq": "0.2 um", "sal": "5 um"}
 
@@ -197,10 +197,12 @@ class Bring:
 
     def _demonstrated(self, event: Any) -> None:
         if event.new:
-            self._do(lambda: self._generate(DEMONSTRATIONS[event.new], self._taken(event.new)))
+            self._do(
+                lambda: self._generate(DEMONSTRATIONS[event.new], self._taken(f"{event.new}.npz"))
+            )
 
     def _make(self) -> None:
-        self._do(lambda: self._generate(dict(self._wanted), self._taken("generated surface")))
+        self._generate(dict(self._wanted), self._taken("generated.npz"))
 
     def _taken(self, name: str) -> Callable[[Path], None]:
         return lambda path: self._do(lambda: self._session.bring(path, name))
@@ -209,13 +211,16 @@ class Bring:
         try:
             action()
         except RoughcontactError as error:
-            self._wrong.object = (
-                f'<span role="alert" class="wrong">{words.escaped(words.told(error))}</span>'
-            )
-            self._wrong.visible = True
+            self.refuse(error)
         else:
             self._wrong.visible = False
         self._changed()
+
+    def refuse(self, error: RoughcontactError) -> None:
+        """Say why no map came."""
+        told = words.escaped(words.told(error))
+        self._wrong.object = f'<span role="alert" class="wrong">{told}</span>'
+        self._wrong.visible = True
 
 
 def _dropper(text: str, arrived: Callable[[dict[str, Any]], None]) -> Any:

@@ -157,7 +157,7 @@ class Preparation:
             self._session.undo_step(method)
             self._changed()
 
-        undoing = button("✕", undo, width=28, height=24, description=f"Undo: {sentence}")
+        undoing = button("Take out", undo, description=f"Take out: {sentence}")
         return pn.Row(text, undoing, **style.BLOCK)
 
 

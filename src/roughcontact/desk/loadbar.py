@@ -24,7 +24,8 @@ class Load:
         self._silent = False
         self.form = pn.widgets.Select(
             label="Load given as", options={form.name: form for form in scale.FORMS},
-            value=self._form, **{**style.CONTROL, "sizing_mode": None}, width=150,
+            value=self._form,
+            **{**style.CONTROL, "sizing_mode": None, "margin": (0, 8, 4, 0)}, width=150,
         )  # fmt: skip
         self.text = pn.widgets.TextInput(
             label="Value with unit", **{**style.CONTROL, "sizing_mode": None}, width=120

@@ -177,9 +177,18 @@ class Page:
         self._bench.begin(apart.channels, path, ended=ended, limits=apart.READING)
 
     def _generate(self, given: dict[str, Value], done: Callable[[Path], None]) -> None:
+        """Make a map, beside the page's own thread: that of others would wait."""
         path = self._work.folder / f"generated-{secrets.token_hex(4)}.npz"
-        making.made({**given, "output": [str(path)]}, lambda _: None)
-        done(path)
+
+        def work() -> None:
+            try:
+                making.made({**given, "output": [str(path)]}, lambda _: None)
+            except RoughcontactError as error:
+                self._run(partial(self._bring.refuse, error))
+            else:
+                self._run(lambda: done(path))
+
+        threading.Thread(target=work, daemon=True).start()
 
     # What is heard from the thread that solves.
 

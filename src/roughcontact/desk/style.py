@@ -17,7 +17,7 @@ TEXT = f"""
 .bk-input {{ border-radius: 5px; border-color: {LINE}; }}
 .bk-input:focus {{ border-color: {ACCENT}; outline: 2px solid {ACCENT}33; }}
 .wrong, :host(.wrong) {{ color: {WARNING}; font-size: 12px; }}
-h1 {{ font-size: 16px; margin: 0; font-weight: 600; }}
+h1 {{ font-size: 16px; margin: 6px 14px 0 0; font-weight: 600; }}
 h2 {{ font-size: 12px; margin: 0 0 4px; font-weight: 600; color: {QUIET};
   text-transform: uppercase; letter-spacing: .05em; }}
 p {{ margin: 0 0 6px; }}

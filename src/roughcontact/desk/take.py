@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,13 +12,14 @@ from roughcontact.desk import apart, style, words
 from roughcontact.desk.answers import draw
 from roughcontact.desk.session import Session
 from roughcontact.desk.working import Run, Working
+from roughcontact.desk.works import suffix_of
 from roughcontact.errors import RoughcontactError
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.report import script
 from roughcontact.request.run import Outcome
 
-_REPORT, _FIGURES = "report (.html)", "figures (.zip)"
+_REPORT, _FIGURES, _MAP = "report (.html)", "figures (.zip)", "the map itself"
 _STEM = "contact"
 
 Offer = Callable[[Path], str]
@@ -69,6 +71,9 @@ class Take:
 
     def _started(self) -> None:
         kind = self._kind.value
+        if kind == _MAP:
+            self._give_map()
+            return
         suffix = kind[kind.index("(") + 1 : -1]
         # A file that is offered stays as it is, whatever is made after it.
         path = self._folder / f"{_STEM}-{len(self._made) + 1}{suffix}"
@@ -90,6 +95,20 @@ class Take:
             self._working.refuse(words.spelled(outcome.shortfall))
         for path in outcome.written:
             self._made[path.name] = self._offer(path)
+        self._list()
+
+    def _give_map(self) -> None:
+        """Offer the file of the map as it was brought, or made."""
+        state = self._session.state
+        if state.file is None:
+            self._working.refuse("There is no map, but a smooth body.")
+            return
+        path = self._folder / f"map-{len(self._made) + 1}{suffix_of(state.file.name) or '.map'}"
+        shutil.copyfile(state.file, path)
+        self._made[state.name_of(state.file)] = self._offer(path)
+        self._list()
+
+    def _list(self) -> None:
         items = "".join(
             f'<p><a href="{words.escaped(address)}" download>{words.escaped(name)}</a></p>'
             for name, address in self._made.items()
