@@ -53,7 +53,9 @@ def greenwood(result: ContactResult) -> float:
     # What a spot does to itself stands in the first term; its copies are in the kernel.
     alone = _self_displacement(pair.pixel, pair.contact_modulus)
     others = operator(pressure).ravel()[middle] - alone * near
-    inverse = 1 / (4 * radii.sum()) + pair.contact_modulus / 2 * (radii @ others) / radii.sum() ** 2
+    total = radii.sum()
+    shared = (radii * others).sum() / total**2
+    inverse = 1 / (4 * total) + pair.contact_modulus / 2 * shared
     return float(1 / inverse) if inverse > 0 else math.nan
 
 
