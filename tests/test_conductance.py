@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.cli import app
 from roughcontact.theory import constriction
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
@@ -119,3 +120,73 @@ def test_correlations_are_those_of_their_authors() -> None:
     assert constriction.elastic_joint(1e6, 1e11, 0.1, 1e-6) == pytest.approx(
         2 * 1.55 * 1e5 * (math.sqrt(2) * 1e-4) ** 0.94
     )
+
+
+def command(path: Path, *more: str) -> list[str]:
+    np.save(path, ROUGH.heights * 1e6)
+    return [
+        "conductance", str(path), "--unit", "um", "--size", "0.1 mm x 0.1 mm", "--level", "none",
+        "--material", "42CrMo4", "--boundary", "periodic", *more,
+    ]  # fmt: skip
+
+
+def test_the_command_tells_in_a_table_and_in_json(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = command(
+        tmp_path / "map.npy", "--load", "1 N, 0.3 N", "--counter-resistivity", "17 nohm m",
+        "--counter-conductivity", "400 W/m/K", "--film", "1e-13 ohm m^2",
+        "--output", str(tmp_path / "joint.csv"), "--figure", str(tmp_path / "joint.png"),
+        "--report", str(tmp_path / "joint.html"),
+    )  # fmt: skip
+    assert app.main(words) == app.SOLVED
+    shown = capsys.readouterr().out
+    assert "42CrMo4, ρ 220 nΩ m, k 42.6 W/(m K)" in shown
+    assert "what the joint adds to the bodies of one period" in " ".join(shown.split())
+    assert (tmp_path / "joint.png").stat().st_size > 1000
+    assert "What the contact conducts" in (tmp_path / "joint.html").read_text("utf-8")
+    assert len((tmp_path / "joint.csv").read_text("utf-8").splitlines()) == 3
+    assert app.main([*words[:-2], "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    steel = rc.catalogue.material("42CrMo4")
+    contacts = [rc.solve(ROUGH, material=steel, load=w, boundary="periodic") for w in (0.3, 1.0)]
+    found = rc.conductance(contacts, "42CrMo4", COPPER, film=1e-13)
+    assert told["load"] == [0.3, 1.0]
+    assert told["electrical_resistance"] == pytest.approx(found.electrical_resistance, rel=1e-3)
+    assert told["thermal_resistance"] == pytest.approx(found.thermal_resistance, rel=1e-3)
+
+
+def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    load = ("--load", "1 N")
+    for more, said in (
+        (load, "--counter-conductivity is needed, such as --counter-conductivity '46 W/m/K'"),
+        ((), "--load is needed"),
+        (("--load", "1 N, 2"), "--load needs a load"),
+        (
+            (*load, "--counter-conductivity", "3 W/m/K", "--film", "1e-12 ohm m^2"),
+            "--film needs --resistivity and --counter-resistivity",
+        ),
+        ((*load, "--counter-conductivity", "3 W"), "--counter-conductivity needs a conductivity"),
+        (
+            ("--load", "0.1 N, 1 MN", "--counter-material", "6061-T6"),
+            "= 1e+06 N is more than the surface can carry",
+        ),
+    ):
+        assert app.main(command(tmp_path / "map.npy", *more)) == app.BAD_INPUT
+        assert said in capsys.readouterr().err
+
+
+def test_a_project_may_ask_for_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    np.save(tmp_path / "map.npy", ROUGH.heights[:32, :32] * 1e6)
+    project = tmp_path / "project.toml"
+    project.write_text(
+        'folder = "out"\nwrite = ["csv", "png"]\n[[contact]]\nname = "joint"\nfile = "map.npy"\n'
+        'task = "conductance"\nunit = "um"\nsize = "50 um x 50 um"\nmaterial = "42CrMo4"\n'
+        'counter-material = "6061-T6"\nload = "0.1 N, 0.3 N"\n',
+        encoding="utf-8",
+    )
+    assert app.main(["run", str(project), "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)["contacts"][0]["told"]
+    assert told["last"]["load"] == 0.3
+    assert len(told["thermal_resistance"]) == 2
+    assert len((tmp_path / "out" / "joint.csv").read_text("utf-8").splitlines()) == 3

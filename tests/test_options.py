@@ -41,6 +41,11 @@ NEEDED = {
     "sweep": {"from": "0.5 N", "to": "1 N", "steps": "2", "spacing": "linear"},
     "history": {"path": "1 N, 0 N", "passes": "2"},
     "find": {"contact": "20 %, 30 %", "mean-gap": "300 nm"},
+    "conductance": {
+        "load": "0.5 N, 1 N",
+        "resistivity": "200 nohm m",
+        "counter-resistivity": "40 nohm m",
+    },
     "compare": {"load": "10 MPa", "first-load": "100 MPa"},
 }
 

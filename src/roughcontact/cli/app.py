@@ -9,7 +9,7 @@ import logging
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -20,6 +20,7 @@ from roughcontact.errors import ConvergenceError, Mention, RoughcontactError, Se
 from roughcontact.files import to_json
 from roughcontact.request.options import (
     COMPARE,
+    CONDUCTANCE,
     DEMO,
     DESK,
     FIND,
@@ -39,9 +40,6 @@ from roughcontact.request.options import (
     spell_option,
 )
 from roughcontact.request.outputs import UnfinishedError
-
-if TYPE_CHECKING:
-    from roughcontact.request.run import Outcome
 
 SOLVED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 # As a shell reports a program that a signal ended: 128 + SIGINT, 128 + SIGPIPE.
@@ -282,6 +280,7 @@ _MAPS = _argument(list[Path] | None, "FILE...", "Measured height maps, of one su
 
 def _carry_out(task: str, subject: Subject, given: Given) -> None:
     """Carry out a task, and show what it gave."""
+    from roughcontact.cli import console
     from roughcontact.report import underway
     from roughcontact.request.request import from_text
     from roughcontact.request.run import run
@@ -297,7 +296,7 @@ def _carry_out(task: str, subject: Subject, given: Given) -> None:
         about = {} if request["folder"] is None else {"reused": outcome.reused}
         print(to_json({**outcome.record(), **about}))
     elif not quiet:
-        _show(outcome)
+        console.show(outcome)
         if outcome.reused:
             loads = units.counted(outcome.reused, "load")
             print(f"taken from {request['folder']}, solved by an earlier run: {loads}")
@@ -312,27 +311,6 @@ def _carry_out(task: str, subject: Subject, given: Given) -> None:
             + (f"; the loads before it are kept in {folder}" if folder else "")
         )
         raise typer.Exit(NOT_CONVERGED)
-
-
-def _show(outcome: Outcome) -> None:
-    from roughcontact.cli import console
-
-    if outcome.curve is not None:
-        console.show_curve(outcome.curve, outcome.written)
-    elif outcome.history is not None:
-        console.show_history(outcome.history, outcome.written)
-    elif outcome.loads is not None:
-        console.show_loads(outcome.loads, outcome.written)
-    elif outcome.comparison is not None:
-        console.show_comparison(outcome.comparison, outcome.written)
-    elif outcome.volume is not None:
-        console.show_volume(outcome.volume, outcome.written)
-    else:
-        if outcome.stress is None:
-            console.show_solution(outcome)
-            return
-        console.show_solution(dataclasses.replace(outcome, written=()))
-        console.show_stress(outcome.stress, outcome.first_yield, outcome.written)
 
 
 _command(
@@ -402,6 +380,18 @@ roughcontact find ground.opd --contact "5 %" --saturated "1 %" --first-yield \\
     --material 100Cr6 --holes fill --output loads.csv
 """,
 )(functools.partial(_carry_out, FIND))
+
+_command(
+    CONDUCTANCE,
+    _MAP,
+    help="""Solve the contact under one load or several: electrical and thermal resistance.
+
+\b
+Example:
+roughcontact conductance ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
+    --counter-material 6061-T6 --holes fill --boundary periodic
+""",
+)(functools.partial(_carry_out, CONDUCTANCE))
 
 _command(
     COMPARE,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from roughcontact.cli import terminal
-from roughcontact.request.options import COMPARE, FIND, HISTORY, SOLVE, STRESS, SWEEP
+from roughcontact.request.options import COMPARE, CONDUCTANCE, FIND, HISTORY, SOLVE, STRESS, SWEEP
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from roughcontact.contact.study import ResolutionStudy
     from roughcontact.fleet.plan import Report
     from roughcontact.formats.source import Channel
+    from roughcontact.joint.conductance import Conductance
     from roughcontact.material.catalogue import Entry
     from roughcontact.material.material import Material
     from roughcontact.report.inputs import Measured
@@ -45,6 +47,27 @@ _WIDEST = 100
 
 
 # What is shown
+
+
+def show(outcome: Outcome) -> None:
+    """Print what a request gave."""
+    if outcome.curve is not None:
+        show_curve(outcome.curve, outcome.written)
+    elif outcome.history is not None:
+        show_history(outcome.history, outcome.written)
+    elif outcome.loads is not None:
+        show_loads(outcome.loads, outcome.written)
+    elif outcome.conductance is not None:
+        show_conductance(outcome.conductance, outcome.written)
+    elif outcome.comparison is not None:
+        show_comparison(outcome.comparison, outcome.written)
+    elif outcome.volume is not None:
+        show_volume(outcome.volume, outcome.written)
+    elif outcome.stress is None:
+        show_solution(outcome)
+    else:
+        show_solution(replace(outcome, written=()))
+        show_stress(outcome.stress, outcome.first_yield, outcome.written)
 
 
 def show_solution(outcome: Outcome) -> None:
@@ -75,6 +98,17 @@ def show_loads(loads: FoundLoads, written: Sequence[Path]) -> None:
     """Print the loads that were asked for, one row each."""
     _print_steps(loads)
     _print_cautions(loads.cautions, FIND)
+    _print_written(written)
+
+
+def show_conductance(found: Conductance, written: Sequence[Path]) -> None:
+    """Print the resistances, one row a load, and what they mean."""
+    from roughcontact.report import conducted
+
+    _print_steps(found)
+    for sentence in conducted.sentences(found):
+        _print(Text(sentence))
+    _print_cautions(found.cautions, CONDUCTANCE)
     _print_written(written)
 
 
@@ -363,7 +397,7 @@ def _print_lines(text: str) -> None:
 
 
 def _print_steps(
-    result: LoadCurve | LoadHistory | FoundLoads | ResolutionStudy | SamplingStudy,
+    result: LoadCurve | LoadHistory | FoundLoads | Conductance | ResolutionStudy | SamplingStudy,
 ) -> None:
     """Print one row a step, and what is told of all steps together."""
     from roughcontact.report import results

@@ -12,6 +12,7 @@ import typer.core
 from roughcontact.request import parsing
 from roughcontact.request.options import (
     COMPARE,
+    CONDUCTANCE,
     FIND,
     HISTORY,
     SOLVE,
@@ -29,6 +30,8 @@ FIRST = {
     HISTORY: ("path", "passes", *_BODY, "holes", "residual", "output", "report"),
     FIND: ("contact", "saturated", "mean-gap", "approach", "first-yield", "material", "ceiling",
            "holes", "output", "report"),
+    CONDUCTANCE: ("load", "material", "counter-material", "conductivity", "counter-conductivity",
+                  "film", "boundary", "holes", "output", "report"),
     COMPARE: ("load", "group", "quarters", "sampling", "first-load", "material", "holes", "pixel",
               "output", "report"),
 }  # fmt: skip

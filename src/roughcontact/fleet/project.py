@@ -58,11 +58,12 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
         The file. ``folder`` and ``write`` (a list of suffixes) say what is written where;
         ``[materials.NAME]`` holds constants; ``[defaults]`` and each ``[[contact]]`` hold the
         options of its ``task`` (``"solve"``, the default, ``"sweep"``, ``"stress"``,
-        ``"history"``, ``"find"`` or ``"compare"``) under the names that the command of that name
-        gives them, and a contact its ``name`` and ``file``; one of task ``"compare"`` has
-        ``files``, a list, or ``groups``, a table of lists by name. Defaults that do not fit task
-        and model of a contact are left out there. A list of loads makes one contact of each, a
-        ``folder`` for steps gets a folder for each. Paths are relative to the file.
+        ``"history"``, ``"find"``, ``"conductance"`` or ``"compare"``) under the names that the
+        command of that name gives them, and a contact its ``name`` and ``file``; one of task
+        ``"compare"`` has ``files``, a list, or ``groups``, a table of lists by name. Defaults that
+        do not fit task and model of a contact are left out there. A list of loads makes one
+        contact of each, a ``folder`` for steps gets a folder for each. Paths are relative to the
+        file.
 
     Returns
     -------

@@ -122,12 +122,12 @@ class Conductance(Shown):
     @property
     def electrical_resistance(self) -> Array:
         """Resistance of the contact [Ω], shape (n,): constriction and film one after the other."""
-        return self._resistance(self.electrical_resistivity, self.film)
+        return self.resistance("electrical")
 
     @property
     def thermal_resistance(self) -> Array:
         """Thermal resistance of the contact [K/W], shape (n,)."""
-        return self._resistance(self.thermal_resistivity, self.thermal_film)
+        return self.resistance("thermal")
 
     @property
     def electrical_conductance(self) -> Array:
@@ -139,9 +139,21 @@ class Conductance(Shown):
         """Conductance of the contact per nominal area h [W/(m² K)], shape (n,)."""
         return self._per_area(self.thermal_resistance)
 
-    def _resistance(self, resistivity: float, film: float) -> Array:
+    def resistance(self, kind: str, by: str = "length") -> Array:
+        """Return the resistance of the contact, shape (n,).
+
+        Parameters
+        ----------
+        kind : {"electrical", "thermal"}
+            Which, [Ω] or [K/W]; NaN where the bodies' constants are not known.
+        by : {"length", "greenwood_length", "correlation_length"}
+            Constriction length to take: computed, or an estimate; see `ConductanceStep`.
+        """
+        thermal = kind == "thermal"
+        resistivity = self.thermal_resistivity if thermal else self.electrical_resistivity
+        film = self.thermal_film if thermal else self.film
         with np.errstate(divide="ignore"):
-            resistance: Array = resistivity / self.column("length")
+            resistance: Array = resistivity / self.column(by)
             if film:
                 resistance = resistance + film / self.column("contact_area")
         return resistance

@@ -1,5 +1,6 @@
 """Figures of surfaces and results."""
 
+from roughcontact.plots.conduction import conductance
 from roughcontact.plots.curves import hysteresis, load_curve
 from roughcontact.plots.maps import (
     close_up,
@@ -19,6 +20,7 @@ __all__ = [
     "bearing_curve",
     "close_up",
     "comparison",
+    "conductance",
     "contact",
     "gap",
     "hysteresis",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from roughcontact.contact.found import FoundLoads
 from roughcontact.contact.stress import StressResult
-from roughcontact.report import figures, results
+from roughcontact.joint.conductance import Conductance
+from roughcontact.report import conducted, figures, results
 from roughcontact.report.page import Addition, sentence
 from roughcontact.units import engineering
 
@@ -35,3 +36,16 @@ def of_loads(loads: FoundLoads) -> Addition:
         f"The report is on the largest of these loads, {engineering(loads.largest.load, 'N')}.",
     )
     return Addition("Loads that were asked for", text, (head, *rows))
+
+
+def of_conductance(found: Conductance) -> Addition:
+    """Return the chapter on what the contact conducts; the report is on the largest load."""
+    head, rows = results.listing(found)
+    told = (results.row(found, key) for key in ("body", "counter_body"))
+    text = (
+        *(sentence(f"{row.name}: {row.text}") for row in told),
+        *conducted.sentences(found),
+        f"The report is on the largest of the loads, {engineering(found.largest.load, 'N')}.",
+    )
+    drawn = figures.drawn(figures.CONDUCTANCE, found)
+    return Addition("What the contact conducts", text, (head, *rows), drawn)

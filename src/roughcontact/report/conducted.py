@@ -75,8 +75,14 @@ CONDUCTANCE: Table = (
     Quantity("nominal_area", unit="m²"),
     Quantity("body", "body", of=_body(0), text=lambda r: _words(r.bodies[0])),
     Quantity("counter_body", "counter-body", of=_body(1), text=lambda r: _words(r.bodies[1])),
-    Quantity("film", "film", unit="Ω m²", when=_electrical),
-    Quantity("thermal_film", "thermal film", unit="m² K/W", when=_thermal),
+    Quantity(
+        "film", "film", unit="Ω m²", form=lambda v: f"{v:.4g} Ω m²" if v else "none",
+        when=_electrical,
+    ),
+    Quantity(
+        "thermal_film", "thermal film", unit="m² K/W",
+        form=lambda v: f"{v:.4g} m² K/W" if v else "none", when=_thermal,
+    ),
     *(quantity_of(tables.CONTACT, key) for key in ("warnings", "cautions")),
 )  # fmt: skip
 """Of a `Conductance`."""
@@ -84,15 +90,17 @@ CONDUCTANCE: Table = (
 CONDUCTANCE_COLUMNS: Columns = (
     Column("load", "load", unit="N"),
     Column("contact_area", "contact", unit="m²", shown=_share("contact_area")),
-    Column("saturated_area", "saturated", unit="m²", shown=_share("saturated_area")),
-    Column("spots", "spots"),
-    Column("length", "constriction length", unit="m"),
+    Column(
+        "saturated_area", "saturated", unit="m²", shown=_share("saturated_area"), brief=False,
+    ),
+    Column("spots", "spots", brief=False),
+    Column("length", "length", unit="m"),
     Column(
         "electrical_resistance", "resistance", unit="Ω", when=_electrical,
         of=lambda r: r.electrical_resistance.tolist(),
     ),
     Column(
-        "thermal_resistance", "thermal resistance", unit="K/W", when=_thermal,
+        "thermal_resistance", "thermal", unit="K/W", when=_thermal,
         of=lambda r: r.thermal_resistance.tolist(),
     ),
     Column(
@@ -100,7 +108,7 @@ CONDUCTANCE_COLUMNS: Columns = (
         of=lambda r: r.electrical_conductance.tolist(),
     ),
     Column(
-        "thermal_conductance", "h per nominal area", unit="W/(m² K)", when=_thermal,
+        "thermal_conductance", "per area", unit="W/(m² K)", when=_thermal,
         of=lambda r: r.thermal_conductance.tolist(),
     ),
     Column(
@@ -111,3 +119,34 @@ CONDUCTANCE_COLUMNS: Columns = (
     ),
 )  # fmt: skip
 """Of the loads of a `Conductance`."""
+
+_MEANING = {
+    (): "The resistance is that between points far away in both bodies: the spreading from all of "
+    "the map is in it, and a larger map has less, though not in proportion to its area.",
+    (0, 1): "The resistance is what the joint adds to the bodies of one period, and goes with one "
+    "over the area.",
+}
+_STRIP = (
+    "The resistance is that of one period up to a distance of the longer side of the map: the "
+    "potential of an endless strip has no bound."
+)
+
+
+def sentences(found: Conductance) -> tuple[str, ...]:
+    """Return what a reader of the resistances has to know."""
+    meaning = _MEANING.get(found.largest.boundary.periodic_axes, _STRIP)
+    film = found.film or found.thermal_film
+    return (
+        "The constriction length over the sum of the resistivities of the two bodies, or of their "
+        "1/k, is the conductance.",
+        meaning,
+        "All of the contact conducts, what has flowed included; the gap conducts nothing.",
+        *(
+            ("The film is added over the contact area; as it evens the flow out, the true "
+             "resistance is a little larger, on a disc by less than 8 % of the constriction.",)
+            if film else ()
+        ),
+        "The last two columns are estimates of the constriction length over that computed: "
+        "Greenwood's formula from radii and places of the spots (1966), and the correlation for "
+        "large flat rough joints, which depends on the slope and so on the pixel.",
+    )  # fmt: skip

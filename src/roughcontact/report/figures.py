@@ -17,7 +17,8 @@ from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.pair import BODIES
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.stress import StressResult
-from roughcontact.plots import curves, maps, profiles, stress, volume
+from roughcontact.joint.conductance import Conductance
+from roughcontact.plots import conduction, curves, maps, profiles, stress, volume
 from roughcontact.report import traces
 from roughcontact.report.scenes import (
     ACCURACY as ACCURACY,
@@ -452,6 +453,18 @@ CURVE: Illustrations = (
 )
 """Of a `LoadCurve`."""
 
+CONDUCTANCE: Illustrations = (
+    Illustration(
+        "conductance",
+        conduction.conductance,
+        "Resistance of the contact over the load, beside two estimates.",
+        "Resistance over load. Greenwood's formula takes each spot for a circle; the correlation "
+        "(Cooper, Mikic and Yovanovich under a ceiling, Mikic without) knows roughness, slope and "
+        "nominal pressure alone, of a surface that is flat and large.",
+    ),
+)
+"""Of a `Conductance`."""
+
 
 def names(table: Illustrations) -> tuple[str, ...]:
     """Return the names of the figures that are written to files."""
@@ -476,6 +489,8 @@ def _scene(result: Any) -> tuple[Illustrations, Any]:
             return HISTORY, result
         case LoadCurve():
             return of_curve(result), result
+        case Conductance():
+            return CONDUCTANCE, result
     return (), result
 
 

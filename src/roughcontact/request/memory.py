@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request.options import COMPARE, FIND, HISTORY, STRESS, SWEEP, VOLUME
+from roughcontact.request.options import COMPARE, CONDUCTANCE, FIND, HISTORY, STRESS, SWEEP, VOLUME
 from roughcontact.request.request import Request
 from roughcontact.surface import memory
 
@@ -53,7 +53,7 @@ def require(request: Request, shape: tuple[int, int]) -> None:
         )
     else:
         series = {SWEEP: load_curve.HELD, COMPARE: load_curve.HELD, HISTORY: load_history.HELD,
-                  FIND: find.HELD}  # fmt: skip
+                  FIND: find.HELD, CONDUCTANCE: 2}  # fmt: skip
         held = series.get(request.kind, 0)
         Room(shape, boundary, precision or "double", bodies + held).require()
     if request.kind == STRESS or request["first-yield"]:

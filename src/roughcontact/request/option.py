@@ -9,8 +9,8 @@ from typing import Any
 from roughcontact.request import parsing
 
 SOLVE, SWEEP, STRESS, HISTORY, FIND = "solve", "sweep", "stress", "history", "find"
-COMPARE = "compare"
-SINGLE = (SOLVE, SWEEP, STRESS, HISTORY, FIND)
+COMPARE, CONDUCTANCE = "compare", "conductance"
+SINGLE = (SOLVE, SWEEP, STRESS, HISTORY, FIND, CONDUCTANCE)
 """Tasks on one contact."""
 TASKS = (*SINGLE, COMPARE)
 """What a run can be asked for; each is a command, and a ``task`` of a project file."""

@@ -13,10 +13,17 @@ from roughcontact.errors import Mention
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request import comparison_options, desk_options, parsing, surface_options
+from roughcontact.request import (
+    comparison_options,
+    desk_options,
+    joint_options,
+    parsing,
+    surface_options,
+)
 from roughcontact.request.option import (
     BODIES,
     COMPARE as COMPARE,
+    CONDUCTANCE as CONDUCTANCE,
     FIND as FIND,
     HISTORY as HISTORY,
     LENGTH,
@@ -134,6 +141,7 @@ OPTIONS = (
         parsing.turns, default=0,
     ),
     *comparison_options.LOADS,
+    *joint_options.LOADS,
     Option(
         "load", BODIES, "LOAD",
         'Normal load, such as "1 N"; or as a nominal pressure on the area of the map, such as '
@@ -238,6 +246,7 @@ OPTIONS = (
         "counter-yield-strength", BODIES, "PRESSURE", "Yield strength of the counter-body.",
         PRESSURE,
     ),
+    *joint_options.CONDUCTORS,
     Option(
         "body", BODIES, "FORM",
         'Nominal form under the roughness, or alone with --points and --size: "sphere 10 mm", '
@@ -337,7 +346,7 @@ OPTIONS = (
     Option(
         "tolerance", SOLVER, "NUMBER",
         "Certificate to reach; default: 1e-6, in single precision 1e-4.", parsing.number,
-        fits=(SWEEP, STRESS),
+        fits=(SWEEP, STRESS, CONDUCTANCE),
     ),
     Option(
         "tolerance", SOLVER, "NUMBER", "Certificate to reach; default: 1e-6.", parsing.number,
@@ -350,7 +359,8 @@ OPTIONS = (
     ),
     Option(
         "max-iterations", SOLVER, "NUMBER", "Most convolutions on any one grid; default: 2000.",
-        parsing.counted(1, limits.ITERATIONS), fits=(SWEEP, STRESS, HISTORY, FIND, COMPARE),
+        parsing.counted(1, limits.ITERATIONS),
+        fits=(SWEEP, STRESS, HISTORY, FIND, CONDUCTANCE, COMPARE),
     ),
     Option(
         "precision", SOLVER, "double|single",
@@ -360,7 +370,7 @@ OPTIONS = (
     Option(
         "precision", SOLVER, "double|single",
         "single needs two thirds of the memory; default: double.",
-        parsing.choice("double", "single"), fits=(SWEEP, STRESS),
+        parsing.choice("double", "single"), fits=(SWEEP, STRESS, CONDUCTANCE),
     ),
     Option(
         "study", SOLVER, "",
@@ -368,6 +378,7 @@ OPTIONS = (
         "depends on them.", fits=(SOLVE,), default=False, model=CEILING,
     ),
     *comparison_options.FILES,
+    *joint_options.FILES,
     Option(
         "output", OUTPUT, "FILE",
         f"Write the result: {export.told(Kind.CONTACT, Kind.VOLUME)}; may be repeated.",

@@ -145,6 +145,11 @@ def material(text: str, argument: str) -> Material:
         raise about(argument, error) from None
 
 
+def loads(text: str, argument: str) -> tuple[float | Load, ...]:
+    """Return loads with commas between them, in any order."""
+    return tuple(load(part.strip(), argument) for part in text.split(","))
+
+
 def hardening(text: str, argument: str) -> tuple[str, tuple[float, ...]]:
     """Return a law of hardening by name, and its constants."""
     words = text.split()

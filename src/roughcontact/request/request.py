@@ -16,6 +16,7 @@ from roughcontact.request import outputs
 from roughcontact.request.options import (
     CEILING,
     COMPARE,
+    CONDUCTANCE,
     FIND,
     HISTORY,
     SWEEP,
@@ -27,6 +28,7 @@ from roughcontact.request.options import (
 from roughcontact.request.parsing import about
 
 if TYPE_CHECKING:
+    from roughcontact.material.conductor import Conductor
     from roughcontact.material.material import Material
 
 _MOVES = ("align", "offset", "angle", "mirror")
@@ -74,6 +76,8 @@ class Request:
             self._check_find()
         elif self.task == COMPARE:
             self._check_compare()
+        elif self.task == CONDUCTANCE:
+            self._check_conductance()
         elif "load" in offered(self.task):
             self._check_load()
         self._check_model()
@@ -171,6 +175,10 @@ class Request:
             rigid = Material(RIGID.young, 0.0, strength, RIGID.name) if strength else RIGID
             return body, rigid
         return body, self._material("counter-")
+
+    def conductors(self) -> tuple[Conductor, Conductor]:
+        """Return what both bodies conduct."""
+        return self._conductor(""), self._conductor("counter-")
 
     def figures(self) -> Iterator[tuple[str, str, Path]]:
         """Yield option, figure (empty: the only one) and file of what is to be drawn."""
@@ -285,6 +293,40 @@ class Request:
                 Mention("quarters"), " for its four quarters, or ", Mention("sampling"),
                 " for the error of its numbers",
             )  # fmt: skip
+
+    def _check_conductance(self) -> None:
+        if self["load"] is None:
+            raise InputError(
+                "is needed, such as '1 N', or several: '1 N, 3 N, 10 N'", argument="load"
+            )
+        bodies = self.conductors()
+        kinds = ("resistivity", "conductivity")
+        known = [all(getattr(body, kind) is not None for body in bodies) for kind in kinds]
+        if not any(known):
+            lacking = next(
+                f"{under}conductivity" for body, under in zip(bodies, ("", "counter_"), strict=True)
+                if body.conductivity is None
+            )  # fmt: skip
+            raise InputError(
+                "is needed, such as ", Mention(lacking, "46 W/m/K"), ", or the resistivity of "
+                "both bodies; ", Mention("material"), " and ", Mention("counter_material"),
+                " of the catalogue have them where a source is known", argument=lacking,
+            )  # fmt: skip
+        for name, kind, there in zip(("film", "thermal-film"), kinds, known, strict=True):
+            if self[name] and not there:
+                raise InputError(
+                    "needs ", Mention(kind), " and ", Mention(f"counter_{kind}"),
+                    argument=name.replace("-", "_"),
+                )  # fmt: skip
+
+    def _conductor(self, prefix: str) -> Conductor:
+        from roughcontact.material import catalogue
+        from roughcontact.material.conductor import Conductor
+
+        known = self[f"{prefix}material"]
+        found = Conductor() if known is None else catalogue.entry(known.name).conductor
+        given = {name: self[f"{prefix}{name}"] for name in ("resistivity", "conductivity")}
+        return replace(found, **{name: value for name, value in given.items() if value is not None})
 
     def _check_model(self) -> None:
         model = self["model"] or CEILING

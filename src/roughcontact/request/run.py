@@ -19,6 +19,7 @@ from roughcontact.request import outputs
 from roughcontact.request.maps import resolution_notes, surfaces
 from roughcontact.request.options import (
     COMPARE,
+    CONDUCTANCE,
     FIND,
     HISTORY,
     SOLVE,
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from roughcontact.contact.sampling import SamplingStudy
     from roughcontact.contact.stress import StressResult
     from roughcontact.contact.study import ResolutionStudy
+    from roughcontact.joint.conductance import Conductance
     from roughcontact.surface.surface import Surface
     from roughcontact.volume.result import ElastoplasticResult
 
@@ -59,7 +61,7 @@ class Outcome:
         The contact: the solution or the best found, that of the volume model, that below which the
         stress is, the last of a history, that under the largest load found; none of a sweep or a
         comparison.
-    volume, stress, curve, history, loads, comparison : optional
+    volume, stress, curve, history, loads, conductance, comparison : optional
         What the task found besides.
     study : ResolutionStudy or None
         The same on other grids, if it was asked for.
@@ -80,6 +82,7 @@ class Outcome:
     curve: LoadCurve | None = None
     history: LoadHistory | None = None
     loads: FoundLoads | None = None
+    conductance: Conductance | None = None
     comparison: Comparison | SamplingStudy | None = None
     study: ResolutionStudy | None = None
     first_yield: StressResult | None = None
@@ -91,7 +94,8 @@ class Outcome:
     def found(self) -> Any:
         """What was asked for."""
         whole = (
-            self.volume, self.stress, self.curve, self.history, self.loads, self.comparison
+            self.volume, self.stress, self.curve, self.history, self.loads, self.conductance,
+            self.comparison,
         )  # fmt: skip
         return next((found for found in whole if found is not None), self.result)
 
@@ -147,14 +151,10 @@ class Outcome:
     def record(self) -> dict[str, Any]:
         """Return all numbers by name, in SI units, ready for JSON."""
         told: dict[str, Any]
-        if self.curve is not None:
-            told = self.curve.summary()
-        elif self.history is not None:
-            told = self.history.summary()
-        elif self.loads is not None:
-            told = self.loads.summary()
-        elif self.comparison is not None:
-            told = self.comparison.summary()
+        several = (self.curve, self.history, self.loads, self.conductance, self.comparison)
+        whole = next((found for found in several if found is not None), None)
+        if whole is not None:
+            told = whole.summary()
         else:
             assert self.result is not None
             told = tables.record(self.volume or self.result)
@@ -254,6 +254,8 @@ def _remarked(outcome: Outcome, remarks: tuple[Caution, ...]) -> Outcome:
             changed["history"] = replace(outcome.history, last=result, remarks=remarks)
         if outcome.loads is not None:
             changed["loads"] = replace(outcome.loads, remarks=remarks)
+        if outcome.conductance is not None:
+            changed["conductance"] = replace(outcome.conductance, largest=result, remarks=remarks)
     if outcome.curve is not None:
         changed["curve"] = replace(outcome.curve, remarks=remarks)
     return replace(outcome, **changed)
@@ -419,6 +421,31 @@ def _find(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Ou
     return Outcome(request, loads.largest, loads=loads)
 
 
+def _conductance(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
+    from roughcontact.contact.solve import solve
+    from roughcontact.joint.conductance import conductance
+
+    loads = [_pressed(request, maps, load) for load in request["load"]]
+    # The largest first: what is too much for the bodies is refused at once.
+    loads.sort(key=lambda load: -load[0])
+    problem = _problem(request, maps, "tolerance", "max-iterations", "precision")
+
+    def contacts() -> Iterator[ContactResult]:
+        for number, (force, given) in enumerate(loads, start=1):
+
+            def watch(at: Progress, number: int = number) -> None:
+                look(replace(at, number=number, count=len(loads)))
+
+            found = solve(maps[0], **problem, load=force, progress=watch)
+            yield replace(found, given=given)
+
+    found = conductance(
+        contacts(), *request.conductors(), film=request["film"] or 0.0,
+        thermal_film=request["thermal-film"] or 0.0,
+    )  # fmt: skip
+    return Outcome(request, found.largest, conductance=found)
+
+
 def _compare(request: Request, say: Say, look: Look) -> Outcome:
     from roughcontact.request.comparing import compared
 
@@ -445,6 +472,7 @@ _TASKS: dict[str, Callable[[Request, Sequence[Surface], Say, Look], Outcome]] = 
     SWEEP: _sweep,
     HISTORY: _history,
     FIND: _find,
+    CONDUCTANCE: _conductance,
 }
 
 
@@ -514,6 +542,9 @@ def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
     elif outcome.loads is not None and outcome.result is not None:
         answers = additions.of_loads(outcome.loads)
         contact.save_compared(outcome.result, path, additions=[answers], study=None, **told)
+    elif outcome.conductance is not None and outcome.result is not None:
+        joint = additions.of_conductance(outcome.conductance)
+        contact.save_compared(outcome.result, path, additions=[joint], study=None, **told)
     elif outcome.comparison is not None:
         comparison.save(outcome.comparison, path, **told)
     elif outcome.stress is not None:
