@@ -429,7 +429,11 @@ TASKS = {
     "sweep": ("sweep", "--from", "1 mN", "--to", "1 N"),
     "history": ("history", "--path", "1 N, 0 N"),
     "stress": ("stress", "--load", "1 N"),
-}
+    "conductance": (
+        "conductance", "--load", "1 N", "--conductivity", "40 W/m/K", "--counter-conductivity",
+        "40 W/m/K",
+    ),
+}  # fmt: skip
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems do not keep these limits")

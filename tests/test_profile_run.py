@@ -135,6 +135,15 @@ def test_what_needs_a_map_is_refused_in_one_sentence(trace, capsys):
         ["solve", "--load", "20 N/mm", "--ceiling", "recommended"],
         ["history", "--path", "1 N, 0 N"],
         ["find", "--contact", "5 %"],
+        [
+            "conductance",
+            "--load",
+            "20 N/mm",
+            "--conductivity",
+            "40 W/m/K",
+            "--counter-conductivity",
+            "40 W/m/K",
+        ],
         ["solve", "--load", "20 N/mm", "--rotate", "90"],
     ):
         task, *options = command
