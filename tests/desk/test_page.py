@@ -165,3 +165,20 @@ def test_a_demonstration_map_is_made_and_can_be_taken_away(page: Page, tmp_path:
     kept = page.session.state.file
     assert kept is not None
     assert offered.read_bytes() == kept.read_bytes()
+
+
+def test_controls_show_defaults_as_one_types_them() -> None:
+    from roughcontact.desk.controls import Control
+    from roughcontact.request.options import HISTORY, STRESS
+
+    shown = {}
+    for name, task in (("friction", STRESS), ("shift", HISTORY), ("passes", HISTORY)):
+        control = Control(name, lambda name, value: None, task=task)
+        control.show({})
+        shown[name] = control.widget.value
+    assert shown == {"friction": "0", "shift": "", "passes": "1"}
+    box = Control("mirror", lambda name, value: None)
+    box.show({"mirror": True})
+    assert box.widget.value is True
+    box.show({})
+    assert box.widget.value is False

@@ -12,7 +12,7 @@ from roughcontact.desk.reach import Check
 from roughcontact.desk.state import Value
 from roughcontact.errors import RoughcontactError
 from roughcontact.request import parsing
-from roughcontact.request.options import SOLVE, Option, offered
+from roughcontact.request.options import SOLVE, Option, offered, text_of
 
 Give = Callable[[str, Value], None]
 """``give(name, value)`` sets an option, or raises what is wrong with it."""
@@ -48,7 +48,8 @@ class Control:
         option = offered(task)[name]
         # Where nothing is a choice of its own, the default is no answer.
         asked = option.default is None or "" in (choices or {}).values()
-        self._default = "" if asked else option.default
+        plain = isinstance(option.default, (str, int, float))
+        self._default = text_of(option.default, option) if plain and not asked else ""
         self.widget = _widget(option, choices)
         self._silent = False
         self.widget.param.watch(self._changed, "value")
@@ -56,9 +57,10 @@ class Control:
 
     def show(self, given: Mapping[str, Value]) -> None:
         """Show what is given; the default where nothing is."""
-        value = given.get(self.name, self._default)
-        if not isinstance(self.widget, Check):
-            value = str(value)
+        if isinstance(self.widget, Check):
+            value: Value = bool(given.get(self.name, False))
+        else:
+            value = str(given.get(self.name, self._default))
         self._silent = True
         try:
             if self.widget.value != value:
