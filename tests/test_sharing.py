@@ -49,12 +49,14 @@ def forks(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return begun
 
 
-def no_helper_is_left() -> bool:
-    try:
-        os.waitpid(-1, os.WNOHANG)
-    except ChildProcessError:
-        return True
-    return False
+def none_is_left(helpers: list[int]) -> bool:
+    for helper in helpers:
+        try:
+            os.waitpid(helper, os.WNOHANG)
+        except ChildProcessError:
+            continue
+        return False
+    return True
 
 
 @needs_fork
@@ -65,7 +67,7 @@ def test_figures_are_the_same_whoever_draws_them(forks: list[int]) -> None:
     assert sharing.pngs(drawings(), 3) == expected
     assert len(forks) == 2
     assert sharing.pngs([], 3) == []
-    assert no_helper_is_left()
+    assert none_is_left(forks)
 
 
 @needs_fork
@@ -87,7 +89,7 @@ def test_helpers_draw(tmp_path: Path) -> None:
 
 
 @needs_fork
-def test_what_a_helper_fails_in_is_drawn_here() -> None:
+def test_what_a_helper_fails_in_is_drawn_here(forks: list[int]) -> None:
     def fails_elsewhere(number: int) -> Figure:
         if os.getpid() != FIRST:
             raise MemoryError
@@ -95,18 +97,18 @@ def test_what_a_helper_fails_in_is_drawn_here() -> None:
 
     given = [lambda number=number: fails_elsewhere(number) for number in range(4)]
     assert sharing.pngs(given, 2) == [png(draw()) for draw in drawings(4)]
-    assert no_helper_is_left()
+    assert none_is_left(forks)
 
 
 @needs_fork
 @pytest.mark.parametrize("error", [InputError("nothing to draw"), KeyboardInterrupt()])
-def test_an_error_ends_all_of_them(error: BaseException) -> None:
+def test_an_error_ends_all_of_them(error: BaseException, forks: list[int]) -> None:
     def fails() -> Figure:
         raise error
 
     with pytest.raises(type(error)):
         sharing.pngs([fails, *drawings(3), fails], 3)
-    assert no_helper_is_left()
+    assert none_is_left(forks)
 
 
 def test_one_process_draws_where_there_are_no_others(monkeypatch: pytest.MonkeyPatch) -> None:

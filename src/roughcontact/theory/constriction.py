@@ -48,7 +48,7 @@ def ellipse(first: float, second: float) -> float:
     Examples
     --------
     >>> round(ellipse(1.0, 1.0), 12), round(ellipse(2.0, 0.5) / ellipse(1.0, 1.0), 4)
-    (4.0, 1.1133)
+    (4.0, 1.1215)
     """
     require_positive(first=first, second=second)
     # π/(2 K) is the arithmetic-geometric mean of 1 and b/a: it converges in a few steps.
