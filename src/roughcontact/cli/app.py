@@ -280,7 +280,6 @@ _MAPS = _argument(list[Path] | None, "FILE...", "Measured height maps, of one su
 
 def _carry_out(task: str, subject: Subject, given: Given) -> None:
     """Carry out a task, and show what it gave."""
-    from roughcontact.cli import console
     from roughcontact.report import underway
     from roughcontact.request.request import from_text
     from roughcontact.request.run import run
@@ -296,6 +295,9 @@ def _carry_out(task: str, subject: Subject, given: Given) -> None:
         about = {} if request["folder"] is None else {"reused": outcome.reused}
         print(to_json({**outcome.record(), **about}))
     elif not quiet:
+        # What draws tables takes time to import.
+        from roughcontact.cli import console
+
         console.show(outcome)
         if outcome.reused:
             loads = units.counted(outcome.reused, "load")
