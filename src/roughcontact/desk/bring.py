@@ -157,14 +157,15 @@ class Bring:
         if "channel" in self._group.controls:
             self._group.controls["channel"].suggest(names)
 
-    def tell_lacking(self, error: RoughcontactError) -> None:
-        """Ask for what the file does not tell, if that is what an error is about."""
+    def tell_lacking(self, error: RoughcontactError) -> bool:
+        """Ask for what the file does not tell; return whether an error is about that."""
         about = {part.name for part in error.sentence if isinstance(part, Mention)}
         lacking = [name for name in _FILE if name in about]
         if lacking:
             self._of_file.collapsed = False
             text = self._session.state.named(words.told(error))
             self._group.controls[lacking[0]].complain(text)
+        return bool(lacking)
 
     def _want(self, name: str, value: Value) -> None:
         if value in ("", False):

@@ -239,10 +239,12 @@ class Page:
                 self._cautions.object = what.cautions
                 self._views.show()
             case Failed():
-                self._bring.tell_lacking(what.error)
+                text = self.session.state.named(words.told(what.error))
+                # Said aloud once, at the control if there is one for it.
+                asked = self._bring.tell_lacking(what.error)
                 self._numbers.object = ""
                 self._cautions.object = ""
-                self._trust.object = _alert(self.session.state.named(words.told(what.error)))
+                self._trust.object = _wrong(text) if asked else _alert(text)
                 self.maps.clear()
                 self._detail.show(None, None, None)
             case Progress():
@@ -309,6 +311,10 @@ def _shown(result: ContactResult) -> Shown:
 
 def _alert(text: str) -> str:
     return f'<span role="alert" class="wrong">{words.escaped(text)}</span>'
+
+
+def _wrong(text: str) -> str:
+    return f'<span class="wrong">{words.escaped(text)}</span>'
 
 
 def _quiet(text: str) -> str:
