@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import select
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -68,6 +70,31 @@ def test_figures_are_the_same_whoever_draws_them(forks: list[int]) -> None:
     assert len(forks) == 2
     assert sharing.pngs([], 3) == []
     assert none_is_left(forks)
+
+
+@needs_fork
+def test_helpers_end_with_the_process_that_began_them() -> None:
+    script = """
+import os, time
+from matplotlib.figure import Figure
+from roughcontact.plots import sharing
+
+def slow():
+    os.write(1, f"{os.getpid()}\\n".encode())
+    time.sleep(60)
+    return Figure()
+
+sharing.pngs([slow, slow, slow], 3)
+"""
+    command = [sys.executable, "-c", script]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        drawing = [int(process.stdout.readline()) for _ in range(3)]
+        assert process.pid in drawing
+        process.kill()
+        # Every process held this pipe: its end says that all are gone.
+        assert select.select([process.stdout], [], [], 10)[0]
+        assert process.stdout.read() == ""
 
 
 @needs_fork

@@ -7,6 +7,7 @@ import os
 import pickle
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -63,13 +64,15 @@ def _shared(drawings: Sequence[Drawing], processes: int) -> dict[int, bytes]:
     import matplotlib.backends.backend_agg  # noqa: F401 - for what it loads
 
     left, numbers = os.pipe()
+    # Closed with this process, however it ends: nobody waits for figures any more.
+    here, alive = os.pipe()
     # The last figures are the largest ones, and the small ones fill up the end.
     os.write(numbers, bytes(reversed(range(len(drawings)))))
     os.close(numbers)
     helpers: dict[int, int] = {}
     try:
         for _ in range(processes - 1):
-            _fork(helpers, left, drawings)
+            _fork(helpers, left, (here, alive), drawings)
         found = _drawn(left, drawings)
         for helper, answer in list(helpers.items()):
             with os.fdopen(answer, "rb", closefd=False) as stream:
@@ -80,11 +83,14 @@ def _shared(drawings: Sequence[Drawing], processes: int) -> dict[int, bytes]:
                 found |= pickle.loads(told)
         return found
     finally:
-        os.close(left)
+        for end in (left, here, alive):
+            os.close(end)
         _end(helpers)
 
 
-def _fork(helpers: dict[int, int], left: int, drawings: Sequence[Drawing]) -> None:
+def _fork(
+    helpers: dict[int, int], left: int, life: tuple[int, int], drawings: Sequence[Drawing]
+) -> None:
     """Begin a process that draws, and keep by its number where it answers."""
     answer, told = os.pipe()
     # Python warns developers of forks beside threads, which may hold a lock that a fork then waits
@@ -92,15 +98,23 @@ def _fork(helpers: dict[int, int], left: int, drawings: Sequence[Drawing]) -> No
     with _deaf() as before:
         helper = os.fork()
         if helper == 0:
-            _help(left, told, drawings, before)
+            _help(left, told, life, drawings, before)
         helpers[helper] = answer
     os.close(told)
 
 
-def _help(left: int, told: int, drawings: Sequence[Drawing], before: set[signal.Signals]) -> None:
+def _help(
+    left: int,
+    told: int,
+    life: tuple[int, int],
+    drawings: Sequence[Drawing],
+    before: set[signal.Signals],
+) -> None:
     """Draw in a process of its own, tell what, and end without a word, whatever happens."""
     status = 1
     try:
+        os.close(life[1])
+        threading.Thread(target=_follow, args=(life[0],), daemon=True).start()
         # The first process ends it.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         for asking in (signal.SIGTERM, signal.SIGHUP):
@@ -111,6 +125,12 @@ def _help(left: int, told: int, drawings: Sequence[Drawing], before: set[signal.
         status = 0
     finally:
         os._exit(status)
+
+
+def _follow(here: int) -> None:
+    """End with the process that began this one, in the midst of a figure."""
+    os.read(here, 1)
+    os._exit(1)
 
 
 def _drawn(left: int, drawings: Sequence[Drawing]) -> dict[int, bytes]:
