@@ -121,6 +121,9 @@ def test_parse_allows_any_sign_when_asked() -> None:
         (2.858e-13, "m²", 4, "0.2858 µm²"),
         (0.01234567, "", 4, "0.01235"),
         (1e30, "Pa", 4, "1e+30 Pa"),
+        (1e-13, "Ω m²", 4, "100 fΩ m²"),
+        (3e9, "S/m²", 4, "3 GS/m²"),
+        (2e-5, "m² K/W", 4, "20 mm² K/W"),
     ],
 )
 def test_engineering(value: float, unit: str, digits: int, text: str) -> None:
@@ -136,6 +139,21 @@ def test_what_engineering_writes_parse_reads(value: float, kind: tuple[str, str]
     text = units.engineering(value, unit, digits=17)
     # 17 digits carry a float exactly; the factor of the prefix rounds twice.
     assert units.parse(text, dimension, "x", positive=False) == pytest.approx(value, rel=5e-16)
+
+
+@given(
+    st.floats(min_value=1e-11, max_value=1e15),
+    st.sampled_from(
+        [("ohm m", "resistivity"), ("W/m/K", "conductivity"), ("ohm m²", "film"),
+         ("m² K/W", "thermal film"), ("N/m", "line load")]
+    ),
+)  # fmt: skip
+def test_what_engineering_writes_of_compound_units_is_read(
+    value: float, kind: tuple[str, str]
+) -> None:
+    unit, dimension = kind
+    text = units.engineering(value, unit, digits=17)
+    assert units.parse(text, dimension, "x") == pytest.approx(value, rel=1e-14)
 
 
 def test_import_leaves_pint_alone() -> None:

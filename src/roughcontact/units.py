@@ -63,6 +63,8 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d")
 _FACTOR = r"[A-Za-z_µÅΩ]+(?:(?:\^|\*\*)-?[1-9]|[²³])?"
 _UNIT = re.compile(rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*")
 _LONGEST = 60
+# The factor of a unit that a prefix goes to, which its power raises, too.
+_FIRST = re.compile(r"[A-Za-zÅΩ°]+([²³]?)(?=$|[ /])")
 # Lengths to pint (a pixel of style sheets is 1/96 inch), and no length to who writes "5 px".
 _PRINTERS_UNIT = re.compile(r"pixel|point|pica|didot|cicero")
 
@@ -217,15 +219,17 @@ def engineering(value: float, unit: str, digits: int = 4) -> str:
     value : float
         The quantity in the unit without prefix.
     unit : str
-        ``"m"``, ``"N"``, ``"Pa"``, or with a power, ``"m²"``; empty for a pure number.
+        ``"m"``, ``"N"``, ``"Pa"``, or one with a power or of several factors, ``"m²"``,
+        ``"Ω m²"``, ``"W/(m² K)"``, of which the first has the prefix; empty for a pure number.
     digits : int
         Significant digits; trailing zeros are left out.
 
     Returns
     -------
     str
-        The number from 1 up to 1000 (for a square, whose prefixes are further apart, from 0.1 up
-        to 10⁵) with the prefixed unit, in powers of ten where no prefix from f to P fits.
+        The number from 1 up to 1000 (where the first factor is a square, whose prefixes are further
+        apart, from 0.1 up to 10⁵) with the prefixed unit, in powers of ten where no prefix from f
+        to P fits or the unit begins with none that has one.
 
     Raises
     ------
@@ -236,6 +240,8 @@ def engineering(value: float, unit: str, digits: int = 4) -> str:
     --------
     >>> engineering(2.31e-7, "m"), engineering(3e9, "Pa"), engineering(1.233e-7, "m²")
     ('231 nm', '3 GPa', '0.1233 mm²')
+    >>> engineering(2e-13, "Ω m²"), engineering(2.5e4, "W/(m² K)"), engineering(2e3, "1/m")
+    ('200 fΩ m²', '25 kW/(m² K)', '2000 1/m')
     """
     if digits < 1:
         raise ValueError(f"digits must be at least 1, got {digits}")
@@ -244,9 +250,10 @@ def engineering(value: float, unit: str, digits: int = 4) -> str:
     # Decimal, so that 999.96 rounds up before the prefix is chosen and no digits appear from
     # the division by a power of ten.
     rounded = Decimal(f"{value:.{digits - 1}e}")
-    power = {"²": 2, "³": 3}.get(unit[-1:], 1)
+    first = _FIRST.match(unit)
+    power = {"²": 2, "³": 3}.get(first[1], 1) if first else 1
     prefix = 3 * ((rounded.adjusted() + (power == 2)) // (3 * power))
-    if not unit or prefix not in _PREFIXES:
+    if first is None or prefix not in _PREFIXES:
         return f"{value:.{digits}g} {unit}".rstrip()
     scaled = format(rounded.scaleb(-prefix * power), "f")
     if "." in scaled:
