@@ -53,7 +53,7 @@ class Entry:
     note : str
         What a user should know.
     resistivity : Value, optional
-        Electrical resistivity at room temperature [Ω m].
+        Electrical resistivity at room temperature [Ω m]; left out of insulators, too.
     conductivity : Value, optional
         Thermal conductivity at room temperature [W/(m K)].
     """
@@ -222,6 +222,10 @@ _AL6061 = "MatWeb, Aluminum 6061-T6 (typical values of the Aluminum Association)
 _AL7075 = "MatWeb, Aluminum 7075-T6 (typical values of the Aluminum Association)"
 _TI64 = "Materials 14 (2021) 658, table 4, extruded rod, doi:10.3390/ma14030658"
 _ALUMINA = "Munro, J. Am. Ceram. Soc. 80 (1997) 1919, in NIST Standard Reference Database 150"
+_TUBING_316 = "Tubingchina.com, Physical properties of 316 (1.4401) and 316L (1.4404)"
+_QINGHE_440C = "Qinghe Steel, 440C stainless steel (1.4125), product data"
+_KROMTEL = "Kromtel, Phosphor bronze CuSn8, product data"
+_WIELAND = "Wieland-K32 (Cu-ETP, C11000, CW004A), data sheet, scribd.com/document/651533098"
 _LILY = "Lily Bearing, Ceramic materials and their properties"
 _XYCERA = "XYCera, Zirconia grade Z-100 (ZrO2-Y2O3), product data"
 _WC = "MakeItFrom.com, Tungsten carbide (compilation)"
@@ -310,6 +314,8 @@ _ENTRIES = (
         poisson=Value(0.28, "MakeItFrom.com, Annealed 316L stainless steel (compilation)"),
         yield_strength=Value(300e6, "Outokumpu, Forta 316L/4404, typical of hot rolled coil"),
         hardness=Number("170 HBW", "Outokumpu, Forta 316L/4404, typical of hot rolled coil"),
+        resistivity=Value(740e-9, f"{_TUBING_316}: alloy 316 at 20 °C"),
+        conductivity=Value(14.6, f"{_TUBING_316}: 20 to 100 °C"),
     ),
     Entry(
         "X105CrMo17",
@@ -319,6 +325,8 @@ _ENTRIES = (
         poisson=Value(0.28, "MakeItFrom.com, Annealed 440C stainless steel (compilation)"),
         yield_strength=Value(1896e6, f"{_ROLLED_440C}: 275 ksi"),
         hardness=Number("56 HRC", _ROLLED_440C),
+        resistivity=Value(600e-9, _QINGHE_440C),
+        conductivity=Value(24.2, f"{_QINGHE_440C}: at 100 °C"),
     ),
     Entry(
         "X40CrMoV5-1",
@@ -328,6 +336,8 @@ _ENTRIES = (
         poisson=Value(0.285, f"{_ASC_H13}: middle of 0.27 to 0.30"),
         yield_strength=Value(1380e6, f"{_ASC_H13}: upper end, at a tensile strength of 1590 MPa"),
         hardness=Number("48 HRC", f"{_LUCEFIN_H13}: at a tensile strength of 1640 MPa"),
+        resistivity=Value(543e-9, f"{_LUCEFIN_H13}: at 20 °C"),
+        conductivity=Value(19.2, f"{_LUCEFIN_H13}: at 20 °C; others give 26 at 100 °C"),
     ),
     Entry(
         "X153CrMoV12",
@@ -362,6 +372,7 @@ _ENTRIES = (
             "210 HBW", "SN Castiron, EN-GJL-250 (DIN EN 1561): middle of 190 to 230 HB"
         ),
         note="The yield strength is the compressive one; in tension 165 to 228 MPa.",
+        conductivity=Value(46, "MakeItFrom.com, EN-JL 1040 grey cast iron (compilation)"),
     ),
     Entry(
         "EN-GJS-500-7",
@@ -371,6 +382,18 @@ _ENTRIES = (
         poisson=Value(0.275, f"{_GJS}, informative annex"),
         yield_strength=Value(320e6, f"{_GJS}: least value"),
         hardness=Number("200 HBW", f"{_GJS}: middle of 170 to 230 HB"),
+        conductivity=Value(35.2, "Iron-foundry.com, UNI 4544 GS500-7 (EN-GJS-500-7), product data"),
+    ),
+    Entry(
+        "Cu-ETP",
+        ("CW004A", "C11000", "2.0065", "copper", "electrolytic copper"),
+        "strip, temper R240 (half hard)",
+        young=Value(115e9, _WIELAND),
+        poisson=Value(0.34, _WIELAND),
+        yield_strength=Value(180e6, f"{_WIELAND}: least value"),
+        hardness=Number("80 HV", f"{_WIELAND}: middle of 65 to 95 HV"),
+        resistivity=Value(17.2e-9, f"{_WIELAND}: 58 MS/m"),
+        conductivity=Value(390, _WIELAND),
     ),
     Entry(
         "CuSn8",
@@ -380,6 +403,8 @@ _ENTRIES = (
         poisson=Value(0.34, f"{_CUSN12NI2}, as the nearest tin bronze"),
         yield_strength=Value(400e6, f"{_RCI}: least value of temper HB"),
         hardness=Number("175 HV", f"{_RCI}: least value of temper HB"),
+        resistivity=Value(133e-9, f"{_KROMTEL}: 7.5 MS/m"),
+        conductivity=Value(62, f"{_KROMTEL}; {_RCI}: 67"),
     ),
     Entry(
         "CuSn12Ni2-C",
@@ -401,6 +426,8 @@ _ENTRIES = (
         poisson=Value(0.31, "Dongyuan, Brass (60 to 63 % Cu), product data"),
         yield_strength=Value(220e6, f"{_DURBIN}: lower end of 220 to 350 MPa"),
         note="No hardness of named origin was found for this form.",
+        resistivity=Value(62e-9, _DURBIN),
+        conductivity=Value(123, _DURBIN),
     ),
     Entry(
         "6061-T6",
@@ -452,6 +479,7 @@ _ENTRIES = (
             "1660 HV", "Materials 15 (2022) 906, ball of WC with 6 % Co, doi:10.3390/ma15030906"
         ),
         note=_BRITTLE,
+        conductivity=Value(85, f"{_WC}: binder not told"),
     ),
     Entry(
         "Al2O3",
@@ -461,6 +489,7 @@ _ENTRIES = (
         poisson=Value(0.231, _ALUMINA),
         hardness=Number("1530 HV", f"{_ALUMINA}: 15 GPa"),
         note=_BRITTLE,
+        conductivity=Value(35, f"{_LILY}: 99.5 % pure"),
     ),
     Entry(
         "Si3N4",
@@ -472,6 +501,7 @@ _ENTRIES = (
         ),
         hardness=Number("1500 HV", f"{_LILY}: middle of 1400 to 1600 HV"),
         note=_BRITTLE,
+        conductivity=Value(29, f"{_LILY}: sintered under gas pressure"),
     ),
     Entry(
         "3Y-TZP",
@@ -481,6 +511,7 @@ _ENTRIES = (
         poisson=Value(0.30, _XYCERA),
         hardness=Number("1250 HV1", _XYCERA),
         note=_BRITTLE,
+        conductivity=Value(2, f"{_LILY}: ZrO2-Y2O3"),
     ),
     Entry(
         "fused silica",
@@ -506,6 +537,11 @@ _ENTRIES = (
         poisson=Value(0.46, _CALLISTER_NU),
         yield_strength=Value(14.5e6, f"{_CALLISTER_YIELD}: middle of 13.8 to 15.2 MPa"),
         note=_VISCOELASTIC,
+        conductivity=Value(
+            0.25,
+            "Springer Handbook of Condensed Matter and Materials Data (2005), table 3.3-13: 0.23 "
+            "to 0.26 over temperature",
+        ),
     ),
     Entry(
         "PEEK",
