@@ -56,7 +56,7 @@ def test_one_kind_of_conduction_is_enough() -> None:
 
 def test_what_is_missing_or_wrong_gets_its_sentence() -> None:
     with pytest.raises(rc.InputError, match="known are neither of the body and resistivity and"):
-        rc.conductance(RESULT, "PTFE", COPPER)
+        rc.conductance(RESULT, "PEEK", COPPER)
     with pytest.raises(rc.InputError, match="known are resistivity of the body and conductivity"):
         rc.conductance(RESULT, rc.Conductor(1e-8), rc.Conductor(conductivity=3))
     with pytest.raises(rc.InputError, match="film needs the resistivity of both"):
@@ -160,6 +160,7 @@ def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
     load = ("--load", "1 N")
     for more, said in (
         (load, "--counter-conductivity is needed, such as --counter-conductivity '46 W/m/K'"),
+        ((*load, "--counter-material", "100Cr6"), "where a source is known, which 100Cr6 lacks"),
         ((), "--load is needed"),
         (("--load", "1 N, 2"), "--load needs a load"),
         (

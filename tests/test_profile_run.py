@@ -232,3 +232,15 @@ def test_a_smooth_roller_stands_beside_a_profile(tmp_path, capsys):
     assert ratios["contact length"] == pytest.approx(1, abs=1e-2)
     # From the same reference: the length of the profile.
     assert ratios["approach"] == pytest.approx(1, abs=1e-3)
+
+
+def test_a_profile_is_refused_before_anything_is_solved(trace, capsys, monkeypatch):
+    from roughcontact.contact import solve
+
+    monkeypatch.delattr(solve, "solve")
+    words = [
+        "conductance", str(trace), *STEEL, "--load", "20 N/mm", "--conductivity", "40 W/m/K",
+        "--counter-conductivity", "40 W/m/K",
+    ]  # fmt: skip
+    assert app.main(words) == app.BAD_INPUT
+    assert "the resistance of a contact" in capsys.readouterr().err

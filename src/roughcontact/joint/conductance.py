@@ -26,6 +26,9 @@ from roughcontact.units import Quantity, quantity
 
 Array = NDArray[np.float64]
 
+OF = "the resistance of a contact"
+"""What needs a map, in words."""
+
 
 @dataclass(frozen=True)
 class ConductanceStep:
@@ -261,7 +264,7 @@ def conductance(
                 "one pair of bodies under several loads",
                 argument="contacts",
             )
-        result.pair.require_map("the resistance of a contact")
+        result.pair.require_map(OF)
         steps.append(_step(result))
         judged.append((result.load, result.cautions))
         if largest is None or result.load >= largest.load:

@@ -307,10 +307,15 @@ class Request:
                 f"{under}conductivity" for body, under in zip(bodies, ("", "counter_"), strict=True)
                 if body.conductivity is None
             )  # fmt: skip
+            named = self[f"{lacking.removesuffix('conductivity').replace('_', '-')}material"]
+            known_of = (
+                "have them where a source is known" if named is None
+                else f"have them where a source is known, which {named.name} lacks"
+            )  # fmt: skip
             raise InputError(
                 "is needed, such as ", Mention(lacking, "46 W/m/K"), ", or the resistivity of "
                 "both bodies; ", Mention("material"), " and ", Mention("counter_material"),
-                " of the catalogue have them where a source is known", argument=lacking,
+                f" of the catalogue {known_of}", argument=lacking,
             )  # fmt: skip
         for name, kind, there in zip(("film", "thermal-film"), kinds, known, strict=True):
             if self[name] and not there:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from roughcontact.contact.found import FoundLoads
     from roughcontact.contact.history import LoadHistory, Stage
     from roughcontact.contact.loads import GivenLoad
+    from roughcontact.contact.pair import Pair
     from roughcontact.contact.result import ContactResult
     from roughcontact.contact.sampling import SamplingStudy
     from roughcontact.contact.stress import StressResult
@@ -278,17 +279,23 @@ def _problem(request: Request, maps: Sequence[Surface], *solver: str) -> dict[st
     }
 
 
-def _pressed(
-    request: Request, maps: Sequence[Surface], load: Any, argument: str = "load"
-) -> tuple[Any, GivenLoad | None]:
-    """Return the force that a load is on the bodies, and how it was given."""
-    from roughcontact.contact import loads
+def _pair(request: Request, maps: Sequence[Surface]) -> Pair:
+    """Return the bodies that are pressed together."""
     from roughcontact.contact.pair import Pair
 
     material, counter_material = request.bodies()
     counter = maps[1] if len(maps) > 1 else None
     boundary = Boundary(request["boundary"])
-    pair = Pair(maps[0], material, counter, counter_material, boundary)
+    return Pair(maps[0], material, counter, counter_material, boundary)
+
+
+def _pressed(
+    request: Request, maps: Sequence[Surface], load: Any, argument: str = "load"
+) -> tuple[Any, GivenLoad | None]:
+    """Return the force that a load is on the bodies, and how it was given."""
+    from roughcontact.contact import loads
+
+    pair = _pair(request, maps)
     if pair.is_profile and isinstance(load, float):
         raise InputError(
             "is a force, and the file holds a profile: give a load per length such as '600 N/mm'",
@@ -422,8 +429,11 @@ def _find(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Ou
 
 
 def _conductance(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
+    from roughcontact.joint.conductance import OF, conductance
+
+    # Before anything is solved.
+    _pair(request, maps).require_map(OF)
     from roughcontact.contact.solve import solve
-    from roughcontact.joint.conductance import conductance
 
     loads = [_pressed(request, maps, load) for load in request["load"]]
     # The largest first: what is too much for the bodies is refused at once.
