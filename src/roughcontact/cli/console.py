@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from roughcontact.cli import terminal
-from roughcontact.request.options import COMPARE, CONDUCTANCE, FIND, HISTORY, SOLVE, STRESS, SWEEP
+from roughcontact.request.options import COMPARE, FIND, HISTORY, SOLVE, STRESS, SWEEP
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from roughcontact.contact.study import ResolutionStudy
     from roughcontact.fleet.plan import Report
     from roughcontact.formats.source import Channel
-    from roughcontact.joint.conductance import Conductance
     from roughcontact.material.catalogue import Entry
     from roughcontact.material.material import Material
     from roughcontact.report.inputs import Measured
     from roughcontact.report.quantities import Row
+    from roughcontact.request.joints import Joint
     from roughcontact.request.run import Outcome
     from roughcontact.surface.surface import Surface
     from roughcontact.volume.result import ElastoplasticResult
@@ -57,8 +57,8 @@ def show(outcome: Outcome) -> None:
         show_history(outcome.history, outcome.written)
     elif outcome.loads is not None:
         show_loads(outcome.loads, outcome.written)
-    elif outcome.conductance is not None:
-        show_conductance(outcome.conductance, outcome.written)
+    elif outcome.joint is not None:
+        show_joint(outcome.joint, outcome.request.task, outcome.written)
     elif outcome.comparison is not None:
         show_comparison(outcome.comparison, outcome.written)
     elif outcome.volume is not None:
@@ -101,14 +101,14 @@ def show_loads(loads: FoundLoads, written: Sequence[Path]) -> None:
     _print_written(written)
 
 
-def show_conductance(found: Conductance, written: Sequence[Path]) -> None:
-    """Print the resistances, one row a load, and what they mean."""
-    from roughcontact.report import conducted
+def show_joint(found: Joint, task: str, written: Sequence[Path]) -> None:
+    """Print what a joint does, one row a load, and what it means."""
+    from roughcontact.report import results
 
     _print_steps(found)
-    for sentence in conducted.sentences(found):
+    for sentence in results.sentences(found):
         _print(Text(sentence))
-    _print_cautions(found.cautions, CONDUCTANCE)
+    _print_cautions(found.cautions, task)
     _print_written(written)
 
 
@@ -397,7 +397,7 @@ def _print_lines(text: str) -> None:
 
 
 def _print_steps(
-    result: LoadCurve | LoadHistory | FoundLoads | Conductance | ResolutionStudy | SamplingStudy,
+    result: LoadCurve | LoadHistory | FoundLoads | Joint | ResolutionStudy | SamplingStudy,
 ) -> None:
     """Print one row a step, and what is told of all steps together."""
     from roughcontact.report import results

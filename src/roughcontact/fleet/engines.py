@@ -159,7 +159,7 @@ def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
     if not outcome.converged:
         return FAILED, {}, worded(outcome.shortfall.parts, _words(entry))
     # What is told of a single contact is at its own end.
-    many = (outcome.curve, outcome.history, outcome.loads, outcome.conductance, outcome.comparison)
+    many = (outcome.curve, outcome.history, outcome.loads, outcome.joint, outcome.comparison)
     several = any(one is not None for one in many)
     last = {"last": outcome.last} if several else {}
     told = plan.sealed({**outcome.record(), **last}, digest, outcome.written)

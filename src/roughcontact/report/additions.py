@@ -38,14 +38,14 @@ def of_loads(loads: FoundLoads) -> Addition:
     return Addition("Loads that were asked for", text, (head, *rows))
 
 
-def of_conductance(found: Conductance) -> Addition:
-    """Return the chapter on what the contact conducts; the report is on the largest load."""
+def of_joint(found: Conductance) -> Addition:
+    """Return the chapter on what a joint does; the report is on the largest load."""
     head, rows = results.listing(found)
-    told = (results.row(found, key) for key in ("body", "counter_body"))
+    told = results.rows(found)
     text = (
         *(sentence(f"{row.name}: {row.text}") for row in told),
-        *conducted.sentences(found),
+        *results.sentences(found),
         f"The report is on the largest of the loads, {engineering(found.largest.load, 'N')}.",
     )
-    drawn = figures.drawn(figures.CONDUCTANCE, found)
-    return Addition("What the contact conducts", text, (head, *rows), drawn)
+    drawn = figures.drawn(figures.of_joint(found), found)
+    return Addition(conducted.TITLE, text, (head, *rows), drawn)

@@ -20,6 +20,9 @@ from roughcontact.report.quantities import (
 )
 from roughcontact.units import engineering, percent
 
+TITLE = "What the contact conducts"
+"""Of the chapter in a report."""
+
 
 def _of_contact(key: str) -> Quantity:
     changes: dict[str, Any] = {"name": "", "part": PROBLEM}

@@ -514,6 +514,11 @@ def of_curve(curve: LoadCurve) -> Illustrations:
     return traces.CURVE if curve.is_profile else CURVE
 
 
+def of_joint(found: Any) -> Illustrations:
+    """Return the figures of what a joint does."""
+    return _scene(found)[0]
+
+
 def _later(entry: Illustration, scene: Any) -> Callable[[], Figure]:
     return lambda: entry.draw(scene)
 

@@ -89,6 +89,14 @@ def summary(result: Any) -> dict[str, Any]:
     return told
 
 
+def sentences(result: Any) -> tuple[str, ...]:
+    """Return what a reader of a kind of result has to know before its numbers."""
+    match result:
+        case Conductance():
+            return conducted.sentences(result)
+    return ()
+
+
 def csv(result: Any) -> str:
     """Return the steps of a result as a table in text, units in the head."""
     return csv_text(columns_of(result), result)

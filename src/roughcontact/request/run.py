@@ -15,11 +15,10 @@ from roughcontact.errors import InputError, RoughcontactError, Sentence, parts_o
 from roughcontact.formats import tables
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import default_workers
-from roughcontact.request import outputs
+from roughcontact.request import joints, outputs, problem
 from roughcontact.request.maps import resolution_notes, surfaces
 from roughcontact.request.options import (
     COMPARE,
-    CONDUCTANCE,
     FIND,
     HISTORY,
     SOLVE,
@@ -37,13 +36,10 @@ if TYPE_CHECKING:
     from roughcontact.contact.curve import LoadCurve
     from roughcontact.contact.found import FoundLoads
     from roughcontact.contact.history import LoadHistory, Stage
-    from roughcontact.contact.loads import GivenLoad
-    from roughcontact.contact.pair import Pair
     from roughcontact.contact.result import ContactResult
     from roughcontact.contact.sampling import SamplingStudy
     from roughcontact.contact.stress import StressResult
     from roughcontact.contact.study import ResolutionStudy
-    from roughcontact.joint.conductance import Conductance
     from roughcontact.surface.surface import Surface
     from roughcontact.volume.result import ElastoplasticResult
 
@@ -62,7 +58,7 @@ class Outcome:
         The contact: the solution or the best found, that of the volume model, that below which the
         stress is, the last of a history, that under the largest load found; none of a sweep or a
         comparison.
-    volume, stress, curve, history, loads, conductance, comparison : optional
+    volume, stress, curve, history, loads, joint, comparison : optional
         What the task found besides.
     study : ResolutionStudy or None
         The same on other grids, if it was asked for.
@@ -83,7 +79,7 @@ class Outcome:
     curve: LoadCurve | None = None
     history: LoadHistory | None = None
     loads: FoundLoads | None = None
-    conductance: Conductance | None = None
+    joint: joints.Joint | None = None
     comparison: Comparison | SamplingStudy | None = None
     study: ResolutionStudy | None = None
     first_yield: StressResult | None = None
@@ -95,7 +91,7 @@ class Outcome:
     def found(self) -> Any:
         """What was asked for."""
         whole = (
-            self.volume, self.stress, self.curve, self.history, self.loads, self.conductance,
+            self.volume, self.stress, self.curve, self.history, self.loads, self.joint,
             self.comparison,
         )  # fmt: skip
         return next((found for found in whole if found is not None), self.result)
@@ -152,7 +148,7 @@ class Outcome:
     def record(self) -> dict[str, Any]:
         """Return all numbers by name, in SI units, ready for JSON."""
         told: dict[str, Any]
-        several = (self.curve, self.history, self.loads, self.conductance, self.comparison)
+        several = (self.curve, self.history, self.loads, self.joint, self.comparison)
         whole = next((found for found in several if found is not None), None)
         if whole is not None:
             told = whole.summary()
@@ -255,8 +251,8 @@ def _remarked(outcome: Outcome, remarks: tuple[Caution, ...]) -> Outcome:
             changed["history"] = replace(outcome.history, last=result, remarks=remarks)
         if outcome.loads is not None:
             changed["loads"] = replace(outcome.loads, remarks=remarks)
-        if outcome.conductance is not None:
-            changed["conductance"] = replace(outcome.conductance, largest=result, remarks=remarks)
+        if outcome.joint is not None:
+            changed["joint"] = replace(outcome.joint, largest=result, remarks=remarks)
     if outcome.curve is not None:
         changed["curve"] = replace(outcome.curve, remarks=remarks)
     return replace(outcome, **changed)
@@ -266,51 +262,13 @@ def _nobody(progress: Progress) -> None:
     """Look at nothing."""
 
 
-def _problem(request: Request, maps: Sequence[Surface], *solver: str) -> dict[str, Any]:
-    """Return the arguments that `contact.solve` and its relatives share, but for the load."""
-    material, counter_material = request.bodies()
-    return {
-        "material": material,
-        "counter_material": counter_material,
-        "counter_surface": maps[1] if len(maps) > 1 else None,
-        "ceiling": request["ceiling"],
-        "boundary": request["boundary"],
-        **request.solver(*solver),
-    }
-
-
-def _pair(request: Request, maps: Sequence[Surface]) -> Pair:
-    """Return the bodies that are pressed together."""
-    from roughcontact.contact.pair import Pair
-
-    material, counter_material = request.bodies()
-    counter = maps[1] if len(maps) > 1 else None
-    boundary = Boundary(request["boundary"])
-    return Pair(maps[0], material, counter, counter_material, boundary)
-
-
-def _pressed(
-    request: Request, maps: Sequence[Surface], load: Any, argument: str = "load"
-) -> tuple[Any, GivenLoad | None]:
-    """Return the force that a load is on the bodies, and how it was given."""
-    from roughcontact.contact import loads
-
-    pair = _pair(request, maps)
-    if pair.is_profile and isinstance(load, float):
-        raise InputError(
-            "is a force, and the file holds a profile: give a load per length such as '600 N/mm'",
-            argument=argument,
-        )
-    return loads.on(load, pair, argument)
-
-
 def _contact(request: Request, maps: Sequence[Surface], look: Look) -> ContactResult:
     from roughcontact.contact.solve import solve
 
-    force, given = _pressed(request, maps, *request.load)
+    force, given = problem.pressed(request, maps, *request.load)
     found = solve(
         maps[0],
-        **_problem(request, maps, "tolerance", "max-iterations", "precision"),
+        **problem.arguments(request, maps, "tolerance", "max-iterations", "precision"),
         load=force,
         approach=request["approach"],
         moments=request.moments(force),
@@ -328,7 +286,7 @@ def _solve(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> O
         return Outcome(request, result)
     study = resolution_study(
         maps[0],
-        **_problem(request, maps, "tolerance", "precision"),
+        **problem.arguments(request, maps, "tolerance", "precision"),
         load=result.load,
         progress=lambda at: look(replace(at, label=f"study: {at.label}")),
     )
@@ -339,15 +297,15 @@ def _volume(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> 
     from roughcontact.volume.solve import solve_elastoplastic
     from roughcontact.volume.stepping import AUTO, between
 
-    (load, given), steps = _pressed(request, maps, *request.load), request["increments"]
+    (load, given), steps = problem.pressed(request, maps, *request.load), request["increments"]
     loads = [load] if steps == AUTO else between(0.0, load, steps)
     loads += [0.0] * request["unload"]
-    problem = _problem(request, maps, "tolerance", "max-iterations", "precision")
-    del problem["ceiling"]
+    options = problem.arguments(request, maps, "tolerance", "max-iterations", "precision")
+    del options["ceiling"]
     with _kept(request, "step-*.nc", look) as (watch, reused):
         found = solve_elastoplastic(
             maps[0],
-            **problem,
+            **options,
             loads=loads,
             increments=steps,
             on_failure="return",
@@ -386,11 +344,11 @@ def _sweep(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> O
 
     control, values = request.steps
     if control == "load":
-        _pressed(request, maps, values[-1], "from")
+        problem.pressed(request, maps, values[-1], "from")
     with _kept(request, "step-*.npz", look) as (watch, reused):
         curve = load_curve(
             maps[0],
-            **_problem(request, maps, "tolerance", "max-iterations", "precision"),
+            **problem.arguments(request, maps, "tolerance", "max-iterations", "precision"),
             loads=values if control == "load" else None,
             approaches=values if control == "approach" else None,
             folder=request["folder"],
@@ -406,7 +364,7 @@ def _history(request: Request, maps: Sequence[Surface], say: Say, look: Look) ->
     history = load_history(
         maps[0],
         stages,
-        **_problem(request, maps, "tolerance", "max-iterations"),
+        **problem.arguments(request, maps, "tolerance", "max-iterations"),
         progress=look,
     )
     return Outcome(request, history.last, history=history)
@@ -417,7 +375,7 @@ def _find(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Ou
 
     loads = find_load(
         maps[0],
-        **_problem(request, maps, "tolerance", "max-iterations"),
+        **problem.arguments(request, maps, "tolerance", "max-iterations"),
         contact=request["contact"],
         saturated=request["saturated"],
         approach=request["approach"],
@@ -428,40 +386,23 @@ def _find(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Ou
     return Outcome(request, loads.largest, loads=loads)
 
 
-def _conductance(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
-    from roughcontact.joint.conductance import OF, conductance
-
-    # Before anything is solved.
-    _pair(request, maps).require_map(OF)
-    from roughcontact.contact.solve import solve
-
-    loads = [_pressed(request, maps, load) for load in request["load"]]
-    # The largest first: what is too much for the bodies is refused at once.
-    loads.sort(key=lambda load: -load[0])
-    problem = _problem(request, maps, "tolerance", "max-iterations", "precision")
-
-    def contacts() -> Iterator[ContactResult]:
-        for number, (force, given) in enumerate(loads, start=1):
-
-            def watch(at: Progress, number: int = number) -> None:
-                look(replace(at, number=number, count=len(loads)))
-
-            found = solve(maps[0], **problem, load=force, progress=watch)
-            yield replace(found, given=given)
-
-    found = conductance(
-        contacts(), *request.conductors(), film=request["film"] or 0.0,
-        thermal_film=request["thermal-film"] or 0.0,
-    )  # fmt: skip
-    return Outcome(request, found.largest, conductance=found)
+def _joint(
+    request: Request,
+    maps: Sequence[Surface],
+    say: Say,
+    look: Look,
+    solve: joints.Solve = joints.fresh,
+) -> Outcome:
+    found = joints.ASKED[request.kind](request, joints.Contacts(request, maps, look, solve))
+    return Outcome(request, found.largest, joint=found)
 
 
 def _compare(request: Request, say: Say, look: Look) -> Outcome:
     from roughcontact.request.comparing import compared
 
-    problem = _problem(request, (), "tolerance", "max-iterations")
-    del problem["counter_surface"]
-    return Outcome(request, comparison=compared(request, problem, say, look))
+    options = problem.arguments(request, (), "tolerance", "max-iterations")
+    del options["counter_surface"]
+    return Outcome(request, comparison=compared(request, options, say, look))
 
 
 def _stages(request: Request) -> list[Stage]:
@@ -482,7 +423,7 @@ _TASKS: dict[str, Callable[[Request, Sequence[Surface], Say, Look], Outcome]] = 
     SWEEP: _sweep,
     HISTORY: _history,
     FIND: _find,
-    CONDUCTANCE: _conductance,
+    **dict.fromkeys(joints.ASKED, _joint),
 }
 
 
@@ -552,9 +493,9 @@ def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
     elif outcome.loads is not None and outcome.result is not None:
         answers = additions.of_loads(outcome.loads)
         contact.save_compared(outcome.result, path, additions=[answers], study=None, **told)
-    elif outcome.conductance is not None and outcome.result is not None:
-        joint = additions.of_conductance(outcome.conductance)
-        contact.save_compared(outcome.result, path, additions=[joint], study=None, **told)
+    elif outcome.joint is not None and outcome.result is not None:
+        chapter = additions.of_joint(outcome.joint)
+        contact.save_compared(outcome.result, path, additions=[chapter], study=None, **told)
     elif outcome.comparison is not None:
         comparison.save(outcome.comparison, path, **told)
     elif outcome.stress is not None:
@@ -572,8 +513,8 @@ def _curve_report(curve: LoadCurve, request: Request, maps: Sequence[Surface], p
     from roughcontact.contact.solve import solve
     from roughcontact.report import steps
 
-    problem = _problem(request, maps, "tolerance", "max-iterations", "precision")
-    result = solve(maps[0], **problem, load=curve.steps[-1].load)
+    options = problem.arguments(request, maps, "tolerance", "max-iterations", "precision")
+    result = solve(maps[0], **options, load=curve.steps[-1].load)
     result = replace(result, remarks=curve.remarks)
     twin = result.elastic() if result.saturated_fraction else None
     steps.save_curve(curve, result, path, elastic=twin, **_telling(request))

@@ -1,0 +1,144 @@
+"""What a joint does, asked of contacts that are solved as they are looked at.
+
+Several questions about one contact share what is solved: see `once`.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from typing import IO, TYPE_CHECKING, Any
+
+from roughcontact.request import problem
+from roughcontact.request.option import CONDUCTANCE
+from roughcontact.request.request import Request
+from roughcontact.solvers.progress import Progress
+
+if TYPE_CHECKING:
+    from roughcontact.contact.result import ContactResult
+    from roughcontact.joint.conductance import Conductance
+    from roughcontact.surface.surface import Surface
+
+    Joint = Conductance
+    """What is found: it has ``largest``, ``remarks``, ``summary`` and ``save``."""
+
+Solve = Callable[..., "ContactResult"]
+"""`contact.solve.solve`, or what gives the same for the same arguments."""
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """The contacts of a request, solved as they are asked for.
+
+    Parameters
+    ----------
+    request : Request
+        What was asked for.
+    maps : sequence of Surface
+        The maps that are pressed, prepared.
+    look : callable
+        Called with the `Progress` of the solver.
+    solve : callable
+        What solves them.
+    """
+
+    request: Request
+    maps: Sequence[Surface]
+    look: Callable[[Progress], None]
+    solve: Solve
+
+    def require_map(self, what: str) -> None:
+        """Raise `InputError` for profiles, before anything is solved."""
+        problem.pair_of(self.request, self.maps).require_map(what)
+
+    def under(self, loads: Sequence[Any]) -> Iterator[ContactResult]:
+        """Yield the contacts under some loads, in whatever form they were given.
+
+        The largest comes first: what is too much for the bodies is refused at once.
+        """
+        forces = [problem.pressed(self.request, self.maps, load) for load in loads]
+        forces.sort(key=lambda load: -load[0])
+        options = problem.arguments(
+            self.request, self.maps, "tolerance", "max-iterations", "precision"
+        )
+        for number, (force, given) in enumerate(forces, start=1):
+
+            def watch(at: Progress, number: int = number) -> None:
+                self.look(replace(at, number=number, count=len(forces)))
+
+            found = self.solve(self.maps[0], **options, load=force, progress=watch)
+            yield replace(found, given=given)
+
+
+def fresh(surface: Surface, **options: Any) -> ContactResult:
+    """Solve a contact; see `contact.solve.solve`."""
+    from roughcontact.contact.solve import solve
+
+    return solve(surface, **options)
+
+
+@contextmanager
+def once(solve: Solve = fresh) -> Iterator[Solve]:
+    """Give what solves a contact that it is asked for again only once.
+
+    Parameters
+    ----------
+    solve : callable
+        What solves it.
+
+    Yields
+    ------
+    callable
+        The same for the same arguments, bit by bit. The maps of pressure and gap wait in a file
+        without a name, which goes with the block or the process, so that one contact at a time
+        is in memory.
+    """
+    with ExitStack() as stack:
+        kept: list[tuple[dict[str, Any], ContactResult, IO[bytes]]] = []
+
+        def solve_once(surface: Surface, *, progress: Any = None, **options: Any) -> ContactResult:
+            asked = {"surface": surface, **options}
+            for known, result, file in kept:
+                if known == asked:
+                    return _filled(result, file)
+            result = solve(surface, progress=progress, **options)
+            file = stack.enter_context(tempfile.TemporaryFile())
+            kept.append((asked, _emptied(result, file), file))
+            return result
+
+        yield solve_once
+
+
+def _emptied(result: ContactResult, file: IO[bytes]) -> ContactResult:
+    """Return a contact without its maps, which go to a file."""
+    import numpy as np
+
+    np.save(file, result.pressure)
+    np.save(file, result.gap)
+    return replace(result, pressure=np.empty((0, 0)), gap=np.empty((0, 0)))
+
+
+def _filled(result: ContactResult, file: IO[bytes]) -> ContactResult:
+    """Return a contact with its maps again."""
+    import numpy as np
+
+    file.seek(0)
+    return replace(result, pressure=np.load(file), gap=np.load(file))
+
+
+def _conductance(request: Request, contacts: Contacts) -> Conductance:
+    from roughcontact.joint.conductance import OF, conductance
+
+    contacts.require_map(OF)
+    return conductance(
+        contacts.under(request["load"]),
+        *request.conductors(),
+        film=request["film"] or 0.0,
+        thermal_film=request["thermal-film"] or 0.0,
+    )
+
+
+ASKED: dict[str, Callable[[Request, Contacts], Joint]] = {CONDUCTANCE: _conductance}
+"""What each task on a joint asks of its contacts."""
