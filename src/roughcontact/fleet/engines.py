@@ -17,6 +17,7 @@ from roughcontact.fleet import plan
 from roughcontact.fleet.plan import FAILED, KEPT, SOLVED, Entry, Report
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import outputs, run as running
+from roughcontact.request.request import Request
 
 
 def run(
@@ -44,33 +45,36 @@ def run(
     The processes end within a second of this one, however it ends, and of the call.
     """
     cores = default_workers()
-    at_once = max(1, min(processes or cores, len(entries)))
     folders = {entry.summary.parent for entry in entries}
     for folder in folders:
         folder.mkdir(parents=True, exist_ok=True)
-    waiting = list(enumerate(entries))[::-1]
-    working: dict[Connection, _Worker] = {}
     reports: dict[int, Report] = {}
+
+    def tell(number: int, report: Report) -> None:
+        reports[number] = report
+        told(report)
+
+    waiting = _contacts(entries)[::-1]
+    at_once = max(1, min(processes or cores, len(waiting)))
+    working: dict[Connection, _Worker] = {}
     try:
         while waiting or working:
             while waiting and len(working) < at_once:
-                number, entry = waiting.pop()
-                digest = plan.digest_of(entry)
-                before = plan.complete(entry, digest)
-                if before is None:
-                    _begin(working, number, entry, digest, max(1, cores // at_once))
-                else:
-                    reports[number] = Report(entry.name, KEPT, before)
-                    told(reports[number])
+                job = _left(waiting.pop(), tell)
+                if job:
+                    _begin(working, job, max(1, cores // at_once))
             for worker in _ready(working):
-                reports[worker.number] = worker.report()
-                del working[worker.receiver]
-                told(reports[worker.number])
+                found = worker.reports()
+                if not found:
+                    del working[worker.receiver]
+                    found = worker.ended(reports)
+                for number, report in found:
+                    tell(number, report)
     except KeyboardInterrupt:
         own.end(worker.process for worker in working.values())
         done = {number for number, report in reports.items() if report.state != FAILED}
         # Some may have been about to tell.
-        done |= {worker.number for worker in working.values() if worker.is_complete()}
+        done |= {number for worker in working.values() for number in worker.complete()}
         summaries = [entries[number].summary for number in sorted(done)]
         raise outputs.UnfinishedError(summaries) from None
     finally:
@@ -82,37 +86,78 @@ def run(
 
 
 @dataclass(frozen=True)
-class _Worker:
-    """A process that works on one contact, and where it tells how that ended."""
+class _Part:
+    """One thing that is asked of a contact: its number among the entries, and its digest."""
 
     number: int
     entry: Entry
     digest: str
+
+
+Job = tuple[_Part, ...]
+"""What is asked of one contact."""
+
+
+def _contacts(entries: list[Entry]) -> list[list[tuple[int, Entry]]]:
+    """Return the entries with their numbers, contact by contact."""
+    found: dict[int, list[tuple[int, Entry]]] = {}
+    for number, entry in enumerate(entries):
+        found.setdefault(entry.contact, []).append((number, entry))
+    return list(found.values())
+
+
+def _left(contact: list[tuple[int, Entry]], tell: Callable[[int, Report], None]) -> Job:
+    """Return what is to be done of a contact, and tell of what was done before."""
+    left = []
+    for number, entry in contact:
+        digest = plan.digest_of(entry)
+        before = plan.complete(entry, digest)
+        if before is None:
+            left.append(_Part(number, entry, digest))
+        else:
+            tell(number, Report(entry.name, KEPT, before))
+    return tuple(left)
+
+
+@dataclass(frozen=True)
+class _Worker:
+    """A process that works on one contact, and where it tells how each part of it ended."""
+
+    job: Job
     process: SpawnProcess
     receiver: Connection
 
-    def is_complete(self) -> bool:
-        """Return whether the contact stands complete, told of or not."""
-        return plan.complete(self.entry, self.digest) is not None
+    def complete(self) -> list[int]:
+        """Return the parts that stand complete, told of or not."""
+        return [
+            part.number for part in self.job if plan.complete(part.entry, part.digest) is not None
+        ]
 
-    def report(self) -> Report:
-        """Return how it ended, once it has told or is gone."""
+    def reports(self) -> list[tuple[int, Report]]:
+        """Return how the next part ended; nothing where no other follows."""
         try:
-            state, told, reason = self.receiver.recv()
+            number, state, told, reason = self.receiver.recv()
         except EOFError:
-            state, told, reason = FAILED, {}, own.lost(self.process)
+            return []
+        (part,) = (part for part in self.job if part.number == number)
+        return [(number, Report(part.entry.name, state, told, reason))]
+
+    def ended(self, told: Mapping[int, Report]) -> list[tuple[int, Report]]:
+        """Return the parts that are lost with the process, which is gone."""
         self.process.join()
         self.receiver.close()
-        return Report(self.entry.name, state, told, reason)
+        return [
+            (part.number, Report(part.entry.name, FAILED, {}, own.lost(self.process)))
+            for part in self.job
+            if part.number not in told
+        ]
 
 
-def _begin(
-    working: dict[Connection, _Worker], number: int, entry: Entry, digest: str, threads: int
-) -> None:
+def _begin(working: dict[Connection, _Worker], job: Job, threads: int) -> None:
     """Begin with one contact, in a process of its own."""
     receiver, sender = own.pipe()
-    process = own.made(_work, entry, digest, threads, sender)
-    working[receiver] = _Worker(number, entry, digest, process, receiver)
+    process = own.made(_work, job, threads, sender)
+    working[receiver] = _Worker(job, process, receiver)
     own.start(process)
     sender.close()
 
@@ -128,16 +173,18 @@ def _ready(working: Mapping[Connection, _Worker]) -> list[_Worker]:
 # In a process of its own
 
 
-def _work(entry: Entry, digest: str, threads: int, sender: Connection) -> None:
-    """Do one contact."""
-    with own.following():
+def _work(job: Job, threads: int, sender: Connection) -> None:
+    """Do all that is asked of one contact."""
+    with own.following(), running.together() as carry_out:
         _hold(threads)
-        try:
-            sender.send(_done(entry, digest))
-        except RoughcontactError as error:
-            sender.send((FAILED, {}, error.worded(_words(entry))))
-        except (OSError, MemoryError) as error:
-            sender.send((FAILED, {}, f"{type(error).__name__}: {error}"))
+        for part in job:
+            try:
+                how = _done(part, carry_out)
+            except RoughcontactError as error:
+                how = FAILED, {}, error.worded(_words(part.entry))
+            except (OSError, MemoryError) as error:
+                how = FAILED, {}, f"{type(error).__name__}: {error}"
+            sender.send((part.number, *how))
 
 
 def _hold(threads: int) -> None:
@@ -152,8 +199,11 @@ def _words(entry: Entry) -> Callable[[Mention], str]:
     return partial(plan.spell_key, task=entry.request.task)
 
 
-def _done(entry: Entry, digest: str) -> tuple[str, dict[str, Any], str]:
-    outcome = running.run(entry.request, _nothing)
+def _done(
+    part: _Part, carry_out: Callable[[Request, outputs.Say], running.Outcome]
+) -> tuple[str, dict[str, Any], str]:
+    entry, digest = part.entry, part.digest
+    outcome = carry_out(entry.request, _nothing)
     if outcome.failure is not None:
         raise outcome.failure
     if not outcome.converged:

@@ -30,11 +30,14 @@ class Entry:
         What to do.
     summary : Path
         The JSON file that is written last; with it the contact is complete.
+    contact : int
+        Entries of the same number ask several things of one contact, which is solved once.
     """
 
     name: str
     request: Request
     summary: Path
+    contact: int
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from roughcontact import limits, pipes
 from roughcontact.errors import FormatError, InputError, Mention
 from roughcontact.fleet.plan import Entry, spell_key
 from roughcontact.request import outputs
+from roughcontact.request.option import JOINTS
 from roughcontact.request.options import (
     CEILING,
     COMPARE,
@@ -26,7 +27,7 @@ from roughcontact.request.options import (
     named,
     offered,
 )
-from roughcontact.request.request import from_text
+from roughcontact.request.request import Request, from_text
 
 _KEYS = ("folder", "write", "materials", "defaults", "contact")
 DESK = "desk"
@@ -60,7 +61,8 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
         options of its ``task`` (``"solve"``, the default, ``"sweep"``, ``"stress"``,
         ``"history"``, ``"find"``, ``"conductance"`` or ``"compare"``) under the names that the
         command of that name gives them, and a contact its ``name`` and ``file``; one of task
-        ``"compare"`` has ``files``, a list, or ``groups``, a table of lists by name. Defaults that
+        ``"compare"`` has ``files``, a list, or ``groups``, a table of lists by name. A list of
+        tasks on a joint asks all of them of one contact, which is solved once. Defaults that
         do not fit task and model of a contact are left out there. A list of loads makes one
         contact of each, a ``folder`` for steps gets a folder for each. Paths are relative to the
         file.
@@ -68,7 +70,7 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
     Returns
     -------
     list of Entry
-        One for each contact and load.
+        One for each contact, load and task.
 
     Raises
     ------
@@ -243,35 +245,74 @@ def _check_places(path: Path, found: list[tuple[_Contact, Entry]]) -> None:
 def _entries(project: _Project) -> Iterator[tuple[_Contact, Entry]]:
     seen: dict[str, str] = {}
     idle = set(project.defaults)
+    contacts = 0
     for number, read in enumerate(project.contacts):
-        contact = _contact(project, number, read)
-        values, source = contact.values, project.source
-        idle -= values.keys()
-        key = "hertz" if isinstance(values.get("hertz"), list) else "load"
-        loads = values.pop(key, None)
-        if loads == []:
-            raise contact.refusal(key, f"{key} is an empty list")
-        for load in loads if isinstance(loads, list) else [loads]:
-            name = f"{values['name']} {load}" if isinstance(loads, list) else values["name"]
-            stem = re.sub(r"[^\w.+-]+", "-", name)
-            if stem in seen:
-                raise source.refusal(contact.table, f"the name {name!r} is taken by {seen[stem]}")
-            seen[stem] = source.place(contact.table)
-            given = values if load is None else {**values, key: load}
-            described = _described(contact, given, project.materials)
-            described |= _outputs(project, contact.task, stem)
-            if "folder" in described:
-                # One may be given to all contacts.
-                described["folder"] = str(source.path.parent / str(described["folder"]) / stem)
-            file = None if "file" not in values else source.path.parent / values["file"]
-            files = tuple(source.path.parent / name for name in values.get("files", ()))
-            try:
-                request = from_text(contact.task, file, described, files)
-            except InputError as error:
-                raise contact.placed(error) from None
-            yield contact, Entry(name, request, project.target / f"{stem}.json")
+        asked = _contacts(project, number, read)
+        idle -= {key for contact in asked for key in contact.values}
+        for load in _loads(asked[0]):
+            contacts += 1
+            for contact in asked:
+                parts = [contact.values["name"], *([] if load is None else [load[1]])]
+                parts += [contact.task] if len(asked) > 1 else []
+                name = " ".join(map(str, parts))
+                stem = re.sub(r"[^\w.+-]+", "-", name)
+                if stem in seen:
+                    told = f"the name {name!r} is taken by {seen[stem]}"
+                    raise project.source.refusal(contact.table, told)
+                seen[stem] = project.source.place(contact.table)
+                request = _request(project, contact, load, stem)
+                yield contact, Entry(name, request, project.target / f"{stem}.json", contacts)
     for key in sorted(idle):
         raise project.source.refusal(("defaults", key), f"{key} fits none of the contacts")
+
+
+def _loads(contact: _Contact) -> list[tuple[str, Any] | None]:
+    """Return key and value of each load of a list, which makes a contact of each; else None."""
+    key = "hertz" if isinstance(contact.values.get("hertz"), list) else "load"
+    loads = contact.values.get(key)
+    if loads == []:
+        raise contact.refusal(key, f"{key} is an empty list")
+    return [(key, load) for load in loads] if isinstance(loads, list) else [None]
+
+
+def _request(
+    project: _Project, contact: _Contact, load: tuple[str, Any] | None, stem: str
+) -> Request:
+    """Return what is asked of a contact under one of its loads."""
+    values = contact.values if load is None else {**contact.values, load[0]: load[1]}
+    folder = project.source.path.parent
+    described = _described(contact, values, project.materials)
+    described |= _outputs(project, contact.task, stem)
+    if "folder" in described:
+        # One may be given to all contacts.
+        described["folder"] = str(folder / str(described["folder"]) / stem)
+    file = None if "file" not in values else folder / values["file"]
+    files = tuple(folder / name for name in values.get("files", ()))
+    try:
+        return from_text(contact.task, file, described, files)
+    except InputError as error:
+        raise contact.placed(error) from None
+
+
+def _contacts(project: _Project, number: int, read: Any) -> list[_Contact]:
+    """Return a contact once for each of its tasks."""
+    tasks = read.get("task", project.defaults.get("task")) if isinstance(read, dict) else None
+    if not isinstance(tasks, list):
+        return [_contact(project, number, read)]
+    table = ("contact", str(number))
+    if not tasks or len(set(map(str, tasks))) < len(tasks) or not set(tasks) <= set(JOINTS):
+        raise project.source.refusal(
+            (*table, "task"),
+            f"several tasks must be different ones of {', '.join(JOINTS)}, got {tasks!r}",
+        )
+    known = {key for task in tasks for key in _keys(task)}
+    found = []
+    for task in tasks:
+        # What serves another of them is left out here.
+        others = known - set(_keys(task))
+        own = {key: value for key, value in read.items() if key not in others}
+        found.append(_contact(project, number, {**own, "task": task}))
+    return found
 
 
 def _contact(project: _Project, number: int, read: Any) -> _Contact:

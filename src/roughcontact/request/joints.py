@@ -80,20 +80,15 @@ def fresh(surface: Surface, **options: Any) -> ContactResult:
 
 
 @contextmanager
-def once(solve: Solve = fresh) -> Iterator[Solve]:
+def once() -> Iterator[Solve]:
     """Give what solves a contact that it is asked for again only once.
-
-    Parameters
-    ----------
-    solve : callable
-        What solves it.
 
     Yields
     ------
     callable
-        The same for the same arguments, bit by bit. The maps of pressure and gap wait in a file
-        without a name, which goes with the block or the process, so that one contact at a time
-        is in memory.
+        What gives the same as `fresh` for the same arguments, bit by bit. The maps of pressure
+        and gap wait in a file without a name, which goes with the block or the process, so that
+        one contact at a time is in memory.
     """
     with ExitStack() as stack:
         kept: list[tuple[dict[str, Any], ContactResult, IO[bytes]]] = []
@@ -103,7 +98,7 @@ def once(solve: Solve = fresh) -> Iterator[Solve]:
             for known, result, file in kept:
                 if known == asked:
                     return _filled(result, file)
-            result = solve(surface, progress=progress, **options)
+            result = fresh(surface, progress=progress, **options)
             file = stack.enter_context(tempfile.TemporaryFile())
             kept.append((asked, _emptied(result, file), file))
             return result

@@ -79,6 +79,11 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
     return maps
 
 
+def prepared_by(request: Request) -> str:
+    """Return a word for what the prepared maps of a request depend on."""
+    return repr(([str(path) for path in request.inputs], [request[name] for name in PREPARING]))
+
+
 def resolution_notes(request: Request, maps: Sequence[Surface]) -> tuple[str, ...]:
     """Return what limits the lateral resolution of the prepared maps, each in one sentence."""
     measured = [surface for surface in maps if surface.provenance.instrument]

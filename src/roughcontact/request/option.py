@@ -12,6 +12,8 @@ SOLVE, SWEEP, STRESS, HISTORY, FIND = "solve", "sweep", "stress", "history", "fi
 COMPARE, CONDUCTANCE = "compare", "conductance"
 SINGLE = (SOLVE, SWEEP, STRESS, HISTORY, FIND, CONDUCTANCE)
 """Tasks on one contact."""
+JOINTS = (CONDUCTANCE,)
+"""Tasks on what a joint does, of which several may be asked of one contact."""
 TASKS = (*SINGLE, COMPARE)
 """What a run can be asked for; each is a command, and a ``task`` of a project file."""
 

@@ -15,8 +15,8 @@ from roughcontact.errors import InputError, RoughcontactError, Sentence, parts_o
 from roughcontact.formats import tables
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import default_workers
-from roughcontact.request import joints, outputs, problem
-from roughcontact.request.maps import resolution_notes, surfaces
+from roughcontact.request import joints, memory, outputs, problem
+from roughcontact.request.maps import prepared_by, resolution_notes, surfaces
 from roughcontact.request.options import (
     COMPARE,
     FIND,
@@ -197,8 +197,40 @@ def run(request: Request, say: Say, look: Look | None = None) -> Outcome:
     return _written(solved(request, maps, say, look), maps, say)
 
 
+@contextmanager
+def together() -> Iterator[Callable[[Request, Say], Outcome]]:
+    """Give what carries out requests as `run` does, and shares what they have in common.
+
+    Yields
+    ------
+    callable
+        Called with a request and ``say``. Maps that several of them prepare in the same way are
+        read once, and contacts of which they ask what a joint does are solved once.
+    """
+    with joints.once() as solve:
+        known: dict[str, list[Surface]] = {}
+
+        def carry_out(request: Request, say: Say) -> Outcome:
+            if request.kind == COMPARE:
+                return run(request, say)
+            request.check_places()
+            words = prepared_by(request)
+            if words in known:
+                memory.require(request, known[words][0].shape)
+            else:
+                known[words] = surfaces(request, say)
+            maps = known[words]
+            return _written(solved(request, maps, say, solve=solve), maps, say)
+
+        yield carry_out
+
+
 def solved(
-    request: Request, maps: Sequence[Surface], say: Say, look: Look | None = None
+    request: Request,
+    maps: Sequence[Surface],
+    say: Say,
+    look: Look | None = None,
+    solve: joints.Solve = joints.fresh,
 ) -> Outcome:
     """Carry out a request on maps that are prepared, and write nothing.
 
@@ -210,6 +242,8 @@ def solved(
         From `surfaces`.
     say, look : callable
         As for `run`.
+    solve : callable, optional
+        What solves the contacts that are asked what a joint does; see `joints.once`.
 
     Returns
     -------
@@ -221,7 +255,13 @@ def solved(
     RoughcontactError
         If the request cannot be done.
     """
-    outcome = _TASKS[request.kind](request, maps, say, look or _nobody)
+    look = look or _nobody
+    if request.kind in joints.ASKED:
+        contacts = joints.Contacts(request, maps, look, solve)
+        found = joints.ASKED[request.kind](request, contacts)
+        outcome = Outcome(request, found.largest, joint=found)
+    else:
+        outcome = _TASKS[request.kind](request, maps, say, look)
     return _remarked(outcome, of_measurement(resolution_notes(request, maps)))
 
 
@@ -386,17 +426,6 @@ def _find(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Ou
     return Outcome(request, loads.largest, loads=loads)
 
 
-def _joint(
-    request: Request,
-    maps: Sequence[Surface],
-    say: Say,
-    look: Look,
-    solve: joints.Solve = joints.fresh,
-) -> Outcome:
-    found = joints.ASKED[request.kind](request, joints.Contacts(request, maps, look, solve))
-    return Outcome(request, found.largest, joint=found)
-
-
 def _compare(request: Request, say: Say, look: Look) -> Outcome:
     from roughcontact.request.comparing import compared
 
@@ -423,7 +452,6 @@ _TASKS: dict[str, Callable[[Request, Sequence[Surface], Say, Look], Outcome]] = 
     SWEEP: _sweep,
     HISTORY: _history,
     FIND: _find,
-    **dict.fromkeys(joints.ASKED, _joint),
 }
 
 

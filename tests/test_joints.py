@@ -1,0 +1,114 @@
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.cli import app
+from roughcontact.contact.result import ContactResult
+from roughcontact.fleet import project
+from roughcontact.request import joints, run as running
+from roughcontact.request.request import Request, from_text
+
+STEEL = rc.Material(210e9, 0.3, 1e9)
+ROUGH = rc.Surface(*rc.reference_map(32, 3))
+
+
+@pytest.fixture
+def solves(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Return the loads that were solved, as they are."""
+    found: list[float] = []
+    solve = joints.fresh
+
+    def counted(surface: rc.Surface, **options: Any) -> ContactResult:
+        found.append(options["load"])
+        return solve(surface, **options)
+
+    monkeypatch.setattr(joints, "fresh", counted)
+    return found
+
+
+def request(folder: Path, **more: str) -> Request:
+    np.save(folder / "map.npy", ROUGH.heights * 1e6)
+    given = {
+        "unit": "um", "size": "0.1 mm x 0.1 mm", "level": "none", "material": "42CrMo4",
+        "counter-material": "6061-T6", "boundary": "periodic", "load": "0.1 N, 0.3 N", **more,
+    }  # fmt: skip
+    return from_text("conductance", folder / "map.npy", given)
+
+
+def test_a_contact_is_solved_once_and_given_again_bit_by_bit(solves: list[float]) -> None:
+    with joints.once() as solve:
+        asked = {"material": STEEL, "boundary": "periodic"}
+        first = solve(ROUGH, load=0.3, **asked)
+        again = solve(ROUGH, load=0.3, **asked)
+        other = solve(ROUGH, load=0.1, **asked)
+        third = solve(ROUGH, load=0.3, **asked, ceiling=None)
+    assert solves == [0.3, 0.1, 0.3]
+    for one in (first, again):
+        np.testing.assert_array_equal(one.pressure, first.pressure)
+        np.testing.assert_array_equal(one.gap, first.gap)
+        assert one.summary() == first.summary()
+    assert other.load == 0.1
+    assert third.ceiling is None
+
+
+def test_requests_together_are_what_each_is_alone(tmp_path: Path, solves: list[float]) -> None:
+    requests = [request(tmp_path), request(tmp_path, film="1e-12 ohm m^2")]
+    with running.together() as carry_out:
+        both = [carry_out(one, lambda _: None) for one in requests]
+    assert solves == [0.3, 0.1]
+    assert both[0].joint is not None
+    assert both[1].joint is not None
+    assert both[0].joint.largest.surface is both[1].joint.largest.surface
+    for one, outcome in zip(requests, both, strict=True):
+        assert running.run(one, lambda _: None).record() == outcome.record()
+    # Another preparation is another map.
+    with running.together() as carry_out:
+        for one in (request(tmp_path), request(tmp_path, level="plane")):
+            carry_out(one, lambda _: None)
+    assert solves == [0.3, 0.1] * 3
+
+
+def joint_project(folder: Path, tasks: str, *more: str) -> Path:
+    np.save(folder / "map.npy", ROUGH.heights * 1e6)
+    path = folder / "project.toml"
+    lines = [
+        'folder = "out"', 'write = ["csv"]', "[[contact]]", 'name = "joint"', 'file = "map.npy"',
+        f"task = {tasks}", 'unit = "um"', 'size = "0.1 mm x 0.1 mm"', 'boundary = "periodic"',
+        'material = "42CrMo4"', 'counter-material = "6061-T6"', *more,
+    ]  # fmt: skip
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def test_a_contact_may_have_a_list_of_tasks_and_of_loads(tmp_path: Path) -> None:
+    path = joint_project(tmp_path, '["conductance"]', 'load = ["0.1 N, 0.3 N", "1 N"]')
+    entries = project.load(path)
+    assert [entry.name for entry in entries] == ["joint 0.1 N, 0.3 N", "joint 1 N"]
+    assert [entry.contact for entry in entries] == [1, 2]
+
+
+@pytest.mark.parametrize(
+    ("tasks", "more", "words"),
+    [
+        ('["conductance", "solve"]', (), "several tasks must be different ones of conductance"),
+        ("[]", (), "several tasks must be different"),
+        ('["conductance", "conductance"]', (), "several tasks must be different"),
+        ("[1]", (), "several tasks must be different"),
+        ('["conductance"]', ('depths = "1 um"',), 'depths needs task = "stress"'),
+    ],
+)
+def test_a_list_of_tasks_that_makes_no_sense_gets_its_sentence(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    tasks: str,
+    more: tuple[str, ...],
+    words: str,
+) -> None:
+    path = joint_project(tmp_path, tasks, 'load = "0.1 N"', *more)
+    assert app.main(["run", str(path)]) == app.BAD_INPUT
+    error = capsys.readouterr().err
+    assert words in error
+    assert "project.toml line" in error
