@@ -1447,6 +1447,11 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
         (("--model", "volume", "--max-iterations", "0"), ("--max-iterations must be",)),
         (("--model", "volume", "--tolerance", "1e-9"), ("--precision double",)),
         (("--model", "volume", "--hardening", "steel"), ("--hardening must read like",)),
+        (
+            ("--model", "volume", "--hardening", "kinematic 1 GPa, kinematic 2 GPa"),
+            ("--hardening must read like", "'kinematic 10 GPa'"),
+        ),
+        (("--model", "volume", "--hardening", "kinematic -1 GPa"), ("--hardening", "positive")),
     ],
 )
 def test_bad_volume_models_end_in_one_sentence(

@@ -9,10 +9,12 @@ from scipy.optimize import brentq
 
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import (
+    Kinematic,
     Linear,
     Perfect,
     Swift,
     Tabulated,
+    flow_stress,
     from_text,
     plastic_increment,
     to_text,
@@ -23,6 +25,8 @@ LAWS = [
     Linear(1e9, 20e9),
     Swift(1240e6, 30, 0.085),
     Tabulated((0.0, 0.002, 0.01, 0.1), (1.0e9, 1.1e9, 1.1e9, 1.5e9)),
+    Kinematic(Perfect(1e9), 15e9),
+    Kinematic(Swift(1240e6, 30, 0.085), 15e9),
 ]
 MU = 80e9
 
@@ -53,7 +57,9 @@ def test_return_ends_on_the_yield_surface(law, trial, before) -> None:
     step = float(plastic_increment(np.array([trial]), np.array([before]), law, MU)[0])
 
     def miss(size):
-        return trial - 3 * MU * size - float(law.strength(np.array([before + size]))[0])
+        back = law.modulus if isinstance(law, Kinematic) else 0.0
+        strength = float(law.strength(np.array([before + size]))[0])
+        return trial - (3 * MU + back) * size - strength
 
     if miss(0.0) <= 0:
         assert step == 0
@@ -100,8 +106,65 @@ def test_text_that_is_no_law(text) -> None:
         (lambda: Tabulated((0.0, 0.0), (1e9, 2e9)), "increase from 0"),
         (lambda: Tabulated((0.0, 0.1), (1e9, 0.9e9)), "must not decrease"),
         (lambda: Tabulated((0.0, 0.1), (0.0, 0.9e9)), "positive and finite"),
+        (lambda: Kinematic(Perfect(1e9), -1.0), "modulus must be zero or positive"),
+        (lambda: Kinematic(Kinematic(Perfect(1e9), 1e9), 1e9), "isotropic must be"),
     ],
 )
 def test_laws_that_no_material_has(make, message) -> None:
     with pytest.raises(InputError, match=message):
         make()
+
+
+def cycled(law, amplitude, turns, steps=400):
+    """Return strain and stress of a bar at each turn between ±amplitude, step by step."""
+    young, plastic, accumulated = 200e9, 0.0, 0.0
+    ends, before = [], 0.0
+    for turn in range(turns):
+        end = amplitude if turn % 2 == 0 else -amplitude
+        for strain in np.linspace(before, end, steps + 1)[1:]:
+            relative = young * (strain - plastic) - law.modulus * plastic
+            # In a bar the stress falls by E, not by 3μ, for what flows at frozen strain.
+            step = plastic_increment(
+                np.array([abs(relative)]), np.array([accumulated]), law, young / 3
+            )
+            plastic += math.copysign(float(step[0]), relative)
+            accumulated += float(step[0])
+        ends.append((plastic, young * (end - plastic)))
+        before = end
+    return ends
+
+
+def test_bar_that_is_pulled_and_pushed() -> None:
+    """Closed form of a bilinear loop: elastic over 2 σ_Y, then along the tangent modulus."""
+    strength, modulus, young, amplitude = 1e9, 25e9, 200e9, 0.015
+    tangent = young * modulus / (young + modulus)
+    top = strength + tangent * (amplitude - strength / young)
+    ends = cycled(Kinematic(Perfect(strength), modulus), amplitude, 6)
+    for turn, (plastic, stress) in enumerate(ends):
+        sign = 1 if turn % 2 == 0 else -1
+        # By symmetry the loop is closed from the first reversal on.
+        assert stress == pytest.approx(sign * top, rel=1e-9)
+        assert plastic == pytest.approx(sign * (amplitude - top / young), rel=1e-9)
+
+
+def test_bar_that_hardens_both_ways() -> None:
+    """Each half cycle solves a linear equation where strength and back stress are linear."""
+    strength, rise, back, young, amplitude = 1e9, 5e9, 25e9, 200e9, 0.015
+    plastic = accumulated = 0.0
+    for turn, found in enumerate(
+        cycled(Kinematic(Linear(strength, rise), back), amplitude, 8, steps=50)
+    ):
+        sign = 1 if turn % 2 == 0 else -1
+        # E (a - p) - C p = Y + H (e + |p - before|), everything in the direction of flow.
+        now = sign * young * amplitude - sign * (strength + rise * accumulated)
+        now = (now + rise * plastic) / (young + back + rise)
+        accumulated += abs(now - plastic)
+        plastic = now
+        assert found[0] == pytest.approx(plastic, rel=1e-9)
+        assert found[1] == pytest.approx(young * (sign * amplitude - plastic), rel=1e-9)
+
+
+def test_first_way_is_that_of_the_sum_of_both_moduli() -> None:
+    strain = np.linspace(0, 0.05, 7)
+    split = flow_stress(Kinematic(Linear(1e9, 5e9), 15e9), strain)
+    np.testing.assert_allclose(split, flow_stress(Linear(1e9, 20e9), strain), rtol=1e-15)

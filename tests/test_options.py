@@ -16,6 +16,7 @@ import typer
 from roughcontact.cli import app
 from roughcontact.errors import InputError, Mention
 from roughcontact.fleet.plan import spell_key
+from roughcontact.material import hardening
 from roughcontact.plots.saving import save
 from roughcontact.request import outputs, parsing
 from roughcontact.request.options import (
@@ -162,3 +163,26 @@ def test_the_command_of_a_report_repeats_it(task: str, tmp_path: Path, capsys: C
         told.pop("seconds", None)
         told.get("steps", {}).pop("seconds", None)
     assert before == after
+
+
+@pytest.mark.parametrize(
+    ("text", "law"),
+    [
+        ("linear 2 GPa", hardening.Linear("1 GPa", "2 GPa")),
+        ("swift 945 MPa 20 0.121", hardening.Swift("945 MPa", 20, 0.121)),
+        ("kinematic 10 GPa", hardening.Kinematic(hardening.Perfect("1 GPa"), "10 GPa")),
+        (
+            "linear 2 GPa, kinematic 10 GPa",
+            hardening.Kinematic(hardening.Linear("1 GPa", "2 GPa"), "10 GPa"),
+        ),
+        (
+            "kinematic 10 GPa, Swift 945 MPa 20 0.121",
+            hardening.Kinematic(hardening.Swift("945 MPa", 20, 0.121), "10 GPa"),
+        ),
+    ],
+)
+def test_laws_of_hardening_in_text(text: str, law: hardening.Hardening) -> None:
+    given = {**BALL, **NEEDED["solve"], "hardening": text}
+    if "wift" in text:
+        del given["yield-strength"]
+    assert from_text("solve", None, given).bodies()[0].hardening == law

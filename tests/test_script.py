@@ -375,7 +375,8 @@ def test_the_script_repeats_any_chain_of_steps_to_the_bit(small: Path, data: st.
 
 def test_the_script_follows_the_path_of_the_volume_again(folder: Path) -> None:
     surface = rc.read_surface("ground.nc").leveled().filled().cropped((0, 24), (0, 26))
-    body = rc.Material(210e9, 0.3, hardening=hardening.Linear(1e9, 2e9), name="steel")
+    law = hardening.Kinematic(hardening.Linear(1e9, 2e9), 20e9)
+    body = rc.Material(210e9, 0.3, hardening=law, name="steel")
     result = rc.solve_elastoplastic(
         surface, material=body, counter_material=rc.Material(70e9, 0.33),
         increments=1, loads=[0.02, 0.03, 0.0], boundary="periodic", tolerance=2e-4, depth=40e-6,

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 import roughcontact as rc
 from roughcontact.errors import InputError
-from roughcontact.material.hardening import Linear, Tabulated
+from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated
 from roughcontact.plots import volume as volume_plots
 from roughcontact.report import (
     assumptions_volume,
@@ -266,6 +266,14 @@ def test_two_bodies_have_a_chapter_each() -> None:
         (
             rc.Material(1e9, 0.3, hardening=Tabulated((0.0, 0.1), (1e6, 2e6))),
             "tabulated hardening, 2 MPa from a strain of 0.1 on",
+        ),
+        (
+            rc.Material(1e9, 0.3, hardening=Kinematic(Perfect(1e6), 3e6)),
+            "kinematic hardening, modulus 3 MPa",
+        ),
+        (
+            rc.Material(1e9, 0.3, hardening=Kinematic(Linear(1e6, 2e6), 3e6)),
+            "linear hardening, modulus 2 MPa, and kinematic hardening, modulus 3 MPa",
         ),
     ],
 )

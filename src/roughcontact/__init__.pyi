@@ -54,6 +54,7 @@ from .material import (
 )
 from .material.conductor import Conductor as Conductor
 from .material.hardening import (
+    Kinematic as Kinematic,
     Linear as Linear,
     Perfect as Perfect,
     Swift as Swift,

@@ -25,6 +25,7 @@ from roughcontact.errors import (
     require_choice,
     require_positive,
 )
+from roughcontact.material.hardening import flow_stress
 from roughcontact.material.material import CEILING_FACTOR, Material
 from roughcontact.roots import brentq
 from roughcontact.theory import yielding_sphere
@@ -374,7 +375,7 @@ def _flow_stress(body: Material, slope: float) -> float:
     assert body.yield_strength is not None
     if body.hardening is None:
         return body.yield_strength
-    return float(body.hardening.strength(np.array(_STRAIN * slope)))
+    return float(flow_stress(body.hardening, np.array(_STRAIN * slope)))
 
 
 def _first_yield(body: Material) -> float:

@@ -1,7 +1,8 @@
-"""Von Mises plasticity with isotropic hardening: laws of the yield strength, and radial return.
+"""Von Mises plasticity: laws of the yield strength, their back stress, and radial return.
 
 A law is a frozen dataclass with two methods: ``strength(strain)`` gives the yield strength [Pa]
-at an accumulated plastic strain, ``slope(strain)`` its derivative [Pa].
+at an accumulated plastic strain, ``slope(strain)`` its derivative [Pa]. `Kinematic` adds a back
+stress to one of the others, which remembers the direction of flow.
 """
 
 from __future__ import annotations
@@ -85,13 +86,7 @@ class Linear:
         object.__setattr__(self, "initial", quantity(initial, "pressure", "initial"))
         object.__setattr__(self, "modulus", quantity(modulus, "pressure", "modulus"))
         require_positive(initial=self.initial)
-        if not isinstance(self.modulus, Real) or not 0 <= self.modulus < math.inf:
-            raise InputError(
-                f"must be zero or positive and finite [Pa], got {self.modulus!r}: "
-                "a material that softens has no unique solution here",
-                argument="modulus",
-                value=self.modulus,
-            )
+        _require_modulus(self.modulus)
 
     def strength(self, strain: Array) -> Array:
         """Return the yield strength [Pa] at accumulated plastic strains."""
@@ -253,7 +248,106 @@ class Tabulated:
         return result
 
 
-Hardening = Perfect | Linear | Swift | Tabulated
+Isotropic = Perfect | Linear | Swift | Tabulated
+
+
+@dataclass(frozen=True)
+class Kinematic:
+    """A yield strength around a back stress that grows in proportion to the plastic strain.
+
+    Metal that has flowed one way yields earlier on its way back (Bauschinger effect), and under
+    loads to and fro the strain ends in a closed cycle.
+
+    Parameters
+    ----------
+    isotropic : Perfect, Linear, Swift or Tabulated
+        How the yield strength grows with the accumulated plastic strain.
+    modulus : float
+        C [Pa]: the back stress is 2/3 C times the tensor of plastic strain (Prager's linear law),
+        so that a bar in tension carries σ_Y + C e on its first way. A part of a measured slope
+        that reversals take back belongs here, the rest into ``isotropic``.
+
+    Raises
+    ------
+    InputError
+        If ``isotropic`` is none of the laws, or the modulus is negative.
+
+    References
+    ----------
+    Prager, Proc. Inst. Mech. Eng. 169 (1955) 41, doi:10.1243/PIME_PROC_1955_169_015_02;
+    Simo and Hughes, Computational Inelasticity (1998), section 3.3, doi:10.1007/b98904
+
+    Examples
+    --------
+    >>> law = Kinematic(Perfect(1e9), modulus=10e9)
+    >>> float(law.strength(np.array(0.02))), float(flow_stress(law, np.array(0.02)))
+    (1000000000.0, 1200000000.0)
+    """
+
+    isotropic: Isotropic
+    modulus: float
+
+    def __init__(self, isotropic: Isotropic, modulus: Quantity) -> None:
+        object.__setattr__(self, "isotropic", isotropic)
+        object.__setattr__(self, "modulus", quantity(modulus, "pressure", "modulus"))
+        if not isinstance(isotropic, Isotropic):
+            raise InputError(
+                f"must be Perfect, Linear, Swift or Tabulated, got {type(isotropic).__name__}",
+                argument="isotropic",
+                value=isotropic,
+            )
+        _require_modulus(self.modulus)
+
+    @property
+    def initial(self) -> float:
+        """Yield strength before any plastic strain [Pa]."""
+        return self.isotropic.initial
+
+    def strength(self, strain: Array) -> Array:
+        """Return the yield strength around the back stress [Pa]."""
+        return self.isotropic.strength(strain)
+
+    def slope(self, strain: Array) -> Array:
+        """Return the derivative of that [Pa]."""
+        return self.isotropic.slope(strain)
+
+
+Hardening = Isotropic | Kinematic
+
+
+def back_modulus(law: Hardening) -> float:
+    """Return C [Pa] of the back stress 2/3 C ε_p; zero for laws without one.
+
+    Parameters
+    ----------
+    law : Perfect, Linear, Swift, Tabulated or Kinematic
+        The law.
+    """
+    return law.modulus if isinstance(law, Kinematic) else 0.0
+
+
+def flow_stress(law: Hardening, strain: Array) -> Array:
+    """Return the stress [Pa] of a bar that has only ever been strained in one direction.
+
+    Parameters
+    ----------
+    law : Perfect, Linear, Swift, Tabulated or Kinematic
+        The law.
+    strain : ndarray
+        Plastic strains.
+    """
+    result: Array = law.strength(strain) + back_modulus(law) * strain
+    return result
+
+
+def _require_modulus(modulus: Any) -> None:
+    if not isinstance(modulus, Real) or not 0 <= float(modulus) < math.inf:
+        raise InputError(
+            f"must be zero or positive and finite [Pa], got {modulus!r}: "
+            "a material that softens has no unique solution here",
+            argument="modulus",
+            value=modulus,
+        )
 
 
 def to_text(law: Hardening) -> str:
@@ -261,7 +355,7 @@ def to_text(law: Hardening) -> str:
 
     Parameters
     ----------
-    law : Perfect, Linear, Swift or Tabulated
+    law : Perfect, Linear, Swift, Tabulated or Kinematic
         The law.
 
     Returns
@@ -274,7 +368,14 @@ def to_text(law: Hardening) -> str:
     >>> to_text(Linear(initial=1e9, modulus=2e9))
     '{"law": "Linear", "initial": 1000000000.0, "modulus": 2000000000.0}'
     """
-    return json.dumps({"law": type(law).__name__, **vars(law)})
+    return json.dumps(_named(law))
+
+
+def _named(law: Hardening) -> dict[str, Any]:
+    constants = vars(law)
+    if isinstance(law, Kinematic):
+        constants = {"isotropic": _named(law.isotropic), "modulus": law.modulus}
+    return {"law": type(law).__name__, **constants}
 
 
 def from_text(text: str) -> Hardening:
@@ -287,7 +388,7 @@ def from_text(text: str) -> Hardening:
 
     Returns
     -------
-    Perfect, Linear, Swift or Tabulated
+    Perfect, Linear, Swift, Tabulated or Kinematic
         The law; every number keeps its bits.
 
     Raises
@@ -295,16 +396,22 @@ def from_text(text: str) -> Hardening:
     InputError
         If the text does not name a law with its constants.
     """
-    laws: dict[str, type[Hardening]] = {
-        law.__name__: law for law in (Perfect, Linear, Swift, Tabulated)
-    }
     try:
-        constants = json.loads(text)
-        return laws[constants.pop("law")](**constants)
+        return _law(json.loads(text))
     except (KeyError, TypeError, AttributeError, json.JSONDecodeError):
         raise InputError(
             f"must be JSON that names a law, got {text!r}", argument="hardening", value=text
         ) from None
+
+
+def _law(constants: dict[str, Any]) -> Hardening:
+    laws: dict[str, type[Hardening]] = {
+        law.__name__: law for law in (Perfect, Linear, Swift, Tabulated, Kinematic)
+    }
+    kind = laws[constants.pop("law")]
+    if kind is Kinematic:
+        constants["isotropic"] = _law(constants["isotropic"])
+    return kind(**constants)
 
 
 def plastic_increment(trial: Array, strain: Array, law: Hardening, shear_modulus: float) -> Array:
@@ -313,23 +420,25 @@ def plastic_increment(trial: Array, strain: Array, law: Hardening, shear_modulus
     Parameters
     ----------
     trial : ndarray, shape (n,)
-        Von Mises stress q of trial deviators [Pa], at frozen total strain.
+        Von Mises stress q of trial deviators [Pa], at frozen total strain, less the back stress
+        before.
     strain : ndarray, shape (n,)
         Plastic strain e accumulated before.
-    law : Perfect, Linear, Swift or Tabulated
-        Yield strength Y.
+    law : Perfect, Linear, Swift, Tabulated or Kinematic
+        Yield strength Y, and the modulus C of the back stress.
     shear_modulus : float
         μ [Pa].
 
     Returns
     -------
     ndarray, shape (n,)
-        Equivalent plastic strain dλ ≥ 0 with ``q - 3μ dλ = Y(e + dλ)``, and 0 where q ≤ Y(e).
-        The plastic strain tensor is ``3/2 dλ s/q`` with s the trial deviator.
+        Equivalent plastic strain dλ ≥ 0 with ``q - (3μ + C) dλ = Y(e + dλ)``, and 0 where
+        q ≤ Y(e). The plastic strain tensor is ``3/2 dλ s/q`` with s the trial deviator, less the
+        back stress.
 
     References
     ----------
-    Simo and Hughes, Computational Inelasticity (1998), box 3.1, doi:10.1007/b98904;
+    Simo and Hughes, Computational Inelasticity (1998), boxes 3.1 and 3.2, doi:10.1007/b98904;
     as "universal algorithm" Fotiu and Nemat-Nasser, Int. J. Plast. 12 (1996),
     doi:10.1016/S0749-6419(96)00024-4
 
@@ -339,7 +448,8 @@ def plastic_increment(trial: Array, strain: Array, law: Hardening, shear_modulus
     >>> plastic_increment(np.array([0.5, 5.0]), np.zeros(2), law, 1.0).tolist()
     [0.0, 1.0]
     """
-    stiffness = 3 * shear_modulus
+    stiffness = 3 * shear_modulus + back_modulus(law)
+    law = law.isotropic if isinstance(law, Kinematic) else law
     excess = trial - law.strength(strain)
     flows = excess > 0
     if isinstance(law, Perfect | Linear):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from numbers import Real
 
 from roughcontact.errors import InputError, Mention
-from roughcontact.material.hardening import Hardening, Linear, Perfect, Swift, Tabulated
+from roughcontact.material.hardening import Hardening
 from roughcontact.material.hardness import stress
 from roughcontact.units import Quantity, quantity
 
@@ -40,7 +40,7 @@ class Material:
         Mean pressure under an indenter over its projected area [Pa], or the number of a test
         such as ``"62 HRC"``, see `hardness.ceiling`; the ceiling where there is no yield strength,
         as for ceramics.
-    hardening : Perfect, Linear, Swift or Tabulated, optional
+    hardening : Perfect, Linear, Swift, Tabulated or Kinematic, optional
         How the yield strength grows with the plastic strain; its first value is taken for
         ``yield_strength``. Without it a body with a yield strength is perfectly plastic.
 
@@ -110,9 +110,10 @@ class Material:
             )
         if self.hardening is None:
             return
-        if not isinstance(self.hardening, Perfect | Linear | Swift | Tabulated):
+        if not isinstance(self.hardening, Hardening):
             raise InputError(
-                f"must be Perfect, Linear, Swift or Tabulated, got {type(self.hardening).__name__}",
+                "must be Perfect, Linear, Swift, Tabulated or Kinematic, got "
+                f"{type(self.hardening).__name__}",
                 argument="hardening",
                 value=self.hardening,
             )

@@ -8,6 +8,7 @@ import math
 from roughcontact.contact.cautions import Kind
 from roughcontact.contact.judgment import LARGE_STRAIN
 from roughcontact.contact.spots import Spots
+from roughcontact.material.hardening import Kinematic
 from roughcontact.material.material import Material
 from roughcontact.report.assumptions import (
     FRICTIONLESS,
@@ -96,13 +97,26 @@ def _small_deformations(result: ElastoplasticResult) -> Statement:
     )
 
 
+_ISOTROPIC = (
+    "grows with the accumulated plastic strain, the same in all directions: that metals yield "
+    "earlier after a reversal of the load (Bauschinger effect) is left out."
+)
+_KINEMATIC = (
+    "is measured from a back stress in proportion to the plastic strain (Prager), so that metal "
+    "yields earlier after a reversal of the load (Bauschinger effect). In truth the back stress "
+    "saturates: where strains are large, or their mean creeps on from cycle to cycle, a "
+    "proportional one hides it."
+)
+
+
 def _hardening(result: ElastoplasticResult) -> Statement:
+    kinematic = any(isinstance(body.material.hardening, Kinematic) for body in result.bodies)
     text = (
         "Metal flows where the von Mises stress reaches the yield strength, without changing its "
-        "volume. The strength grows with the accumulated plastic strain, the same in all "
-        "directions: that metals yield earlier after a reversal of the load (Bauschinger effect) "
-        "is left out. It does not depend on speed, time or temperature; there is no creep, no "
-        "fracture and no change of phase."
+        "volume. The strength "
+        + (_KINEMATIC if kinematic else _ISOTROPIC)
+        + " It does not depend on speed, time or temperature; there is no creep, no fracture and "
+        "no change of phase."
     )
     if judgment.perfectly_plastic(result):
         text += (
@@ -110,7 +124,11 @@ def _hardening(result: ElastoplasticResult) -> Statement:
             "it scatters by 5 to 10 %, more at the rim of spots. Means over 3 × 3 pixels or over "
             "spots are right; a little hardening removes the scatter."
         )
-    return Statement("Isotropic hardening", text, (Kind.HARDENING, Kind.SCATTER))
+    return Statement(
+        "Kinematic hardening" if kinematic else "Isotropic hardening",
+        text,
+        (Kind.HARDENING, Kind.SCATTER),
+    )
 
 
 def _layers(result: ElastoplasticResult) -> Statement:

@@ -13,6 +13,7 @@ import numpy as np
 from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.result import ContactResult
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.material.hardening import Kinematic
 from roughcontact.material.material import RIGID, Material
 from roughcontact.surface.generation import generate
 from roughcontact.surface.provenance import NOTE, Operation, Provenance
@@ -171,9 +172,11 @@ class _Script:
 
     def add_laws(self, bodies: Mapping[str, Material]) -> None:
         """Import the laws of hardening that bodies have."""
-        laws = sorted({type(m.hardening).__name__ for m in bodies.values() if m.hardening})
+        laws = {m.hardening for m in bodies.values() if m.hardening}
+        laws |= {law.isotropic for law in laws if isinstance(law, Kinematic)}
         if laws:
-            self.imports.add(f"from roughcontact.material.hardening import {', '.join(laws)}")
+            names = sorted({type(law).__name__ for law in laws})
+            self.imports.add(f"from roughcontact.material.hardening import {', '.join(names)}")
 
     def add_maps(self, result: ContactResult) -> None:
         """Write the lines that make the surfaces of a result."""

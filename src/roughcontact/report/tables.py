@@ -329,7 +329,7 @@ VOLUME: Table = (
     _of_contact("contact_modulus", stored=False),
     Quantity(
         "plasticity", "plasticity", of=_laws, part=PROBLEM, stored=False,
-        meaning="in the volume: von Mises, isotropic hardening, radial return",
+        meaning="in the volume: von Mises, radial return, and how each body hardens",
     ),
     Quantity(
         "iterations", "iterations", part=TRUST,

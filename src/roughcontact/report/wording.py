@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from roughcontact.contact.ceiling import AGREEMENT
 from roughcontact.contact.loads import NAMES, GivenLoad, HertzPressure, LineLoad, NominalPressure
-from roughcontact.material.hardening import Linear, Swift, Tabulated
+from roughcontact.material.hardening import Kinematic, Linear, Perfect, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.units import changed_by, engineering
 
@@ -174,6 +175,11 @@ def hardening(body: Material) -> str:
         Such as ``"linear hardening, modulus 2 GPa"``.
     """
     law = body.hardening
+    if isinstance(law, Kinematic):
+        back = f"kinematic hardening, modulus {engineering(law.modulus, 'Pa')}"
+        if isinstance(law.isotropic, Perfect):
+            return back
+        return f"{hardening(replace(body, hardening=law.isotropic))}, and {back}"
     if isinstance(law, Linear):
         return f"linear hardening, modulus {engineering(law.modulus, 'Pa')}"
     if isinstance(law, Swift):

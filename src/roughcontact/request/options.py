@@ -308,7 +308,9 @@ OPTIONS = (
     Option(
         "hardening", BODIES, "LAW",
         'Hardening of the rough body: "linear 2 GPa" (modulus) or "swift 945 MPa 20 0.121" (B, C, '
-        "n of B (C + 1e6 e)^n); for the volume model, and for the ceiling that is recommended.",
+        'n of B (C + 1e6 e)^n); "kinematic 10 GPa", alone or after one of these and a comma, for '
+        "metal that yields earlier on its way back; for the volume model, and for the ceiling "
+        "that is recommended.",
         parsing.hardening, fits=(SOLVE,),
     ),
     Option(

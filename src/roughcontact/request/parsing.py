@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, NamedTuple, cast
 from urllib.parse import urlsplit
 
 from roughcontact import limits, units
@@ -19,6 +19,15 @@ if TYPE_CHECKING:
     from roughcontact.contact.loads import Load
     from roughcontact.material.material import Material
     from roughcontact.surface.nominal import Body
+
+
+class Hardening(NamedTuple):
+    """Laws of hardening that are asked for: of the strength, and the modulus of the back stress."""
+
+    law: str = ""
+    constants: tuple[float, ...] = ()
+    kinematic: float | None = None
+
 
 _SHARE = re.compile(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*%\s*")
 _NO_FORCE = re.compile(r"0+(\.0*)?\s*\w*N")
@@ -150,20 +159,31 @@ def loads(text: str, argument: str) -> tuple[float | Load, ...]:
     return tuple(load(part.strip(), argument) for part in text.split(","))
 
 
-def hardening(text: str, argument: str) -> tuple[str, tuple[float, ...]]:
-    """Return a law of hardening by name, and its constants."""
-    words = text.split()
-    law, rest = (words[0].lower(), words[1:]) if words else ("", [])
-    if law == "linear" and len(rest) == 2:
-        return law, (units.parse(" ".join(rest), "pressure", argument),)
-    if law == "swift" and len(rest) == 4:
-        strength = units.parse(" ".join(rest[:2]), "pressure", argument)
-        return law, (strength, number(rest[2], argument), number(rest[3], argument))
-    raise InputError(
-        f"must read like 'linear 2 GPa' or 'swift 945 MPa 20 0.121', got {text!r}",
-        argument=argument,
-        value=text,
-    )
+def hardening(text: str, argument: str) -> Hardening:
+    """Return a law of hardening: of the strength, of the back stress, or of both."""
+    found = Hardening()
+    for part in text.split(","):
+        law, *rest = part.split() or [""]
+        law = law.lower()
+        if law == "linear" and len(rest) == 2 and not found.law:
+            found = found._replace(law=law, constants=(_modulus(rest, argument),))
+        elif law == "swift" and len(rest) == 4 and not found.law:
+            constants = (_modulus(rest[:2], argument), *(number(n, argument) for n in rest[2:]))
+            found = found._replace(law=law, constants=constants)
+        elif law == "kinematic" and len(rest) == 2 and found.kinematic is None:
+            found = found._replace(kinematic=_modulus(rest, argument))
+        else:
+            raise InputError(
+                "must read like 'linear 2 GPa', 'swift 945 MPa 20 0.121', 'kinematic 10 GPa' or "
+                f"two of them with a comma, got {text!r}",
+                argument=argument,
+                value=text,
+            )
+    return found
+
+
+def _modulus(words: list[str], argument: str) -> float:
+    return units.parse(" ".join(words), "pressure", argument)
 
 
 def body(text: str, argument: str) -> Body:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact import units
 from roughcontact.errors import InputError, Mention, require_count
-from roughcontact.request import outputs
+from roughcontact.request import outputs, parsing
 from roughcontact.request.options import (
     CEILING,
     COMPARE,
@@ -28,6 +28,7 @@ from roughcontact.request.options import (
 from roughcontact.request.parsing import about
 
 if TYPE_CHECKING:
+    from roughcontact.material import hardening
     from roughcontact.material.conductor import Conductor
     from roughcontact.material.material import Material
 
@@ -168,7 +169,7 @@ class Request:
 
         body = self._material("")
         if self["hardening"] is not None:
-            body = _hardened(body, self["yield-strength"], *self["hardening"])
+            body = _hardened(body, self["yield-strength"], self["hardening"])
         constants = ("material", "young", "poisson")
         if all(self[f"counter-{name}"] is None for name in constants):
             strength = self["counter-yield-strength"]
@@ -379,30 +380,43 @@ def _forms(end: tuple[str, Any]) -> tuple[str, type]:
     return end[0], type(end[1])
 
 
-def _hardened(
-    material: Material, given: float | None, law: str, constants: tuple[float, ...]
-) -> Material:
+def _hardened(material: Material, given: float | None, asked: parsing.Hardening) -> Material:
     """Return a material that hardens; ``given`` is the yield strength that was asked for."""
     from roughcontact.material import hardening
 
-    if law == "swift":
-        try:
-            swift = hardening.Swift(*constants)
-        except InputError as error:
-            raise about("hardening", error) from None
-        if given is not None and not math.isclose(given, swift.initial, rel_tol=1e-3):
-            first, other = (units.engineering(value, "Pa") for value in (swift.initial, given))
-            raise InputError(
-                f"starts at a yield strength of {first}, but ", Mention("yield_strength"),
-                f" is {other}; leave ", Mention("yield_strength"), " out", argument="hardening",
-            )  # fmt: skip
-        return replace(material, yield_strength=None, hardening=swift)
-    if material.yield_strength is None:
+    law: hardening.Isotropic
+    if asked.law == "swift":
+        law = _swift(given, asked.constants)
+    elif material.yield_strength is None:
+        name = asked.law or "kinematic"
         raise InputError(
-            "linear needs a ", Mention("yield_strength"), " to start from", argument="hardening"
+            f"{name} needs a ", Mention("yield_strength"), " to start from", argument="hardening"
         )
-    linear = hardening.Linear(material.yield_strength, constants[0])
-    return replace(material, hardening=linear)
+    elif asked.law == "linear":
+        law = hardening.Linear(material.yield_strength, asked.constants[0])
+    else:
+        law = hardening.Perfect(material.yield_strength)
+    if asked.kinematic is None:
+        return replace(material, yield_strength=None, hardening=law)
+    with_back = hardening.Kinematic(law, asked.kinematic)
+    return replace(material, yield_strength=None, hardening=with_back)
+
+
+def _swift(given: float | None, constants: tuple[float, ...]) -> hardening.Swift:
+    """Return Swift's law; ``given`` is the yield strength that was asked for."""
+    from roughcontact.material.hardening import Swift
+
+    try:
+        swift = Swift(*constants)
+    except InputError as error:
+        raise about("hardening", error) from None
+    if given is not None and not math.isclose(given, swift.initial, rel_tol=1e-3):
+        first, other = (units.engineering(value, "Pa") for value in (swift.initial, given))
+        raise InputError(
+            f"starts at a yield strength of {first}, but ", Mention("yield_strength"),
+            f" is {other}; leave ", Mention("yield_strength"), " out", argument="hardening",
+        )  # fmt: skip
+    return swift
 
 
 def _matching(word: str) -> list[Path]:

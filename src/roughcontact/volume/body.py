@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from roughcontact.halfspace import tensors
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.plastic import HalfSpace
-from roughcontact.material.hardening import Hardening, Perfect, plastic_increment
+from roughcontact.material.hardening import Hardening, Perfect, back_modulus, plastic_increment
 from roughcontact.material.material import Material
 from roughcontact.solvers.anderson import Parts
 from roughcontact.volume.result import PlasticBody
@@ -42,6 +42,8 @@ class Body:
         self.material, self.pixel = material, pixel
         self.boundary, self.precision, self._workspace = boundary, precision, workspace
         self.law = law_of(material)
+        # Of Prager's back stress, by the tensor of plastic strain.
+        self._back = 2 / 3 * back_modulus(self.law)
         self.shear_modulus = material.young / (2 * (1 + material.poisson))
         self.real: type = np.float32 if precision == "single" else np.float64
         self.strain: Array = np.zeros((0, 5, 0, 0), self.real)
@@ -148,6 +150,7 @@ class Body:
         twice = self.real(2 * self.shear_modulus)
 
         def visit(layer: int, stress: Array) -> None:
+            self._recall(stress, layer)
             trial, place = stress.reshape(5, -1), places[layer]
             if place.size:
                 trial[:, place] += twice * added[layer]
@@ -170,6 +173,12 @@ class Body:
 
         self.operator.stress(pressure, visit)
         return new_places, flowed
+
+    def _recall(self, stress: Array, layer: int) -> None:
+        """Take the back stress off, which the strain before this increment has left."""
+        rows = self._rows[layer]
+        if self._back and rows is not None:
+            stress[:, rows] -= self.real(self._back) * self.strain[layer][:, rows]
 
     def accept(self, places: Parts, added: Parts) -> None:
         """Add the strain of an increment."""
@@ -195,6 +204,7 @@ class Body:
 
         def keep(layer: int, values: Array) -> None:
             stress[layer] = values
+            self._recall(values, layer)
             q = tensors.equivalent(values).ravel()
             excess[layer] = np.sqrt((q * q / self._square_strength[layer]).max()) - 1
 

@@ -10,7 +10,7 @@ from roughcontact.contact import judgment
 from roughcontact.contact.cautions import Caution, Kind, careful, ordered, warned
 from roughcontact.contact.judgment import LARGE_STRAIN
 from roughcontact.errors import Mention, parts_of
-from roughcontact.material.hardening import Linear, Perfect, Tabulated
+from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated
 from roughcontact.volume.body import law_of
 from roughcontact.volume.result import GUARD, Array, ElastoplasticResult, PlasticBody
 from roughcontact.volume.stepping import STEP_ERROR
@@ -107,7 +107,9 @@ def slope_under(result: ElastoplasticResult) -> float:
 def perfectly_plastic(result: ElastoplasticResult) -> bool:
     """Return whether a body that yields does not harden."""
     return any(
-        law is None or isinstance(law, Perfect) or (isinstance(law, Linear) and law.modulus == 0)
+        law is None
+        or isinstance(law, Perfect)
+        or (isinstance(law, Linear | Kinematic) and law.modulus == 0)
         for law in (body.material.hardening for body in result.bodies)
     )
 
@@ -195,6 +197,7 @@ def _deformations(result: ElastoplasticResult) -> Caution | None:
 def _hardening(result: ElastoplasticResult) -> Caution | None:
     for body in result.bodies:
         law = body.material.hardening
+        law = law.isotropic if isinstance(law, Kinematic) else law
         if isinstance(law, Tabulated) and body.max_plastic_strain > law.strain[-1]:
             return careful(
                 Kind.HARDENING,
