@@ -45,11 +45,11 @@ def cases(points: int, seeds: int) -> list[dict[str, float | bool]]:
             (step,) = rc.conductance(result, UNIT, UNIT).steps
             found.append({
                 "hurst": hurst, "breadth": breadth, "seed": seed, "ceiling": ceiling is not None,
-                "contact": step.contact_area / SIDE**2,
-                "correlation": step.correlation_length / step.length,
-                "greenwood": step.greenwood_length / step.length,
+                "contact": round(step.contact_area / SIDE**2, 4),
+                "correlation": round(step.correlation_length / step.length, 4),
+                "greenwood": round(step.greenwood_length / step.length, 4),
             })  # fmt: skip
-            print({key: round(value, 4) for key, value in found[-1].items()}, flush=True)
+            print(found[-1], flush=True)
     return found
 
 
@@ -65,8 +65,10 @@ def main() -> None:
         name: np.quantile([case[name] for case in found], (0.025, 0.5, 0.975)).round(3).tolist()
         for name in ("correlation", "greenwood")
     }
-    told = {"points": given.points, "seeds": given.seeds, "spread": spread, "cases": found}
-    given.store.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    head = {"points": given.points, "seeds": given.seeds, "spread": spread}
+    lines = ",\n".join(f"  {json.dumps(case)}" for case in found)
+    text = f'{json.dumps(head)[:-1]}, "cases": [\n{lines}\n]}}\n'
+    given.store.write_text(text, encoding="utf-8")
     print(spread)
 
 

@@ -8,6 +8,8 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.cli import app
+from roughcontact.contact.cautions import Kind
+from roughcontact.joint import spread
 from roughcontact.theory import constriction
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
@@ -90,6 +92,62 @@ def test_without_load_nothing_is_conducted() -> None:
     assert found.electrical_resistance[0] == math.inf
     assert found.electrical_conductance[0] == 0
     assert math.isnan(found.steps[0].greenwood_length)
+
+
+def kinds(found: rc.Conductance) -> list[str]:
+    return [str(caution.kind) for caution in found.cautions]
+
+
+def test_a_ball_that_was_not_declared_has_no_correlation_of_flat_joints() -> None:
+    x = (np.arange(96) - 47.5) * 4e-6
+    ball = -(x**2 + x[:, None] ** 2) / 0.02
+    bumps = 20e-9 * np.random.default_rng(1).standard_normal((96, 96))
+    result = rc.solve(rc.Surface(ball + bumps, (4e-6, 4e-6)), material=STEEL, load=1.0)
+    found = rc.conductance(result, COPPER, COPPER)
+    assert math.isnan(found.steps[0].correlation_length)
+    (caution,) = (caution for caution in found.cautions if caution.kind == Kind.FORM)
+    assert caution.numbers["curved"] > 0.95
+    # Without its form it is a flat rough face, and so is any that is rough enough.
+    flat = rc.Surface(bumps, (4e-6, 4e-6)).leveled("quadric")
+    found = rc.conductance(rc.solve(flat, material=STEEL, load=1.0), COPPER, COPPER)
+    assert found.steps[0].correlation_length > 0
+    assert Kind.FORM not in kinds(found)
+    assert Kind.FORM not in kinds(rc.conductance(RESULT, COPPER, COPPER))
+
+
+def test_greenwoods_formula_is_warned_of_where_spots_are_no_discs() -> None:
+    few = rc.conductance(RESULT, COPPER, COPPER)
+    assert Kind.SPOTS not in kinds(few)
+    much = rc.solve(ROUGH, material=STEEL, load=12.0, boundary="periodic")
+    found = rc.conductance([RESULT, much], COPPER, COPPER)
+    assert found.steps[1].contact_area > 0.3 * found.nominal_area
+    (caution,) = (caution for caution in found.cautions if caution.kind == Kind.SPOTS)
+    ratio = found.steps[1].greenwood_length / found.steps[1].length
+    assert caution.numbers == {"load": 12.0, "ratio": ratio}
+    assert 0.5 < ratio < 0.7
+    assert caution.text.startswith("at 12 N: Greenwood's formula takes each spot for a disc")
+
+
+def test_a_length_that_hangs_on_the_grid_is_warned_of() -> None:
+    other = rc.solve(ROUGH, material=STEEL, load=1.3, boundary="periodic")
+    found = rc.conductance(RESULT, COPPER, COPPER).beside(other)
+    assert found.coarser is not None
+    assert found.coarser.length > 0.05
+    assert Kind.STUDY in kinds(found)
+    assert found.summary()["coarser"] == dataclasses.asdict(found.coarser)
+    same = rc.conductance(RESULT, COPPER, COPPER).beside(RESULT)
+    assert same.coarser is not None
+    assert same.coarser.length == same.coarser.contact_area == 0
+    assert Kind.STUDY not in kinds(same)
+
+
+def test_the_scatter_of_the_estimates_is_that_of_the_stored_cases() -> None:
+    path = Path(__file__).parents[1] / "benchmarks" / "constriction.json"
+    cases = json.loads(path.read_text("utf-8"))["cases"]
+    assert len(cases) == spread.CASES
+    for name, told in (("correlation", spread.CORRELATED), ("greenwood", spread.SPOTTED)):
+        found = np.quantile([case[name] for case in cases], (0.025, 0.975))
+        assert found == pytest.approx(told, abs=0.006)
 
 
 def test_it_is_saved_as_a_table_and_as_json(tmp_path: Path) -> None:

@@ -121,3 +121,10 @@ def test_the_plot_of_times_shows_every_program(report: ModuleType) -> None:
     drawn = {line.get_label() for axes in figure.axes for line in axes.get_lines()}
     timed = {row["program"] for row in rows if "seconds" in row and "rough" in row["case"]}
     assert drawn >= timed
+
+
+def test_every_check_of_a_joint_names_a_test_that_exists() -> None:
+    named = re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", (DOCS / "joint.md").read_text("utf-8"))
+    assert len(named) >= 9
+    for path, name in named:
+        assert f"def {name}(" in (DOCS.parent / path).read_text("utf-8"), (path, name)

@@ -129,6 +129,78 @@ def test_all_of_a_periodic_map_adds_no_resistance() -> None:
     assert found.thermal_resistance[0] == 0
 
 
+def theory(separation: float, part: float) -> tuple[float, float]:
+    """Return share in contact and h σ/(k m) of Gaussian heights, by the theory itself.
+
+    Each spot of radius a conducts 2 k a/ψ with ψ = (1 - √α)^1.5; number and mean radius of the
+    spots are those of the level set of Gaussian heights, their area times ``part``.
+    """
+    share = 0.5 * math.erfc(separation / math.sqrt(2))
+    # Spots over area, (m/σ)² exp(-λ²)/(16 ½ erfc) ½, and a mean radius that makes up the share.
+    number = math.exp(-(separation**2)) / (32 * share)
+    radius = math.sqrt(8 / math.pi) * math.exp(separation**2 / 2) * 2 * share
+    radius *= math.sqrt(part)
+    return part * share, 2 * number * radius / (1 - math.sqrt(part * share)) ** 1.5
+
+
+@pytest.mark.parametrize("separation", np.linspace(2.2, 4.4, 8).tolist())
+def test_the_correlations_are_their_theories(separation: float) -> None:
+    share, wanted = theory(separation, 1.0)
+    found = constriction.plastic_joint(share, 1.0, 1.0, 1.0) / 2
+    assert found == pytest.approx(wanted, rel=0.016)
+    # Elastic spots have half of the area: α = √2 p/(E* m).
+    share, wanted = theory(separation, 0.5)
+    found = constriction.elastic_joint(share / math.sqrt(2), 1.0, 1.0, 1.0) / 2
+    assert found == pytest.approx(wanted, rel=0.035)
+
+
+def test_the_elastic_correlation_has_the_area_of_bush_gibson_and_thomas() -> None:
+    # A/A₀ = √(2π) p/(E* h′) of Gaussian heights at small loads, m = h′/√π.
+    gradient, pressure = 0.07, 1e-4
+    slope = gradient / math.sqrt(math.pi)
+    share = math.sqrt(2) * pressure / slope
+    assert share == pytest.approx(math.sqrt(2 * math.pi) * pressure / gradient)
+    assert constriction.elastic_joint(pressure, 1.0, slope, 1.0) == pytest.approx(
+        3.1 * slope * share**0.94
+    )
+
+
+def rough(seed: int, n: int = 256) -> rc.Surface:
+    pixel = 256e-6 / n
+    heights = rc.self_affine(
+        (n, n), (pixel, pixel), rms_height=0.5e-6, rolloff_wavelength=32e-6,
+        cutoff_wavelength=4e-6, rng=np.random.default_rng(seed),
+    )  # fmt: skip
+    return rc.Surface(heights, (pixel, pixel))
+
+
+def test_resistance_hangs_less_on_the_grid_than_the_contact_area() -> None:
+    surface = rough(1)
+    fine = rc.solve(surface, load=2.0, material=STEEL, boundary="periodic")
+    (coarse,) = (
+        rc.solve(part, load=2.0, material=STEEL, boundary="periodic")
+        for part in [surface.resampled(pixel=(2e-6, 2e-6), method="bandlimited")]
+    )
+    found = rc.conductance(fine, UNIT, UNIT).beside(coarse)
+    assert found.coarser is not None
+    assert found.coarser.pixel == pytest.approx(2e-6)
+    assert 0.03 < found.coarser.contact_area < 0.3
+    assert abs(found.coarser.length) < found.coarser.contact_area / 3
+
+
+def test_a_free_map_spreads_from_its_outline_as_well() -> None:
+    whole = touching([(127.5, 127.5, 400.0, 400.0)])
+    square = constriction.ellipse(256 / math.sqrt(math.pi), 256 / math.sqrt(math.pi))
+    # Capacitances of a square and of a disc of unit area, over 4π ε: 0.3668 and 0.3592.
+    assert length(whole) == pytest.approx(0.3668 / 0.3592 * square, rel=0.01)
+    # Where nearly all touches the spreading alone is left, of both.
+    surface = rough(3, 128)
+    result = rc.solve(surface, load=40.0, material=STEEL, ceiling=1e9)
+    (step,) = rc.conductance(result, UNIT, UNIT).steps
+    assert step.contact_area > 0.5 * 256e-6**2
+    assert step.correlation_length == pytest.approx(step.length, rel=0.08)
+
+
 @pytest.mark.parametrize("ceiling", [None, 2e9])
 def test_the_correlation_of_rough_joints_is_within_its_scatter(ceiling: float | None) -> None:
     heights = rc.self_affine(

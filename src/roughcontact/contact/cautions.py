@@ -46,6 +46,8 @@ class Kind(StrEnum):
     PARTS = "parts of one map"
     MULTIPLE = "several intervals at once"
     SCALING = "scatter that does not fall with the area"
+    SPOTS = "spots that are no discs"
+    FORM = "bodies curved as a whole"
 
 
 class Severity(StrEnum):

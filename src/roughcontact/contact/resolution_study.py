@@ -125,6 +125,21 @@ contact area, contact area without rim excess, maximum pressure, mean pressure.
     )
 
 
+def coarsened(pair: Pair) -> Pair | None:
+    """Return the same bodies on a grid of twice the pixel, as the study has them.
+
+    Returns
+    -------
+    Pair or None
+        None where fewer than 32 points a side would be left. The outline may lose up to three rows
+        and columns of a free map.
+    """
+    if min(pair.shape) < 2 * _FEWEST_POINTS:
+        return None
+    outline = _changed(pair, partial(_divisible, boundary=pair.boundary))
+    return _changed(outline, partial(_scaled, factor=2.0, boundary=pair.boundary))
+
+
 @dataclass(eq=False)
 class _Study:
     """The solves of a study, one after the other, and what has to be said of those left out."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,11 +16,12 @@ from roughcontact.contact.judgment import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.stiffness import unloading_stiffness
 from roughcontact.errors import InputError
+from roughcontact.joint import judgment
+from roughcontact.joint.judgment import Texture
 from roughcontact.joint.spread import greenwood
 from roughcontact.material import catalogue
 from roughcontact.material.conductor import Conductor
 from roughcontact.shown import Shown
-from roughcontact.surface import roughness
 from roughcontact.theory import constriction
 from roughcontact.units import Quantity, quantity
 
@@ -50,7 +51,8 @@ class ConductanceStep:
         `roughcontact.joint.spread.greenwood`.
     correlation_length : float
         The same by the correlation for nominally flat rough joints [m]: Cooper, Mikic and
-        Yovanovich under a ceiling, Mikic without; NaN where nominal bodies are curved.
+        Yovanovich under a ceiling, Mikic without, and the spreading from the outline of a free map;
+        NaN where the bodies are curved as a whole, or periodic along one axis only.
     """
 
     load: float
@@ -60,6 +62,23 @@ class ConductanceStep:
     length: float
     greenwood_length: float
     correlation_length: float
+
+
+@dataclass(frozen=True)
+class Change:
+    """How numbers change from one grid to a coarser one.
+
+    Parameters
+    ----------
+    pixel : float
+        Larger edge of its pixels [m].
+    length, contact_area : float
+        Relative changes.
+    """
+
+    pixel: float
+    length: float
+    contact_area: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,6 +99,9 @@ class Conductance(Shown):
         What the contacts give cause for.
     remarks : tuple of Caution
         What else is known of the numbers, from the measurement of the maps.
+    coarser : Change or None
+        How the numbers under the largest load change on a coarser grid, where that is known; see
+        `beside`.
     """
 
     steps: tuple[ConductanceStep, ...]
@@ -89,6 +111,27 @@ class Conductance(Shown):
     largest: ContactResult
     found: tuple[Caution, ...] = ()
     remarks: tuple[Caution, ...] = ()
+    coarser: Change | None = None
+
+    def beside(self, coarser: ContactResult) -> Conductance:
+        """Return the same with what changes on a coarser grid.
+
+        Parameters
+        ----------
+        coarser : ContactResult
+            The same bodies under the largest load on a grid of larger pixels.
+        """
+        fine, coarse = self.steps[-1], _step(coarser, Texture(coarser.pair))
+        length, area = (
+            new / old - 1 if old and math.isfinite(old) else 0.0
+            for new, old in (
+                (coarse.length, fine.length), (coarse.contact_area, fine.contact_area)
+            )
+        )  # fmt: skip
+        pixel = max(coarser.pair.pixel)
+        caution = judgment.grid(length, area, pixel)
+        found = self.found if caution is None else (*self.found, caution)
+        return replace(self, coarser=Change(pixel, length, area), found=found)
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
@@ -257,6 +300,7 @@ def conductance(
     steps: list[ConductanceStep] = []
     judged: list[tuple[float, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
+    texture: Texture | None = None
     for result in [contacts] if isinstance(contacts, ContactResult) else contacts:
         if largest is not None and result.pair.shape != largest.pair.shape:
             raise InputError(
@@ -265,8 +309,11 @@ def conductance(
                 argument="contacts",
             )
         result.pair.require_map(OF)
-        steps.append(_step(result))
-        judged.append((result.load, result.cautions))
+        if texture is None or texture.pair is not result.pair:
+            texture = Texture(result.pair)
+        step = _step(result, texture)
+        steps.append(step)
+        judged.append((result.load, (*result.cautions, *_cautions(result, step, texture))))
         if largest is None or result.load >= largest.load:
             largest = result
     if largest is None:
@@ -281,7 +328,7 @@ def conductance(
     )
 
 
-def _step(result: ContactResult) -> ConductanceStep:
+def _step(result: ContactResult, texture: Texture) -> ConductanceStep:
     return ConductanceStep(
         load=result.load,
         contact_area=result.contact_area,
@@ -289,26 +336,42 @@ def _step(result: ContactResult) -> ConductanceStep:
         spots=result.spots().count,
         length=2 * unloading_stiffness(result) / result.contact_modulus,
         greenwood_length=greenwood(result),
-        correlation_length=_correlation(result),
+        correlation_length=_correlation(result, texture),
     )
 
 
-def _correlation(result: ContactResult) -> float:
+def _cautions(result: ContactResult, step: ConductanceStep, texture: Texture) -> Iterator[Caution]:
+    """Yield what is known of the estimates of one contact."""
+    if result.smooth is None:
+        yield from judgment.form(texture)
+    spots = judgment.discs(step.load, result.contact_fraction, step.greenwood_length, step.length)
+    if spots is not None:
+        yield spots
+
+
+def _correlation(result: ContactResult, texture: Texture) -> float:
     """Return the constriction length that simple theory gives a nominally flat joint."""
-    pair = result.pair
-    height = float(np.nanstd(pair.initial_gap))
-    gradient = roughness.rms_gradient(pair.initial_gap, pair.pixel)
-    if result.smooth is not None or not (result.load > 0 and height > 0 and gradient > 0):
+    height, gradient = texture.height, texture.gradient
+    rough = result.load > 0 and height > 0 and gradient > 0
+    strip = len(result.pair.boundary.periodic_axes) == 1
+    if result.smooth is not None or strip or not rough or not texture.is_flat:
         return math.nan
-    area = pair.size[0] * pair.size[1]
+    area = result.pair.size[0] * result.pair.size[1]
     # Of Gaussian heights alike in all directions: √(2/π) of the slope along a line, h′/√2.
     slope = gradient / math.sqrt(math.pi)
     pressure = result.load / area
     if result.ceiling is None:
         modulus = result.contact_modulus
-        return area * constriction.elastic_joint(pressure, modulus, slope, height)
-    hardness = float(np.mean(result.ceiling))
-    return area * constriction.plastic_joint(pressure, hardness, slope, height)
+        joint = area * constriction.elastic_joint(pressure, modulus, slope, height)
+    else:
+        hardness = float(np.mean(result.ceiling))
+        joint = area * constriction.plastic_joint(pressure, hardness, slope, height)
+    if result.pair.boundary.periodic_axes:
+        return joint
+    # Spreading from all of the map comes on top: an ellipse of its area and sides has that of a
+    # square to 2 %.
+    whole = constriction.ellipse(*(side / math.sqrt(math.pi) for side in result.pair.size))
+    return 1 / (1 / joint + 1 / whole)
 
 
 def _conductor(given: Conductor | str, argument: str) -> Conductor:

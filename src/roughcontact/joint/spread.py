@@ -1,4 +1,4 @@
-"""Greenwood's estimate of what a number of contact spots conducts."""
+"""Greenwood's estimate of what contact spots conduct, and how far the estimates are off."""
 
 from __future__ import annotations
 
@@ -10,6 +10,22 @@ from numpy.typing import NDArray
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
 from roughcontact.halfspace.fft import Workspace
+
+CASES = 108
+"""Contacts of rough maps on which the estimates were tried; see `benchmarks/constriction.py`.
+
+Periodic maps of Gaussian heights, eight waves of the roll-off a side, Hurst exponents 0.5 and 0.8,
+roll-off over cut-off 4 to 16, elastic and under a ceiling, 1 to 12 % in contact.
+"""
+
+CORRELATED = (0.99, 1.44)
+"""The correlations over what is computed, in 95 % of the cases.
+
+Spots come in clusters, of which the theory of the correlations knows nothing: they tell too much.
+"""
+
+SPOTTED = (0.82, 1.0)
+"""Greenwood's formula over what is computed, in 95 % of the cases: less where more touches."""
 
 
 def greenwood(result: ContactResult) -> float:
@@ -30,14 +46,16 @@ def greenwood(result: ContactResult) -> float:
 
     Notes
     -----
-    Each spot is taken for a circle that carries its share as if it were alone. That suits
+    Each spot is taken for a circle that carries its share as if it were alone. For two bodies of
+    resistivity ρ each this is R = ρ/(2 Σ aᵢ) + ρ/(π (Σ aᵢ)²) ΣΣ aᵢ aⱼ/sᵢⱼ. That suits
     spots that are round and further apart than they are wide; large ones of many branches it does
     not. The double sum is one convolution with the kernel of the contact, the middle of each spot
     rounded to a pixel.
 
     References
     ----------
-    Greenwood 1966, Brit. J. Appl. Phys. 17, 1621, doi:10.1088/0508-3443/17/12/310
+    Greenwood 1966, Constriction resistance and the real area of contact, Brit. J. Appl. Phys. 17,
+    1621, doi:10.1088/0508-3443/17/12/310
     """
     spots = result.spots()
     if spots.count == 0:

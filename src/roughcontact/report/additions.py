@@ -42,10 +42,14 @@ def of_joint(found: Conductance) -> Addition:
     """Return the chapter on what a joint does; the report is on the largest load."""
     head, rows = results.listing(found)
     told = results.rows(found)
+    # The others stand with the contact.
+    known = {caution.kind for caution in found.largest.cautions}
+    own = tuple(caution for caution in found.cautions if caution.kind not in known)
     text = (
         *(sentence(f"{row.name}: {row.text}") for row in told),
         *results.sentences(found),
+        *(sentence(caution.text) for caution in own),
         f"The report is on the largest of the loads, {engineering(found.largest.load, 'N')}.",
     )
     drawn = figures.drawn(figures.of_joint(found), found)
-    return Addition(conducted.TITLE, text, (head, *rows), drawn)
+    return Addition(conducted.TITLE, text, (head, *rows), drawn, cautions=own)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 from roughcontact.joint.conductance import Conductance
+from roughcontact.joint.spread import CASES, CORRELATED, SPOTTED
 from roughcontact.material.conductor import Conductor
 from roughcontact.report import tables
 from roughcontact.report.quantities import (
@@ -18,7 +20,7 @@ from roughcontact.report.quantities import (
     quantity_of,
     within,
 )
-from roughcontact.units import engineering, percent
+from roughcontact.units import changed_by, engineering, percent
 
 TITLE = "What the contact conducts"
 """Of the chapter in a report."""
@@ -57,6 +59,11 @@ def _thermal(found: Conductance) -> bool:
     return not math.isnan(found.thermal_resistivity)
 
 
+def _by_area(found: Conductance) -> bool:
+    """Return whether what the joint conducts goes with its area."""
+    return len(found.largest.boundary.periodic_axes) == 2
+
+
 def _ratio(name: str) -> Callable[[Conductance], list[str]]:
     """Return how far an estimate of the constriction length is off, a resistance being over it."""
 
@@ -86,6 +93,13 @@ CONDUCTANCE: Table = (
         "thermal_film", "thermal film", unit="m² K/W",
         form=lambda v: f"{v:.4g} m² K/W" if v else "none", when=_thermal,
     ),
+    Quantity(
+        "coarser", "on a coarser grid", of=lambda r: r.coarser and asdict(r.coarser),
+        text=lambda r: (
+            f"pixels of {engineering(r.coarser.pixel, 'm')}: length {changed_by(r.coarser.length)},"
+            f" contact area {changed_by(r.coarser.contact_area)}"
+        ), when=lambda r: r.coarser is not None,
+    ),
     *(quantity_of(tables.CONTACT, key) for key in ("warnings", "cautions")),
 )  # fmt: skip
 """Of a `Conductance`."""
@@ -103,7 +117,7 @@ CONDUCTANCE_COLUMNS: Columns = (
         of=lambda r: r.electrical_resistance.tolist(),
     ),
     Column(
-        "thermal_resistance", "thermal", unit="K/W", when=_thermal,
+        "thermal_resistance", unit="K/W", when=_thermal,
         of=lambda r: r.thermal_resistance.tolist(),
     ),
     Column(
@@ -111,8 +125,18 @@ CONDUCTANCE_COLUMNS: Columns = (
         of=lambda r: r.electrical_conductance.tolist(),
     ),
     Column(
-        "thermal_conductance", "per area", unit="W/(m² K)", when=_thermal,
+        "thermal_conductance", unit="W/(m² K)", when=_thermal,
         of=lambda r: r.thermal_conductance.tolist(),
+    ),
+    # Shown is the one that says something with this boundary.
+    Column(
+        "thermal_resistance", "thermal", unit="K/W", stored=False,
+        of=lambda r: r.thermal_resistance.tolist(),
+        when=lambda r: _thermal(r) and not _by_area(r),
+    ),
+    Column(
+        "thermal_conductance", "per area", unit="W/(m² K)", stored=False,
+        of=lambda r: r.thermal_conductance.tolist(), when=lambda r: _thermal(r) and _by_area(r),
     ),
     Column(
         "greenwood_length", "Greenwood", unit="m", shown=_ratio("greenwood_length"),
@@ -135,6 +159,10 @@ _STRIP = (
 )
 
 
+def _span(spread: tuple[float, float]) -> str:
+    return f"{spread[0]:g} to {spread[1]:g}"
+
+
 def sentences(found: Conductance) -> tuple[str, ...]:
     """Return what a reader of the resistances has to know."""
     meaning = _MEANING.get(found.largest.boundary.periodic_axes, _STRIP)
@@ -149,7 +177,11 @@ def sentences(found: Conductance) -> tuple[str, ...]:
              "resistance is a little larger, on a disc by less than 8 % of the constriction.",)
             if film else ()
         ),
+        "The resistance hangs on the coarse outline of the contact, where the current crowds: a "
+        "cluster of small spots conducts like one of its size. The contact area, and a film on it, "
+        "hang on the finest scales.",
         "The last two columns are estimates of the constriction length over that computed: "
         "Greenwood's formula from radii and places of the spots (1966), and the correlation for "
-        "large flat rough joints, which depends on the slope and so on the pixel.",
+        f"large flat rough joints, which depends on the slope and so on the pixel; 95 % of "
+        f"{CASES} rough maps had {_span(SPOTTED)} and {_span(CORRELATED)}.",
     )  # fmt: skip

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import IO, TYPE_CHECKING, Any
 
+from roughcontact.errors import CapacityError, ConvergenceError
 from roughcontact.request import problem
 from roughcontact.request.option import CONDUCTANCE
 from roughcontact.request.request import Request
@@ -71,6 +72,28 @@ class Contacts:
             found = self.solve(self.maps[0], **options, load=force, progress=watch)
             yield replace(found, given=given)
 
+    def coarser(self, result: ContactResult) -> ContactResult | None:
+        """Return the same contact on a grid of twice the pixel; None where it has too few points.
+
+        None as well where it cannot be solved: it is looked at for the change alone.
+        """
+        from roughcontact.contact.resolution_study import coarsened
+
+        pair, ceiling = coarsened(result.pair), result.ceiling
+        if pair is None or not (ceiling is None or isinstance(ceiling, float)):
+            return None
+        options = problem.arguments(
+            self.request, self.maps, "tolerance", "max-iterations", "precision"
+        )
+        options |= {"counter_surface": pair.counter_surface, "ceiling": ceiling}
+
+        def watch(at: Progress) -> None:
+            self.look(replace(at, label="coarser grid"))
+
+        with suppress(ConvergenceError, CapacityError):
+            return self.solve(pair.surface, **options, load=result.load, progress=watch)
+        return None
+
 
 def fresh(surface: Surface, **options: Any) -> ContactResult:
     """Solve a contact; see `contact.solve.solve`."""
@@ -96,7 +119,7 @@ def once() -> Iterator[Solve]:
         def solve_once(surface: Surface, *, progress: Any = None, **options: Any) -> ContactResult:
             asked = {"surface": surface, **options}
             for known, result, file in kept:
-                if known == asked:
+                if _same(known, asked):
                     return _filled(result, file)
             result = fresh(surface, progress=progress, **options)
             file = stack.enter_context(tempfile.TemporaryFile())
@@ -104,6 +127,27 @@ def once() -> Iterator[Solve]:
             return result
 
         yield solve_once
+
+
+def _same(known: dict[str, Any], asked: dict[str, Any]) -> bool:
+    """Return whether two contacts are one, whichever objects hold their maps."""
+    maps = ("surface", "counter_surface")
+    return all(
+        _alike(known.get(name), asked.get(name))
+        if name in maps
+        else name in known and known[name] == asked[name]
+        for name in asked
+    )
+
+
+def _alike(first: Surface | None, second: Surface | None) -> bool:
+    import numpy as np
+
+    if first is second or first is None or second is None:
+        return first is second
+    return first.pixel == second.pixel and np.array_equal(
+        first.heights, second.heights, equal_nan=True
+    )
 
 
 def _emptied(result: ContactResult, file: IO[bytes]) -> ContactResult:
@@ -127,12 +171,14 @@ def _conductance(request: Request, contacts: Contacts) -> Conductance:
     from roughcontact.joint.conductance import OF, conductance
 
     contacts.require_map(OF)
-    return conductance(
+    found = conductance(
         contacts.under(request["load"]),
         *request.conductors(),
         film=request["film"] or 0.0,
         thermal_film=request["thermal-film"] or 0.0,
     )
+    coarser = contacts.coarser(found.largest)
+    return found if coarser is None else found.beside(coarser)
 
 
 ASKED: dict[str, Callable[[Request, Contacts], Joint]] = {CONDUCTANCE: _conductance}

@@ -76,14 +76,22 @@ def plastic_joint(pressure: float, hardness: float, slope: float, roughness: flo
     -------
     float
         2.5 (m/σ) (p̄/H)^0.95: with the harmonic mean k_s of the conductivities, that is
-        h = 1.25 k_s (m/σ) (p̄/H)^0.95, the correlation of Cooper, Mikic and Yovanovich's theory of
-        Gaussian heights without correlation of the spots.
+        h = 1.25 k_s (m/σ) (p̄/H)^0.95.
+
+    Notes
+    -----
+    The power law stands for the theory of Gaussian heights whose spots are scattered without
+    correlation, h σ/(k_s m) = exp(-λ²/2)/(2√(2π)) / (1 - √α)^1.5 with the share in contact
+    α = p̄/H = ½ erfc(λ/√2), from which it differs by less than 1.6 % for 2 ≤ λ ≤ 4.75, that is
+    for p̄/H from 1e-6 to 0.023.
 
     References
     ----------
     Cooper, Mikic and Yovanovich 1969, Int. J. Heat Mass Transfer 12, 279,
     doi:10.1016/0017-9310(69)90011-8
-    Yovanovich 1982, AIAA paper 82-0888, doi:10.2514/6.1982-888
+    Yovanovich 1982, Thermal contact correlations, in Spacecraft Radiative Transfer and Temperature
+    Control, Progress in Astronautics and Aeronautics 83, 83; and 2005, IEEE Trans. Compon. Packag.
+    Technol. 28, 182, doi:10.1109/TCAPT.2005.848483
     """
     require_positive(pressure=pressure, hardness=hardness, slope=slope, roughness=roughness)
     return 2.5 * slope / roughness * math.pow(pressure / hardness, 0.95)
@@ -102,7 +110,15 @@ def elastic_joint(pressure: float, contact_modulus: float, slope: float, roughne
     Returns
     -------
     float
-        3.1 (m/σ) (√2 p̄/(E* m))^0.94.
+        3.1 (m/σ) (√2 p̄/(E* m))^0.94: h = 1.55 k_s (m/σ) (√2 p̄/(E* m))^0.94.
+
+    Notes
+    -----
+    The theory below it is that of `plastic_joint` with half of the area that the flat would cut
+    off in contact, α = √2 p̄/(E* m) = ¼ erfc(λ/√2), and h σ/(k_s m) = exp(-λ²/2)/(4√π) /
+    (1 - √α)^1.5; the power law differs from it by less than 3.5 % for α from 1e-5 to 0.011. This
+    α is √(2π) p̄/(E* h′) for a root-mean-square gradient h′ = √π m, as Bush, Gibson and Thomas
+    have it at small loads (1975, Wear 35, 87, doi:10.1016/0043-1648(75)90145-3).
 
     References
     ----------
