@@ -40,6 +40,7 @@ DELEGATIONS: dict[str, set[str]] = {
     "contact.stress": {"report.results"},
     "contact.study": {"report.results"},
     "joint.conductance": {"report.results"},
+    "joint.interface": {"formats.export", "report.results"},
     "shown": {"plots.accessor", "report.glance"},
     "surface.surface": {"desk.explore", "formats.export"},
     "volume.result": {

@@ -47,6 +47,7 @@ NEEDED = {
         "resistivity": "200 nohm m",
         "counter-resistivity": "40 nohm m",
     },
+    "law": {"from": "1 MPa", "to": "100 MPa", "steps": "3", "boundary": "periodic"},
     "compare": {"load": "10 MPa", "first-load": "100 MPa"},
 }
 

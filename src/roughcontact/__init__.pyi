@@ -35,6 +35,7 @@ from .contact.solve import solve as solve
 from .contact.stress import StressResult as StressResult
 from .contact.study import ResolutionStudy as ResolutionStudy
 from .contact.subsurface import subsurface_stress as subsurface_stress
+from .contact.unloading import indented_surface as indented_surface
 from .errors import (
     CapacityError as CapacityError,
     ConvergenceError as ConvergenceError,
@@ -48,6 +49,8 @@ from .joint.conductance import (
     Conductance as Conductance,
     conductance as conductance,
 )
+from .joint.interface import InterfaceLaw as InterfaceLaw
+from .joint.law import interface_law as interface_law
 from .material import (
     catalogue as catalogue,
     hardness as hardness,

@@ -15,24 +15,18 @@ import typer
 
 from roughcontact import units
 from roughcontact._version import __version__
-from roughcontact.cli import guide, terminal
+from roughcontact.cli import guide, tasks, terminal
 from roughcontact.errors import ConvergenceError, Mention, RoughcontactError, Sentence
 from roughcontact.files import to_json
+from roughcontact.request.option import SEVERAL
 from roughcontact.request.options import (
-    COMPARE,
-    CONDUCTANCE,
     DEMO,
     DESK,
-    FIND,
     GENERATE,
-    HISTORY,
     INFO,
     MATERIALS,
     RUN,
     SHOWN,
-    SOLVE,
-    STRESS,
-    SWEEP,
     VERIFY,
     Option,
     offered,
@@ -315,101 +309,10 @@ def _carry_out(task: str, subject: Subject, given: Given) -> None:
         raise typer.Exit(NOT_CONVERGED)
 
 
-_command(
-    SOLVE,
-    _MAP,
-    help="""Press a measured map against a flat or another map: pressure, contact, gap.
-
-Give a unit with every quantity, in quotes.
-
-\b
-Example:
-roughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3 \\
-    --yield-strength "1 GPa" --holes fill --output out.nc --figures out
-""",
-)(functools.partial(_carry_out, SOLVE))
-
-_command(
-    SWEEP,
-    _MAP,
-    help="""Solve the contact under one load after the other: area, gap, stiffness, spots.
-
-With --folder every finished step is saved at once, and the same command goes on where it was
-interrupted.
-
-\b
-Example:
-roughcontact sweep ground.opd --from "10 mN" --to "10 N" --steps 13 \\
-    --young "210 GPa" --poisson 0.3 --holes fill --folder ground-sweep \\
-    --output curve.csv
-""",
-)(functools.partial(_carry_out, SWEEP))
-
-_command(
-    STRESS,
-    _MAP,
-    help="""Solve the contact, and compute the elastic stress below it: where it yields first.
-
-\b
-Example:
-roughcontact stress ground.opd --load "1 N" --material 100Cr6 --holes fill \\
-    --output stress.nc --figures out
-""",
-)(functools.partial(_carry_out, STRESS))
-
-_command(
-    HISTORY,
-    _MAP,
-    help="""Follow a path of loads: indentation that stays, unloading, repeated passes.
-
-The ceiling acts as perfect plasticity of the surface: what it indents stays indented.
-
-\b
-Example:
-roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 \\
-    --holes fill --output history.csv --residual indented.x3p
-""",
-)(functools.partial(_carry_out, HISTORY))
-
-_command(
-    FIND,
-    _MAP,
-    help="""Find the loads at which a contact has the values asked for, each with its bracket.
-
-\b
-Example:
-roughcontact find ground.opd --contact "5 %" --saturated "1 %" --first-yield \\
-    --material 100Cr6 --holes fill --output loads.csv
-""",
-)(functools.partial(_carry_out, FIND))
-
-_command(
-    CONDUCTANCE,
-    _MAP,
-    help="""Solve the contact under one load or several: electrical and thermal resistance.
-
-\b
-Example:
-roughcontact conductance ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
-    --counter-material 6061-T6 --holes fill --boundary periodic
-""",
-)(functools.partial(_carry_out, CONDUCTANCE))
-
-_command(
-    COMPARE,
-    _MAPS,
-    help="""Compare several maps under the same nominal pressure: means, differences, how sure.
-
-Files alone are maps of one surface; --group makes several, --quarters one of each map, and
---first-load sets each map beside itself after a first loading. --sampling tells how large an
-area is needed.
-
-\b
-Example:
-roughcontact compare --group "ground=ground*.opd" --group "honed=honed*.opd" \\
-    --load "20 MPa" --material 100Cr6 --holes fill --report finish.html
-""",
-)(functools.partial(_carry_out, COMPARE))
+for _task, _text in tasks.HELP.items():
+    _command(_task, _MAPS if _task in SEVERAL else _MAP, help=_text)(
+        functools.partial(_carry_out, _task)
+    )
 
 
 @_command(

@@ -15,6 +15,7 @@ from roughcontact.request.options import (
     CONDUCTANCE,
     FIND,
     HISTORY,
+    LAW,
     SOLVE,
     STRESS,
     SWEEP,
@@ -32,6 +33,8 @@ FIRST = {
            "holes", "output", "report"),
     CONDUCTANCE: ("load", "material", "counter-material", "conductivity", "counter-conductivity",
                   "film", "boundary", "holes", "output", "report"),
+    LAW: ("from", "to", "steps", "material", "ceiling", "boundary", "holes", "quarters", "output",
+          "report"),
     COMPARE: ("load", "group", "quarters", "sampling", "first-load", "material", "holes", "pixel",
               "output", "report"),
 }  # fmt: skip

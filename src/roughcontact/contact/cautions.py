@@ -48,6 +48,8 @@ class Kind(StrEnum):
     SCALING = "scatter that does not fall with the area"
     SPOTS = "spots that are no discs"
     FORM = "bodies curved as a whole"
+    RANGE = "pressures that the maps resolve"
+    RIM = "rim that is left out"
 
 
 class Severity(StrEnum):

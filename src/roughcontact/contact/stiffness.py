@@ -106,6 +106,61 @@ def unloading_stiffness(result: ContactResult) -> float:
     return 0.0 if punch is None else punch.total * result.pixel_area
 
 
+def local_stiffness(
+    result: ContactResult, window: tuple[slice, slice] | None = None
+) -> tuple[float, float]:
+    """Return how fast the mean pressure of a part of a map grows as the mean planes close there.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+    window : (slice, slice), optional
+        Rows and columns of the part; all of the map without.
+
+    Returns
+    -------
+    (float, float)
+        -dp̄/dū [Pa/m], p̄ the mean pressure and ū the mean gap of the part: as the load grows, when
+        saturated pixels carry no more and go on flowing, and as it begins to fall, when the whole
+        contact resists. 0 where nothing resists, infinite in a full periodic contact.
+
+    Raises
+    ------
+    ConvergenceError, InsufficientMemoryError
+        As for `stiffness`.
+
+    Notes
+    -----
+    Where the outline of the contact approaches by dω and displaces by du, the gap closes by
+    dω - du. Over all of a periodic map the mean of du is zero, and this is the contact stiffness
+    over the nominal area; over a part of a free map the compliance of the bodies below it, which
+    displaces all of the part, drops out.
+    """
+    whole = _local(result, np.flatnonzero(result.contact), window)
+    if not result.saturated.any():
+        return whole, whole
+    return _local(result, np.flatnonzero(result.contact & ~result.saturated), window), whole
+
+
+def _local(
+    result: ContactResult, index: NDArray[np.int64], window: tuple[slice, slice] | None
+) -> float:
+    if index.size == 0:
+        return 0.0
+    punch = _punch(result, index)
+    if math.isinf(punch.total):
+        return math.inf
+    if window is None and len(result.boundary.periodic_axes) == len(result.pressure.shape):
+        return punch.total / result.pressure.size
+    pressure = np.zeros(result.pressure.size)
+    pressure[index] = punch.pressure
+    part = window or (slice(None), slice(None))
+    there = ~np.isnan(result.gap[part])
+    closing = 1 - punch.displacement.astype(np.float64)[part][there]
+    return float(pressure.reshape(result.pressure.shape)[part].mean() / closing.mean())
+
+
 def growth(result: ContactResult) -> Growth:
     """Return the contact stiffness of a solution with what it comes from; see `stiffness`."""
     index = np.flatnonzero(result.contact & ~result.saturated)

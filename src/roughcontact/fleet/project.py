@@ -19,6 +19,7 @@ from roughcontact.request.option import JOINTS
 from roughcontact.request.options import (
     CEILING,
     COMPARE,
+    LAW,
     OPTIONS,
     SHOWN,
     SOLVE,
@@ -34,8 +35,8 @@ DESK = "desk"
 """A table that the page in the browser keeps for itself; it does not describe a contact."""
 
 _OWN_KEYS = ("name", "file", "task")
-_MAPS = ("files", "groups")
-"""What a comparison has in place of a file."""
+_MAPS = {COMPARE: ("files", "groups"), LAW: ("file", "files")}
+"""What tasks on several maps may have, one of which they need."""
 _MATERIAL_KEYS = ("young", "poisson", "yield-strength")
 
 WRITABLE = tuple(
@@ -59,9 +60,10 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
         The file. ``folder`` and ``write`` (a list of suffixes) say what is written where;
         ``[materials.NAME]`` holds constants; ``[defaults]`` and each ``[[contact]]`` hold the
         options of its ``task`` (``"solve"``, the default, ``"sweep"``, ``"stress"``,
-        ``"history"``, ``"find"``, ``"conductance"`` or ``"compare"``) under the names that the
-        command of that name gives them, and a contact its ``name`` and ``file``; one of task
-        ``"compare"`` has ``files``, a list, or ``groups``, a table of lists by name. A list of
+        ``"history"``, ``"find"``, ``"conductance"``, ``"law"`` or ``"compare"``) under the names
+        that the command of that name gives them, and a contact its ``name`` and ``file``; one of
+        task ``"law"`` may have ``files``, a list, and one of task ``"compare"`` has these, or
+        ``groups``, a table of lists by name. A list of
         tasks on a joint asks all of them of one contact, which is solved once. Defaults that
         do not fit task and model of a contact are left out there. A list of loads makes one
         contact of each, a ``folder`` for steps gets a folder for each. Paths are relative to the
@@ -338,20 +340,24 @@ def _contact(project: _Project, number: int, read: Any) -> _Contact:
             wanted = " or ".join(f'"{other}"' for other in others)
             raise contact.refusal(key, f'{key} needs task = {wanted}, got "{task}"')
         del values[key]
-    for key in ("name",) if task == COMPARE else ("name", "file"):
+    for key in ("name",) if task in _MAPS else ("name", "file"):
         nominal = key == "file" and key not in read and "points" in values
         if not nominal and (not isinstance(read.get(key), str) or not read[key].strip()):
             raise project.source.refusal(table, f"this contact needs a {key}, a text")
-    if task == COMPARE:
+    if task in _MAPS:
         _check_maps(contact)
     return contact
 
 
 def _check_maps(contact: _Contact) -> None:
-    """Refuse what is no list of maps to compare."""
-    given = {key: contact.values[key] for key in _MAPS if key in contact.values}
+    """Refuse what names no maps of a task on several."""
+    given = {key: contact.values[key] for key in _MAPS[contact.task] if key in contact.values}
+    if not given and contact.task == LAW:
+        raise contact.refusal("name", "this law needs a file, or files, a list")
     if not given:
         raise contact.refusal("name", "this comparison needs files, a list, or groups, a table")
+    if not isinstance(given.get("file", ""), str):
+        raise contact.refusal("file", f"file must be a text, got {given['file']!r}")
     lists = [given["files"]] if "files" in given else []
     groups = given.get("groups", {})
     named = groups if isinstance(groups, dict) else {"": groups}
@@ -374,7 +380,7 @@ def _keys(task: str) -> list[str]:
     """Return what a contact may hold; its files are named by the project."""
     options = offered(task).values()
     named = (option.name for option in options if not option.suffixes)
-    own = ("name", "task", *_MAPS) if task == COMPARE else _OWN_KEYS
+    own = ("name", "task", *_MAPS[task]) if task in _MAPS else _OWN_KEYS
     return [*own, *(name for name in named if name not in (*SHOWN, "group"))]
 
 
@@ -393,7 +399,7 @@ def _described(
                 for name, files in value.items()
                 for file in files
             ]
-        if key in (*_OWN_KEYS, *_MAPS):
+        if key in (*_OWN_KEYS, *_MAPS[COMPARE]):
             continue
         prefix = key.removesuffix("material")
         if prefix != key and isinstance(value, str) and value in materials:

@@ -17,6 +17,7 @@ from roughcontact.errors import InputError
 
 if TYPE_CHECKING:
     from roughcontact.formats.fields import Result
+    from roughcontact.joint.interface import InterfaceLaw
     from roughcontact.surface.surface import Surface
 
 Target = str | os.PathLike[str]
@@ -29,6 +30,7 @@ class Kind(Enum):
     SURFACE = "a surface"
     CONTACT = "a result"
     VOLUME = "a result with its volume"
+    LAW = "the law of an interface"
 
 
 @dataclass(frozen=True)
@@ -120,6 +122,36 @@ def _csv(source: Any, path: Target) -> None:
     tables.save_csv(source, path)
 
 
+def _law_csv(law: Any, path: Target) -> None:
+    from roughcontact.formats import laws
+
+    laws.save_csv(law, path)
+
+
+def _law_json(law: Any, path: Target) -> None:
+    from roughcontact.files import to_json, write
+
+    write(path, to_json(law.summary()) + "\n")
+
+
+def _abaqus(law: Any, path: Target) -> None:
+    from roughcontact.formats import laws
+
+    laws.save_abaqus(law, path)
+
+
+def _calculix(law: Any, path: Target) -> None:
+    from roughcontact.formats import laws
+
+    laws.save_calculix(law, path)
+
+
+def _lubrication(law: Any, path: Target) -> None:
+    from roughcontact.formats import laws
+
+    laws.save_lubrication(law, path)
+
+
 def _json(result: Any, path: Target) -> None:
     from roughcontact.formats import tables
 
@@ -155,8 +187,21 @@ FORMATS = (
     OutputFormat(".csv", {
         Kind.SURFACE: Content("heights as text, every bit", _csv),
         **_of_results(Content("pressure", _csv)),
+        Kind.LAW: Content("thinned tables", _law_csv),
     }),
-    OutputFormat(".json", _of_results(Content("numbers", _json))),
+    OutputFormat(".json", {
+        **_of_results(Content("numbers", _json)),
+        Kind.LAW: Content("numbers", _law_json),
+    }),
+    OutputFormat(".inp", {
+        Kind.LAW: Content("a deck for Abaqus", _abaqus),
+    }),
+    OutputFormat(".ccx", {
+        Kind.LAW: Content("a deck for CalculiX", _calculix),
+    }),
+    OutputFormat(".txt", {
+        Kind.LAW: Content("a table for mixed lubrication", _lubrication),
+    }),
 )  # fmt: skip
 """Every format; help, messages, project file and documentation read them from here."""
 
@@ -226,16 +271,17 @@ def save_surface(surface: Surface, path: str | os.PathLike[str]) -> None:
     _writer(Kind.SURFACE, path)(surface, path)
 
 
-def save(result: Result, path: str | os.PathLike[str]) -> None:
+def save(result: Result | InterfaceLaw, path: str | os.PathLike[str]) -> None:
     """Write a result in the format that the suffix of the file names.
 
     Parameters
     ----------
-    result : ContactResult or ElastoplasticResult
+    result : ContactResult, ElastoplasticResult or InterfaceLaw
         The result.
     path : str or path
         File to write: ``.nc`` (everything), ``.vti`` (all maps), ``.csv`` (the pressure),
-        ``.json`` (the summary) or, with plasticity of the volume, ``.vtr`` (the volume).
+        ``.json`` (the summary) or, with plasticity of the volume, ``.vtr`` (the volume). A law has
+        ``.csv``, ``.json``, ``.inp`` (Abaqus), ``.ccx`` (CalculiX) and ``.txt`` (lubrication).
 
     Raises
     ------
@@ -249,8 +295,12 @@ def save(result: Result, path: str | os.PathLike[str]) -> None:
     roughcontact.load_result : Reads ``.nc`` again.
     roughcontact.load_elastoplastic : Reads that of an `ElastoplasticResult`.
     """
+    from roughcontact.joint.interface import InterfaceLaw
     from roughcontact.volume.result import ElastoplasticResult
 
+    if isinstance(result, InterfaceLaw):
+        _writer(Kind.LAW, path)(result, path)
+        return
     if isinstance(result, ElastoplasticResult):
         _writer(Kind.VOLUME, path)(result, path)
         return

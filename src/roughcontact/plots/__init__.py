@@ -2,6 +2,7 @@
 
 from roughcontact.plots.conduction import conductance
 from roughcontact.plots.curves import hysteresis, load_curve
+from roughcontact.plots.laws import interface_law
 from roughcontact.plots.maps import (
     close_up,
     comparison,
@@ -24,6 +25,7 @@ __all__ = [
     "contact",
     "gap",
     "hysteresis",
+    "interface_law",
     "load_curve",
     "overview",
     "pressure",

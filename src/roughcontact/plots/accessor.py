@@ -10,7 +10,8 @@ from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.stress import StressResult
-from roughcontact.plots import curves, maps, profiles, stress, traces, volume
+from roughcontact.joint.interface import InterfaceLaw
+from roughcontact.plots import curves, laws, maps, profiles, stress, traces, volume
 from roughcontact.surface.surface import Surface
 from roughcontact.volume.result import ElastoplasticResult
 
@@ -28,6 +29,7 @@ _FIGURES: dict[type, tuple[Draw, ...]] = {
     ),
     LoadCurve: (curves.load_curve,),
     LoadHistory: (curves.hysteresis,),
+    InterfaceLaw: (laws.interface_law,),
     StressResult: (stress.stress_section, stress.stress_depth, stress.stress_map),
     ElastoplasticResult: (
         volume.section, volume.profile, volume.layers, volume.path, volume.residual_displacement,
@@ -84,7 +86,8 @@ def of(shown: object) -> Plots:
 
     Parameters
     ----------
-    shown : Surface, ContactResult, LoadCurve, LoadHistory, StressResult or ElastoplasticResult
+    shown : Surface, ContactResult, LoadCurve, LoadHistory, InterfaceLaw, StressResult or \
+ElastoplasticResult
         The object.
 
     Raises

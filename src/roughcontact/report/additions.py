@@ -5,7 +5,8 @@ from __future__ import annotations
 from roughcontact.contact.found import FoundLoads
 from roughcontact.contact.stress import StressResult
 from roughcontact.joint.conductance import Conductance
-from roughcontact.report import conducted, figures, results
+from roughcontact.joint.interface import InterfaceLaw
+from roughcontact.report import figures, results
 from roughcontact.report.page import Addition, sentence
 from roughcontact.units import engineering
 
@@ -38,7 +39,7 @@ def of_loads(loads: FoundLoads) -> Addition:
     return Addition("Loads that were asked for", text, (head, *rows))
 
 
-def of_joint(found: Conductance) -> Addition:
+def of_joint(found: Conductance | InterfaceLaw) -> Addition:
     """Return the chapter on what a joint does; the report is on the largest load."""
     head, rows = results.listing(found)
     told = results.rows(found)
@@ -46,10 +47,10 @@ def of_joint(found: Conductance) -> Addition:
     known = {caution.kind for caution in found.largest.cautions}
     own = tuple(caution for caution in found.cautions if caution.kind not in known)
     text = (
-        *(sentence(f"{row.name}: {row.text}") for row in told),
+        *(sentence(f"{row.title}: {row.text}") for row in told),
         *results.sentences(found),
         *(sentence(caution.text) for caution in own),
         f"The report is on the largest of the loads, {engineering(found.largest.load, 'N')}.",
     )
     drawn = figures.drawn(figures.of_joint(found), found)
-    return Addition(conducted.TITLE, text, (head, *rows), drawn, cautions=own)
+    return Addition(results.title(found), text, (head, *rows), drawn, cautions=own)

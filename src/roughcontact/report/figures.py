@@ -18,7 +18,8 @@ from roughcontact.contact.pair import BODIES
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.stress import StressResult
 from roughcontact.joint.conductance import Conductance
-from roughcontact.plots import conduction, curves, maps, profiles, stress, volume
+from roughcontact.joint.interface import InterfaceLaw
+from roughcontact.plots import conduction, curves, laws, maps, profiles, stress, volume
 from roughcontact.report import traces
 from roughcontact.report.scenes import (
     ACCURACY as ACCURACY,
@@ -465,6 +466,19 @@ CONDUCTANCE: Illustrations = (
 )
 """Of a `Conductance`."""
 
+LAW: Illustrations = (
+    Illustration(
+        "law",
+        laws.interface_law,
+        "Four diagrams of the law: pressure over separation, areas, stiffness and gap.",
+        "Pressure over the separation of the mean planes, contact and saturated area, stiffness, "
+        "and separation with mean gap. Thick lines are means of the maps, thin ones single maps; "
+        "Persson's theory of the elastic joint is dashed. Grey: pressures that the maps do not "
+        "resolve.",
+    ),
+)
+"""Of an `InterfaceLaw`."""
+
 
 def names(table: Illustrations) -> tuple[str, ...]:
     """Return the names of the figures that are written to files."""
@@ -491,6 +505,8 @@ def _scene(result: Any) -> tuple[Illustrations, Any]:
             return of_curve(result), result
         case Conductance():
             return CONDUCTANCE, result
+        case InterfaceLaw():
+            return LAW, result
     return (), result
 
 

@@ -17,7 +17,8 @@ from roughcontact.contact.stress import StressResult
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.files import require_suffix, to_json, write
 from roughcontact.joint.conductance import Conductance
-from roughcontact.report import compared, conducted, found, profile, studied, tables
+from roughcontact.joint.interface import InterfaceLaw
+from roughcontact.report import compared, conducted, found, lawful, profile, studied, tables
 from roughcontact.report.quantities import (
     ANSWER,
     Columns,
@@ -50,6 +51,8 @@ def table_of(result: Any) -> Table:
             return found.FOUND
         case Conductance():
             return conducted.CONDUCTANCE
+        case InterfaceLaw():
+            return lawful.LAW
         case Comparison():
             return compared.COMPARISON
         case SamplingStudy():
@@ -72,6 +75,8 @@ def columns_of(result: Any) -> Columns:
             return found.FOUND_COLUMNS
         case Conductance():
             return conducted.CONDUCTANCE_COLUMNS
+        case InterfaceLaw():
+            return lawful.LAW_COLUMNS
         case Comparison():
             return compared.COMPARISON_COLUMNS
         case SamplingStudy():
@@ -94,7 +99,14 @@ def sentences(result: Any) -> tuple[str, ...]:
     match result:
         case Conductance():
             return conducted.sentences(result)
+        case InterfaceLaw():
+            return lawful.sentences(result)
     return ()
+
+
+def title(result: Conductance | InterfaceLaw) -> str:
+    """Return the title of the chapter on what a joint does."""
+    return lawful.TITLE if isinstance(result, InterfaceLaw) else conducted.TITLE
 
 
 def csv(result: Any) -> str:

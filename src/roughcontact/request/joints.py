@@ -9,20 +9,22 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, TypeAlias
 
 from roughcontact.errors import CapacityError, ConvergenceError
 from roughcontact.request import problem
-from roughcontact.request.option import CONDUCTANCE
+from roughcontact.request.option import CONDUCTANCE, LAW
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
 
 if TYPE_CHECKING:
+    from roughcontact.contact.loads import NominalPressure
     from roughcontact.contact.result import ContactResult
     from roughcontact.joint.conductance import Conductance
+    from roughcontact.joint.interface import InterfaceLaw
     from roughcontact.surface.surface import Surface
 
-    Joint = Conductance
+    Joint: TypeAlias = Conductance | InterfaceLaw
     """What is found: it has ``largest``, ``remarks``, ``summary`` and ``save``."""
 
 Solve = Callable[..., "ContactResult"]
@@ -43,12 +45,24 @@ class Contacts:
         Called with the `Progress` of the solver.
     solve : callable
         What solves them.
+    more : sequence of Surface
+        Further maps of the same surface, each of which is pressed in place of the first.
     """
 
     request: Request
     maps: Sequence[Surface]
     look: Callable[[Progress], None]
     solve: Solve
+    more: Sequence[Surface] = ()
+
+    def each(self) -> Iterator[Contacts]:
+        """Yield the contacts of each map of the surface."""
+        for surface in (self.maps[0], *self.more):
+            yield self.of(surface)
+
+    def of(self, surface: Surface) -> Contacts:
+        """Return the contacts of another map."""
+        return replace(self, maps=(surface, *self.maps[1:]), more=())
 
     def require_map(self, what: str) -> None:
         """Raise `InputError` for profiles, before anything is solved."""
@@ -181,5 +195,62 @@ def _conductance(request: Request, contacts: Contacts) -> Conductance:
     return found if coarser is None else found.beside(coarser)
 
 
-ASKED: dict[str, Callable[[Request, Contacts], Joint]] = {CONDUCTANCE: _conductance}
+def _law(request: Request, contacts: Contacts) -> InterfaceLaw:
+    from roughcontact.contact.load_curve import spaced
+    from roughcontact.contact.loads import NominalPressure
+    from roughcontact.joint.law import OF
+    from roughcontact.surface.partition import partition
+
+    contacts.require_map(OF)
+    pressures = [
+        NominalPressure(p) for p in spaced(request["from"], request["to"], request["steps"])
+    ]
+    maps = list(contacts.each())
+    found = _law_of(request, maps, pressures)
+    if not request["quarters"]:
+        return found
+    parts = [one.of(part) for one in maps for part in partition(one.maps[0], 2, request["level"])]
+    return replace(found, parts=_law_of(request, parts, pressures))
+
+
+def _law_of(
+    request: Request, maps: Sequence[Contacts], pressures: Sequence[NominalPressure]
+) -> InterfaceLaw:
+    """Return the law of some maps; where they flow, with the branch of unloading."""
+    from roughcontact.contact.unloading import indented_surface
+    from roughcontact.joint.law import interface_law
+
+    left: list[Contacts] = []
+    flowed: list[bool] = []
+
+    def loading() -> Iterator[ContactResult]:
+        for one in maps:
+            # The first is that under the largest load.
+            for number, result in enumerate(one.under(pressures)):
+                if number == 0:
+                    left.append(one.of(indented_surface(result)))
+                    flowed.append(result.saturated_fraction > 0)
+                yield result
+
+    def unloading() -> Iterator[ContactResult]:
+        # What flowed does so no more up to the largest load: elastic, whatever the ceiling was.
+        elastic = replace(request, values={**request.values, "ceiling": None})
+        for one in left if any(flowed) else ():
+            yield from replace(one, request=elastic).under(pressures)
+
+    body, counter_body = request.conductors()
+    both = body.conductivity is not None and counter_body.conductivity is not None
+    return interface_law(
+        loading(),
+        unloading(),
+        body=body if both else None,
+        counter_body=counter_body if both else None,
+        thermal_film=request["thermal-film"] or 0.0,
+    )
+
+
+ASKED: dict[str, Callable[[Request, Contacts], Joint]] = {
+    CONDUCTANCE: _conductance,
+    LAW: _law,
+}
 """What each task on a joint asks of its contacts."""

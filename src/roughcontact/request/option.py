@@ -9,11 +9,13 @@ from typing import Any
 from roughcontact.request import parsing
 
 SOLVE, SWEEP, STRESS, HISTORY, FIND = "solve", "sweep", "stress", "history", "find"
-COMPARE, CONDUCTANCE = "compare", "conductance"
-SINGLE = (SOLVE, SWEEP, STRESS, HISTORY, FIND, CONDUCTANCE)
+COMPARE, CONDUCTANCE, LAW = "compare", "conductance", "law"
+SINGLE = (SOLVE, SWEEP, STRESS, HISTORY, FIND, CONDUCTANCE, LAW)
 """Tasks on one contact."""
-JOINTS = (CONDUCTANCE,)
+JOINTS = (CONDUCTANCE, LAW)
 """Tasks on what a joint does, of which several may be asked of one contact."""
+SEVERAL = (LAW, COMPARE)
+"""Tasks that take several maps."""
 TASKS = (*SINGLE, COMPARE)
 """What a run can be asked for; each is a command, and a ``task`` of a project file."""
 

@@ -26,6 +26,7 @@ from roughcontact.request.option import (
     CONDUCTANCE as CONDUCTANCE,
     FIND as FIND,
     HISTORY as HISTORY,
+    LAW as LAW,
     LENGTH,
     MAP,
     OUTPUT,
@@ -65,6 +66,7 @@ OPTIONS = (
     *surface_options.OPTIONS,
     *desk_options.OPTIONS,
     *comparison_options.MAPS,
+    *joint_options.MAPS,
     Option(
         "format", MAP, "NAME", "Format of the file; default: told by its suffix.", parsing.words,
         fits=(*TASKS, INFO),
@@ -348,7 +350,7 @@ OPTIONS = (
     Option(
         "tolerance", SOLVER, "NUMBER",
         "Certificate to reach; default: 1e-6, in single precision 1e-4.", parsing.number,
-        fits=(SWEEP, STRESS, CONDUCTANCE),
+        fits=(SWEEP, STRESS, CONDUCTANCE, LAW),
     ),
     Option(
         "tolerance", SOLVER, "NUMBER", "Certificate to reach; default: 1e-6.", parsing.number,
@@ -362,7 +364,7 @@ OPTIONS = (
     Option(
         "max-iterations", SOLVER, "NUMBER", "Most convolutions on any one grid; default: 2000.",
         parsing.counted(1, limits.ITERATIONS),
-        fits=(SWEEP, STRESS, HISTORY, FIND, CONDUCTANCE, COMPARE),
+        fits=(SWEEP, STRESS, HISTORY, FIND, CONDUCTANCE, LAW, COMPARE),
     ),
     Option(
         "precision", SOLVER, "double|single",
@@ -372,7 +374,7 @@ OPTIONS = (
     Option(
         "precision", SOLVER, "double|single",
         "single needs two thirds of the memory; default: double.",
-        parsing.choice("double", "single"), fits=(SWEEP, STRESS, CONDUCTANCE),
+        parsing.choice("double", "single"), fits=(SWEEP, STRESS, CONDUCTANCE, LAW),
     ),
     Option(
         "study", SOLVER, "",

@@ -19,6 +19,7 @@ from roughcontact.request.options import (
     CONDUCTANCE,
     FIND,
     HISTORY,
+    LAW,
     SWEEP,
     VOLUME,
     Given,
@@ -77,6 +78,8 @@ class Request:
             self._check_find()
         elif self.task == COMPARE:
             self._check_compare()
+        elif self.task == LAW:
+            self._check_law()
         elif self.task == CONDUCTANCE:
             self._check_conductance()
         elif "load" in offered(self.task):
@@ -114,12 +117,12 @@ class Request:
     def groups(self) -> dict[str, list[Path]]:
         """The files to compare by the names of their groups, which is empty where they have none.
 
-        The four quarters of a map are a group with the name of its file.
+        In a comparison, the four quarters of a map are a group with the name of its file.
         """
         found: dict[str, list[Path]] = {"": list(self.files)} if self.files else {}
         for name, words in self["group"] or ():
             found.setdefault(name, []).extend(path for word in words for path in _matching(word))
-        if self["quarters"]:
+        if self["quarters"] and self.task == COMPARE:
             return {str(path): [path] for paths in found.values() for path in paths}
         return found
 
@@ -293,6 +296,28 @@ class Request:
                 "a single map has nothing to be compared with: give a second one, or ",
                 Mention("quarters"), " for its four quarters, or ", Mention("sampling"),
                 " for the error of its numbers",
+            )  # fmt: skip
+
+    def _check_law(self) -> None:
+        for name in ("from", "to"):
+            if self[name] is None:
+                raise InputError("is needed: a nominal pressure such as '20 MPa'", argument=name)
+        for name in ("counter-surface", "counter-body"):
+            if len(self.files) > 1 and self[name] is not None:
+                raise InputError(
+                    "goes with one map; several are pressed by a flat",
+                    argument=name.replace("-", "_"),
+                )
+        first, last = self["from"], self["to"]
+        if not 0 < first < last:
+            raise InputError(
+                "must be positive and below ", Mention("to"), f", got {self.given['from']!r} and "
+                f"{self.given['to']!r}", argument="from",
+            )  # fmt: skip
+        if self["thermal-film"] and any(body.conductivity is None for body in self.conductors()):
+            raise InputError(
+                "needs ", Mention("conductivity"), " and ", Mention("counter_conductivity"),
+                argument="thermal_film",
             )  # fmt: skip
 
     def _check_conductance(self) -> None:

@@ -193,7 +193,7 @@ def run(request: Request, say: Say, look: Look | None = None) -> Outcome:
     request.check_places()
     if request.kind == COMPARE:
         return _written(_compare(request, say, look or _nobody), (), say)
-    maps = surfaces(request, say)
+    maps = _prepared(request, say)
     return _written(solved(request, maps, say, look), maps, say)
 
 
@@ -218,11 +218,17 @@ def together() -> Iterator[Callable[[Request, Say], Outcome]]:
             if words in known:
                 memory.require(request, known[words][0].shape)
             else:
-                known[words] = surfaces(request, say)
+                known[words] = _prepared(request, say)
             maps = known[words]
             return _written(solved(request, maps, say, solve=solve), maps, say)
 
         yield carry_out
+
+
+def _prepared(request: Request, say: Say) -> list[Surface]:
+    """Return the maps of a request: body and counter-body, or several maps of one surface."""
+    single = [replace(request, file=path, files=()) for path in request.files] or [request]
+    return [surface for one in single for surface in surfaces(one, say)]
 
 
 def solved(
@@ -258,6 +264,8 @@ def solved(
     look = look or _nobody
     if request.kind in joints.ASKED:
         contacts = joints.Contacts(request, maps, look, solve)
+        if len(request.files) > 1:
+            contacts = replace(contacts, maps=maps[:1], more=maps[1:])
         found = joints.ASKED[request.kind](request, contacts)
         outcome = Outcome(request, found.largest, joint=found)
     else:

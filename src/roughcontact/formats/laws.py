@@ -1,0 +1,191 @@
+"""Laws of interfaces for other programs: decks for Abaqus and CalculiX, tables, JSON."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact._version import __version__
+from roughcontact.files import write
+from roughcontact.joint.interface import UNLOADING, InterfaceLaw, LawTable
+from roughcontact.joint.law_curve import ERROR, between, thinned
+from roughcontact.units import engineering
+
+Array = NDArray[np.float64]
+
+MOST_ROWS = 200
+"""Rows of a table that CalculiX keeps; versions before 2.16 or so kept 20."""
+
+# Rows closer than this CalculiX moves apart [mm]; it says so nowhere.
+_CLOSEST = 2e-10
+
+# The units of decks: mm, N, s, tonne, K; hence MPa, and mW = N mm/s.
+_LENGTH, _PRESSURE, _CONDUCTANCE = 1e3, 1e-6, 1e-3
+
+
+def csv(law: InterfaceLaw) -> str:
+    """Return the thinned tables of all branches as text, SI units in the head.
+
+    Overclosure is minus the separation of the mean planes.
+    """
+    head = "branch,pressure [Pa],overclosure [m],separation [m],mean_gap [m],contact_fraction [1]"
+    rows = [
+        f"{table.branch},{p!r},{-u!r},{u!r},{gap!r},{contact!r}"
+        for table in _tables(law)
+        for p, u, gap, contact in zip(
+            table.pressure.tolist(), table.separation.tolist(), table.mean_gap.tolist(),
+            table.contact_fraction.tolist(), strict=True,
+        )
+    ]  # fmt: skip
+    return "\n".join([head, *rows]) + "\n"
+
+
+def abaqus(law: InterfaceLaw) -> str:
+    """Return the surface interactions of a deck for Abaqus.
+
+    The faces of the model are the mean planes: overclosure is -ū, and the pressure begins at minus
+    the first touch, where the faces still are apart.
+    """
+    told = (
+        "The faces stand for the mean planes of the rough surfaces. Overclosure 0: the mean "
+        "planes meet. Negative overclosure: the faces are apart.",
+    )
+    return _deck(law, told, lambda table: -table.separation, ", PRESSURE")
+
+
+def calculix(law: InterfaceLaw) -> str:
+    """Return the surface interactions of a deck for CalculiX.
+
+    It makes no contact between faces that are apart by more than a thousandth of the edge of an
+    element, so that its overclosure counts from first touch: the faces stand for planes that touch
+    where the highest summits do, and overclosure is the first touch less ū.
+    """
+    told = (
+        "The faces stand for planes at the highest summits of the rough surfaces. Overclosure 0: "
+        "first touch. It is the distance by which the mean planes came closer since then.",
+        "Node-to-surface contact takes this table up; beyond its last row the pressure stays as "
+        "it is.",
+    )
+    return _deck(law, told, lambda table: table.separation[0] - table.separation, "")
+
+
+def lubrication(law: InterfaceLaw) -> str:
+    """Return asperity pressure over separation, and Greenwood and Tripp's parameters, as text."""
+    found, table = law.asperities, law.table()
+    sigma = found.deviation
+    lines = [
+        *_head(law, "#"),
+        "# Units: m, Pa. Asperity pressure of the first loading over separation of the mean planes",
+        "# over sigma.",
+        f"# sigma = {sigma:.6e} m",
+        f"# E* = {law.contact_modulus:.6e} Pa",
+        "# Greenwood and Tripp from spectral moments of the gap:",
+        f"# m0 = {found.m0:.6e} m2, m2 = {found.m2:.6e}, m4 = {found.m4:.6e} 1/m2",
+        f"# bandwidth alpha = m0 m4/m2^2 = {found.bandwidth:.4g}",
+        f"# summit density eta = {found.density:.6e} 1/m2",
+        f"# summit radius R = {found.radius:.6e} m",
+        f"# eta R sigma = {found.roughness_parameter:.4g}, sigma/R = {sigma / found.radius:.4e}",
+        "# WARNING: m4, and with it eta, R and alpha, is set by the smallest waves, which the",
+        "# pixel cuts: another pixel gives others. The pressures below do not use them.",
+        "separation/sigma,asperity pressure [Pa]",
+        *(
+            f"{u / sigma!r},{p!r}"
+            for u, p in zip(table.separation.tolist(), table.pressure.tolist(), strict=True)
+        ),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def save_csv(law: InterfaceLaw, path: str | os.PathLike[str]) -> None:
+    """Write the thinned tables; see `csv`."""
+    write(path, csv(law))
+
+
+def save_abaqus(law: InterfaceLaw, path: str | os.PathLike[str]) -> None:
+    """Write a deck for Abaqus; see `abaqus`."""
+    write(path, abaqus(law))
+
+
+def save_calculix(law: InterfaceLaw, path: str | os.PathLike[str]) -> None:
+    """Write a deck for CalculiX; see `calculix`."""
+    write(path, calculix(law))
+
+
+def save_lubrication(law: InterfaceLaw, path: str | os.PathLike[str]) -> None:
+    """Write a table for mixed lubrication; see `lubrication`."""
+    write(path, lubrication(law))
+
+
+def _tables(law: InterfaceLaw) -> Iterator[LawTable]:
+    for branch in law.branches:
+        yield law.table(branch)
+
+
+def _head(law: InterfaceLaw, mark: str) -> list[str]:
+    names = ", ".join(one.name for one in law.maps)
+    found = law.resolved
+    low, high = (engineering(end, "Pa", 4) for end in (found.low, found.high))
+    return [
+        f"{mark} Interface law of {_ascii(names)}",
+        f"{mark} roughcontact {__version__}; mean of {len(law.maps)} map(s); resolved from "
+        f"{_ascii(low)} to {_ascii(high)}",
+    ]
+
+
+def _ascii(text: str) -> str:
+    return text.replace("µ", "u").encode("ascii", "replace").decode()
+
+
+def _deck(
+    law: InterfaceLaw,
+    told: tuple[str, ...],
+    overclosure: Callable[[LawTable], Array],
+    conductance: str,
+) -> str:
+    """Return a surface interaction for each branch."""
+    lines = [
+        *_head(law, "**"),
+        "** Units: mm, N, s, t, K; pressure in MPa, conductance in mW/(mm^2 K)",
+        *(f"** {text}" for text in told),
+    ]
+    for table in (_short(law, branch) for branch in law.branches):
+        across = overclosure(table) * _LENGTH
+        apart = [0]
+        for number in range(1, across.size):
+            if across[number] - across[apart[-1]] >= _CLOSEST:
+                apart.append(number)
+        words = "unloading and loading again" if table.branch == UNLOADING else "first loading"
+        lines += [
+            f"** {words}; straight lines between rows are right to {100 * table.error:.3g} %",
+            f"*SURFACE INTERACTION, NAME=ROUGH_{table.branch.upper()}",
+            "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TABULAR",
+            *_rows(table.pressure[apart] * _PRESSURE, across[apart]),
+        ]
+        if law.bodies is not None:
+            lines += [f"*GAP CONDUCTANCE{conductance}", *_conductance(law)]
+    return "\n".join(lines) + "\n"
+
+
+def _short(law: InterfaceLaw, branch: str) -> LawTable:
+    """Return a table with no more rows than CalculiX keeps, at a greater error if need be."""
+    table = law.table(branch)
+    while table.pressure.size > MOST_ROWS:
+        table = law.table(branch, 1.5 * table.error)
+    return table
+
+
+def _conductance(law: InterfaceLaw) -> list[str]:
+    pressure = law.pressures()
+    values = law.conductance
+    there = np.isfinite(values)
+    fine = between(pressure[there])
+    found = np.exp(np.interp(np.log(fine), np.log(pressure[there]), np.log(values[there])))
+    rows = thinned(fine, found, ERROR)
+    return ["0., 0.", *_rows(found[rows] * _CONDUCTANCE, fine[rows] * _PRESSURE)]
+
+
+def _rows(first: Array, second: Array) -> list[str]:
+    return [f"{a:.9e}, {b:.9e}" for a, b in zip(first.tolist(), second.tolist(), strict=True)]

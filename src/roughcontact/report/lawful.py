@@ -1,0 +1,171 @@
+"""What is told of the law of an interface."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from roughcontact.joint.interface import InterfaceLaw
+from roughcontact.joint.law_curve import ERROR
+from roughcontact.report import tables
+from roughcontact.report.quantities import (
+    PROBLEM,
+    Column,
+    Columns,
+    Quantity,
+    Table,
+    quantity_of,
+    within,
+)
+from roughcontact.statistics import LEVEL
+from roughcontact.units import counted, engineering, percent, plain
+
+TITLE = "The law of the interface"
+"""Of the chapter in a report."""
+
+_SCATTER = ("separation", "contact", "stiffness")
+
+
+def _of_contact(key: str) -> Quantity:
+    changes: dict[str, Any] = {"name": "", "part": PROBLEM}
+    return within("largest", quantity_of(tables.CONTACT, key), **changes)
+
+
+def _range(law: InterfaceLaw) -> str:
+    found = law.resolved
+    if math.isnan(found.low):
+        return "none of the pressures"
+    return f"{engineering(found.low, 'Pa', 3)} to {engineering(found.high, 'Pa', 3)}"
+
+
+def _columns(law: InterfaceLaw, branch: str) -> dict[str, list[float]]:
+    kept = [column for column in LAW_COLUMNS if column.stored and column.key != "branch"]
+    steps = law.of_branch(branch)
+    return {column.key: [getattr(step, column.key) for step in steps] for column in kept}
+
+
+def _tables(law: InterfaceLaw) -> dict[str, Any]:
+    names = ("pressure", "separation", "mean_gap", "contact_fraction")
+    told = {branch: law.table(branch) for branch in law.branches}
+    return {
+        branch: {"error": table.error, **{name: getattr(table, name).tolist() for name in names}}
+        for branch, table in told.items()
+    }
+
+
+LAW: Table = (
+    *(_of_contact(key) for key in ("source", "preparation", "boundary", "contact_modulus")),
+    Quantity(
+        "maps", "maps", of=lambda law: [one.name for one in law.maps],
+        text=lambda law: counted(len(law.maps), "map"), part=PROBLEM,
+    ),
+    Quantity(
+        "rim", "rim that is left out", unit="m", part=PROBLEM, when=lambda law: law.rim > 0,
+    ),
+    Quantity(
+        "first_touch", "separation at first touch", "ū₀", unit="m",
+        of=lambda law: law.curve().first_touch,
+    ),
+    Quantity(
+        "resolved", "resolved from", of=lambda law: [law.resolved.low, law.resolved.high],
+        text=_range,
+    ),
+    Quantity("persson_length", "Persson's u₀ from the spectrum", unit="m"),
+    Quantity("deviation", "standard deviation of the heights", "σ", "m", of="asperities.deviation"),
+    Quantity(
+        "summit_density", "density of summits", "η", "1/m²", of="asperities.density",
+        form=lambda value: f"{value * 1e-6:.4g} /mm²", brief=False,
+    ),
+    Quantity("summit_radius", "radius of summits", "R", "m", of="asperities.radius", brief=False),
+    Quantity("bandwidth", "bandwidth", "α", of="asperities.bandwidth", brief=False),
+    Quantity(
+        "branches", of=lambda law: {branch: _columns(law, branch) for branch in law.branches},
+    ),
+    Quantity("tables", of=_tables),
+    Quantity(
+        "thermal_conductance", of=lambda law: law.conductance.tolist(),
+    ),
+    *(quantity_of(tables.CONTACT, key) for key in ("warnings", "cautions")),
+)  # fmt: skip
+"""Of an `InterfaceLaw`."""
+
+
+def _with_half(name: str, half: str, unit: str) -> Any:
+    """Return what a column tells: the mean, and half of its interval as a part of it."""
+
+    def shown(law: InterfaceLaw) -> list[str]:
+        return [_told(getattr(step, name), getattr(step, half), unit) for step in law.steps]
+
+    return shown
+
+
+def _told(value: float, half: float, unit: str) -> str:
+    text = percent(value) if unit == "1" else engineering(value, unit, 3)
+    if math.isnan(half) or not value:
+        return text
+    return f"{text} ±{100 * half / abs(value):.2g} %"
+
+
+def _per_length(value: float) -> str:
+    """Return a stiffness per area in GPa/µm."""
+    return "∞" if math.isinf(value) else plain(value * 1e-15, 3)
+
+
+def _flows(law: InterfaceLaw) -> bool:
+    return not law.is_elastic
+
+
+LAW_COLUMNS: Columns = (
+    Column("branch", "branch", when=_flows, form=lambda branch: branch.removesuffix("ing")),
+    Column("pressure", "pressure", unit="Pa", digits=3),
+    Column(
+        "separation", "separation", unit="m", shown=_with_half("separation", "separation_half", "m")
+    ),
+    Column("mean_gap", "mean gap", unit="m", digits=3, brief=False),
+    Column(
+        "contact_fraction", "contact", shown=_with_half("contact_fraction", "contact_half", "1")
+    ),
+    Column("saturated_fraction", "saturated", form=percent, when=_flows),
+    Column("stiffness", "stiffness GPa/µm", unit="Pa/m", form=_per_length),
+    Column(
+        "unloading_stiffness", "to unload GPa/µm", unit="Pa/m", form=_per_length, when=_flows,
+    ),
+    *(
+        Column(f"{name}_{kind}", unit={"separation": "m", "contact": "1"}.get(name, "Pa/m"))
+        for name in _SCATTER
+        for kind in ("deviation", "half")
+    ),
+    Column("persson_separation", "Persson", unit="m", digits=3),
+    Column(
+        "resolved", "resolved", form=lambda value: "yes" if value else "no", brief=False
+    ),
+)  # fmt: skip
+"""Of the steps of an `InterfaceLaw`."""
+
+
+def sentences(law: InterfaceLaw) -> tuple[str, ...]:
+    """Return what a reader of the law has to know."""
+    several = len(law.maps) > 1
+    return (
+        "The separation is that of the mean planes of the two surfaces, with what is indented "
+        "counted as negative; at first touch it is the height of the highest summit. Overclosure "
+        "is minus the separation.",
+        "Loading stiffness is that of the elastic contact alone; in unloading all of the contact "
+        "resists.",
+        *(
+            (f"Behind each ± stands half of the interval in which the mean over all maps of this "
+             f"surface lies with {100 * LEVEL:.0f} %.",)
+            if several else ()
+        ),
+        *(
+            () if law.is_elastic or len(law.branches) > 1 else
+            ("The unloading branch was not solved.",)
+        ),
+        *(
+            ("Nothing is at the ceiling: unloading goes back the way of loading.",)
+            if law.is_elastic else ()
+        ),
+        "Persson's separation is that of the elastic joint with the spectrum of the maps.",
+        f"Tables for other programs have as many rows as straight lines need for {100 * ERROR:.0f} "
+        "% of the pressure.",
+    )  # fmt: skip
