@@ -471,7 +471,11 @@ def test_every_task_can_be_asked_for(folder: Path, capsys: Capture) -> None:
     ("old", "new", "words"),
     [
         ('task = "sweep"', 'task = "swep"', ("task must be one of solve, sweep",)),
-        ('task = "sweep"', 'task = "history"', ('from needs task = "sweep" or "law", got "history"',)),
+        (
+            'task = "sweep"',
+            'task = "history"',
+            ('from needs task = "sweep" or "law", got "history"',),
+        ),
         ('from = "0.1 N"', 'from = "0.1 J"', ("from needs a load such as",)),
         ('from = "0.1 N"', 'from = "0.1 MPa"', ("from and to must both be loads of one form",)),
         ('from = "0.1 N"', 'from = "1 um"', ("from and to must both be loads of one form or",)),
