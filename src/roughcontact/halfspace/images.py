@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.halfspace.fft import fast_length
-from roughcontact.halfspace.layers import Layers
+from roughcontact.halfspace.layers import Layers, Pull
 
 Array = NDArray[Any]
 
@@ -161,26 +161,26 @@ class Images:
         far -= self._near.displacement(fill, trace=trace)
         return self._prolonged(far.astype(self._fine.real))
 
-    def stress(self, pressure: Array) -> None:
+    def stress(self, pressure: Array, pull: Pull) -> None:
         """Work out the correction of the stress on the coarse layers."""
         coarse = self._restricted(pressure.astype(self._fine.real)) * self._scale
-        self._far.stress(coarse, lambda layer, values: np.copyto(self._stress[layer], values))
+        self._far.stress(coarse, lambda layer, values: np.copyto(self._stress[layer], values), pull)
 
         def subtract(layer: int, values: Array) -> None:
             self._stress[layer] -= values
 
-        self._near.stress(coarse, subtract)
+        self._near.stress(coarse, subtract, pull)
 
-    def mean_stress(self, pressure: Array) -> None:
+    def mean_stress(self, pressure: Array, pull: Pull) -> None:
         """Work out the correction of the mean stress on the coarse layers."""
         coarse = self._restricted(pressure.astype(self._fine.real)) * self._scale
         first = self._stress[:, 0]
-        self._far.mean_stress(coarse, lambda layer, values: np.copyto(first[layer], values))
+        self._far.mean_stress(coarse, lambda layer, values: np.copyto(first[layer], values), pull)
 
         def subtract(layer: int, values: Array) -> None:
             first[layer] -= values
 
-        self._near.mean_stress(coarse, subtract)
+        self._near.mean_stress(coarse, subtract, pull)
 
     def on_layer(self, layer: int, component: int) -> Array:
         """Return the correction on one fine layer."""

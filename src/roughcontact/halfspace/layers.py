@@ -36,6 +36,11 @@ Array = NDArray[Any]
 Fill = Callable[[int, Array], slice | None]
 Visit = Callable[[int, Array], None]
 
+Pull = tuple[float, float]
+
+NO_PULL: Pull = (0.0, 0.0)
+"""No traction."""
+
 # Enough to hide the cost of a call, few enough that what one layer needs stays in a second-level
 # cache.
 SWEEP_POINTS = 16384
@@ -333,7 +338,7 @@ class Layers:
         ]
         return Band(angles[:, None], *tables)
 
-    def stress(self, pressure: Array, visit: Visit) -> None:
+    def stress(self, pressure: Array, visit: Visit, pull: Pull = NO_PULL) -> None:
         """Show the deviator of the stress by the strain taken in last and by a pressure.
 
         Parameters
@@ -343,8 +348,11 @@ class Layers:
         visit : callable
             ``visit(layer, stress)`` gets the layer averages, shape ``(5, ny, nx)`` [Pa], from one
             of several threads; the array is only valid during the call.
+        pull : (float, float)
+            Traction on the surface along x and y over the pressure.
         """
         load, loaded = self._pressure_spectrum(pressure)
+        pulled = self._pulled(load, pull) if loaded and any(pull) else None
         cosine, sine, cosine2, sine2 = self._turns
         # Unit pressure gives zz, 11 - 22 and 13 (times i) in the frame of its wave vector.
         turned = [(0, load)]
@@ -363,6 +371,9 @@ class Layers:
                 if loaded:
                     number, wave = turned[component]
                     self._add(parts, self._elastic[layer, number], wave)
+                if pulled is not None:
+                    for table, wave in zip(self._fading(layer), pulled[component], strict=True):
+                        self._add(parts, table, wave)
                 if self._quiet and not loaded:
                     stress[component] = 0
                 else:
@@ -371,12 +382,13 @@ class Layers:
 
         self._workspace.each(backward, range(self.thickness.size))
 
-    def mean_stress(self, pressure: Array, visit: Visit) -> None:
+    def mean_stress(self, pressure: Array, visit: Visit, pull: Pull = NO_PULL) -> None:
         """Show the mean stress, a third of the trace; see `stress`.
 
         The strain must have been taken in with ``trace=True``; arrays have shape ``(ny, nx)``.
         """
         load, loaded = self._pressure_spectrum(pressure)
+        along = self._along(load, pull) if loaded and any(pull) else None
 
         def backward(layer: int) -> None:
             parts = self._array("parts", load.shape)
@@ -387,9 +399,66 @@ class Layers:
                     parts[:, self.padded[0] // 2, -1] = 0
             if loaded:
                 self._add(parts, self._elastic[layer, 3], load)
+            if along is not None:
+                # What a pressure gives, with the opposite sign.
+                self._add(parts, -self._elastic[layer, 3], along)
             visit(layer, self._to_map(parts, times_i=False))
 
         self._workspace.each(backward, range(self.thickness.size))
+
+    def _along(self, load: Array, pull: Pull) -> Array:
+        """Return the traction along each wave vector, times i, without the longest wave."""
+        cosine, sine, _, _ = self._turns
+        along = _times_i(load) * (pull[0] * cosine + pull[1] * sine)
+        along[:, 0, 0] = 0
+        return along
+
+    def _pulled(self, load: Array, pull: Pull) -> list[tuple[Array, Array]]:
+        """Return the waves that tables of `_fading` multiply, for each component of the stress.
+
+        A wave of traction T₁ along its vector and T₂ across it gives (Airy's function z e^(-qz))::
+
+            zz = i T₁ (qz - 2/3 (1+ν)) e^(-qz)      13 = -T₁ (1 - qz) e^(-qz)      12 = i T₂ e^(-qz)
+            (11 - 22)/2 = i T₁ (1 - ν - qz/2) e^(-qz)                             23 = -T₂ e^(-qz)
+        """
+        nu = self.body.poisson
+        (my, mx), waves = self.padded, _times_i(load)
+        flat: Array = np.zeros((5, *load.shape), self.real)
+        bent = np.zeros_like(flat)
+        cosine, sine, cosine2, sine2 = self._angles
+        for axis, share in enumerate(pull):
+            if not share:
+                continue
+            along, across = (cosine, sine) if axis == 0 else (sine, -cosine)
+            of_flat = [
+                -2 / 3 * (1 + nu) * along,
+                (1 - nu) * cosine2 * along + sine2 * across,
+                (1 - nu) * sine2 * along - cosine2 * across,
+                -cosine * along - sine * across,
+                -sine * along + cosine * across,
+            ]
+            of_bent = [
+                along, -cosine2 * along / 2, -sine2 * along / 2, cosine * along, sine * along,
+            ]  # fmt: skip
+            # Mirrored waves at Nyquist: along the traction and across it.
+            odd = [(0, 1, 4), (2, 4)] if axis == 0 else [(2, 3), (0, 1, 3)]
+            for component in range(5):
+                for total, part in ((flat, of_flat), (bent, of_bent)):
+                    factor = share * part[component]
+                    if mx % 2 == 0 and component in odd[0]:
+                        factor[:, -1] = 0
+                    if my % 2 == 0 and component in odd[1]:
+                        factor[my // 2] = 0
+                    # The longest wave: a shear stress alone.
+                    factor[0, 0] = -share if part is of_flat and component == 3 + axis else 0
+                    total[component] += waves * factor
+        flat[..., 0, 0] /= self._fading(0)[0][0, 0]
+        return list(zip(flat, bent, strict=True))
+
+    def _fading(self, layer: int) -> tuple[Array, Array]:
+        """Return averages over a layer of e^(-qz) and qz e^(-qz); none at the corner."""
+        table = self._elastic[layer]
+        return table[3] / self.real(-2 / 3 * (1 + self.body.poisson)), -table[2]
 
     def _pressure_spectrum(self, pressure: Array) -> tuple[Array, bool]:
         my, mx = self.padded
@@ -441,3 +510,7 @@ class Layers:
         flat = self._workspace.scratch(name, (1, math.prod(shape)), dtype or self.real)
         array: Array = flat.reshape(shape)
         return array
+
+
+def _times_i(parts: Array) -> Array:
+    return np.stack([-parts[1], parts[0]])

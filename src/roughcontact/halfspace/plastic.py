@@ -13,7 +13,7 @@ from roughcontact.errors import InputError, require_pixel, require_positive
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.images import Images, coarse_grid, periods
-from roughcontact.halfspace.layers import Array, Fill, Layers, Visit
+from roughcontact.halfspace.layers import NO_PULL, Array, Fill, Layers, Pull, Visit
 
 
 class HalfSpace:
@@ -111,30 +111,30 @@ class HalfSpace:
         displacement = self._fine.displacement(fill, trace=trace, see=self._images.take)
         return displacement + self._images.displacement(trace=trace)
 
-    def stress(self, pressure: Array, visit: Visit) -> None:
+    def stress(self, pressure: Array, visit: Visit, pull: Pull = NO_PULL) -> None:
         """Show the deviator of the stress, layer by layer; see `Layers.stress`."""
         images = self._images
         if images is None:
-            self._fine.stress(pressure, visit)
+            self._fine.stress(pressure, visit, pull)
             return
-        images.stress(pressure)
+        images.stress(pressure, pull)
 
         def corrected(layer: int, stress: Array) -> None:
             for component in range(5):
                 stress[component] += images.on_layer(layer, component)
             visit(layer, stress)
 
-        self._fine.stress(pressure, corrected)
+        self._fine.stress(pressure, corrected, pull)
 
-    def mean_stress(self, pressure: Array, visit: Visit) -> None:
+    def mean_stress(self, pressure: Array, visit: Visit, pull: Pull = NO_PULL) -> None:
         """Show the mean stress, layer by layer, after ``displacement(..., trace=True)``."""
         images = self._images
         if images is None:
-            self._fine.mean_stress(pressure, visit)
+            self._fine.mean_stress(pressure, visit, pull)
             return
-        images.mean_stress(pressure)
+        images.mean_stress(pressure, pull)
         self._fine.mean_stress(
-            pressure, lambda layer, mean: visit(layer, mean + images.on_layer(layer, 0))
+            pressure, lambda layer, mean: visit(layer, mean + images.on_layer(layer, 0)), pull
         )
 
 
