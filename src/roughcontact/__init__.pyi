@@ -49,6 +49,10 @@ from .joint.conductance import (
     Conductance as Conductance,
     conductance as conductance,
 )
+from .joint.estimate import (
+    Estimate as Estimate,
+    estimate as estimate,
+)
 from .joint.interface import InterfaceLaw as InterfaceLaw
 from .joint.law import interface_law as interface_law
 from .material import (

@@ -22,6 +22,7 @@ from roughcontact.request.option import SEVERAL
 from roughcontact.request.options import (
     DEMO,
     DESK,
+    ESTIMATE,
     GENERATE,
     INFO,
     MATERIALS,
@@ -313,6 +314,34 @@ for _task, _text in tasks.HELP.items():
     _command(_task, _MAPS if _task in SEVERAL else _MAP, help=_text)(
         functools.partial(_carry_out, _task)
     )
+
+
+@_command(
+    ESTIMATE,
+    _MAP,
+    help="""Tell contact area, gap and plastic volume by formulas, without solving the contact.
+
+From a map, or from Sq, Sdq, Sal, Str and Ssk. Each number comes with the interval that holds 95
+of 100 nominally flat surfaces; what lies outside the domain of the formulas is refused.
+
+\b
+Example:
+roughcontact estimate --sq "0.5 um" --sdq 0.1 --sal "12 um" \\
+    --pressure "100 MPa" --material 100Cr6
+""",
+)
+def _estimate(file: Path | None, given: Given) -> None:
+    from roughcontact.request import estimating
+
+    as_json, quiet = (given.pop(name, False) for name in SHOWN)
+    with terminal.progress(quiet) as say:
+        found, written = estimating.estimated(file, given, say)
+    if as_json:
+        print(to_json({**found.summary(), "written": [str(path) for path in written]}))
+    elif not quiet:
+        from roughcontact.cli import console
+
+        console.show_estimate(found, written)
 
 
 @_command(

@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from roughcontact.cli import terminal
-from roughcontact.request.options import COMPARE, FIND, HISTORY, SOLVE, STRESS, SWEEP
+from roughcontact.request.options import COMPARE, ESTIMATE, FIND, HISTORY, SOLVE, STRESS, SWEEP
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from roughcontact.contact.study import ResolutionStudy
     from roughcontact.fleet.plan import Report
     from roughcontact.formats.source import Channel
+    from roughcontact.joint.estimate import Estimate
     from roughcontact.material.catalogue import Entry
     from roughcontact.material.material import Material
     from roughcontact.report.inputs import Measured
@@ -109,6 +110,17 @@ def show_joint(found: Joint, task: str, written: Sequence[Path]) -> None:
     for sentence in results.sentences(found):
         _print(Text(sentence))
     _print_cautions(found.cautions, task)
+    _print_written(written)
+
+
+def show_estimate(found: Estimate, written: Sequence[Path]) -> None:
+    """Print what formulas were given, and what they say."""
+    from roughcontact.report import results
+    from roughcontact.report.quantities import PROBLEM
+
+    _print_table(_cells(results.rows(found, PROBLEM, brief=True)))
+    _print_table(_cells(results.rows(found, brief=True)))
+    _print_cautions(found.cautions, ESTIMATE)
     _print_written(written)
 
 

@@ -13,6 +13,7 @@ from roughcontact.request import parsing
 from roughcontact.request.options import (
     COMPARE,
     CONDUCTANCE,
+    ESTIMATE,
     FIND,
     HISTORY,
     LAW,
@@ -35,6 +36,8 @@ FIRST = {
                   "film", "boundary", "holes", "output", "report"),
     LAW: ("from", "to", "steps", "material", "ceiling", "boundary", "holes", "quarters", "output",
           "report"),
+    ESTIMATE: ("sq", "sdq", "sal", "str", "ssk", "pressure", "material", "yield-strength", "holes",
+               "json"),
     COMPARE: ("load", "group", "quarters", "sampling", "first-load", "material", "holes", "pixel",
               "output", "report"),
 }  # fmt: skip

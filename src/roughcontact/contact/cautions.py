@@ -50,6 +50,8 @@ class Kind(StrEnum):
     FORM = "bodies curved as a whole"
     RANGE = "pressures that the maps resolve"
     RIM = "rim that is left out"
+    DOMAIN = "outside the domain of a formula"
+    SMALL = "map small against its waves"
 
 
 class Severity(StrEnum):

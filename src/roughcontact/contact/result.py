@@ -243,6 +243,16 @@ class ContactResult(Shown):
         return smooth(self.pair, self.load)
 
     @cached_property
+    def estimate(self) -> Any:
+        """What formulas of nominally flat contact say; see `roughcontact.joint.estimate`.
+
+        None where they do not hold, as where the map is not periodic along both axes.
+        """
+        from roughcontact.joint import estimate
+
+        return estimate.of_result(self)
+
+    @cached_property
     def centre_of_pressure(self) -> tuple[float, float]:
         """Where the pressure acts: (y, x) from the centre of the map [m]; NaN without load."""
         return area.centre_of_pressure(self.pressure, self.surface.pixel)

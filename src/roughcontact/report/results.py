@@ -17,8 +17,18 @@ from roughcontact.contact.stress import StressResult
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.files import require_suffix, to_json, write
 from roughcontact.joint.conductance import Conductance
+from roughcontact.joint.estimate import Estimate
 from roughcontact.joint.interface import InterfaceLaw
-from roughcontact.report import compared, conducted, found, lawful, profile, studied, tables
+from roughcontact.report import (
+    compared,
+    conducted,
+    estimated,
+    found,
+    lawful,
+    profile,
+    studied,
+    tables,
+)
 from roughcontact.report.quantities import (
     ANSWER,
     Columns,
@@ -53,6 +63,8 @@ def table_of(result: Any) -> Table:
             return conducted.CONDUCTANCE
         case InterfaceLaw():
             return lawful.LAW
+        case Estimate():
+            return estimated.ESTIMATE
         case Comparison():
             return compared.COMPARISON
         case SamplingStudy():
@@ -123,6 +135,12 @@ def save(
     table = Path(path).suffix.lower() == ".csv"
     text = csv(result) if table else to_json(summary(result)) + "\n"
     write(path, text)
+
+
+def save_summary(result: Estimate, path: str | os.PathLike[str]) -> None:
+    """Write a result without steps as JSON."""
+    require_suffix(path, ".json")
+    write(path, to_json(summary(result)) + "\n")
 
 
 def rows(result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:

@@ -19,7 +19,7 @@ from roughcontact.contact.pair import BODIES
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE
 from roughcontact.contact.stress import StressResult
-from roughcontact.report import smooth, wording
+from roughcontact.report import estimated, smooth, wording
 from roughcontact.report.quantities import (
     HEADLINE,
     PROBLEM,
@@ -201,6 +201,7 @@ CONTACT: Table = (
         "regime", "regime", meaning="how far the softer body is from elastic",
         of=lambda r: str(r.regime),
     ),
+    *estimated.BESIDE,
     Quantity("hertz", of=smooth.record),
     *_cautions(),
     Quantity("shape", of=lambda r: list(r.pressure.shape)),

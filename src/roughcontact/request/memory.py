@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request.options import COMPARE, CONDUCTANCE, FIND, HISTORY, STRESS, SWEEP, VOLUME
+from roughcontact.request.options import (
+    COMPARE,
+    CONDUCTANCE,
+    ESTIMATE,
+    FIND,
+    HISTORY,
+    STRESS,
+    SWEEP,
+    VOLUME,
+)
 from roughcontact.request.request import Request
 from roughcontact.surface import memory
 
@@ -39,6 +48,9 @@ def require(request: Request, shape: tuple[int, int]) -> None:
     shape : (int, int)
         Points ``(ny, nx)``; no map of them has been made yet.
     """
+    if request.task == ESTIMATE:
+        # What a map shows asks for its memory itself.
+        return
     from roughcontact.contact import find, load_curve, load_history, subsurface
     from roughcontact.contact.memory import Room
 

@@ -18,6 +18,9 @@ SEVERAL = (LAW, COMPARE)
 """Tasks that take several maps."""
 TASKS = (*SINGLE, COMPARE)
 """What a run can be asked for; each is a command, and a ``task`` of a project file."""
+ESTIMATE = "estimate"
+PREPARED = (*TASKS, ESTIMATE)
+"""Commands that prepare a map and know two bodies."""
 
 MAP, BODIES, SOLVER, OUTPUT = "Map", "Bodies and load", "Solver", "Output"
 """Headings of the help."""

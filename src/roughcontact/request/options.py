@@ -16,6 +16,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import (
     comparison_options,
     desk_options,
+    estimate_options,
     joint_options,
     parsing,
     surface_options,
@@ -24,6 +25,7 @@ from roughcontact.request.option import (
     BODIES,
     COMPARE as COMPARE,
     CONDUCTANCE as CONDUCTANCE,
+    ESTIMATE as ESTIMATE,
     FIND as FIND,
     HISTORY as HISTORY,
     LAW as LAW,
@@ -31,6 +33,7 @@ from roughcontact.request.option import (
     MAP,
     OUTPUT,
     PICTURES as PICTURES,
+    PREPARED,
     PRESSURE,
     SINGLE,
     SOLVE as SOLVE,
@@ -44,7 +47,7 @@ from roughcontact.request.option import (
 
 GENERATE, DESK = surface_options.GENERATE, desk_options.DESK
 RUN, VERIFY, INFO, MATERIALS, DEMO = "run", "verify", "info", "materials", "demo"
-COMMANDS = (*TASKS, GENERATE, RUN, DESK, VERIFY, INFO, MATERIALS, DEMO)
+COMMANDS = (*TASKS, ESTIMATE, GENERATE, RUN, DESK, VERIFY, INFO, MATERIALS, DEMO)
 
 Given = Mapping[str, str | bool | list[str]]
 """Options as text by their names: True for a flag, a list for what may be repeated."""
@@ -69,25 +72,25 @@ OPTIONS = (
     *joint_options.MAPS,
     Option(
         "format", MAP, "NAME", "Format of the file; default: told by its suffix.", parsing.words,
-        fits=(*TASKS, INFO),
+        fits=(*PREPARED, INFO),
     ),
     Option(
         "channel", MAP, "NAME|INDEX", "Height channel; default: the one the file proposes.",
-        parsing.words, fits=(*TASKS, INFO),
+        parsing.words, fits=(*PREPARED, INFO),
     ),
     Option(
         "unit", MAP, "UNIT", "Unit of the heights, if the file gives none, such as um.",
-        parsing.words, fits=(*TASKS, INFO),
+        parsing.words, fits=(*PREPARED, INFO),
     ),
     Option(
         "size", MAP, "LENGTHS",
         'Sides (y, x) of the map, if there is no file or it gives none: "0.1 mm x 0.2 mm".',
-        parsing.words, fits=(*TASKS, INFO),
+        parsing.words, fits=(*PREPARED, INFO),
     ),
     Option(
         "override-size", MAP, "",
         "Take --size though the file gives one, where that is wrong; the preparation records both.",
-        fits=(*TASKS, INFO), default=False,
+        fits=(*PREPARED, INFO), default=False,
     ),
     Option(
         "tip-radius", MAP, "LENGTH",
@@ -104,46 +107,48 @@ OPTIONS = (
     ),
     Option(
         "crop", MAP, "ROWS,COLUMNS", "Part of the map to keep, such as 0:256,100:356.",
-        parsing.window,
+        parsing.window, fits=PREPARED,
     ),
     Option(
         "outliers", MAP, "NUMBER",
         "Treat points as missing that lie further from their surroundings than this many robust "
-        "standard deviations, such as 6.", parsing.number,
+        "standard deviations, such as 6.", parsing.number, fits=PREPARED,
     ),
     Option(
         "level", MAP, "|".join(LEVELS),
         "What is fitted and subtracted; default: plane (by least squares).",
-        parsing.choice(*LEVELS), default="plane",
+        parsing.choice(*LEVELS), default="plane", fits=PREPARED,
     ),
     Option(
         "form", MAP, "FORM",
         'Form to remove by least squares: sphere, cylinder or "polynomial 4".', parsing.form,
+        fits=PREPARED,
     ),
     Option(
         "holes", MAP, "|".join(HOLES),
         "Missing points: error refuses them, fill interpolates smoothly, mask lets them never "
         "touch, crop keeps the largest rectangle without them; default: error.",
-        parsing.choice(*HOLES), default="error",
+        parsing.choice(*HOLES), default="error", fits=PREPARED,
     ),
     Option(
         "s-filter", MAP, "LENGTH", 'Remove waves shorter than this (ISO 16610-61), such as '
-        '"2.5 um".', LENGTH, arguments=("s",),
+        '"2.5 um".', LENGTH, arguments=("s",), fits=PREPARED,
     ),
     Option(
         "l-filter", MAP, "LENGTH", 'Remove waves longer than this, such as "80 um".', LENGTH,
-        arguments=("l",),
+        arguments=("l",), fits=PREPARED,
     ),
     Option(
         "pixel", MAP, "LENGTH", 'Resample (cubic splines) to about this pixel, such as "0.5 um".',
-        LENGTH,
+        LENGTH, fits=PREPARED,
     ),
     Option(
         "rotate", MAP, "DEGREES", "Turn the map counter-clockwise by a multiple of 90.",
-        parsing.turns, default=0,
+        parsing.turns, default=0, fits=PREPARED,
     ),
     *comparison_options.LOADS,
     *joint_options.LOADS,
+    *estimate_options.OPTIONS,
     Option(
         "load", BODIES, "LOAD",
         'Normal load, such as "1 N"; or as a nominal pressure on the area of the map, such as '
@@ -225,28 +230,35 @@ OPTIONS = (
         "material", BODIES, "NAME",
         "Material of the catalogue, such as 100Cr6; see roughcontact materials. --young, --poisson "
         "and --yield-strength stand in for it or replace single values.", parsing.material,
+        fits=PREPARED,
     ),
     Option(
         "young", BODIES, "PRESSURE", 'Young\'s modulus, such as "210 GPa".', PRESSURE,
+        fits=PREPARED,
     ),
-    Option("poisson", BODIES, "NUMBER", "Poisson's ratio, such as 0.3.", parsing.number),
+    Option(
+        "poisson", BODIES, "NUMBER", "Poisson's ratio, such as 0.3.", parsing.number,
+        fits=PREPARED,
+    ),
     Option(
         "yield-strength", BODIES, "PRESSURE", 'Yield strength, such as "1 GPa".', PRESSURE,
+        fits=PREPARED,
     ),
     Option(
         "counter-material", BODIES, "NAME", "Material of the counter-body; default: rigid.",
-        parsing.material,
+        parsing.material, fits=PREPARED,
     ),
     Option(
         "counter-young", BODIES, "PRESSURE", "Young's modulus of the counter-body.", PRESSURE,
+        fits=PREPARED,
     ),
     Option(
         "counter-poisson", BODIES, "NUMBER", "Poisson's ratio of the counter-body.",
-        parsing.number,
+        parsing.number, fits=PREPARED,
     ),
     Option(
         "counter-yield-strength", BODIES, "PRESSURE", "Yield strength of the counter-body.",
-        PRESSURE,
+        PRESSURE, fits=PREPARED,
     ),
     *joint_options.CONDUCTORS,
     Option(
@@ -313,7 +325,7 @@ OPTIONS = (
         'n of B (C + 1e6 e)^n); "kinematic 10 GPa", alone or after one of these and a comma, for '
         "metal that yields earlier on its way back; for the volume model, and for the ceiling "
         "that is recommended.",
-        parsing.hardening, fits=(SOLVE,),
+        parsing.hardening, fits=(SOLVE, ESTIMATE),
     ),
     Option(
         "boundary", BODIES, "KIND",
@@ -450,11 +462,11 @@ OPTIONS = (
     ),
     Option(
         "json", OUTPUT, "", "Print JSON in SI units, and nothing else.",
-        fits=(*TASKS, GENERATE, RUN, VERIFY, INFO, MATERIALS), default=False,
+        fits=(*PREPARED, GENERATE, RUN, VERIFY, INFO, MATERIALS), default=False,
     ),
     Option(
         "quiet", OUTPUT, "", "Print nothing but errors, and JSON if wanted.",
-        fits=(*TASKS, GENERATE, RUN, VERIFY), default=False,
+        fits=(*PREPARED, GENERATE, RUN, VERIFY), default=False,
     ),
 )  # fmt: skip
 """Every option of every command, in the order of the help."""
@@ -536,7 +548,7 @@ def spell_option(mention: Mention, command: str) -> str:
     >>> spell_option(Mention("size", "0.1 mm x 0.2 mm"), "solve")
     "--size '0.1 mm x 0.2 mm'"
     """
-    if mention.name == "file" and command in (*TASKS, INFO):
+    if mention.name == "file" and command in (*PREPARED, INFO):
         return "FILE"
     name = named(mention.name, command)
     if name is None:

@@ -17,6 +17,7 @@ from roughcontact.request.options import (
     CEILING,
     COMPARE,
     CONDUCTANCE,
+    ESTIMATE,
     FIND,
     HISTORY,
     LAW,
@@ -217,7 +218,7 @@ class Request:
     def _check_maps(self) -> None:
         nominal = all(self[name] is not None for name in ("body", "points", "size"))
         measured = self.file is not None or bool(self.groups)
-        if not measured and not nominal:
+        if not measured and not nominal and self.task != ESTIMATE:
             raise InputError(
                 f"is missing, see roughcontact {self.task} --help; or give ", Mention("body"),
                 ", ", Mention("points"), " and ", Mention("size"),

@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.errors import InputError, require_positive
 
+Array = NDArray[np.float64]
+
 
 def persson_fractions(
     mean_pressure: float,
@@ -77,24 +79,79 @@ def persson_fractions(
             argument="mean_pressure",
             value=mean_pressure,
         )
-    elastic, yielded = _between_bounds(mean_pressure, deviation, ceiling)
-    return min(elastic + max(yielded, 0.0), 1.0), min(max(yielded, 0.0), 1.0)
+    one = (np.array([value]) for value in (mean_pressure, deviation, ceiling))
+    contact, saturated = diffused(*one)
+    return float(contact[0]), float(saturated[0])
 
 
-def _between_bounds(mean_pressure: float, deviation: float, ceiling: float) -> tuple[float, float]:
-    """Return the fractions between zero and the ceiling, and absorbed at the ceiling."""
-    # Terms beyond exp(-40) do not count; the plain part of the yielded series is p̄/p_lim.
-    last = math.ceil(math.sqrt(80) * ceiling / (math.pi * deviation)) + 1
-    n = np.arange(1, last + 1)
+def diffused(pressure: Array, deviation: Array, ceiling: Array) -> tuple[Array, Array]:
+    """Return Persson's fractions of many contacts, as `persson_fractions` those of one.
+
+    Parameters
+    ----------
+    pressure : ndarray
+        Load over nominal area p̄, in any unit.
+    deviation : ndarray
+        √V = E* h′/2, the standard deviation of the pressure of a full contact, in that unit.
+    ceiling : ndarray
+        Largest pressure, in that unit; infinite without one.
+
+    Returns
+    -------
+    (ndarray, ndarray)
+        Contact area (saturated area included) and saturated area over nominal area.
+
+    Notes
+    -----
+    Two forms of the same sum: images of the start beyond both bounds where it has hardly spread to
+    them, the series of `persson_fractions` where it has. Where they meet, at √V = p_lim/2, either
+    is exact to rounding with the terms taken.
+    """
+    contact, saturated = np.empty_like(pressure), np.empty_like(pressure)
+    near = 2 * deviation < ceiling
+    for chosen, form in ((near, _by_images), (~near, _by_waves)):
+        if chosen.any():
+            given = (values[chosen] for values in (pressure, deviation, ceiling))
+            contact[chosen], saturated[chosen] = form(*given)
+    # Rounding takes either a little beyond what is possible.
+    np.clip(saturated, 0, 1, out=saturated)
+    np.clip(contact, saturated, 1, out=contact)
+    return contact, saturated
+
+
+# Terms beyond exp(-40) do not count.
+_IMAGES, _WAVES = np.arange(1, 5)[:, None], np.arange(1, 9)[:, None]
+
+
+def _by_images(pressure: Array, deviation: Array, ceiling: Array) -> tuple[Array, Array]:
+    """Return contact and saturated fractions of distributions that are narrow between the bounds.
+
+    What has been absorbed follows from the times of first passage, by the method of images
+    (Redner, A Guide to First-Passage Processes (2001), doi:10.1017/CBO9780511606014).
+    """
+    from scipy.special import erf, erfc
+
+    spread = math.sqrt(2) * deviation
+    beyond = 2 * _IMAGES * ceiling
+    contact = erf(pressure / spread) - np.sum(
+        erfc((beyond + pressure) / spread) - erfc((beyond - pressure) / spread), axis=0
+    )
+    odd = (2 * _IMAGES - 1) * ceiling
+    saturated = np.sum(erfc((odd - pressure) / spread) - erfc((odd + pressure) / spread), axis=0)
+    return contact, saturated
+
+
+def _by_waves(pressure: Array, deviation: Array, ceiling: Array) -> tuple[Array, Array]:
+    """Return the same of distributions that are wide; see `persson_fractions`."""
     terms = (
-        2 / (n * math.pi)
-        * np.sin(n * math.pi * mean_pressure / ceiling)
-        * np.exp(-((n * math.pi * deviation / ceiling) ** 2) / 2)
+        2 / (_WAVES * math.pi)
+        * np.sin(_WAVES * math.pi * pressure / ceiling)
+        * np.exp(-((_WAVES * math.pi * deviation / ceiling) ** 2) / 2)
     )  # fmt: skip
-    sign = np.where(n % 2, 1.0, -1.0)
-    elastic = float(np.sum((1 + sign) * terms))
-    yielded = mean_pressure / ceiling - float(np.sum(sign * terms))
-    return elastic, yielded
+    sign = np.where(_WAVES % 2, 1.0, -1.0)
+    # The plain part of the yielded series is p̄/p_lim.
+    saturated = pressure / ceiling - np.sum(sign * terms, axis=0)
+    return np.sum((1 + sign) * terms, axis=0) + saturated, saturated
 
 
 GAMMA = 0.45

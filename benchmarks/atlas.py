@@ -1,0 +1,181 @@
+"""Formulas for nominally flat contact: their cases computed, fitted, tested and stored.
+
+    python benchmarks/atlas.py                 # what is missing of all cases, then fit and test
+    python benchmarks/atlas.py --maps 4        # the first maps of each kind alone
+    python benchmarks/atlas.py --fit           # fit and test what is stored
+
+Every case is a line of ``atlas/ceiling.csv`` or ``atlas/volume.csv`` as soon as it is solved; what
+stands there is not solved again. On all cores, one map each at a time. The coefficients go to the
+package (``joint/atlas.json``), with scatter and domain; what they miss on maps that took no part
+in the fit is printed, and that on the measured maps where there are any (``--measured FOLDER``).
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import os
+import sys
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import atlas_cases as cases
+from roughcontact import processes
+from roughcontact.joint import formulas
+
+FOLDER = Path(__file__).parent / "atlas"
+CEILING, VOLUME = FOLDER / "ceiling.csv", FOLDER / "volume.csv"
+DRAWN = ("map", "case", "hurst", "rolloff", "waves")
+SURFACE = ("breadth", "Str", "Ssk", "Sku", "nayak", "gradient", "height")
+COLUMNS = {
+    CEILING: (
+        *DRAWN, *SURFACE, "pressure", "index", "contact", "pixels", "saturated", "gap",
+        "contact_coarse", "pixels_coarse", "saturated_coarse", "gap_coarse", "separation",
+    ),
+    VOLUME: (
+        *DRAWN, *SURFACE, "pressure", "index", "hardening", "volume", "contact", "strain",
+    ),
+}  # fmt: skip
+
+
+def stored(place: Path) -> list[dict[str, str]]:
+    """Return the cases that stand in a table; a line that was cut off does not count."""
+    if not place.exists():
+        return []
+    with place.open(newline="") as lines:
+        return [
+            row for row in csv.DictReader(lines)
+            if None not in row.values() and None not in row and row[COLUMNS[place][-1]]
+        ]  # fmt: skip
+
+
+def begun(place: Path) -> None:
+    """Make a table ready for further lines."""
+    place.parent.mkdir(exist_ok=True)
+    if not place.exists():
+        place.write_text(",".join(COLUMNS[place]) + "\n")
+    elif not place.read_bytes().endswith(b"\n"):
+        # The rest of a line that was cut off.
+        with place.open("a") as table:
+            table.write("\n")
+
+
+def keep(place: Path, drawn: cases.Map, case: int, row: cases.Row) -> None:
+    """Add a case to its table, in one piece."""
+    row = {
+        "map": drawn.name, "case": case, "hurst": drawn.hurst, "rolloff": drawn.rolloff,
+        "waves": drawn.breadth, **row,
+    }  # fmt: skip
+    texts = (
+        value if isinstance(value := row[name], (str, int)) else f"{value:.6g}"
+        for name in COLUMNS[place]
+    )
+    line = ",".join(map(str, texts)) + "\n"
+    with place.open("ab", buffering=0) as table:
+        table.write(line.encode())
+
+
+def ceilings(drawn: cases.Map, done: set[int]) -> str:
+    """Solve the cases of a map that are missing."""
+    surface = cases.made(drawn)
+    about = cases.described(surface)
+    for case, (pressure, index) in enumerate(cases.loads(drawn)):
+        if case not in done:
+            keep(CEILING, drawn, case, about | cases.pressed(surface, pressure, index))
+    return drawn.name
+
+
+def volumes(drawn: cases.Map, done: set[int]) -> str:
+    """Follow the loads of a map with plasticity of the volume, if one is missing."""
+    surface = cases.made(drawn)
+    about = cases.described(surface)
+    for case, row in enumerate(cases.yielded(surface, drawn)):
+        if case not in done:
+            keep(VOLUME, drawn, case, about | row)
+    return drawn.name
+
+
+def missing(
+    place: Path, maps: Iterable[cases.Map], wanted: int
+) -> list[tuple[cases.Map, set[int]]]:
+    """Return the maps of which cases are missing, with those that are there."""
+    there: dict[str, set[int]] = {}
+    for row in stored(place):
+        there.setdefault(row["map"], set()).add(int(row["case"]))
+    found = [(drawn, there.get(drawn.name, set())) for drawn in maps]
+    return [(drawn, done) for drawn, done in found if len(done) < wanted]
+
+
+def hold(counter: Any, cores: list[int]) -> None:
+    """Keep a process to one core, as transforms take a thread for each; end with the first one."""
+    processes.following().__enter__()
+    if hasattr(os, "sched_setaffinity"):
+        with counter.get_lock():
+            os.sched_setaffinity(0, {cores[counter.value % len(cores)]})
+            counter.value += 1
+
+
+def compute(most: int | None) -> None:
+    """Solve what is missing, on all cores."""
+    volume, ceiling = cases.volume_maps()[:most], [*cases.broad_maps(), *cases.maps()][:most]
+    tasks: list[tuple[Callable[..., str], cases.Map, set[int]]] = []
+    for place, work, maps, wanted in (
+        (CEILING, ceilings, ceiling, cases.CASES),
+        (VOLUME, volumes, volume, cases.LOADS),
+    ):
+        begun(place)
+        tasks += [(work, drawn, done) for drawn, done in missing(place, maps, wanted)]
+    # Those of both models in turns, as they lie in their lists.
+    tasks.sort(key=lambda task: int(task[1].name[-3:]) / (3 if task[0] is ceilings else 1))
+    cores = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [0]
+    context = get_context("spawn")
+    with ProcessPoolExecutor(
+        len(cores), context, initializer=hold, initargs=(context.Value("i", 0), cores)
+    ) as pool:
+        working = {pool.submit(*task): task[1].name for task in tasks}
+        for number, one in enumerate(as_completed(working), 1):
+            failure = one.exception()
+            told = f"failed: {failure}" if failure else "solved"
+            print(f"{number}/{len(working)} {working[one]} {told}", flush=True)
+
+
+def fit() -> None:
+    """Fit the formulas to what is stored, write them to the package, and say what they miss."""
+    import atlas_fit as fitting
+
+    told: dict[str, Any] = {"formulas": {}, "domain": {}, "held": {}}
+    for name, place in (("ceiling", CEILING), ("volume", VOLUME)):
+        cases = fitting.read(place)
+        told["domain"][name] = fitting.domain_of(cases)
+        test, rest = cases.taken(cases.held), cases.taken(~cases.held)
+        for quantity in cases.found:
+            for suffix, of in (("", lambda one: one), ("_without_Sal", fitting.unknown)):
+                formula = fitting.fitted(quantity, of(rest), with_Sal=not suffix)
+                judged = fitting.judged(formula, of(test))
+                told["formulas"][quantity + suffix] = asdict(formula)
+                told["held"][quantity + suffix] = judged
+                words = ", ".join(f"{key} {value:.4g}" for key, value in judged.items())
+                print(f"{quantity + suffix}: {words}", flush=True)
+    formulas.STORED.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--maps", type=int, help="the first maps of each kind alone")
+    parser.add_argument("--fit", action="store_true", help="fit and test what is stored")
+    parser.add_argument("--measured", type=Path, help="folder of measured maps")
+    asked = parser.parse_args()
+    if not asked.fit:
+        compute(asked.maps)
+    fit()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,216 @@
+"""The formulas fitted to the cases of the atlas, and tested on maps that took no part.
+
+`atlas.py` runs it. A fit is least squares with a loss that lets single cases lie far off; scatter
+is told from fits in turn to all but a fifth of the maps, so that it is that of maps which a fit
+has not seen. The maps named ``held`` take part in neither.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from roughcontact.joint import formulas
+from roughcontact.joint.formulas import CONTACT, GAP, LEVEL, SATURATED, VOLUME, Formula, Groups
+
+Array = NDArray[np.float64]
+
+_LINEAR = ("", "z", "s", "w")
+_CURVED = ("zz", "zs", "ss", "t", "tz", "wz", "ws", "ww", "zss", "zzs", "ts", "tt", "wss", "tw")
+_BROAD = ("b", "zb", "bb", "wb", "sb")
+_SCATTER = ("", "z", "zz", "ss", "w")
+KNEES = {CONTACT: 4 / 3, SATURATED: 4 / 3, GAP: 10 / 3, VOLUME: 4 / 3}
+TERMS = {
+    CONTACT: (*_LINEAR, *_CURVED, *_BROAD),
+    SATURATED: (*_LINEAR, *_CURVED, *_BROAD),
+    GAP: (*_LINEAR, *_CURVED, *_BROAD),
+    VOLUME: ("", "z", "zz", "w", "ww", "wz", "b", "bz", "s", "sz", "t", "k", "kk", "kw", "kz"),
+}
+# Residuals beyond this, in the measure of the formula, count as linear ones.
+_LOSS = {CONTACT: 0.03, SATURATED: 0.01, GAP: 0.03, VOLUME: 0.05}
+_PARTS = 5
+# Residual that rounding alone may leave, in the fit of their logarithm.
+_FLOOR = 1e-4
+
+
+@dataclass(frozen=True)
+class Cases:
+    """Cases of one model.
+
+    Parameters
+    ----------
+    maps : ndarray of str, shape (n,)
+        The map of each.
+    groups : Groups
+        What the formulas know.
+    found : dict
+        What was computed, by quantity.
+    table : dict
+        All columns.
+    """
+
+    maps: NDArray[np.str_]
+    groups: Groups
+    found: dict[str, Array]
+    table: dict[str, Array]
+
+    def taken(self, chosen: Any) -> Cases:
+        return Cases(
+            self.maps[chosen],
+            self.groups.taken(chosen),
+            {name: values[chosen] for name, values in self.found.items()},
+            {name: values[chosen] for name, values in self.table.items()},
+        )
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Those of maps that take no part."""
+        return np.char.find(self.maps, "held") >= 0
+
+
+def read(place: Path) -> Cases:
+    """Return the cases of a table."""
+    with place.open(newline="") as lines:
+        rows = [row for row in csv.DictReader(lines) if None not in row.values()]
+    # Below first yield there is no plastic volume, and no logarithm of it.
+    rows = [row for row in rows if float(row.get("volume", 1)) > 0]
+    table = {
+        name: np.array([float(row[name]) for row in rows]) for name in rows[0] if name != "map"
+    }
+    volume = "volume" in table
+    index = table["index"]
+    groups = Groups(
+        pressure=table["pressure"],
+        ratio=index / 3,
+        breadth=table["breadth"],
+        texture=table["Str"],
+        skewness=table["Ssk"],
+        hardening=table["hardening"] * (1 - 0.3**2) * index if volume else np.zeros_like(index),
+    )
+    if volume:
+        found = {VOLUME: table["volume"] * table["gradient"] / table["height"]}
+    else:
+        found = {
+            CONTACT: extrapolated(table, "contact"),
+            SATURATED: extrapolated(table, "saturated"),
+            GAP: table["gap"] / table["height"],
+        }
+    return Cases(np.array([row["map"] for row in rows]), groups, found, table)
+
+
+def extrapolated(table: dict[str, Array], name: str) -> Array:
+    """Return what halving the pixel again and again would give: errors go with the pixel."""
+    fine, coarse = table[name], table[f"{name}_coarse"]
+    return np.where(fine > 0, np.maximum(2 * fine - coarse, fine / 2), 0.0)
+
+
+def fitted(quantity: str, cases: Cases, with_Sal: bool = True) -> Formula:
+    """Return the formula for a quantity, with its scatter."""
+    terms = tuple(term for term in TERMS[quantity] if with_Sal or "b" not in term)
+    groups = cases.groups
+    if not with_Sal:
+        groups = replace(groups, breadth=np.full_like(groups.pressure, np.nan))
+    usable = np.isfinite(formulas_design(quantity, terms, groups)).all(axis=1)
+    groups, found = groups.taken(usable), cases.found[quantity][usable]
+    maps = cases.maps[usable]
+    whole = solved(quantity, terms, groups, found)
+    missed = np.empty_like(found)
+    for train, test in parts(maps):
+        one = solved(quantity, terms, groups.taken(train), found[train])
+        part = groups.taken(test)
+        missed[test] = one.missed(one.value(part), found[test])
+    return scattered(whole, groups, missed)
+
+
+def formulas_design(quantity: str, terms: tuple[str, ...], groups: Groups) -> Array:
+    return Formula(quantity, KNEES[quantity], terms, ()).design(groups)
+
+
+def solved(quantity: str, terms: tuple[str, ...], groups: Groups, found: Array) -> Formula:
+    """Return a formula by least squares."""
+    start = Formula(quantity, KNEES[quantity], terms, (0.0,) * len(terms))
+    design = start.design(groups)
+
+    def residuals(coefficients: Array) -> Array:
+        one = replace(start, coefficients=tuple(coefficients))
+        value = np.maximum(one.value(groups, design), 1e-9)
+        return one.missed(value, found)
+
+    begin = np.zeros(len(terms))
+    begin[0] = {GAP: 0.2, VOLUME: 0.0}.get(quantity, np.log(0.7))
+    best = least_squares(residuals, begin, loss="soft_l1", f_scale=_LOSS[quantity])
+    return replace(start, coefficients=tuple(float(f"{value:.5g}") for value in best.x))
+
+
+def parts(maps: NDArray[np.str_]) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
+    """Yield which cases to fit and which to test, all of a map on one side."""
+    names, number = np.unique(maps, return_inverse=True)
+    turn = np.random.default_rng(1).permutation(names.size) % _PARTS
+    for part in range(_PARTS):
+        test = turn[number] == part
+        yield ~test, test
+
+
+def scattered(formula: Formula, groups: Groups, missed: Array) -> Formula:
+    """Return a formula with the scatter of what it missed on maps that it had not seen."""
+    terms = _SCATTER
+    design = formula.design(groups, terms)
+    # The mean of ln |x| of a normal variable is -0.635.
+    logarithm = np.log(np.maximum(np.abs(missed), _FLOOR)) + 0.635
+    coefficients = np.linalg.lstsq(design, logarithm, rcond=None)[0]
+    share = np.abs(missed) / np.exp(np.sum(design * coefficients, axis=1))
+    return replace(
+        formula,
+        scatter_terms=terms,
+        scatter=tuple(float(f"{value:.4g}") for value in coefficients),
+        factor=float(f"{np.quantile(share, LEVEL):.4g}"),
+    )
+
+
+NAMED = {CONTACT: "ceiling", SATURATED: "ceiling", GAP: "ceiling", VOLUME: "volume"}
+
+
+def domain_of(cases: Cases) -> dict[str, tuple[float, float]]:
+    """Return where there are cases, in the groups that formulas know."""
+    groups = cases.groups
+    values = {**vars(groups), "contact": formulas.theory_contact(groups)}
+    names = ["contact", "ratio", "breadth", "texture", "skewness"]
+    if "hardening" in cases.table:
+        names.append("hardening")
+    found = {}
+    for name in names:
+        usual = values[name][np.isfinite(values[name])]
+        found[name] = (float(f"{usual.min():.3g}"), float(f"{usual.max():.3g}"))
+    # Gaussian maps of one kind of wave are as much alike in all directions as maps get.
+    return found | {"texture": (found["texture"][0], 1.0)}
+
+
+def unknown(cases: Cases) -> Cases:
+    """Return cases of surfaces of which Sal is not known."""
+    groups = replace(cases.groups, breadth=np.full_like(cases.groups.pressure, np.nan))
+    return replace(cases, groups=groups)
+
+
+def judged(formula: Formula, cases: Cases) -> dict[str, float]:
+    """Return how far a formula is off on cases, and how many its interval holds."""
+    groups = cases.groups
+    found = cases.found[formula.quantity]
+    value = formula.value(groups)
+    low, high = formula.interval(groups, value)
+    relative = formula.quantity in (CONTACT, VOLUME)
+    scale = found if relative else 1.0
+    missed = np.abs(value - found) / scale
+    return {
+        "cases": found.size,
+        "median": float(np.median(missed)),
+        "nine_in_ten": float(np.quantile(missed, 0.9)),
+        "covered": float(np.mean((found >= low) & (found <= high))),
+        "half_width": float(np.median((high - low) / 2 / scale)),
+    }

@@ -1,0 +1,132 @@
+"""What is told of a nominally flat contact by formulas, alone and beside one that was solved."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.joint.estimate import Estimate, Range
+from roughcontact.report.quantities import PROBLEM, Quantity, Table
+from roughcontact.units import engineering, percent
+
+_ENDS = ("low", "high")
+
+
+def _share(found: Range) -> str:
+    return f"{percent(found.value)} ({percent(found.low)} to {percent(found.high)})"
+
+
+def _length(found: Range) -> str:
+    value, low, high = (engineering(v, "m", 3) for v in (found.value, found.low, found.high))
+    return f"{value} ({low} to {high})"
+
+
+def _ranged(
+    key: str, name: str, unit: str, meaning: str, symbol: str, form: Callable[[Range], str]
+) -> Table:
+    """Return the row of a quantity with its interval, and what files keep of it."""
+
+    def part(end: str) -> Callable[[Any], Any]:
+        def value(found: Any) -> Any:
+            whole = getattr(found, key)
+            return None if whole is None else getattr(whole, end)
+
+        return value
+
+    return (
+        Quantity(
+            key, name, symbol=symbol, unit=unit, meaning=meaning, of=part("value"),
+            text=lambda found: form(getattr(found, key)),
+            when=lambda found: getattr(found, key) is not None,
+        ),
+        *(Quantity(f"{key}_{end}", unit=unit, of=part(end)) for end in _ENDS),
+    )  # fmt: skip
+
+
+def _of_surface(name: str, unit: str, meaning: str) -> Quantity:
+    return Quantity(
+        name, name, unit=unit, meaning=meaning, of=lambda found: getattr(found.roughness, name),
+        part=PROBLEM, when=lambda found: getattr(found.roughness, name) is not None,
+    )  # fmt: skip
+
+
+def _limited(found: Estimate) -> bool:
+    return found.ceiling is not None
+
+
+ESTIMATE: Table = (
+    Quantity(
+        "pressure", "nominal pressure", symbol="p̄", unit="Pa", meaning="load over nominal area",
+        part=PROBLEM,
+    ),
+    Quantity(
+        "contact_modulus", "contact modulus", symbol="E*", unit="Pa",
+        meaning="from 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂", part=PROBLEM,
+    ),
+    Quantity("ceiling", "pressure ceiling", unit="Pa", part=PROBLEM, when=_limited),
+    _of_surface("Sq", "m", "root-mean-square height"),
+    _of_surface("Sdq", "1", "root-mean-square gradient h′"),
+    _of_surface("Sal", "m", "autocorrelation length"),
+    _of_surface("Str", "1", "texture aspect ratio"),
+    _of_surface("Ssk", "1", "skewness"),
+    Quantity(
+        "plasticity_index", "plasticity index", symbol="E* h′/σ_Y", part=PROBLEM,
+        when=lambda found: found.plasticity_index is not None,
+    ),
+    *_ranged("contact", "real contact", "1", "contact area over nominal area, 95 % of maps", "A/A₀",
+             _share),
+    *_ranged("saturated", "saturated area", "1", "area at the ceiling over nominal area",
+             "", _share),
+    *_ranged("gap", "mean gap", "m", "of the open gap; closed points count 0", "ū", _length),
+    *_ranged("plastic_volume", "plastic volume over area", "m",
+             "with any plastic strain, perfectly plastic or linearly hardening", "", _length),
+    Quantity(
+        "theory_contact", "Persson's theory", meaning="its contact area over nominal area",
+        form=percent,
+    ),
+    Quantity("warnings", of=lambda found: list(found.warnings)),
+    Quantity("cautions", of=lambda found: [caution.summary() for caution in found.cautions]),
+)  # fmt: skip
+"""Of an `Estimate`."""
+
+
+def _told(result: ContactResult) -> bool:
+    return result.estimate is not None
+
+
+def _side(by: float) -> str:
+    return "above" if by > 0 else "below"
+
+
+def _beside_contact(result: ContactResult) -> str:
+    found = result.estimate
+    assert found is not None
+    nominal = result.pressure.size * result.pixel_area
+    by = result.corrected_contact_area / nominal / found.contact.value - 1
+    return (
+        f"{_share(found.contact)}; without rim excess this one is {percent(abs(by))} {_side(by)} it"
+    )
+
+
+def _beside_gap(result: ContactResult) -> str:
+    found = result.estimate
+    assert found is not None
+    by = (result.mean_gap - found.gap.value) / found.roughness.Sq
+    return f"{_length(found.gap)}; this one is {percent(abs(by))} of Sq {_side(by)} it"
+
+
+BESIDE: Table = (
+    Quantity(
+        "estimated_contact", "real contact by formula",
+        meaning="of nominally flat surfaces like it, with the interval of 95 in 100",
+        of=lambda result: result.estimate and result.estimate.contact.value, text=_beside_contact,
+        when=_told, stored=False, brief=False,
+    ),
+    Quantity(
+        "estimated_gap", "mean gap by formula", unit="m", meaning="the same",
+        of=lambda result: result.estimate and result.estimate.gap.value, text=_beside_gap,
+        when=_told, stored=False, brief=False,
+    ),
+)  # fmt: skip
+"""Of a `ContactResult` that is nominally flat, beside what was solved."""
