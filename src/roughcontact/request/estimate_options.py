@@ -40,8 +40,12 @@ OPTIONS = (
         '"62 HRC"; auto: 3 times the smaller yield strength, or else the hardness; none: purely '
         "elastic; default: auto.", parsing.ceiling, default="auto",
     ),
+)  # fmt: skip
+"""What `estimate` takes, beside what other commands take as well."""
+
+FILES = (
     _option(
         "output", OUTPUT, "FILE.json", "Write the estimate.", parsing.path, suffixes=(".json",),
     ),
 )  # fmt: skip
-"""What `estimate` takes, beside what other commands take as well."""
+"""What is written."""

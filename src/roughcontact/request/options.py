@@ -395,6 +395,7 @@ OPTIONS = (
     ),
     *comparison_options.FILES,
     *joint_options.FILES,
+    *estimate_options.FILES,
     Option(
         "output", OUTPUT, "FILE",
         f"Write the result: {export.told(Kind.CONTACT, Kind.VOLUME)}; may be repeated.",
