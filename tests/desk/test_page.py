@@ -87,7 +87,7 @@ def test_what_cannot_be_pressed_is_seen_and_said(page: Page, tmp_path: Path) -> 
     page._do(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
     assert "3 missing points" in text_of(page._trust)
-    assert page.maps.heights.data["x"]
+    assert page.sight.maps.heights.data["x"]
 
 
 def test_every_part_of_the_page_is_made_and_shows_the_contact(page: Page, tmp_path: Path) -> None:
@@ -109,7 +109,7 @@ def test_every_part_of_the_page_is_made_and_shows_the_contact(page: Page, tmp_pa
     strip.active = 5
     assert "roughcontact solve" in text_of(made[5]._words)
     for number in range(3):
-        page._detail._tabs._strip.active = number
+        page.sight.detail._tabs._strip.active = number
 
 
 def test_the_slider_gives_the_load_it_tells(page: Page, tmp_path: Path) -> None:

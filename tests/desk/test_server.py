@@ -83,6 +83,20 @@ class Desk:
             answer = connection.getresponse()
             return Answer(answer.status, answer.headers, answer.read().decode("utf-8", "replace"))
 
+    def open(self, path: str) -> Answer:
+        """Ask for a page, and wait until it is made: after its answer."""
+        before = len(self.visits)
+        answer = self.ask(path)
+        until(lambda: len(self.visits) > before)
+        return answer
+
+
+def until(true: Any) -> None:
+    end = time.monotonic() + PATIENCE
+    while not true():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
@@ -92,7 +106,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
 
 
 def test_a_page_is_served(desk: Desk) -> None:
-    answer = desk.ask(desk.home)
+    answer = desk.open(desk.home)
     assert answer.status == 200
     assert "roughcontact" in answer.text
     assert desk.visits[-1].work.key in desk.home
@@ -105,7 +119,7 @@ def test_a_page_without_a_work_gets_a_new_one(desk: Desk) -> None:
     place = answer.headers["Location"]
     assert place.startswith("/?work=")
     assert place != desk.home
-    assert desk.ask(place).status == 200
+    assert desk.open(place).status == 200
     assert desk.visits[-1].work.key in place
 
 
@@ -185,7 +199,7 @@ def test_a_page_of_this_server_is_connected_and_no_other(desk: Desk) -> None:
 
 
 def test_a_forged_session_is_refused(desk: Desk) -> None:
-    token = token_of(desk.ask(desk.home))
+    token = token_of(desk.open(desk.home))
     opened = len(desk.visits)
 
     async def forged() -> Any:
@@ -198,18 +212,11 @@ def test_a_forged_session_is_refused(desk: Desk) -> None:
     assert len(desk.visits) == opened
 
 
-def until(true: Any) -> None:
-    end = time.monotonic() + PATIENCE
-    while not true():
-        assert time.monotonic() < end
-        time.sleep(0.02)
-
-
 def test_what_a_page_holds_goes_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(server, "_LINGER", 0.05)
     monkeypatch.setattr(server, "_LOOK", 0.05)
     desk = Desk(tmp_path)
-    token = token_of(desk.ask(desk.home))
+    token = token_of(desk.open(desk.home))
 
     async def stay_and_go() -> Visit:
         connection = await connected(desk, token)
@@ -229,7 +236,7 @@ def test_what_a_page_holds_goes_with_it(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_what_open_pages_hold_goes_with_the_server(tmp_path: Path) -> None:
     desk = Desk(tmp_path)
-    desk.ask(desk.home)
+    desk.open(desk.home)
     desk.close()
     assert desk.ended == [desk.visits[0].work.key]
     assert not desk.visits[0].folder.exists()
@@ -298,12 +305,51 @@ def test_a_page_that_cannot_be_made_says_why_and_keeps_nothing(
         visit.at_end(lambda: desk.ended.append("broken"))
         raise InputError("the project file of this page cannot be read")
 
+    desk.open(desk.home)
     monkeypatch.setattr(desk.server, "_page", broken)
-    answer = desk.ask(desk.home)
+    answer = desk.open(desk.home)
     assert answer.status == 200
     assert "Traceback" not in answer.text
+    folder = desk.visits.pop().folder
+    until(lambda: not folder.exists())
     assert desk.ended[-1] == "broken"
-    assert not desk.visits.pop().folder.exists()
+
+
+def test_a_page_too_many_is_told_so(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk.open(desk.home)
+    monkeypatch.setattr(server, "MOST_PAGES", 1)
+    opened = len(desk.visits)
+    token = token_of(desk.ask(desk.home))
+    assert "pages are open" in asyncio.run(pulled(desk, token))
+    assert len(desk.visits) == opened
+
+
+async def pulled(desk: Desk, token: str) -> str:
+    """Return what a page holds, as it goes to the browser."""
+    connection = await connected(desk, token)
+    for _ in range(3):
+        await connection.read_message()
+    for part in ({"msgid": "1", "msgtype": "PULL-DOC-REQ"}, {}, {}):
+        await connection.write_message(json.dumps(part))
+    heard = ""
+    while "PULL-DOC-REPLY" not in heard:
+        message = await connection.read_message()
+        assert message is not None
+        heard = str(message)
+    await connection.read_message()
+    found = str(await connection.read_message())
+    await parted(connection)
+    return found
+
+
+def test_a_mistake_leaves_no_white_page(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(visit: Visit) -> Any:
+        raise ZeroDivisionError
+
+    desk.open(desk.home)
+    monkeypatch.setattr(desk.server, "_page", broken)
+    token = token_of(desk.ask(desk.home))
+    assert "A mistake of the program" in asyncio.run(pulled(desk, token))
 
 
 def test_nothing_is_fetched_from_elsewhere(desk: Desk) -> None:

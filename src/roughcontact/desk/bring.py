@@ -22,6 +22,7 @@ from roughcontact.errors import InputError, Mention, RoughcontactError
 from roughcontact.report import inputs
 from roughcontact.report.quantities import rows_of
 from roughcontact.request.options import GENERATE, parsed
+from roughcontact.surface.surface import Surface
 
 DEMONSTRATIONS: dict[str, dict[str, Value]] = {
     "Ground steel": {
@@ -86,6 +87,8 @@ class Bring:
         self._demonstration.param.watch(self._demonstrated, "value")
         self._group = Group(session)
         self._channels: Sequence[str] = ()
+        self._told_of: Surface | None = None
+        self._table = ""
         self._wanted: dict[str, Value] = dict(_FIRST)
         self._of_file = fold("Channel, unit, sides", self._about_file)
         self.root = card(
@@ -145,11 +148,11 @@ class Bring:
         self._nominal.show()
         name = "No map yet." if state.file is None else state.name_of(state.file)
         told = f"<p><b>{words.escaped(name)}</b></p>"
-        if prepared is not None:
-            surface = prepared.surfaces[0]
-            rows = [row for row in rows_of(inputs.SURFACE, surface) if row.key != "source"]
-            told += headline.table((row.name, row.text) for row in rows[:4])
-        self._about.object = told
+        surface = None if prepared is None else prepared.surfaces[0]
+        if surface is not self._told_of:
+            self._told_of = surface
+            self._table = "" if surface is None else _described(surface)
+        self._about.object = told + self._table
 
     def tell_channels(self, names: Sequence[str]) -> None:
         """Propose the channels of the file."""
@@ -229,6 +232,12 @@ def _dropper(text: str, arrived: Callable[[dict[str, Any]], None]) -> Any:
     made = Drop(words=text, address=UPLOADS, **style.BLOCK)
     made.param.watch(lambda event: arrived(event.new), "arrived")
     return made
+
+
+def _described(surface: Surface) -> str:
+    """Return the table of what is told of a map."""
+    rows = [row for row in rows_of(inputs.SURFACE, surface) if row.key != "source"]
+    return headline.table((row.name, row.text) for row in rows[:4])
 
 
 def _title(work: Work) -> str:

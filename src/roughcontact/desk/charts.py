@@ -55,7 +55,7 @@ class Histogram:
         counts, _ = np.histogram(np.clip(below, bins.edges[0], bins.edges[-1]), bins.edges)
         points = max(int(np.count_nonzero(result.contact)), 1)
         widths = np.diff(bins.edges) * factor
-        with look.together(self.plot):
+        with look.together(self.plot.document):
             self.source.data = {
                 "left": bins.edges[:-1] * factor,
                 "right": bins.edges[1:] * factor,
@@ -108,7 +108,7 @@ class Bearing:
         if ratio.size > _MOST:
             kept = np.linspace(0, 1, _MOST)
             ratio, height = kept, np.interp(kept, ratio, height)
-        with look.together(self.plot):
+        with look.together(self.plot.document):
             self.source.data = {"ratio": 100 * ratio, "height": height * factor}
             ends = np.array([upper, upper - core["Sk"]]) * factor
             self.core.data = {"ratio": np.array([0.0, 100.0]), "height": ends}
@@ -149,7 +149,7 @@ class Spectrum:
         q, power, _ = radial_spectrum(surface.heights, surface.pixel)
         there = power > 0
         factor, unit = prefixed(float(2 * np.pi / q.min()), "m")
-        with look.together(self.plot):
+        with look.together(self.plot.document):
             self.source.data = {
                 "q": q[there], "C": power[there], "wavelength": 2 * np.pi / q[there] * factor,
             }  # fmt: skip

@@ -82,7 +82,7 @@ class Curve:
         shares = (100 * curve.column(f"{name}_area") / curve.nominal_area
                   for name in ("contact", "saturated"))  # fmt: skip
         contact, saturated = (np.where(share > 0, share, np.nan) for share in shares)
-        with look.together(self.area):
+        with look.together(self.area.document):
             self.source.data = {
                 "load": load * self._factor, "contact": contact, "saturated": saturated,
                 "gap": curve.column("mean_gap") * scale,
@@ -149,7 +149,7 @@ class History:
         scale, unit = prefixed(float(energy.max()), "J")
         colours = {"elastic": ELASTIC, "new indentation": SATURATED}
         lines = [(kind, branch) for kind, all_of in branches(found).items() for branch in all_of]
-        with look.together(self.loop):
+        with look.together(self.loop.document):
             self.points.data = {"approach": approach * across, "load": load * up}
             self.lines.data = {
                 "approach": [[one.approach * across for one in branch] for _, branch in lines],
@@ -193,7 +193,7 @@ class Study:
         """Show a study."""
         cases = study.named()
         names = [name for name, _ in cases]
-        with look.together(self.plot):
+        with look.together(self.plot.document):
             self.plot.x_range.factors = names
             self.source.data = {
                 "case": names,

@@ -54,6 +54,7 @@ class Detail:
         self._surface: Surface | None = None
         self._result: ContactResult | None = None
         self._line: Line | None = None
+        self._proposed: Line | None = None
         section = pn.Column(
             pn.pane.Bokeh(self.section.root, **style.BLOCK), self._ends, self._wrong, **style.BLOCK
         )
@@ -84,14 +85,14 @@ class Detail:
     @property
     def line(self) -> Line | None:
         """The line of the section."""
-        if self._line is None and self._surface is not None:
-            return whole_line(self._surface)
-        return self._line
+        return self._proposed if self._line is None else self._line
 
     def show(
         self, surface: Surface | None, result: ContactResult | None, line: Line | None
     ) -> None:
         """Show a contact, or the surface alone; a line of None is the one that is proposed."""
+        if surface is not self._surface:
+            self._proposed = None if surface is None else whole_line(surface)
         self._surface, self._result, self._line = surface, result, line
         self._draw()
 

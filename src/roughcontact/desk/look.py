@@ -171,9 +171,8 @@ def put(model: Any, text: str) -> None:
 
 
 @contextmanager
-def together(model: Any) -> Iterator[None]:
+def together(document: Any) -> Iterator[None]:
     """Send the changes of a block to the browser at its end, as one message."""
-    document = model.document
     # What changes before the page has told that it stands would be held for ever.
     if document is None or not state.loaded:
         yield

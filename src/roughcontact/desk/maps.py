@@ -180,7 +180,7 @@ class Maps:
 
         The view stays where it is while the map keeps its size.
         """
-        with look.together(self.figures[HEIGHTS]):
+        with look.together(self.figures[HEIGHTS].document):
             for key, plot in self.figures.items():
                 shown = (surface if key == HEIGHTS else result) is not None
                 plot.axis.visible = shown
@@ -208,7 +208,7 @@ class Maps:
 
     def zoom(self, box: Box | None = None) -> None:
         """Bring a box into sight [m]; by default the whole map."""
-        with look.together(self.figures[HEIGHTS]):
+        with look.together(self.figures[HEIGHTS].document):
             self._fit(self._home if box is None else box)
             self._draw()
 
@@ -301,14 +301,14 @@ class Maps:
         if self._surface is None or ranges == self._fitted:
             return
         self._fitted, self._wanted = ranges, self.seen
-        with look.together(self.figures[HEIGHTS]):
+        with look.together(self.figures[HEIGHTS].document):
             self._look()
             self._draw()
 
     def _resized(self) -> None:
         if self._surface is None:
             return
-        with look.together(self.figures[HEIGHTS]):
+        with look.together(self.figures[HEIGHTS].document):
             self._fit(self._wanted)
             self._draw()
 

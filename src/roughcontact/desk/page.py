@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import secrets
 import threading
 import time
@@ -16,24 +15,21 @@ import panel as pn
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import (
     apart,
-    ask,
     bring,
     column,
-    compare,
     headline,
     loadbar,
+    look,
     style,
-    take,
     words,
 )
 from roughcontact.desk.controls import button
-from roughcontact.desk.detail import Detail, Numbers, Texture
+from roughcontact.desk.detail import Numbers, Texture
 from roughcontact.desk.live import Failed, Live, Prepared, Told
-from roughcontact.desk.maps import Maps
-from roughcontact.desk.pictures import Box
 from roughcontact.desk.reach import tell_when_lost
 from roughcontact.desk.server import Visit
 from roughcontact.desk.session import Session
+from roughcontact.desk.sight import Sight
 from roughcontact.desk.state import Line, Value
 from roughcontact.desk.tabs import Views
 from roughcontact.errors import RoughcontactError
@@ -74,12 +70,7 @@ class Page:
         self.session = session = Session(
             work.project, self._hear, partial(Live, reader=apart.reader(bench))
         )
-        self.maps = Maps()
-        self._detail = Detail(self.maps.zoom, self._drawn)
-        self._keep = button("Keep the part that is drawn", self._kept, visible=False)
-        self._box: Box | None = None
-        self.maps.on_section(self._drawn)
-        self.maps.on_box(self._boxed)
+        self.sight = Sight(self._drawn, self._kept)
         self._bring = bring.Bring(session, visit, self._generate, self._show, self._remove)
         self._preparation = column.Preparation(session, self._show)
         self._bodies = column.Bodies(session)
@@ -95,20 +86,20 @@ class Page:
         self._undo = button("Undo", partial(self._do, session.undo))
         self._redo = button("Redo", partial(self._do, session.redo))
         self._views = Views(
-            pn.Column(self._keep, self.maps.root, self._detail.root, **style.BLOCK),
+            self.sight.root,
             {
                 "Surface": lambda: Texture(self._run, session),
                 "All numbers": lambda: Numbers(session),
-                "Ask": lambda: ask.Ask(session, bench, self._run),
-                "Compare": lambda: compare.Compare(session, bench, self._run, self._do),
-                "Take away": lambda: take.Take(
-                    session, bench, self._run, visit.folder, visit.offer
-                ),
+                "Ask": self._ask,
+                "Compare": self._compare,
+                "Take away": self._take_away,
             },
         )
         self.root = self._laid_out()
         if self._document is not None:
             tell_when_lost(self._document)
+            # The controls are there before the frames that wait for a map.
+            pn.state.onload(self.sight.make)
         if visit.file is not None and session.state.file is None:
             session.bring(visit.file.resolve())
         visit.at_end(self.close)
@@ -129,7 +120,8 @@ class Page:
 
     def _give(self, name: str, value: Value) -> None:
         self.session.give(name, value)
-        self._show()
+        # What prepares, and the bodies, a load leaves as they are.
+        self._show_load()
 
     def _do(self, action: Callable[[], None]) -> None:
         try:
@@ -140,28 +132,11 @@ class Page:
 
     def _drawn(self, line: Line) -> None:
         self.session.draw_line(line)
-        self._cut()
+        outcome = self.session.outcome
+        self.sight.cut(None if outcome is None else outcome.result, line)
 
-    def _boxed(self, box: Box | None) -> None:
-        self._box = box
-        self._keep.visible = box is not None
-
-    def _kept(self) -> None:
-        prepared, box = self.session.prepared, self._box
-        if prepared is None or box is None:
-            return
-        dy, dx = prepared.surfaces[0].pixel
-        rows = math.floor(box.top / dy + 0.5), math.floor(box.bottom / dy + 0.5)
-        columns = math.floor(box.left / dx + 0.5), math.floor(box.right / dx + 0.5)
+    def _kept(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
         self._do(lambda: self.session.keep(rows, columns))
-
-    def _cut(self) -> None:
-        """Show what stands beside the maps, along the line of the state."""
-        prepared, outcome = self.session.prepared, self.session.outcome
-        surface = None if prepared is None else prepared.surfaces[0]
-        result = None if outcome is None else outcome.result
-        self._detail.show(surface, result, self.session.state.line)
-        self.maps.section.put(self._detail.line)
 
     def _look_up_channels(self) -> None:
         """Propose the channels of the file, once for each file."""
@@ -193,6 +168,8 @@ class Page:
     # What is heard from the thread that solves.
 
     def _hear(self, what: Told | Shown) -> None:
+        if isinstance(what, (Progress, str)) and not self._is_slow:
+            return
         if isinstance(what, Outcome) and what.result is not None:
             # Words cost time, which the other pages of the server have not.
             what = _shown(what.result)
@@ -209,13 +186,19 @@ class Page:
         else:
             self._document.add_next_tick_callback(done)
 
+    @property
+    def _is_slow(self) -> bool:
+        """Whether one waits long enough to read what is under way."""
+        return time.monotonic() - self._begun > _SHORT
+
     def _catch_up(self) -> None:
         with self._lock:
             news, self._news = self._news, []
-        for what in news:
-            if not isinstance(what, (Progress, str)):
-                self._bar.visible = False
-            self._take(what)
+        with look.together(pn.state.curdoc):
+            for what in news:
+                if not isinstance(what, (Progress, str)):
+                    self._bar.visible = False
+                self._take(what)
 
     def _take(self, what: Told | Shown) -> None:
         match what:
@@ -225,15 +208,13 @@ class Page:
                 self._preparation.show(what)
                 self._views.show()
                 self._load.show(what)
-                if self.session.failure is not None:
-                    self.maps.show(what.surfaces[0], None)
-                elif self.session.state.missing:
-                    self.maps.show(what.surfaces[0], None)
-                    self._cut()
+                failed, missing = self.session.failure is not None, self.session.state.missing
+                if failed or missing:
+                    self.sight.show(what.surfaces[0], None, self.session.state.line)
+                if missing and not failed:
                     self._tell_missing()
             case Shown():
-                self.maps.show(what.result.surface, what.result)
-                self._cut()
+                self.sight.show(what.result.surface, what.result, self.session.state.line)
                 self._numbers.object = what.numbers
                 self._trust.object = what.trust
                 self._cautions.object = what.cautions
@@ -245,17 +226,16 @@ class Page:
                 self._numbers.object = ""
                 self._cautions.object = ""
                 self._trust.object = _wrong(text) if asked else _alert(text)
-                self.maps.clear()
-                self._detail.show(None, None, None)
+                self.sight.clear()
             case Progress():
                 self._wait_on(underway.described(what))
             case str():
                 self._wait_on(what)
 
     def _wait_on(self, text: str) -> None:
-        """Show what is under way, where one waits long enough to read it."""
+        """Show what is under way."""
         # What failed is said before the map alone is made.
-        if self.session.failure is None and time.monotonic() - self._begun > _SHORT:
+        if self.session.failure is None and self._is_slow:
             self._bar.visible = True
             self._trust.object = _quiet(f"{text} …")
 
@@ -272,16 +252,37 @@ class Page:
     def _show(self) -> None:
         """Show what the state holds in all controls, after it changed."""
         session = self.session
-        self._begun = time.monotonic()
         self._bring.show(session.prepared)
         self._preparation.show(session.prepared)
         self._bodies.show()
         self._model.show()
+        self._show_load()
+
+    def _show_load(self) -> None:
+        session = self.session
+        self._begun = time.monotonic()
         self._views.show()
         self._load.show(session.prepared)
         self._undo.disabled, self._redo.disabled = not session.can_undo, not session.can_redo
         if session.state.missing:
             self._tell_missing()
+
+    # What is imported when it is looked at, lest the first page wait for it.
+
+    def _ask(self) -> Any:
+        from roughcontact.desk.ask import Ask
+
+        return Ask(self.session, self._bench, self._run)
+
+    def _compare(self) -> Any:
+        from roughcontact.desk.compare import Compare
+
+        return Compare(self.session, self._bench, self._run, self._do)
+
+    def _take_away(self) -> Any:
+        from roughcontact.desk.take import Take
+
+        return Take(self.session, self._bench, self._run, self._visit.folder, self._visit.offer)
 
     def _laid_out(self) -> Any:
         side = pn.Column(

@@ -164,6 +164,8 @@ class Slider(JSComponent):  # type: ignore[misc]
     value = param.Integer(0)
     said = param.String("")
 
+    # Milliseconds that a value waits for one that follows it: the 50 of others are half a step.
+    _debounce: ClassVar[int] = 5
     _esm = _SLIDER
     _stylesheets: ClassVar = [_SLIDER_SHEET]
 

@@ -88,13 +88,13 @@ def span(form: Form, prepared: Prepared) -> tuple[float, float]:
         ceiling = None if softest is None else softest.ceiling
     if ceiling is not None:
         pressure = min(pressure, _NEAR_CAPACITY * ceiling)
-    largest = {
-        FORCE: pressure * math.prod(surface.size),
-        NOMINAL: pressure,
-        LINE: pressure * max(surface.size),
-        HERTZ: _PEAKS * pressure,
-        APPROACH: sum(map(_height, prepared.surfaces)),
-    }[form]
+    if form is APPROACH:
+        largest = sum(map(_height, prepared.surfaces))
+    else:
+        per_pressure = {
+            FORCE: math.prod(surface.size), NOMINAL: 1.0, LINE: max(surface.size), HERTZ: _PEAKS,
+        }  # fmt: skip
+        largest = per_pressure[form] * pressure
     return _rounded(largest * 10.0**-_DECADES), _rounded(largest)
 
 

@@ -117,7 +117,7 @@ class Section:
 
     def show(self, surface: Surface, result: ContactResult | None, line: Line) -> None:
         """Show the bodies along a line; without a result, the surface alone."""
-        with look.together(self.heights):
+        with look.together(self.heights.document):
             where = cut(surface, line)
             if result is None:
                 self._show_surface(surface, where)

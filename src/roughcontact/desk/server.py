@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import secrets
 import signal
 import socket
@@ -26,11 +27,16 @@ from roughcontact.errors import InputError, Mention, RoughcontactError
 if TYPE_CHECKING:
     from tornado.ioloop import IOLoop
 
+_log = logging.getLogger(__name__)
+
 HOST, PORT = "127.0.0.1", 5106
 """Where it listens."""
 
 UPLOAD_LIMIT = memory.GIB
 """Most bytes of a file that is brought."""
+
+MOST_PAGES = 32
+"""Pages that are open at a time: each holds the maps that it shows."""
 
 UPLOADS = "/upload"
 """Where a page sends a file: ``POST /upload?work=KEY&name=NAME``, the bytes as its body."""
@@ -46,6 +52,10 @@ _LINGER, _LOOK = 20, 5
 _EXPIRY = 3600
 # Milliseconds after which a process is made for the first long work.
 _WARM = 2000
+_FULL = (
+    f"{MOST_PAGES} pages are open, as many as this program keeps in memory: close one that is "
+    "not needed, and reload this page half a minute later."
+)
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 
@@ -218,6 +228,8 @@ class Server:
     def _made(self) -> Any:
         """Return the server, which takes seconds to import."""
         import bokeh.settings
+        from bokeh.core.validation import silence
+        from bokeh.core.validation.warnings import EMPTY_LAYOUT
         from bokeh.server.server import BaseServer
         from bokeh.server.tornado import BokehTornado
         from panel.io.application import build_applications
@@ -230,6 +242,8 @@ class Server:
         from roughcontact.desk.receive import Receive
 
         self._page = self._load()
+        # An empty place is one that is filled later.
+        silence(EMPTY_LAYOUT)
         bokeh.settings.settings.resources = "server"
         door = guard.Door(self._settings.origins, self._token)
         app = BokehTornado(
@@ -276,6 +290,8 @@ class Server:
         work = self._works.find(guard.key_of(context.request))
         if work is None:
             return pn.pane.Str("This piece of work is not there any more.")
+        if len(self._visits) >= MOST_PAGES:
+            return pn.pane.Str(_FULL)
         ends = ExitStack()
         folder = ends.enter_context(work.page())
         fresh = work.key == self.first.key and not work.project.exists()
@@ -288,12 +304,30 @@ class Server:
         document.on_session_destroyed(lambda context: self._leave(context.id))
         # Not before: it would take its time from this page.
         document.add_timeout_callback(self.bench.warm, _WARM)
+        sheet = pn.Column(sizing_mode="stretch_both", margin=0)
+        # The browser reads its scripts meanwhile; it asks for what the sheet holds after them.
+        document.add_next_tick_callback(partial(self._fill, sheet, visit, context.id))
+        return sheet
+
+    def _fill(self, sheet: Any, visit: Visit, session: str) -> None:
+        """Make a page on its sheet."""
+        import panel as pn
+
+        if session not in self._visits:
+            return
         try:
-            return self._page(visit)
+            sheet.append(self._page(visit))
         except RoughcontactError as error:
             # Such as a project file that somebody wrote into.
-            self._leave(context.id)
-            return pn.pane.Str(str(error))
+            self._leave(session)
+            sheet.append(pn.pane.Str(str(error)))
+        except Exception as error:
+            # A mistake of the program must not leave a sheet that stays white.
+            _log.exception("a page could not be made")
+            self._leave(session)
+            kind = type(error).__name__
+            said = f"A mistake of the program ended this page ({kind}); please report it."
+            sheet.append(pn.pane.Str(said))
 
     def _others(self, work: Work) -> list[Work]:
         if self._settings.is_open:

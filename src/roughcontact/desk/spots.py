@@ -120,7 +120,7 @@ class SpotTable:
         found = listed(result)
         count = found.area.size
         units = _units(result, found)
-        with look.together(self.table):
+        with look.together(self.table.document):
             self.source.selected.indices = []
             self.source.data = {
                 "number": np.arange(1, count + 1),

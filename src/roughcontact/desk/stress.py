@@ -109,7 +109,7 @@ class Stress:
         profile = result.profile
         top, (factor, unit) = stress_scale(result)
         length, length_unit = prefixed(float(profile.depths[-1]), "m")
-        with look.together(self.profile):
+        with look.together(self.profile.document):
             self.source.data = {
                 "depth": profile.depths * length, "mises": profile.von_mises * factor,
                 "tresca": profile.tresca * factor,
@@ -136,7 +136,7 @@ class Stress:
     def show_map(self, values: NDArray[Any], depth: float) -> None:
         """Show the von Mises stress [Pa] at a depth [m], shape (ny, nx)."""
         assert self._result is not None
-        with look.together(self.map):
+        with look.together(self.map.document):
             self._put_map(values, stress_scale(self._result)[1][0])
             self.map.title.text = f"At depth {engineering(depth, 'm')}"
 
@@ -203,7 +203,7 @@ class Stress:
     def _slid(self, attr: str, old: Any, new: Any) -> None:
         if self._result is None or not 0 <= int(new) < self._result.profile.depths.size:
             return
-        with look.together(self.profile):
+        with look.together(self.profile.document):
             self._mark(int(new))
         if self._call is not None:
             self._call(float(self._result.profile.depths[int(new)]))
