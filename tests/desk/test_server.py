@@ -27,7 +27,7 @@ from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
 from roughcontact.cli import app
-from roughcontact.desk import server
+from roughcontact.desk import server, starting
 from roughcontact.desk.server import Server, Settings, Visit
 from roughcontact.errors import InputError
 
@@ -51,6 +51,7 @@ class Desk:
         self.server = Server(lambda: self.page, Settings(folder=folder, port=0, **more))
         self.thread = threading.Thread(target=self.server.run, daemon=True)
         self.thread.start()
+        assert self.server.wait(PATIENCE)
 
     def page(self, visit: Visit) -> Any:
         import panel as pn
@@ -313,6 +314,48 @@ def test_a_page_that_cannot_be_made_says_why_and_keeps_nothing(
     folder = desk.visits.pop().folder
     until(lambda: not folder.exists())
     assert desk.ended[-1] == "broken"
+
+
+def test_the_scripts_that_are_read_ahead_are_those_of_the_page(desk: Desk) -> None:
+    page = desk.ask(desk.home).text
+    found = re.findall(r'src="(static/[^"]*[?]v=[^"]*)"', page)
+    assert sorted(found) == sorted(starting.addresses())
+
+
+def test_who_comes_before_the_page_is_there_is_told_so(tmp_path: Path) -> None:
+    go_on = threading.Event()
+
+    def load() -> Any:
+        assert go_on.wait(PATIENCE)
+        return lambda visit: "a page"
+
+    served = Server(load, Settings(folder=tmp_path, port=0))
+    thread = threading.Thread(target=served.run, daemon=True)
+    thread.start()
+    place = urlsplit(served.url)
+    connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=PATIENCE)
+    with contextlib.closing(connection):
+        connection.request("GET", f"{place.path}?{place.query}")
+        answer = connection.getresponse()
+        first = answer.read1().decode()
+        assert "starting" in first
+        assert all(address in first for address in starting.addresses())
+        go_on.set()
+        assert "location.replace" in answer.read().decode()
+        connection.request("GET", f"{place.path}?{place.query}")
+        assert "Bokeh" in connection.getresponse().read().decode()
+    served.stop()
+    thread.join(PATIENCE)
+    assert not thread.is_alive()
+
+
+def test_what_cannot_be_imported_ends_the_server(tmp_path: Path) -> None:
+    def load() -> Any:
+        raise InputError("not installed")
+
+    served = Server(load, Settings(folder=tmp_path, port=0))
+    with pytest.raises(InputError, match="not installed"):
+        served.run()
 
 
 def test_a_page_too_many_is_told_so(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gc
 import logging
 import secrets
 import signal
@@ -25,7 +26,7 @@ from roughcontact.desk.works import Work, Works
 from roughcontact.errors import InputError, Mention, RoughcontactError
 
 if TYPE_CHECKING:
-    from tornado.ioloop import IOLoop
+    from roughcontact.desk.starting import Doors
 
 _log = logging.getLogger(__name__)
 
@@ -180,7 +181,8 @@ class Server:
         self._works = Works(settings.folder)
         self._works.expire()
         self._visits: dict[str, Visit] = {}
-        self._loop: IOLoop | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._server: Any = None
         self._ready = threading.Event()
         self._token = secrets.token_urlsafe(24) if settings.is_open else ""
         self.first = self._works.create()
@@ -203,30 +205,78 @@ class Server:
             asyncio.set_event_loop(loop)
             ends.callback(loop.close)
             ends.callback(asyncio.set_event_loop, None)
-            server = self._made()
-            ends.callback(self._closed, server, loop)
-            server.start()
-            self._loop = server.io_loop
-            self._ready.set()
+            doors, http = self._at_the_door()
+            self._opening = loop.create_task(self._open(doors, http))
+            ends.callback(self._closed, http, loop)
             with _stopping(loop):
-                server.io_loop.start()
+                loop.run_forever()
+            if self._opening.done():
+                self._opening.result()
+
+    def wait(self, seconds: float) -> bool:
+        """Wait until there are pages; return whether that came to be."""
+        return self._ready.wait(seconds)
 
     def stop(self) -> None:
         """End `run`, from another thread."""
         self._ready.wait()
         assert self._loop is not None
-        self._loop.add_callback(self._loop.stop)
+        self._loop.call_soon_threadsafe(self._loop.stop)
 
-    def _closed(self, server: Any, loop: Any) -> None:
-        server.stop(wait=False)
+    def _closed(self, http: Any, loop: Any) -> None:
+        if self._server is None:
+            http.stop()
+        else:
+            self._server.stop(wait=False)
         # What waits for something that does not come any more.
         waiting = asyncio.all_tasks(loop)
         for task in waiting:
             task.cancel()
         loop.run_until_complete(asyncio.wait(waiting) if waiting else _nothing())
 
-    def _made(self) -> Any:
-        """Return the server, which takes seconds to import."""
+    def _at_the_door(self) -> tuple[Doors, Any]:
+        """Listen; return what leads to the page as soon as it is there."""
+        from tornado.httpserver import HTTPServer
+
+        from roughcontact.desk import guard
+        from roughcontact.desk.starting import Doors
+
+        doors = Doors()
+        door = guard.Door(self._settings.origins, self._token)
+        http = HTTPServer(
+            guard.guarded(door, self._knows, lambda: self._works.create().key, doors),
+            max_body_size=_LARGEST_REQUEST,
+        )
+        http.add_socket(self._socket)
+        return doors, http
+
+    async def _open(self, doors: Doors, http: Any) -> None:
+        """Import what makes pages, which takes more than a second, and have them seen."""
+        loop = asyncio.get_running_loop()
+        self._loop = loop
+        try:
+            await loop.run_in_executor(None, self._import)
+            self._server = self._made(doors, http)
+            self._server.start()
+        except Exception:
+            loop.stop()
+            raise
+        finally:
+            self._ready.set()
+
+    def _import(self) -> None:
+        # What is imported stays; to look for garbage in it takes a tenth of the time.
+        gc.disable()
+        try:
+            import panel.io.server  # noqa: F401
+
+            self._page = self._load()
+        finally:
+            gc.freeze()
+            gc.enable()
+
+    def _made(self, doors: Doors, http: Any) -> Any:
+        """Return the server of pages, to which the doors lead from now on."""
         import bokeh.settings
         from bokeh.core.validation import silence
         from bokeh.core.validation.warnings import EMPTY_LAYOUT
@@ -234,18 +284,15 @@ class Server:
         from bokeh.server.tornado import BokehTornado
         from panel.io.application import build_applications
         from panel.io.server import DIST_DIR
-        from tornado.httpserver import HTTPServer
         from tornado.ioloop import IOLoop, PeriodicCallback
 
         from roughcontact.desk import guard
         from roughcontact.desk.offer import Offer
         from roughcontact.desk.receive import Receive
 
-        self._page = self._load()
         # An empty place is one that is filled later.
         silence(EMPTY_LAYOUT)
         bokeh.settings.settings.resources = "server"
-        door = guard.Door(self._settings.origins, self._token)
         app = BokehTornado(
             build_applications({"/": self._opened}, title="roughcontact"),
             extra_patterns=[
@@ -266,11 +313,7 @@ class Server:
             transforms=[guard.Guarded],
             log_function=_quiet,
         )
-        http = HTTPServer(
-            guard.guarded(door, self._knows, lambda: self._works.create().key, app),
-            max_body_size=_LARGEST_REQUEST,
-        )
-        http.add_socket(self._socket)
+        doors.open(app)
         self._expiring = PeriodicCallback(self._works.expire, _EXPIRY * 1000)
         self._expiring.start()
         return BaseServer(IOLoop.current(), app, http)
