@@ -233,7 +233,7 @@ def test_every_control_has_a_name_and_a_tablet_shows_them(seat: Seat) -> None:
         page.wait_for_function("width => document.documentElement.scrollWidth <= width", arg=width)
     for heading in page.locator("button.card-header").all():
         heading.click()
-    for tab in ("Contact", "Surface", "Ask", "Compare", "Take away"):
+    for tab in ("Contact", "Surface", "Ask", "Joint", "Compare", "Take away"):
         seat.turn(tab)
         # What is shown comes in pieces.
         for _ in range(100):

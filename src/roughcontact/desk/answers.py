@@ -21,6 +21,7 @@ from roughcontact.plots.saving import png
 from roughcontact.report import figures, results, tables
 from roughcontact.report.quantities import ANSWER, PROBLEM, TRUST, beside
 from roughcontact.request.options import (
+    CONDUCTANCE,
     FIND,
     HISTORY,
     SOLVE,
@@ -29,7 +30,7 @@ from roughcontact.request.options import (
     VOLUME,
 )
 from roughcontact.request.request import Request, from_text
-from roughcontact.request.run import Outcome, run
+from roughcontact.request.run import Outcome, run, together
 from roughcontact.solvers.progress import Progress
 
 Cells = tuple[str, ...]
@@ -112,6 +113,18 @@ YIELDING = Question(
 )
 QUESTIONS = (CURVE, BELOW, PATH, LOADS, GRID, RECOMMENDED, YIELDING)
 
+CONDUCTS = Question(
+    "What it conducts",
+    "Electrical and thermal resistance of the whole contact.",
+    CONDUCTANCE,
+    (
+        "resistivity", "conductivity", "counter-resistivity", "counter-conductivity", "film",
+        "thermal-film",
+    ),
+)  # fmt: skip
+JOINTS = (CONDUCTS,)
+"""What is asked of a joint; all that is asked at once shares its contacts."""
+
 
 LIVELY = (LoadCurve, LoadHistory, ResolutionStudy, StressResult)
 """Results that the page draws itself."""
@@ -133,6 +146,8 @@ class Answer:
         What has to be known.
     pictures : tuple of (str, bytes)
         Figures with their names, as PNG; none of what the page draws itself.
+    sentences : tuple of str
+        What the numbers mean.
     """
 
     outcome: Outcome
@@ -141,6 +156,7 @@ class Answer:
     steps: tuple[Cells, ...]
     cautions: tuple[Caution, ...]
     pictures: tuple[tuple[str, bytes], ...]
+    sentences: tuple[str, ...] = ()
 
     @property
     def found(self) -> Any:
@@ -163,7 +179,29 @@ def answer(tell: Tell, request: Request) -> Answer:
     RoughcontactError
         If it cannot be done, or its files cannot be written.
     """
-    outcome = run(request, tell, tell)
+    return _answer(tell, run(request, tell, tell))
+
+
+def answers(tell: Tell, *requests: Request) -> tuple[Answer, ...]:
+    """Carry out requests on one contact, which is solved once; a job for `apart.Bench.begin`.
+
+    Parameters
+    ----------
+    tell : callable
+        Called with what is done.
+    *requests : Request
+        What is asked.
+
+    Raises
+    ------
+    RoughcontactError
+        If one of them cannot be done.
+    """
+    with together() as carry_out:
+        return tuple(_answer(tell, carry_out(request, tell, tell)) for request in requests)
+
+
+def _answer(tell: Tell, outcome: Outcome) -> Answer:
     if outcome.failure is not None:
         raise outcome.failure
     found = outcome.found if outcome.study is None else outcome.study
@@ -177,6 +215,7 @@ def answer(tell: Tell, request: Request) -> Answer:
         tuple(steps),
         tuple(found.cautions),
         _pictures(found) if outcome.converged and not isinstance(found, LIVELY) else (),
+        results.sentences(found),
     )
 
 

@@ -30,7 +30,7 @@ class Ask:
     def __init__(self, session: Session, bench: apart.Bench, run: Run) -> None:
         self._session = session
         names = [question.name for question in QUESTIONS]
-        self._forms: dict[str, _Form] = {}
+        self._forms: dict[str, Form] = {}
         self._choice = pn.widgets.RadioBoxGroup(
             label="Question", options=names, value=names[0], **style.CONTROL
         )
@@ -54,10 +54,10 @@ class Ask:
     def _chosen(self, event: Any) -> None:
         self._form[:] = [self._form_of(event.new).root]
 
-    def _form_of(self, name: str) -> _Form:
+    def _form_of(self, name: str) -> Form:
         if name not in self._forms:
             question = next(one for one in QUESTIONS if one.name == name)
-            self._forms[name] = _Form(question)
+            self._forms[name] = Form(question)
         return self._forms[name]
 
     def _started(self) -> None:
@@ -101,7 +101,7 @@ class Ask:
         return parts
 
 
-class _Form:
+class Form:
     """What can be told of a question."""
 
     def __init__(self, question: Question) -> None:

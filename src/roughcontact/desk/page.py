@@ -91,6 +91,7 @@ class Page:
                 "Surface": lambda: Texture(self._run, session),
                 "All numbers": lambda: Numbers(session),
                 "Ask": self._ask,
+                "Joint": self._joint,
                 "Compare": self._compare,
                 "Take away": self._take_away,
             },
@@ -273,6 +274,11 @@ class Page:
         from roughcontact.desk.ask import Ask
 
         return Ask(self.session, self._bench, self._run)
+
+    def _joint(self) -> View:
+        from roughcontact.desk.joint import Joint
+
+        return Joint(self.session, self._bench, self._run)
 
     def _compare(self) -> Any:
         from roughcontact.desk.compare import Compare

@@ -17,7 +17,6 @@ from roughcontact.fleet import plan
 from roughcontact.fleet.plan import FAILED, KEPT, SOLVED, Entry, Report
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import outputs, run as running
-from roughcontact.request.request import Request
 
 
 def run(
@@ -200,7 +199,7 @@ def _words(entry: Entry) -> Callable[[Mention], str]:
 
 
 def _done(
-    part: _Part, carry_out: Callable[[Request, outputs.Say], running.Outcome]
+    part: _Part, carry_out: Callable[..., running.Outcome]
 ) -> tuple[str, dict[str, Any], str]:
     entry, digest = part.entry, part.digest
     outcome = carry_out(entry.request, _nothing)

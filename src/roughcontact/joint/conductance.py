@@ -297,8 +297,18 @@ def conductance(
     bodies = (_conductor(body, "body"), _conductor(counter_body, "counter_body"))
     films = (_film(film, "film", "film"), _film(thermal_film, "thermal film", "thermal_film"))
     _check(bodies, films)
-    steps: list[ConductanceStep] = []
-    judged: list[tuple[float, tuple[Caution, ...]]] = []
+    steps, judged, largest = _looked_at(contacts)
+    return Conductance(steps, bodies, *films, largest, over_loads(judged, "N"))
+
+
+Judged = list[tuple[float, tuple[Caution, ...]]]
+
+
+def _looked_at(
+    contacts: ContactResult | Iterable[ContactResult],
+) -> tuple[tuple[ConductanceStep, ...], Judged, ContactResult]:
+    """Return what each contact has and is judged by, by ascending load, and the last of them."""
+    found: list[tuple[ConductanceStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
     texture: Texture | None = None
     for result in [contacts] if isinstance(contacts, ContactResult) else contacts:
@@ -312,20 +322,14 @@ def conductance(
         if texture is None or texture.pair is not result.pair:
             texture = Texture(result.pair)
         step = _step(result, texture)
-        steps.append(step)
-        judged.append((result.load, (*result.cautions, *_cautions(result, step, texture))))
+        found.append((step, (*result.cautions, *_cautions(result, step, texture))))
         if largest is None or result.load >= largest.load:
             largest = result
     if largest is None:
         raise InputError("is empty: give at least one contact", argument="contacts")
-    order = sorted(range(len(steps)), key=lambda number: steps[number].load)
-    return Conductance(
-        tuple(steps[number] for number in order),
-        bodies,
-        *films,
-        largest,
-        over_loads([judged[number] for number in order], "N"),
-    )
+    found.sort(key=lambda one: one[0].load)
+    steps = tuple(step for step, _ in found)
+    return steps, [(step.load, cautions) for step, cautions in found], largest
 
 
 def _step(result: ContactResult, texture: Texture) -> ConductanceStep:

@@ -198,21 +198,21 @@ def run(request: Request, say: Say, look: Look | None = None) -> Outcome:
 
 
 @contextmanager
-def together() -> Iterator[Callable[[Request, Say], Outcome]]:
+def together() -> Iterator[Callable[..., Outcome]]:
     """Give what carries out requests as `run` does, and shares what they have in common.
 
     Yields
     ------
     callable
-        Called with a request and ``say``. Maps that several of them prepare in the same way are
+        Called as `run`, which it does. Maps that several of them prepare in the same way are
         read once, and contacts of which they ask what a joint does are solved once.
     """
     with joints.once() as solve:
         known: dict[str, list[Surface]] = {}
 
-        def carry_out(request: Request, say: Say) -> Outcome:
+        def carry_out(request: Request, say: Say, look: Look | None = None) -> Outcome:
             if request.kind == COMPARE:
-                return run(request, say)
+                return run(request, say, look)
             request.check_places()
             words = prepared_by(request)
             if words in known:
@@ -220,7 +220,7 @@ def together() -> Iterator[Callable[[Request, Say], Outcome]]:
             else:
                 known[words] = _prepared(request, say)
             maps = known[words]
-            return _written(solved(request, maps, say, solve=solve), maps, say)
+            return _written(solved(request, maps, say, look, solve), maps, say)
 
         yield carry_out
 

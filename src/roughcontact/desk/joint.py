@@ -1,0 +1,105 @@
+"""What the joint does in the next model, asked of one contact: solved once, answered one by one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import panel as pn
+
+from roughcontact.desk import apart, headline, style, words
+from roughcontact.desk.answers import JOINTS, Answer, answers
+from roughcontact.desk.ask import Form, picture
+from roughcontact.desk.controls import Control
+from roughcontact.desk.reach import Check
+from roughcontact.desk.session import Session
+from roughcontact.desk.state import Value
+from roughcontact.desk.working import Run, Working
+from roughcontact.errors import RoughcontactError
+from roughcontact.request.options import parsed
+
+
+class Joint:
+    """The questions with a box each, the loads for all of them, and the answers."""
+
+    def __init__(self, session: Session, bench: apart.Bench, run: Run) -> None:
+        self._session = session
+        self._loads: Value = ""
+        load = Control("load", self._give, task=JOINTS[0].task)
+        self._boxes = {
+            question.name: Check(words=question.name, value=True, **style.BLOCK)
+            for question in JOINTS
+        }
+        self._forms = {question.name: Form(question) for question in JOINTS}
+        self._working = Working(bench, run, "Start", self._started)
+        self._answers = pn.Column(sizing_mode="stretch_both")
+        about = pn.pane.HTML(
+            '<p class="quiet">The loads are solved once for all that is asked; without any, that '
+            "of the page.</p>", **style.SHEET,
+        )  # fmt: skip
+        parts = [
+            part for name in self._boxes for part in (self._boxes[name], self._forms[name].root)
+        ]
+        self.root = pn.Row(
+            pn.Column(
+                about, load.root, *parts, self._working.root, width=250, margin=(8, 16, 0, 0)
+            ),
+            self._answers,
+            sizing_mode="stretch_both",
+        )
+
+    def show(self) -> None:
+        """Show nothing new: what was asked stays until it is asked again."""
+
+    def cancel(self) -> None:
+        """End what is under way."""
+        self._working.cancel()
+
+    def _give(self, name: str, value: Value) -> None:
+        text = value.strip() if isinstance(value, str) else value
+        if text:
+            parsed({name: text}, JOINTS[0].task)
+        self._loads = text
+
+    def _load(self) -> dict[str, Value]:
+        """Return the loads, where those of the state do not serve by themselves."""
+        outcome = self._session.outcome
+        if self._loads:
+            return {"load_": self._loads}
+        if "load" in self._session.state.given or outcome is None or outcome.result is None:
+            return {}
+        # Given as an approach, or as Hertz's pressure.
+        return {"load_": f"{outcome.result.load!r} N"}
+
+    def _started(self) -> None:
+        wanted = [question for question in JOINTS if self._boxes[question.name].value]
+        if not wanted:
+            self._working.refuse("Nothing is asked: tick what the joint is asked.")
+            return
+        requests = []
+        for question in wanted:
+            try:
+                told = {**self._load(), **self._forms[question.name].words}
+                requests.append(self._session.state.request(question.task, **told))
+            except RoughcontactError as error:
+                self._working.refuse_error(error, question.task)
+                return
+        self._answers[:] = []
+        self._working.begin(answers, self._show, *requests)
+
+    def _show(self, found: tuple[Answer, ...]) -> None:
+        self._answers[:] = [part for one in found for part in _shown(one)]
+
+
+def _shown(found: Answer) -> list[Any]:
+    """Return what shows an answer: title, cautions, figures, numbers, and how to get it again."""
+    request = found.outcome.request
+    name = next(question.name for question in JOINTS if question.task == request.task)
+    told = "".join(f"<p>{words.escaped(sentence)}</p>" for sentence in found.sentences)
+    return [
+        pn.pane.HTML(f"<h2>{words.escaped(name)}</h2>", **style.WIDE),
+        pn.pane.HTML(headline.cautions(found.cautions), **style.WIDE),
+        *map(picture, found.pictures),
+        pn.pane.HTML(headline.table(found.steps, found.heads), **style.WIDE),
+        pn.pane.HTML(headline.table(found.facts) + told, **style.WIDE),
+        pn.pane.HTML(f"<pre>{words.escaped(request.command)}</pre>", **style.WIDE),
+    ]

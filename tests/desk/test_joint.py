@@ -1,0 +1,128 @@
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+
+pytest.importorskip("panel", reason="needs roughcontact[desk]")
+
+from roughcontact.desk.answers import JOINTS, answers
+from roughcontact.desk.apart import Bench
+from roughcontact.desk.joint import Joint
+from roughcontact.desk.session import Session
+from roughcontact.request import joints
+from roughcontact.request.options import offered
+
+PATIENCE = 60.0
+GIVEN = {
+    "material": "42CrMo4", "counter-material": "6061-T6", "boundary": "periodic", "load": "1 MPa",
+}  # fmt: skip
+
+
+class Seat:
+    """A tab on a session that has solved its contact."""
+
+    def __init__(self, folder: Path, bench: Bench, **more: str) -> None:
+        heights = 1e-7 * np.random.default_rng(1).standard_normal((24, 32))
+        rc.Surface(heights, (1e-6, 1e-6)).save(folder / "map.npz")
+        self.waiting: list[Callable[[], None]] = []
+        self.session = Session(folder / "project.toml", lambda _: None)
+        self.session.bring(folder / "map.npz")
+        self.session.give_all({**GIVEN, **more})
+        assert self.session.wait(PATIENCE)
+        self.joint = Joint(self.session, bench, self.waiting.append)
+
+    def start(self) -> None:
+        """Press the button, and let the page show what comes."""
+        self.joint._started()
+        last = time.monotonic() + PATIENCE
+        while self.joint._working._job is not None and time.monotonic() < last:
+            while self.waiting:
+                self.waiting.pop(0)()
+            time.sleep(0.02)
+
+    @property
+    def said(self) -> str:
+        return str(self.joint._working._said.object)
+
+    @property
+    def shown(self) -> str:
+        return "".join(str(part.object) for part in self.joint._answers)
+
+
+@pytest.fixture
+def bench() -> Iterator[Bench]:
+    made = Bench(spare=False)
+    yield made
+    made.close()
+
+
+def test_a_joint_is_asked_and_tells_how_to_ask_again(tmp_path: Path, bench: Bench) -> None:
+    seat = Seat(tmp_path, bench)
+    seat.joint._give("load", "1 MPa, 10 MPa")
+    seat.start()
+    assert seat.said.count("Done in") == 1, seat.said
+    for question in JOINTS:
+        assert question.name in seat.shown
+        assert f"roughcontact {question.task} " in seat.shown
+    assert "data:image/png" in seat.shown
+    assert "W/(m² K)" in seat.shown
+    # Both loads.
+    assert seat.shown.count("<tr>") > 2 * len(JOINTS)
+    seat.session.close()
+
+
+def test_what_is_wrong_is_said_in_a_sentence(tmp_path: Path, bench: Bench) -> None:
+    seat = Seat(tmp_path, bench, **{"counter-material": "PEEK"})
+    for name, box in seat.joint._boxes.items():
+        box.value = name == "What it conducts"
+    seat.start()
+    assert "which PEEK lacks" in seat.said
+    for box in seat.joint._boxes.values():
+        box.value = False
+    seat.start()
+    assert "Nothing is asked" in seat.said
+    with pytest.raises(rc.InputError, match="load"):
+        seat.joint._give("load", "1 banana")
+    seat.session.close()
+
+
+def test_a_load_that_is_no_load_of_the_task_is_the_one_found(tmp_path: Path, bench: Bench) -> None:
+    seat = Seat(tmp_path, bench, approach="0.1 um")
+    outcome = seat.session.outcome
+    assert outcome is not None
+    assert outcome.result is not None
+    assert seat.joint._load() == {"load_": f"{outcome.result.load!r} N"}
+    seat.session.close()
+
+
+def test_all_that_is_asked_at_once_is_solved_once(
+    tmp_path: Path, bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seat = Seat(tmp_path, bench)
+    solved: list[float] = []
+    fresh = joints.fresh
+
+    def counted(surface: rc.Surface, **options: Any) -> Any:
+        solved.append(options["load"])
+        return fresh(surface, **options)
+
+    monkeypatch.setattr(joints, "fresh", counted)
+    requests = [
+        seat.session.state.request(question.task, load_="1 MPa, 10 MPa") for question in JOINTS
+    ]
+    found = answers(lambda _: None, *requests)
+    assert len(found) == len(JOINTS)
+    assert len(solved) == len(set(solved)) == 2
+    seat.session.close()
+
+
+def test_every_option_of_the_questions_is_one_of_their_tasks() -> None:
+    for question in JOINTS:
+        assert set(question.options) <= offered(question.task).keys()
