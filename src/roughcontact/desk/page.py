@@ -275,7 +275,7 @@ class Page:
 
         return Ask(self.session, self._bench, self._run)
 
-    def _joint(self) -> View:
+    def _joint(self) -> Any:
         from roughcontact.desk.joint import Joint
 
         return Joint(self.session, self._bench, self._run)
