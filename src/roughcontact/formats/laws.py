@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import textwrap
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -18,6 +19,9 @@ Array = NDArray[np.float64]
 
 MOST_ROWS = 200
 """Rows of a table that CalculiX keeps; versions before 2.16 or so kept 20."""
+
+# Longest line of a comment.
+_WIDTH = 76
 
 # Rows closer than this CalculiX moves apart [mm]; it says so nowhere.
 _CLOSEST = 2e-10
@@ -130,8 +134,8 @@ def _head(law: InterfaceLaw, mark: str) -> list[str]:
     low, high = (engineering(end, "Pa", 4) for end in (found.low, found.high))
     return [
         f"{mark} Interface law of {_ascii(names)}",
-        f"{mark} roughcontact {__version__}; mean of {len(law.maps)} map(s); resolved from "
-        f"{_ascii(low)} to {_ascii(high)}",
+        f"{mark} roughcontact {__version__}; mean of {len(law.maps)} map(s)",
+        f"{mark} resolved from {_ascii(low)} to {_ascii(high)}",
     ]
 
 
@@ -149,7 +153,7 @@ def _deck(
     lines = [
         *_head(law, "**"),
         "** Units: mm, N, s, t, K; pressure in MPa, conductance in mW/(mm^2 K)",
-        *(f"** {text}" for text in told),
+        *(f"** {line}" for text in told for line in textwrap.wrap(text, _WIDTH)),
     ]
     for table in (_short(law, branch) for branch in law.branches):
         across = overclosure(table) * _LENGTH

@@ -113,11 +113,10 @@ class MapLaw:
     def curve(self, branch: str) -> Curve:
         """Return pressure over separation."""
         touch = self.first_touch if branch == LOADING else self.unloading_touch
-        stiffness = self.column(branch, _stiffness_of(branch))
-        with np.errstate(divide="ignore"):
-            compliance = 1 / stiffness
-        return Curve(
-            self.column(branch, "pressure"), self.column(branch, "separation"), compliance, touch
+        flows = branch == LOADING and any(point.saturated_fraction for point in self.loading)
+        stiffness = None if flows else self.column(branch, "unloading_stiffness")
+        return _curve(
+            self.column(branch, "pressure"), self.column(branch, "separation"), stiffness, touch
         )
 
     def at(self, branch: str, name: str, pressures: Array) -> Array:
@@ -313,11 +312,11 @@ class InterfaceLaw(Shown):
 
     def curve(self, branch: str = LOADING) -> Curve:
         """Return the mean of the maps as a curve; see `Curve`."""
-        with np.errstate(divide="ignore"):
-            compliance = (1 / self.values(branch, _stiffness_of(branch))).mean(axis=0)
+        flows = branch == LOADING and not self.is_elastic
+        stiffness = None if flows else self.values(branch, "unloading_stiffness")
         touch = [law.first_touch if branch == LOADING else law.unloading_touch for law in self.maps]
         separation = self.values(branch, "separation").mean(axis=0)
-        return Curve(self.pressures(branch), separation, compliance, math.fsum(touch) / len(touch))
+        return _curve(self.pressures(branch), separation, stiffness, math.fsum(touch) / len(touch))
 
     def table(self, branch: str = LOADING, error: float = ERROR) -> LawTable:
         """Return a branch as rows for other programs; see `LawTable`."""
@@ -444,6 +443,22 @@ class InterfaceLaw(Shown):
         from roughcontact.report import results
 
         return results.summary(self)
+
+
+def _curve(pressure: Array, separation: Array, stiffness: Array | None, touch: float) -> Curve:
+    """Return a curve with the slopes that were computed, of one map or the mean of several.
+
+    None stands for a contact that flows. The elastic rims of its spots are often one pixel wide, so
+    that the stiffness at one pressure scatters by a tenth and more about the slope of the curve;
+    that is taken from the neighbors.
+    """
+    if stiffness is None:
+        return Curve(
+            pressure, separation, -np.gradient(separation, np.log(pressure)) / pressure, touch
+        )
+    with np.errstate(divide="ignore"):
+        compliance = np.atleast_2d(1 / stiffness).mean(axis=0)
+    return Curve(pressure, separation, compliance, touch)
 
 
 def _mean(values: Array) -> Mean:

@@ -143,6 +143,11 @@ class _Samples:
     judged: list[tuple[float, tuple[Caution, ...]]] = field(default_factory=list)
     unloading: list[tuple[LawPoint, float]] = field(default_factory=list)
 
+    @property
+    def loads(self) -> list[float]:
+        """The loads that were seen [N]."""
+        return [load for load, _ in self.judged]
+
     def add(self, result: ContactResult) -> None:
         point = _point(result, self.window, 0.0)
         self.judged.append((result.load, result.cautions))
@@ -156,7 +161,9 @@ def _collected(contacts: Iterable[ContactResult]) -> list[_Samples]:
     """Return what the contacts show, map by map."""
     found: list[_Samples] = []
     for result in [contacts] if isinstance(contacts, ContactResult) else contacts:
-        samples = next((one for one in found if _alike(one.pair, result.pair)), None)
+        # Under a load that a map has had, it is another that is the same.
+        known = (one for one in found if result.load not in one.loads)
+        samples = next((one for one in known if _alike(one.pair, result.pair)), None)
         if samples is None:
             _check(result, found[0].largest if found else result)
             samples = _Samples(result.pair, *window_of(result.pair), result)
@@ -173,12 +180,16 @@ def _after(
     """Return the points of the second branch of each map, with the separation of first touch."""
     pairs: list[Pair] = []
     points: list[list[tuple[LawPoint, float]]] = []
+    loads: set[float] = set()
     for result in unloading:
-        if not pairs or not _alike(pairs[-1], result.pair):
+        again = result.load in loads
+        if not pairs or again or not _alike(pairs[-1], result.pair):
+            loads.clear()
             if len(pairs) == len(collected):
                 raise _stranger(len(pairs) + 1)
             pairs.append(result.pair)
             points.append([])
+        loads.add(result.load)
         samples = collected[len(pairs) - 1]
         lowered = _lowered(samples, result.pair, len(pairs))
         point = _point(result, samples.window, lowered)
@@ -227,7 +238,7 @@ def _point(result: ContactResult, window: Window | None, lowered: float) -> LawP
         unloading_stiffness=whole,
         spots=spots.find(np.ascontiguousarray(pressure), result.pair.pixel, axes).count,
         contact_points=int(contact.sum()),
-        open_points=int(np.count_nonzero(gap > 0)),
+        open_points=int(np.count_nonzero(~contact & ~np.isnan(gap))),
     )
 
 

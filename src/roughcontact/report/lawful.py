@@ -153,6 +153,11 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
         "Loading stiffness is that of the elastic contact alone; in unloading all of the contact "
         "resists.",
         *(
+            () if law.is_elastic else
+            ("Around spots at the ceiling the elastic contact is often one pixel wide: loading "
+             "stiffness scatters by a tenth and more about the slope of the curve.",)
+        ),
+        *(
             (f"Behind each ± stands half of the interval in which the mean over all maps of this "
              f"surface lies with {100 * LEVEL:.0f} %.",)
             if several else ()

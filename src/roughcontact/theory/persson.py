@@ -159,7 +159,7 @@ GAMMA = 0.45
 form of 2001; 0.4 to 0.5 fit simulations."""
 
 # Points of the quadratures: over the waves of a shell, and over the scaled pressure.
-_IN_SHELL, _TABLE = 4, 4096
+_IN_SHELL, _TABLE = 16, 4096
 # Below and above this scaled pressure the integrand is its limit, or nothing.
 _LEAST, _MOST = 1e-6, 6.5
 

@@ -1,0 +1,135 @@
+"""Two blocks pressed through an exported table by CalculiX give the table back."""
+
+import math
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.contact.unloading import indented_surface
+from roughcontact.joint.interface import LOADING, UNLOADING
+
+pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is absent")
+
+SOFT = rc.Material(210e9, 0.3, 1e9)
+COPPER = rc.Conductor(conductivity="400 W/m/K")
+
+# Two cubes of 1 mm, face on face: the first four nodes are fixed, the last four pressed down.
+BLOCKS = """*NODE, NSET=ALL
+1,0,0,0
+2,1,0,0
+3,1,1,0
+4,0,1,0
+5,0,0,1
+6,1,0,1
+7,1,1,1
+8,0,1,1
+9,0,0,1
+10,1,0,1
+11,1,1,1
+12,0,1,1
+13,0,0,2
+14,1,0,2
+15,1,1,2
+16,0,1,2
+*ELEMENT, TYPE=C3D8, ELSET=LOWER
+1,1,2,3,4,5,6,7,8
+*ELEMENT, TYPE=C3D8, ELSET=UPPER
+2,9,10,11,12,13,14,15,16
+*NSET, NSET=FOOT
+1,2,3,4
+*NSET, NSET=HEAD
+13,14,15,16
+*MATERIAL, NAME=STEEL
+*ELASTIC
+210000.,0.
+*SOLID SECTION, ELSET=LOWER, MATERIAL=STEEL
+*SOLID SECTION, ELSET=UPPER, MATERIAL=STEEL
+*SURFACE, NAME=FIRST, TYPE=ELEMENT
+LOWER,S2
+*SURFACE, NAME=SECOND, TYPE=ELEMENT
+UPPER,S1
+*INCLUDE, INPUT=law.ccx
+*CONTACT PAIR, INTERACTION=ROUGH_{branch}, TYPE=NODE TO SURFACE
+SECOND,FIRST
+*BOUNDARY
+FOOT,1,3
+ALL,1,2
+"""
+STEP = """*STEP, NLGEOM, INC=1000
+*STATIC
+1.,1.,1e-9
+*BOUNDARY
+HEAD,3,3,{down:.10e}
+*NODE PRINT, NSET=ALL
+U
+*NODE PRINT, NSET=HEAD, TOTALS=ONLY
+RF
+*END STEP
+"""
+
+
+def law() -> rc.InterfaceLaw:
+    surface = rc.Surface(*rc.reference_map(128, 3))
+    pressures = np.geomspace(20e6, 1e9, 8).tolist()
+    contacts = [
+        rc.solve(surface, material=SOFT, load=rc.NominalPressure(p), boundary="periodic")
+        for p in pressures
+    ]
+    left = indented_surface(contacts[-1])
+    again = [
+        rc.solve(
+            left, material=SOFT, ceiling=None, load=rc.NominalPressure(p), boundary="periodic"
+        )
+        for p in pressures
+    ]  # fmt: skip
+    return rc.interface_law(contacts, again, body=COPPER, counter_body=COPPER)
+
+
+def pressed(folder: Path, branch: str, overclosures: list[float]) -> list[tuple[float, float]]:
+    """Return overclosure [mm] and pressure [MPa] that the blocks take, step by step."""
+    # The blocks give way as well, by some part of it: the faces are looked at.
+    deck = BLOCKS.format(branch=branch.upper())
+    deck += "".join(STEP.format(down=-value) for value in overclosures)
+    (folder / "blocks.inp").write_text(deck, encoding="ascii")
+    done = subprocess.run(
+        ["ccx", "blocks"], cwd=folder, capture_output=True, text=True, timeout=120, check=False
+    )
+    told = (folder / "blocks.dat").read_text(encoding="ascii")
+    forces = re.findall(r"total force.*?\n\n(.*)\n", told)
+    moved = re.findall(r"displacements.*?\n\n((?:.*\n){16})", told)
+    assert "Job finished" in done.stdout, done.stdout[-500:]
+    times = re.findall(r"total force .* time\s+(\S+)", told)
+    ends = {int(float(time)): number for number, time in enumerate(times) if float(time) % 1 == 0}
+    found = []
+    for number in range(1, len(overclosures) + 1):
+        rows = [line.split() for line in moved[ends[number]].splitlines()]
+        lower, upper = float(rows[4][3]), float(rows[8][3])
+        found.append((lower - upper, -float(forces[ends[number]].split()[2])))
+    return found
+
+
+@pytest.mark.parametrize("branch", [LOADING, UNLOADING])
+def test_two_blocks_give_the_table_back(branch: str, tmp_path: Path) -> None:
+    found = law()
+    found.save(tmp_path / "law.ccx")
+    curve = found.curve(branch)
+    # Pressures between the solved ones; the blocks are pressed by what they and the joint take.
+    asked = np.geomspace(25e6, 0.95e9, 9)
+    closed = (curve.first_touch - curve.separation_at(asked)) * 1e3
+    given = closed + 2 * asked * 1e-6 / 210e3
+    told = pressed(tmp_path, branch, given.tolist())
+    assert len(told) == asked.size
+    for (overclosure, pressure), p, wanted in zip(told, asked * 1e-6, closed, strict=True):
+        assert overclosure == pytest.approx(wanted, rel=0.01)
+        # The law itself at the overclosure that came out, to the 1 % of the table.
+        low, high = 0.5 * p, 2 * p
+        for _ in range(60):
+            middle = math.sqrt(low * high)
+            reached = (curve.first_touch - curve.separation_at(middle * 1e6)) * 1e3
+            low, high = (middle, high) if reached < overclosure else (low, middle)
+        assert pressure == pytest.approx(low, rel=0.01)

@@ -1,0 +1,332 @@
+import csv
+import dataclasses
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.cli import app
+from roughcontact.joint import law_judgment
+from roughcontact.joint.interface import LOADING, UNLOADING
+from roughcontact.joint.law_curve import Curve, thinned
+
+SOFT = rc.Material(210e9, 0.3, 1e9)
+PRESSURES = [30e6, 100e6, 300e6, 600e6]
+MAPS = [rc.Surface(*rc.reference_map(64, seed)) for seed in (3, 4)]
+
+
+def solved(
+    surface: rc.Surface, boundary: str = "periodic", **more: object
+) -> list[rc.ContactResult]:
+    return [
+        rc.solve(
+            surface,
+            load=rc.NominalPressure(p),
+            boundary=boundary,
+            **{"material": SOFT, **more},  # type: ignore[arg-type]
+        )
+        for p in PRESSURES
+    ]
+
+
+CONTACTS = [solved(surface) for surface in MAPS]
+AGAIN = [solved(rc.indented_surface(contacts[-1]), ceiling=None) for contacts in CONTACTS]
+LAW = rc.interface_law(
+    (one for contacts in CONTACTS for one in reversed(contacts)),
+    (one for contacts in AGAIN for one in contacts),
+    body="42CrMo4",
+    counter_body=rc.Conductor(conductivity=400),
+)
+
+
+def test_points_are_those_of_the_contacts() -> None:
+    assert len(LAW.maps) == 2
+    one, contacts = LAW.maps[0], CONTACTS[0]
+    gap = contacts[0].initial_gap
+    assert one.first_touch == pytest.approx(gap.mean())
+    for point, result in zip(one.loading, contacts, strict=True):
+        assert point.pressure == pytest.approx(result.load / 1e-8)
+        assert point.separation == pytest.approx(gap.mean() - result.approach)
+        assert point.separation == pytest.approx(result.gap.mean())
+        assert point.mean_gap == pytest.approx(result.mean_gap)
+        assert point.contact_fraction == pytest.approx(result.contact_fraction)
+        assert point.saturated_fraction == pytest.approx(result.saturated_fraction)
+        assert point.stiffness == pytest.approx(result.stiffness() / 1e-8, rel=1e-6)
+        assert point.spots == result.spots().count
+        assert point.contact_points + point.open_points == 64**2
+    assert LAW.largest.load == max(result.load for result in contacts)
+    assert {step.branch for step in LAW.steps} == {LOADING, UNLOADING}
+    down = LAW.of_branch(UNLOADING)
+    assert [step.saturated_fraction for step in down] == [0.0] * 4
+    # What is indented stays: the same pressure holds the bodies closer together.
+    for before, after in zip(LAW.of_branch(LOADING)[:-1], down[:-1], strict=True):
+        assert after.separation < before.separation
+
+
+def test_a_law_of_elastic_contacts_has_one_branch() -> None:
+    law = rc.interface_law(solved(MAPS[0], ceiling=None))
+    assert law.is_elastic
+    assert law.branches == (LOADING,)
+    lacking = rc.interface_law(CONTACTS[0])
+    assert not lacking.is_elastic
+    assert lacking.branches == (LOADING,)
+    assert math.isnan(law.steps[0].separation_half)
+
+
+@pytest.mark.parametrize("branch", [LOADING, UNLOADING])
+def test_a_thinned_table_is_right_to_one_per_cent_and_monotone(branch: str) -> None:
+    curve, table = LAW.curve(branch), LAW.table(branch)
+    assert table.pressure[0] == 0
+    assert table.separation[0] == curve.first_touch
+    assert (np.diff(table.pressure) > 0).all()
+    assert (np.diff(table.separation) < 0).all()
+    p = np.geomspace(PRESSURES[0], PRESSURES[-1], 5000)[1:-1]
+    u = curve.separation_at(p)
+    line = np.interp(-u, -table.separation[1:], table.pressure[1:])
+    off = np.abs(line / p - 1).max()
+    assert 0.005 < off < 0.01 * (1 + 1e-3)
+    # A table of twice the error needs fewer rows.
+    assert LAW.table(branch, 0.02).pressure.size < table.pressure.size < p.size / 50
+    assert table.mean_gap[0] == table.separation[0]
+
+
+def test_thinning_keeps_what_a_straight_line_needs() -> None:
+    x = np.linspace(0, 1, 101)
+    assert thinned(x, 1 + x, 0.01).tolist() == [0, 100]
+    bent = np.where(x < 0.5, 1 + x, 1.5 + 4 * (x - 0.5))
+    assert 50 in thinned(x, bent, 1e-9)
+    x = np.linspace(0, 1, 10001)
+    rows = thinned(x, np.exp(5 * x), 0.01)
+    # Each line spans √(8 · 0.01) of the exponent.
+    assert rows.size == pytest.approx(1 + 5 / math.sqrt(0.08), abs=1.5)
+
+
+def test_a_curve_is_monotone_whatever_its_slopes() -> None:
+    p = np.array([1e6, 2e6, 4e6, 8e6])
+    u = np.array([3.0, 2.9, 1.0, 0.99]) * 1e-7
+    for compliance in (np.zeros(4), np.full(4, 1e-10), np.full(4, math.inf)):
+        pressure, separation = Curve(p, u, compliance, 5e-7).fine()
+        assert (np.diff(separation) < 0).all()
+        assert (np.diff(pressure) > 0).all()
+    # Closed: further pressure changes nothing, and the table ends.
+    closed = Curve(p, np.array([3.0, 1.0, 0.0, 0.0]) * 1e-7, np.full(4, 1e-15), 5e-7)
+    assert closed.table()[0][-1] <= 4e6 * (1 + 1e-12)
+
+
+def test_the_range_ends_where_too_few_spots_or_too_much_touch() -> None:
+    p = np.array([1.0, 2.0, 3.0, 4.0])
+    means = {
+        "spots": np.array([3.0, 20, 40, 1]), "contact_points": np.array([5.0, 90, 500, 900]),
+        "open_points": np.array([995.0, 900, 500, 20]),
+        "contact_fraction": np.array([0.005, 0.1, 0.5, 0.98]),
+    }  # fmt: skip
+    found = law_judgment.resolved(p, means, 10.0)
+    assert (found.low, found.high) == (3.0, 3.0)
+    assert (found.low_by, found.high_by) == ("points", "contact")
+    found = law_judgment.resolved(p, {**means, "contact_points": np.full(4, 1e3)}, 2.5)
+    assert (found.low, found.high, found.low_by, found.high_by) == (2.0, 2.0, "spots", "slope")
+    found = law_judgment.resolved(p, means, 1.5)
+    assert math.isnan(found.low)
+    kinds = {str(caution.kind) for caution in LAW.cautions}
+    assert "few maps" in kinds
+
+
+def test_parts_tell_whether_a_map_is_large_enough() -> None:
+    def quarters(surface: rc.Surface) -> rc.InterfaceLaw:
+        parts = rc.partition(surface, 2, "mean")
+        return rc.interface_law(one for part in parts for one in solved(part, ceiling=None))
+
+    def told(surface: rc.Surface) -> rc.InterfaceLaw:
+        law = rc.interface_law(solved(surface, ceiling=None))
+        return dataclasses.replace(law, parts=quarters(surface))
+
+    tiled = rc.Surface(np.tile(MAPS[0].heights, (2, 2)), MAPS[0].pixel)
+    (same,) = [c for c in told(tiled).cautions if "parts of the maps" in c.text]
+    assert same.severity == "note"
+    assert same.numbers["off"] < 1e-3
+    # A hill as wide as the map, which its quarters lack.
+    x = np.cos(2 * np.pi * np.arange(128) / 128)
+    wavy = rc.Surface(tiled.heights + 0.6e-6 * x * x[:, None], tiled.pixel)
+    (other,) = [c for c in told(wavy).cautions if "parts of the maps" in c.text]
+    assert other.severity == "caution"
+
+
+def test_conductance_is_that_of_the_contacts() -> None:
+    found = rc.conductance(CONTACTS[0], "42CrMo4", rc.Conductor(conductivity=400))
+    own = rc.interface_law(CONTACTS[0], body="42CrMo4", counter_body=rc.Conductor(conductivity=400))
+    assert own.conductance == pytest.approx(found.thermal_conductance, rel=1e-6)
+    assert np.isnan(rc.interface_law(CONTACTS[0]).conductance).all()
+
+
+def rows(text: str, keyword: str, which: int = 0) -> np.ndarray:
+    """Return the data below a keyword of a deck."""
+    blocks = re.findall(rf"^{re.escape(keyword)}\n((?:[-+\d].*\n)+)", text, re.MULTILINE)
+    return np.array([[float(word) for word in line.split(",")] for line in blocks[which].split("\n")
+                     if line])  # fmt: skip
+
+
+def test_decks_hold_the_table_in_their_units(tmp_path: Path) -> None:
+    behavior = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TABULAR"
+    for suffix, keyword in ((".inp", "*GAP CONDUCTANCE, PRESSURE"), (".ccx", "*GAP CONDUCTANCE")):
+        LAW.save(tmp_path / f"law{suffix}")
+        text = (tmp_path / f"law{suffix}").read_text("ascii")
+        assert "Units: mm, N, s, t, K; pressure in MPa" in text
+        assert max(map(len, text.splitlines())) < 132
+        for number, branch in enumerate((LOADING, UNLOADING)):
+            table = LAW.table(branch)
+            found = rows(text, behavior, number)
+            assert f"NAME=ROUGH_{branch.upper()}" in text
+            assert found[:, 0] == pytest.approx(table.pressure * 1e-6)
+            shift = 0.0 if suffix == ".inp" else table.separation[0]
+            assert found[:, 1] == pytest.approx(1e3 * (shift - table.separation), abs=1e-12)
+            assert found[0].tolist() == [0.0, pytest.approx(1e3 * (shift - table.separation[0]))]
+            assert (np.diff(found, axis=0) > 0).all()
+        conductance = rows(text, keyword)
+        assert conductance[0].tolist() == [0.0, 0.0]
+        assert conductance[-1, 0] == pytest.approx(LAW.conductance[-1] * 1e-3)
+        p = np.array(PRESSURES) * 1e-6
+        told = np.interp(p, conductance[:, 1], conductance[:, 0])
+        assert told == pytest.approx(LAW.conductance * 1e-3, rel=0.011)
+
+
+def test_tables_and_numbers_are_written(tmp_path: Path) -> None:
+    LAW.save(tmp_path / "law.csv")
+    with (tmp_path / "law.csv").open(encoding="utf-8", newline="") as stream:
+        read = list(csv.DictReader(stream))
+    assert {row["branch"] for row in read} == {LOADING, UNLOADING}
+    first = read[0]
+    assert float(first["pressure [Pa]"]) == 0
+    assert float(first["overclosure [m]"]) == -float(first["separation [m]"])
+    assert len(read) == sum(LAW.table(branch).pressure.size for branch in LAW.branches)
+
+    LAW.save(tmp_path / "law.json")
+    told = json.loads((tmp_path / "law.json").read_text("utf-8"))
+    assert told["branches"]["loading"]["pressure"] == pytest.approx(PRESSURES)
+    assert told["tables"]["unloading"]["error"] == 0.01
+    assert told["thermal_conductance"] == pytest.approx(LAW.conductance)
+
+    LAW.save(tmp_path / "law.txt")
+    text = (tmp_path / "law.txt").read_text("utf-8")
+    found = LAW.asperities
+    assert f"# bandwidth alpha = m0 m4/m2^2 = {found.bandwidth:.4g}" in text
+    assert "WARNING: m4" in text
+    last = text.splitlines()[-1].split(",")
+    assert float(last[0]) == pytest.approx(LAW.table().separation[-1] / found.deviation)
+    with pytest.raises(rc.InputError, match=r"must end in one of .csv, .json, .inp, .ccx, .txt"):
+        LAW.save(tmp_path / "law.xlsx")
+    assert repr(LAW).startswith("InterfaceLaw:")
+    assert len(LAW.plot().axes) == 4
+
+
+def test_what_has_no_law_gets_its_sentence() -> None:
+    def law(*contacts: rc.ContactResult, after: tuple[rc.ContactResult, ...] = ()) -> None:
+        rc.interface_law(contacts, after)
+
+    first = CONTACTS[0]
+    with pytest.raises(rc.InputError, match="is empty: give two contacts"):
+        law()
+    with pytest.raises(rc.InputError, match="map 1 touches inside its rim: a law needs two"):
+        law(first[0])
+    small = rc.Surface(*rc.reference_map(32, 1))
+    with pytest.raises(rc.InputError, match="are of different grids, 64 × 64 points of"):
+        law(*first, *solved(small))
+    coarse = rc.Surface(MAPS[1].heights, (2e-6, 2e-6))
+    with pytest.raises(rc.InputError, match="different grids"):
+        law(*first, *solved(coarse))
+    with pytest.raises(rc.InputError, match="differ in boundary or materials"):
+        law(*first, *solved(MAPS[1], material=rc.Material(70e9, 0.3)))
+    tiny = rc.Surface(MAPS[0].heights[:8, :8], MAPS[0].pixel)
+    with pytest.raises(rc.InputError, match="has 8 × 8 points: an interface law needs 16"):
+        law(*solved(tiny))
+    with pytest.raises(rc.InputError, match="too small for a free boundary: a rim of"):
+        law(*solved(small, "free"))
+    with pytest.raises(rc.InputError, match="map 1 is not map 1 of the contacts as its largest"):
+        law(*first, after=tuple(CONTACTS[1]))
+    with pytest.raises(rc.InputError, match="has 1 maps, and there are 2"):
+        rc.interface_law([*first, *CONTACTS[1]], AGAIN[0])
+    row = rc.Surface(MAPS[0].heights[0], MAPS[0].pixel[1])
+    with pytest.raises(rc.InputError, match="profile"):
+        law(*(rc.solve(row, material=SOFT, load=p, boundary="periodic") for p in (1e3, 2e3)))
+
+
+def command(folder: Path, *more: str) -> list[str]:
+    for number, surface in enumerate(MAPS):
+        np.save(folder / f"map{number}.npy", surface.heights * 1e6)
+    return [
+        "law", *(str(folder / f"map{number}.npy") for number in range(2)), "--unit", "um",
+        "--size", "0.1 mm x 0.1 mm", "--level", "none", "--from", "30 MPa", "--to", "600 MPa",
+        "--steps", "3", "--material", "42CrMo4", "--boundary", "periodic", *more,
+    ]  # fmt: skip
+
+
+def test_the_command_tells_draws_and_writes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = [str(tmp_path / f"law{suffix}") for suffix in (".inp", ".ccx", ".csv", ".txt", ".json")]
+    words = command(
+        tmp_path, *(word for path in out for word in ("--output", path)), "--quarters",
+        "--counter-material", "6061-T6", "--figure", str(tmp_path / "law.png"),
+    )  # fmt: skip
+    assert app.main(words) == app.SOLVED
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "Overclosure is minus the separation." in shown
+    assert "parts of the maps" in shown
+    assert all(Path(path).stat().st_size > 500 for path in out)
+    assert "*GAP CONDUCTANCE" in Path(out[0]).read_text("ascii")
+    assert (tmp_path / "law.png").stat().st_size > 1000
+    assert app.main([*command(tmp_path), "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    steel = rc.catalogue.material("42CrMo4")
+    pressures = told["branches"]["loading"]["pressure"]
+    contacts = (
+        rc.solve(surface, material=steel, load=rc.NominalPressure(p), boundary="periodic")
+        for surface in MAPS for p in pressures
+    )  # fmt: skip
+    law = rc.interface_law(contacts)
+    for name in ("separation", "contact_fraction", "separation_half"):
+        own = [getattr(step, name) for step in law.steps]
+        assert told["branches"]["loading"][name] == pytest.approx(own, rel=1e-3)
+    assert set(told["branches"]) == {LOADING, UNLOADING}
+    assert told["maps"] == ["map0.npy", "map1.npy"]
+
+
+def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for more, said in (
+        (("--to", "10 MPa"), "--from must be positive and below --to, got '30 MPa' and '10 MPa'"),
+        (("--from", "30"), "--from needs a nominal pressure such as '20 MPa'"),
+        (("--to", "1 TPa"), "is more than the surface can carry"),
+        (("--thermal-film", "1e-6 m^2 K/W"), "--thermal-film needs --conductivity and"),
+        (("--counter-surface", "other.npy"), "--counter-surface goes with one map"),
+        (("--output", "law.xyz"), "--output needs a name that ends in .csv, .json, .inp"),
+        (("--boundary", "free"), "too small for a free boundary"),
+        (("--body", "sphere 10 mm"), "is curved: an interface law is one of nominally flat"),
+    ):
+        assert app.main(command(tmp_path, *more)) == app.BAD_INPUT, more
+        assert said in capsys.readouterr().err
+    words = command(tmp_path)
+    del words[words.index("--from") : words.index("--from") + 2]
+    assert app.main(words) == app.BAD_INPUT
+    assert "--from is needed" in capsys.readouterr().err
+
+
+def test_a_project_may_ask_for_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command(tmp_path)
+    project = tmp_path / "project.toml"
+    text = (
+        'folder = "out"\nwrite = ["inp", "csv", "png"]\n[[contact]]\nname = "joint"\n'
+        'files = ["map0.npy", "map1.npy"]\ntask = "law"\nunit = "um"\nlevel = "none"\n'
+        'size = "0.1 mm x 0.1 mm"\nmaterial = "42CrMo4"\nboundary = "periodic"\n'
+        'from = "100 MPa"\nto = "400 MPa"\nsteps = 2\n'
+    )
+    project.write_text(text, encoding="utf-8")
+    assert app.main(["run", str(project), "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)["contacts"][0]["told"]
+    assert len(told["branches"]["loading"]["pressure"]) == 2
+    assert "ROUGH_LOADING" in (tmp_path / "out" / "joint.inp").read_text("ascii")
+    project.write_text(re.sub(r"files = .*\n", "", text), encoding="utf-8")
+    assert app.main(["run", str(project)]) == app.BAD_INPUT
+    assert "this law needs a file, or files, a list" in capsys.readouterr().err
