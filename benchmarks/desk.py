@@ -13,6 +13,7 @@ it is well above the processors that this takes, the row tells more of the machi
 from __future__ import annotations
 
 import argparse
+import asyncio
 import http.client
 import os
 import statistics
@@ -29,10 +30,13 @@ import psutil
 
 import roughcontact as rc
 from browsing import PATIENCE, Seat, Served, browser, lacking
+from roughcontact.desk.state import State
+from roughcontact.desk.works import Works
 from roughcontact.request import maps
 from roughcontact.request.options import SOLVE
 from roughcontact.request.request import from_text
 from roughcontact.request.run import solved
+from visiting import Visitor
 
 # From the event of the slider to the second frame after the data of the pressure map changed.
 _WATCH = """() => {
@@ -162,6 +166,8 @@ def measure(given: argparse.Namespace, folder: Path) -> None:
         try:
             seat = Seat(started, served.home)
             row("first page after the command", f"{time.perf_counter() - start:.2f} s")
+            seat.wait_for_title("Heights")
+            row("with the frames of the maps", f"{time.perf_counter() - start:.2f} s")
             seat.page.close()
             for points in given.points:
                 path = made(folder, points)
@@ -177,6 +183,7 @@ def measure(given: argparse.Namespace, folder: Path) -> None:
                     f"longest {max(times):.2f} s; the solve alone {share:.0%} of the median",
                 )
             beside(started, served, made(folder, given.points[0]), given.pages)
+            asyncio.run(visited(served, made(folder, given.points[0]), given.pages))
         finally:
             served.kill()
 
@@ -209,6 +216,37 @@ def beside(started: Any, served: Served, path: Path, pages: int) -> None:
         f"files gone in {time.perf_counter() - start:.0f} s, "
         f"{memory(served) - before:.0f} MB more than before",
     )
+
+
+async def visited(served: Served, path: Path, pages: int) -> None:
+    """Print the rows of several pages at a time whose browsers draw nothing."""
+    state = State().bringing(path)
+    for name, value in (("material", "100Cr6"), ("boundary", "free"), ("load", "20 MPa")):
+        state = state.having(name, value)
+    works = Works(served.folder)
+    visitors = []
+    with knocking(served.port) as knocks:
+        for _ in range(pages):
+            work = works.create()
+            work.project.write_text(state.script, encoding="utf-8")
+            visitors.append(Visitor(f"{served.home}?work={work.key}"))
+            await visitors[-1].enter()
+        await asyncio.gather(*(one.idle(3.0) for one in visitors))
+    row(
+        f"{pages} pages opened one after the other, no browser",
+        f"another request waits at most {max(knocks):.2f} s",
+    )
+    times = []
+    with knocking(served.port) as knocks:
+        for _ in range(5):
+            times += await asyncio.gather(*(one.slide(1) for one in visitors))
+    row(
+        f"{pages} pages that step at once, no browser",
+        f"median {statistics.median(times):.2f} s, longest {max(times):.2f} s; "
+        f"another request waits at most {max(knocks):.2f} s",
+    )
+    for one in visitors:
+        await one.leave()
 
 
 def main() -> None:

@@ -15,6 +15,7 @@ pytest.importorskip("panel", reason="needs roughcontact[desk]")
 from roughcontact.desk.apart import Bench
 from roughcontact.desk.page import Page
 from roughcontact.desk.server import Visit
+from roughcontact.desk.sight import Sight
 from roughcontact.desk.works import Work, Works
 
 PATIENCE = 60.0
@@ -110,6 +111,38 @@ def test_every_part_of_the_page_is_made_and_shows_the_contact(page: Page, tmp_pa
     assert "roughcontact solve" in text_of(made[6]._words)
     for number in range(3):
         page.sight.detail._tabs._strip.active = number
+
+
+def test_a_ceiling_is_given_as_a_multiple_of_the_yield_strength(page: Page, tmp_path: Path) -> None:
+    model = page._model
+    model._factor.value = "2.8"
+    assert "yield strength, and a map" in text_of(model._wrong)
+    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.give_all({**GIVEN, "young": "200 GPa", "poisson": "0.3"}))
+    page._do(lambda: page.session.give("material", ""))
+    page._do(lambda: page.session.give("yield-strength", "500 MPa"))
+    settle(page)
+    model._factor.value = "three"
+    assert model._wrong.visible
+    model._factor.value = "2.7"
+    assert page.session.state.given["ceiling"] == "1.35 GPa"
+    assert not model._wrong.visible
+    settle(page)
+    assert page.session.outcome is not None
+    assert page.session.outcome.result is not None
+    assert page.session.outcome.result.ceiling == pytest.approx(1.35e9, rel=1e-15)
+    page._do(lambda: page.session.give("ceiling", "none"))
+    assert model._factor.value == ""
+
+
+def test_what_waits_for_a_map_is_made_with_it(tmp_path: Path) -> None:
+    surface = rc.read_surface(map_file(tmp_path))
+    sight = Sight(lambda line: None, lambda rows, columns: None)
+    sight.clear()
+    assert len(sight.root) == 1
+    sight.show(surface, None, None)
+    assert len(sight.root) == 3
+    assert sight.maps.heights.data["x"]
 
 
 def test_the_slider_gives_the_load_it_tells(page: Page, tmp_path: Path) -> None:

@@ -13,9 +13,12 @@ from roughcontact.desk.controls import Control, button
 from roughcontact.desk.live import Prepared
 from roughcontact.desk.session import Session
 from roughcontact.desk.state import UNDOING
-from roughcontact.errors import RoughcontactError
+from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.material import catalogue
+from roughcontact.material.material import Material
+from roughcontact.request import parsing
 from roughcontact.surface.provenance import Provenance
+from roughcontact.units import engineering
 
 _QUESTION = {
     "": "–",
@@ -37,6 +40,8 @@ _LEVELS = {
     "mean": "mean height only",
     "none": "not at all",
 }
+# Of a ceiling that is worked out.
+_DIGITS = 6
 _TURNS = {"0": "not at all", "90": "90°", "180": "180°", "270": "270°"}
 
 _VALUES = (
@@ -199,15 +204,58 @@ class Bodies:
 class Model:
     """What lies beyond the map, and what holds the pressure."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, changed: Callable[[], None]) -> None:
+        self._session, self._changed = session, changed
         self._group = Group(session, {"boundary": _QUESTION})
         roots = self._group.roots
+        self._ceiling = ""
+        self._factor = pn.widgets.TextInput(
+            label="Ceiling as a multiple of the yield strength", placeholder="3", **style.CONTROL
+        )
+        self._factor.param.watch(self._multiplied, "value")
+        self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
         rest = partial(roots, "load-point", "tolerance", "max-iterations", "precision")
-        self.root = card("Model", *roots("boundary", "ceiling"), fold("Tilt, solver", rest))
+        self.root = card(
+            "Model", *roots("boundary", "ceiling"), self._factor, self._wrong,
+            fold("Tilt, solver", rest),
+        )  # fmt: skip
 
     def show(self) -> None:
         """Show what the state holds."""
         self._group.show()
+        if self._session.state.given.get("ceiling") != self._ceiling:
+            self._ceiling = self._factor.value = ""
+
+    def _multiplied(self, event: Any) -> None:
+        """Give the ceiling as the pressure that a multiple of the yield strength is."""
+        self._wrong.visible = False
+        if not event.new.strip():
+            return
+        try:
+            self._ceiling = _multiple(event.new, self._session)
+            self._session.give("ceiling", self._ceiling)
+        except RoughcontactError as error:
+            told = words.escaped(words.told(error))
+            self._wrong.object = f'<span role="alert" class="wrong">{told}</span>'
+            self._wrong.visible = True
+        else:
+            self._changed()
+
+
+def _multiple(text: str, session: Session) -> str:
+    """Return a multiple of the smaller yield strength of the bodies, as one would type it."""
+    factor = parsing.number(text, "ceiling")
+    prepared = session.prepared
+    known: tuple[Material, ...] = ()
+    if prepared is not None and "material" not in session.state.missing:
+        known = prepared.request.bodies()
+    strengths = [body.yield_strength for body in known if body.yield_strength is not None]
+    if not strengths:
+        raise InputError(
+            "as a multiple needs a body with a yield strength, and a map: choose them first, or "
+            "give the ceiling as a pressure", argument="ceiling",
+        )  # fmt: skip
+    return engineering(factor * min(strengths), "Pa", _DIGITS)
 
 
 def _materials(nothing: str, search: str = "") -> dict[str, str]:

@@ -74,7 +74,7 @@ class Page:
         self._bring = bring.Bring(session, visit, self._generate, self._show, self._remove)
         self._preparation = column.Preparation(session, self._show)
         self._bodies = column.Bodies(session)
-        self._model = column.Model(session)
+        self._model = column.Model(session, self._show)
         self._load = loadbar.Load(session, self._give)
         self._numbers = pn.pane.HTML("", **style.WIDE)
         self._trust = pn.pane.HTML("", **style.WIDE)
