@@ -1,3 +1,4 @@
+import json
 from pathlib import Path
 from typing import Any
 
@@ -7,8 +8,10 @@ import pytest
 import roughcontact as rc
 from roughcontact.cli import app
 from roughcontact.contact.result import ContactResult
+from roughcontact.files import to_json
 from roughcontact.fleet import project
 from roughcontact.request import joints, run as running
+from roughcontact.request.option import JOINTS
 from roughcontact.request.request import Request, from_text
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
@@ -35,6 +38,7 @@ def request(folder: Path, **more: str) -> Request:
         "unit": "um", "size": "0.1 mm x 0.1 mm", "level": "none", "material": "42CrMo4",
         "counter-material": "6061-T6", "boundary": "periodic", "load": "0.1 N, 0.3 N", **more,
     }  # fmt: skip
+    given = {key: value for key, value in given.items() if value}
     return from_text("conductance", folder / "map.npy", given)
 
 
@@ -112,3 +116,51 @@ def test_a_list_of_tasks_that_makes_no_sense_gets_its_sentence(
     error = capsys.readouterr().err
     assert words in error
     assert "project.toml line" in error
+
+
+def test_all_that_is_asked_of_a_joint_under_the_same_pressures_is_solved_once(
+    tmp_path: Path, solves: list[float]
+) -> None:
+    # Elastic, so that the law has no second branch of its own.
+    more = ('from = "1 MPa"', 'to = "30 MPa"', "steps = 3", 'ceiling = "none"')
+    listed = ", ".join(f'"{task}"' for task in JOINTS)
+    entries = project.load(joint_project(tmp_path, f"[{listed}]", *more))
+    assert [entry.name for entry in entries] == [f"joint {task}" for task in JOINTS]
+    assert len({entry.contact for entry in entries}) == 1
+    requests = [entry.request for entry in entries]
+    (tmp_path / "out").mkdir()
+    with running.together() as carry_out:
+        together = [to_json(carry_out(one, lambda _: None).record()) for one in requests]
+    assert len(solves) == len(set(solves)) == 3
+    for one, record in zip(requests, together, strict=True):
+        assert to_json(running.run(one, lambda _: None).record()) == record
+
+
+def test_a_project_writes_what_each_task_leaves(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pressures = ('from = "1 MPa"', 'to = "30 MPa"', "steps = 3")
+    listed = ", ".join(f'"{task}"' for task in JOINTS)
+    path = joint_project(tmp_path, f"[{listed}]", *pressures)
+    assert app.main(["run", str(path), "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)["contacts"]
+    assert [one["state"] for one in told] == ["solved"] * len(JOINTS)
+    for task in JOINTS:
+        assert (tmp_path / "out" / f"joint-{task}.csv").stat().st_size > 100
+    assert app.main(["run", str(path), "--json"]) == app.SOLVED
+    again = json.loads(capsys.readouterr().out)["contacts"]
+    assert [one["state"] for one in again] == ["solved before"] * len(JOINTS)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"from": "1 MPa"}, "to is needed"),
+        ({"from": "2 MPa", "to": "1 MPa"}, "from must be positive and below to"),
+        ({"from": "1 MPa", "to": "2 MPa", "load": "1 N"}, "load goes without from and to"),
+        ({}, "load is needed, such as '1 N'"),
+    ],
+)
+def test_loads_or_pressures_are_asked_for(tmp_path: Path, more: dict[str, str], words: str) -> None:
+    with pytest.raises(rc.InputError, match=words):
+        request(tmp_path, **{"load": "", **more})

@@ -24,6 +24,7 @@ from roughcontact.request.options import (
     CONDUCTANCE,
     FIND,
     HISTORY,
+    LAW,
     SOLVE,
     STRESS,
     SWEEP,
@@ -122,7 +123,12 @@ CONDUCTS = Question(
         "thermal-film",
     ),
 )  # fmt: skip
-JOINTS = (CONDUCTS,)
+OBEYS = Question(
+    "Which law it obeys",
+    "Separation, contact and stiffness over the pressure, as tables for other programs take them.",
+    LAW,
+)
+JOINTS = (OBEYS, CONDUCTS)
 """What is asked of a joint; all that is asked at once shares its contacts."""
 
 

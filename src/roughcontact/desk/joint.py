@@ -17,14 +17,19 @@ from roughcontact.desk.working import Run, Working
 from roughcontact.errors import RoughcontactError
 from roughcontact.request.options import parsed
 
+_RANGE = {"from": "1 MPa", "to": "100 MPa", "steps": "5"}
+"""Nominal pressures that are proposed; all questions are asked under the same."""
+
 
 class Joint:
-    """The questions with a box each, the loads for all of them, and the answers."""
+    """The questions with a box each, the pressures for all of them, and the answers."""
 
     def __init__(self, session: Session, bench: apart.Bench, run: Run) -> None:
         self._session = session
-        self._loads: Value = ""
-        load = Control("load", self._give, task=JOINTS[0].task)
+        self._range: dict[str, Value] = dict(_RANGE)
+        pressures = [Control(name, self._give, task=JOINTS[0].task) for name in _RANGE]
+        for control in pressures:
+            control.show(self._range)
         self._boxes = {
             question.name: Check(words=question.name, value=True, **style.BLOCK)
             for question in JOINTS
@@ -33,15 +38,20 @@ class Joint:
         self._working = Working(bench, run, "Start", self._started)
         self._answers = pn.Column(sizing_mode="stretch_both")
         about = pn.pane.HTML(
-            '<p class="quiet">The loads are solved once for all that is asked; without any, that '
-            "of the page.</p>", **style.SHEET,
+            '<p class="quiet">Under nominal pressures from one to another, each solved once for '
+            "all that is asked.</p>", **style.SHEET,
         )  # fmt: skip
         parts = [
             part for name in self._boxes for part in (self._boxes[name], self._forms[name].root)
         ]
         self.root = pn.Row(
             pn.Column(
-                about, load.root, *parts, self._working.root, width=250, margin=(8, 16, 0, 0)
+                about,
+                *(control.root for control in pressures),
+                *parts,
+                self._working.root,
+                width=250,
+                margin=(8, 16, 0, 0),
             ),
             self._answers,
             sizing_mode="stretch_both",
@@ -58,17 +68,7 @@ class Joint:
         text = value.strip() if isinstance(value, str) else value
         if text:
             parsed({name: text}, JOINTS[0].task)
-        self._loads = text
-
-    def _load(self) -> dict[str, Value]:
-        """Return the loads, where those of the state do not serve by themselves."""
-        outcome = self._session.outcome
-        if self._loads:
-            return {"load_": self._loads}
-        if "load" in self._session.state.given or outcome is None or outcome.result is None:
-            return {}
-        # Given as an approach, or as Hertz's pressure.
-        return {"load_": f"{outcome.result.load!r} N"}
+        self._range[name] = text
 
     def _started(self) -> None:
         wanted = [question for question in JOINTS if self._boxes[question.name].value]
@@ -78,7 +78,8 @@ class Joint:
         requests = []
         for question in wanted:
             try:
-                told = {**self._load(), **self._forms[question.name].words}
+                told = {f"{name}_": value for name, value in self._range.items()}
+                told |= self._forms[question.name].words
                 requests.append(self._session.state.request(question.task, **told))
             except RoughcontactError as error:
                 self._working.refuse_error(error, question.task)

@@ -172,7 +172,7 @@ class State:
             If something is missing, or does not go together.
         """
         known = offered(task)
-        loads = () if task == SWEEP else LOADS
+        loads = () if task == SWEEP or "from_" in more else LOADS
         given: dict[str, Any] = {
             key: value
             for key, value in self.given.items()

@@ -12,7 +12,9 @@ from roughcontact.request import parsing
 from roughcontact.request.option import (
     BODIES,
     CONDUCTANCE,
+    JOINTS,
     LAW,
+    LOADED,
     MAP,
     OUTPUT,
     PICTURES,
@@ -45,18 +47,19 @@ LOADS = (
     _option(
         "load", BODIES, "LOADS",
         'Normal load, as for solve, or several with commas: "1 N, 3 N, 10 N".', parsing.loads,
+        fits=LOADED,
     ),
     _option(
         "from", BODIES, "PRESSURE", 'Smallest nominal pressure, such as "1 MPa".', parsing.nominal,
-        fits=(LAW,),
+        fits=JOINTS,
     ),
     _option(
         "to", BODIES, "PRESSURE", 'Largest nominal pressure, such as "300 MPa".', parsing.nominal,
-        fits=(LAW,),
+        fits=JOINTS,
     ),
     _option(
         "steps", BODIES, "NUMBER", "Pressures between them, in equal ratios; default: 13.",
-        parsing.counted(2, limits.STEPS), fits=(LAW,), default=13,
+        parsing.counted(2, limits.STEPS), fits=JOINTS, default=13,
     ),
 )  # fmt: skip
 """Under which loads."""

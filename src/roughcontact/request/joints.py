@@ -18,7 +18,6 @@ from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
 
 if TYPE_CHECKING:
-    from roughcontact.contact.loads import NominalPressure
     from roughcontact.contact.result import ContactResult
     from roughcontact.joint.conductance import Conductance
     from roughcontact.joint.interface import InterfaceLaw
@@ -186,7 +185,7 @@ def _conductance(request: Request, contacts: Contacts) -> Conductance:
 
     contacts.require_map(OF)
     found = conductance(
-        contacts.under(request["load"]),
+        contacts.under(request.loads),
         *request.conductors(),
         film=request["film"] or 0.0,
         thermal_film=request["thermal-film"] or 0.0,
@@ -196,26 +195,19 @@ def _conductance(request: Request, contacts: Contacts) -> Conductance:
 
 
 def _law(request: Request, contacts: Contacts) -> InterfaceLaw:
-    from roughcontact.contact.load_curve import spaced
-    from roughcontact.contact.loads import NominalPressure
     from roughcontact.joint.law import OF
     from roughcontact.surface.partition import partition
 
     contacts.require_map(OF)
-    pressures = [
-        NominalPressure(p) for p in spaced(request["from"], request["to"], request["steps"])
-    ]
     maps = list(contacts.each())
-    found = _law_of(request, maps, pressures)
+    found = _law_of(request, maps)
     if not request["quarters"]:
         return found
     parts = [one.of(part) for one in maps for part in partition(one.maps[0], 2, request["level"])]
-    return replace(found, parts=_law_of(request, parts, pressures))
+    return replace(found, parts=_law_of(request, parts))
 
 
-def _law_of(
-    request: Request, maps: Sequence[Contacts], pressures: Sequence[NominalPressure]
-) -> InterfaceLaw:
+def _law_of(request: Request, maps: Sequence[Contacts]) -> InterfaceLaw:
     """Return the law of some maps; where they flow, with the branch of unloading."""
     from roughcontact.contact.unloading import indented_surface
     from roughcontact.joint.law import interface_law
@@ -226,7 +218,7 @@ def _law_of(
     def loading() -> Iterator[ContactResult]:
         for one in maps:
             # The first is that under the largest load.
-            for number, result in enumerate(one.under(pressures)):
+            for number, result in enumerate(one.under(request.loads)):
                 if number == 0:
                     left.append(one.of(indented_surface(result)))
                     flowed.append(result.saturated_fraction > 0)
@@ -236,7 +228,7 @@ def _law_of(
         # What flowed does so no more up to the largest load: elastic, whatever the ceiling was.
         elastic = replace(request, values={**request.values, "ceiling": None})
         for one in left if any(flowed) else ():
-            yield from replace(one, request=elastic).under(pressures)
+            yield from replace(one, request=elastic).under(request.loads)
 
     body, counter_body = request.conductors()
     both = body.conductivity is not None and counter_body.conductivity is not None

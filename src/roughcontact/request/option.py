@@ -14,6 +14,8 @@ SINGLE = (SOLVE, SWEEP, STRESS, HISTORY, FIND, CONDUCTANCE, LAW)
 """Tasks on one contact."""
 JOINTS = (CONDUCTANCE, LAW)
 """Tasks on what a joint does, of which several may be asked of one contact."""
+LOADED = tuple(task for task in JOINTS if task != LAW)
+"""Those of them that take single loads, too."""
 SEVERAL = (LAW, COMPARE)
 """Tasks that take several maps."""
 TASKS = (*SINGLE, COMPARE)

@@ -138,6 +138,16 @@ class Request:
         argument = "load" if self["hertz"] is None else "hertz"
         return self[argument], argument
 
+    @property
+    def loads(self) -> list[Any]:
+        """The loads under which a joint is looked at, in the form in which they are given."""
+        from roughcontact.contact.load_curve import spaced
+        from roughcontact.contact.loads import NominalPressure
+
+        if self["load"] is not None:
+            return list(self["load"])
+        return [NominalPressure(p) for p in spaced(self["from"], self["to"], self["steps"])]
+
     def moments(self, load: float) -> tuple[float, float] | None:
         """Return the moments (y, x) about the middle of the map that a tilt balances [N m]."""
         point = self["load-point"]
@@ -300,32 +310,46 @@ class Request:
             )  # fmt: skip
 
     def _check_law(self) -> None:
-        for name in ("from", "to"):
-            if self[name] is None:
-                raise InputError("is needed: a nominal pressure such as '20 MPa'", argument=name)
+        self._check_pressures()
         for name in ("counter-surface", "counter-body"):
             if len(self.files) > 1 and self[name] is not None:
                 raise InputError(
                     "goes with one map; several are pressed by a flat",
                     argument=name.replace("-", "_"),
                 )
-        first, last = self["from"], self["to"]
-        if not 0 < first < last:
-            raise InputError(
-                "must be positive and below ", Mention("to"), f", got {self.given['from']!r} and "
-                f"{self.given['to']!r}", argument="from",
-            )  # fmt: skip
         if self["thermal-film"] and any(body.conductivity is None for body in self.conductors()):
             raise InputError(
                 "needs ", Mention("conductivity"), " and ", Mention("counter_conductivity"),
                 argument="thermal_film",
             )  # fmt: skip
 
-    def _check_conductance(self) -> None:
-        if self["load"] is None:
+    def _check_pressures(self) -> None:
+        for name in ("from", "to"):
+            if self[name] is None:
+                raise InputError("is needed: a nominal pressure such as '20 MPa'", argument=name)
+        if not 0 < self["from"] < self["to"]:
             raise InputError(
-                "is needed, such as '1 N', or several: '1 N, 3 N, 10 N'", argument="load"
+                "must be positive and below ", Mention("to"), f", got {self.given['from']!r} and "
+                f"{self.given['to']!r}", argument="from",
+            )  # fmt: skip
+
+    def _check_loads(self) -> None:
+        """Refuse what is neither single loads nor a range of nominal pressures."""
+        ends = [name for name in ("from", "to") if self[name] is not None]
+        if self["load"] is None and not ends:
+            raise InputError(
+                "is needed, such as '1 N', or several: '1 N, 3 N, 10 N'; or ",
+                Mention("from", "1 MPa"), " and ", Mention("to", "100 MPa"), argument="load",
+            )  # fmt: skip
+        if self["load"] is None:
+            self._check_pressures()
+        elif ends:
+            raise InputError(
+                "goes without ", Mention("from"), " and ", Mention("to"), argument="load"
             )
+
+    def _check_conductance(self) -> None:
+        self._check_loads()
         bodies = self.conductors()
         kinds = ("resistivity", "conductivity")
         known = [all(getattr(body, kind) is not None for body in bodies) for kind in kinds]
