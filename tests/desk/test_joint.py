@@ -39,7 +39,14 @@ class Seat:
         self.session.bring(folder / "map.npz")
         self.session.give_all({**GIVEN, **more})
         assert self.session.wait(PATIENCE)
-        self.joint = Joint(self.session, bench, self.waiting.append)
+        (folder / "made").mkdir()
+        self.joint = Joint(
+            self.session,
+            bench,
+            self.waiting.append,
+            folder / "made",
+            lambda path: f"at/{path.name}",
+        )
 
     def start(self) -> None:
         """Press the button, and let the page show what comes."""
@@ -77,7 +84,11 @@ def test_a_joint_is_asked_and_tells_how_to_ask_again(tmp_path: Path, bench: Benc
         assert f"roughcontact {question.task} " in seat.shown
     assert "data:image/png" in seat.shown
     assert "W/(m² K)" in seat.shown
-    # Both loads.
+    for name in ("law-1.inp", "law-1.ccx", "conductance-1.csv"):
+        assert f'<a href="at/{name}" download>' in seat.shown
+        assert (tmp_path / "made" / name).stat().st_size > 100
+    assert "--output" not in seat.shown
+    # Both pressures.
     assert seat.shown.count("<tr>") > 2 * len(JOINTS)
     seat.session.close()
 

@@ -125,8 +125,9 @@ CONDUCTS = Question(
 )  # fmt: skip
 OBEYS = Question(
     "Which law it obeys",
-    "Separation, contact and stiffness over the pressure, as tables for other programs take them.",
+    "Separation, contact and stiffness over the pressure, with tables for other programs.",
     LAW,
+    ("quarters",),
 )
 JOINTS = (OBEYS, CONDUCTS)
 """What is asked of a joint; all that is asked at once shares its contacts."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import panel as pn
@@ -13,9 +15,11 @@ from roughcontact.desk.controls import Control
 from roughcontact.desk.reach import Check
 from roughcontact.desk.session import Session
 from roughcontact.desk.state import Value
+from roughcontact.desk.take import Offer
 from roughcontact.desk.working import Run, Working
 from roughcontact.errors import RoughcontactError
-from roughcontact.request.options import parsed
+from roughcontact.request.options import offered, parsed
+from roughcontact.request.request import Request, from_text
 
 _RANGE = {"from": "1 MPa", "to": "100 MPa", "steps": "5"}
 """Nominal pressures that are proposed; all questions are asked under the same."""
@@ -24,8 +28,11 @@ _RANGE = {"from": "1 MPa", "to": "100 MPa", "steps": "5"}
 class Joint:
     """The questions with a box each, the pressures for all of them, and the answers."""
 
-    def __init__(self, session: Session, bench: apart.Bench, run: Run) -> None:
-        self._session = session
+    def __init__(
+        self, session: Session, bench: apart.Bench, run: Run, folder: Path, offer: Offer
+    ) -> None:
+        self._session, self._folder, self._offer = session, folder, offer
+        self._asked = 0
         self._range: dict[str, Value] = dict(_RANGE)
         pressures = [Control(name, self._give, task=JOINTS[0].task) for name in _RANGE]
         for control in pressures:
@@ -75,32 +82,50 @@ class Joint:
         if not wanted:
             self._working.refuse("Nothing is asked: tick what the joint is asked.")
             return
+        self._asked += 1
         requests = []
         for question in wanted:
             try:
                 told = {f"{name}_": value for name, value in self._range.items()}
                 told |= self._forms[question.name].words
-                requests.append(self._session.state.request(question.task, **told))
+                request = self._session.state.request(question.task, **told)
+                requests.append(self._with_files(request))
             except RoughcontactError as error:
                 self._working.refuse_error(error, question.task)
                 return
         self._answers[:] = []
         self._working.begin(answers, self._show, *requests)
 
+    def _with_files(self, request: Request) -> Request:
+        """Return a request with the files that one may take away."""
+        output = offered(request.task)["output"]
+        paths = [
+            str(self._folder / f"{request.task}-{self._asked}{suffix}")
+            for suffix in (output.suffixes if output.many else output.suffixes[:1])
+        ]
+        given = {**request.given, "output": paths if output.many else paths[0]}
+        return replace(from_text(request.task, request.file, given), names=request.names)
+
     def _show(self, found: tuple[Answer, ...]) -> None:
-        self._answers[:] = [part for one in found for part in _shown(one)]
+        self._answers[:] = [part for one in found for part in self._shown(one)]
 
-
-def _shown(found: Answer) -> list[Any]:
-    """Return what shows an answer: title, cautions, figures, numbers, and how to get it again."""
-    request = found.outcome.request
-    name = next(question.name for question in JOINTS if question.task == request.task)
-    told = "".join(f"<p>{words.escaped(sentence)}</p>" for sentence in found.sentences)
-    return [
-        pn.pane.HTML(f"<h2>{words.escaped(name)}</h2>", **style.WIDE),
-        pn.pane.HTML(headline.cautions(found.cautions), **style.WIDE),
-        *map(picture, found.pictures),
-        pn.pane.HTML(headline.table(found.steps, found.heads), **style.WIDE),
-        pn.pane.HTML(headline.table(found.facts) + told, **style.WIDE),
-        pn.pane.HTML(f"<pre>{words.escaped(request.command)}</pre>", **style.WIDE),
-    ]
+    def _shown(self, found: Answer) -> list[Any]:
+        """Return what shows an answer: title, cautions, figures, numbers, files, the command."""
+        request = found.outcome.request
+        name = next(question.name for question in JOINTS if question.task == request.task)
+        told = "".join(f"<p>{words.escaped(sentence)}</p>" for sentence in found.sentences)
+        links = ", ".join(
+            f'<a href="{words.escaped(self._offer(path))}" download>{words.escaped(path.name)}</a>'
+            for path in found.outcome.written
+        )
+        own = {key: value for key, value in request.given.items() if key != "output"}
+        command = replace(request, given=own).command
+        return [
+            pn.pane.HTML(f"<h2>{words.escaped(name)}</h2>", **style.WIDE),
+            pn.pane.HTML(headline.cautions(found.cautions), **style.WIDE),
+            *map(picture, found.pictures),
+            pn.pane.HTML(headline.table(found.steps, found.heads), **style.WIDE),
+            pn.pane.HTML(headline.table(found.facts) + told, **style.WIDE),
+            pn.pane.HTML(f"<p>Files: {links}</p>", **style.WIDE),
+            pn.pane.HTML(f"<pre>{words.escaped(command)}</pre>", **style.WIDE),
+        ]

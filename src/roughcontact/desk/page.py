@@ -278,7 +278,8 @@ class Page:
     def _joint(self) -> Any:
         from roughcontact.desk.joint import Joint
 
-        return Joint(self.session, self._bench, self._run)
+        visit = self._visit
+        return Joint(self.session, self._bench, self._run, visit.folder, visit.offer)
 
     def _compare(self) -> Any:
         from roughcontact.desk.compare import Compare
