@@ -92,6 +92,7 @@ from .volume.comparison import (
     ModelComparison as ModelComparison,
     compare_models as compare_models,
 )
+from .volume.path import PathPoint as PathPoint
 from .volume.result import ElastoplasticResult as ElastoplasticResult
 from .volume.solve import solve_elastoplastic as solve_elastoplastic
 

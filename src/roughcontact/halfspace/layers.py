@@ -409,7 +409,7 @@ class Layers:
     def _along(self, load: Array, pull: Pull) -> Array:
         """Return the traction along each wave vector, times i, without the longest wave."""
         cosine, sine, _, _ = self._turns
-        along = _times_i(load) * (pull[0] * cosine + pull[1] * sine)
+        along: Array = _times_i(load) * (pull[0] * cosine + pull[1] * sine)
         along[:, 0, 0] = 0
         return along
 

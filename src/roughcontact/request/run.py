@@ -342,11 +342,13 @@ def _solve(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> O
 
 
 def _volume(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
+    from roughcontact.volume.path import PathPoint
     from roughcontact.volume.solve import solve_elastoplastic
     from roughcontact.volume.stepping import AUTO, between
 
     (load, given), steps = problem.pressed(request, maps, *request.load), request["increments"]
-    loads = [load] if steps == AUTO else between(0.0, load, steps)
+    way = between(PathPoint(0.0), PathPoint(load), 1 if steps == AUTO else steps)
+    loads = [point.load for point in way]
     loads += [0.0] * request["unload"]
     options = problem.arguments(request, maps, "tolerance", "max-iterations", "precision")
     del options["ceiling"]

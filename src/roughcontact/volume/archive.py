@@ -43,6 +43,13 @@ _STEPS = {
     "convolutions": "1",
 }
 
+# Of increments with a counter-surface that moves or slides.
+_PLACES = {
+    "offset": ("m", "how far the counter-surface has moved along y and x"),
+    "friction": ("1", "traction over pressure"),
+    "direction": ("degree", "of the traction on the rough body, counter-clockwise from x"),
+}
+
 # Most of the volume carries no plastic strain. Bytes of like weight stand together: half the time,
 # a tenth less space.
 _PACKED = {"zlib": True, "complevel": 1, "shuffle": True}
@@ -132,6 +139,12 @@ def _add_increments(dataset: xarray.Dataset, increments: tuple[Increment, ...]) 
     unknown = [math.nan if step.step_error is None else step.step_error for step in increments]
     about = {"units": "1", "long_name": "error by the load steps so far, NaN where not estimated"}
     dataset["increment_step_error"] = ("increment", np.array(unknown), about)
+    if any(any(step.offset) or step.friction for step in increments):
+        for field, (unit, text) in _PLACES.items():
+            values = np.array([getattr(step, field) for step in increments])
+            dims = ("increment", "axis")[: values.ndim]
+            about = {"units": unit, "long_name": text}
+            dataset[f"increment_{field}"] = (dims, values, about)
     counts = [step.iterations for step in increments]
     residuals = [residual for step in increments for residual in step.residuals]
     about = {"units": "1", "long_name": "iterations of the loop"}
@@ -283,6 +296,9 @@ def _from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
     ]
     # Files of before the estimate have none.
     errors = dataset.get("increment_step_error", np.full(len(columns["load"]), math.nan))
+    if "increment_offset" in dataset:
+        columns |= {field: dataset[f"increment_{field}"].values.tolist() for field in _PLACES}
+        columns["offset"] = [tuple(way) for way in columns["offset"]]
     columns["step_error"] = [None if math.isnan(error) else float(error) for error in errors]
     rows = zip(*columns.values(), strict=True)
     largest = dataset.get("largest_pressure")

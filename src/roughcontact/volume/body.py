@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from roughcontact.halfspace import tensors
 from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.layers import Pull
 from roughcontact.halfspace.plastic import HalfSpace
 from roughcontact.material.hardening import Hardening, Perfect, back_modulus, plastic_increment
 from roughcontact.material.material import Material
@@ -38,7 +39,11 @@ class Body:
         boundary: str,
         precision: str,
         workspace: Workspace,
+        *,
+        pulled: float = 1.0,
     ) -> None:
+        # Which way a traction on the rough body pulls this one.
+        self._pulled = pulled
         self.material, self.pixel = material, pixel
         self.boundary, self.precision, self._workspace = boundary, precision, workspace
         self.law = law_of(material)
@@ -130,13 +135,18 @@ class Body:
 
         return self.operator.displacement(fill, trace=trace)
 
-    def flow(self, pressure: Array, places: Parts, added: Parts) -> tuple[Parts, Parts]:
+    def _pull(self, pull: Pull) -> Pull:
+        return self._pulled * pull[0], self._pulled * pull[1]
+
+    def flow(self, pressure: Array, pull: Pull, places: Parts, added: Parts) -> tuple[Parts, Parts]:
         """Return where the stress is returned to the yield surface, and the strain that does it.
 
         Parameters
         ----------
         pressure : ndarray, shape (ny, nx)
             Pressure on the surface [Pa].
+        pull : (float, float)
+            Traction on the rough body along x and y over that.
         places, added : list of ndarray, shapes (n,) and (5, n)
             Pixels of each layer, ascending, and the strain of this increment in the stress.
 
@@ -171,7 +181,7 @@ class Body:
             factor = self.real(1.5) * step / np.where(q > 0, q, 1)
             new_places[layer], flowed[layer] = place, trial[:, place] * factor
 
-        self.operator.stress(pressure, visit)
+        self.operator.stress(pressure, visit, self._pull(pull))
         return new_places, flowed
 
     def _recall(self, stress: Array, layer: int) -> None:
@@ -195,7 +205,7 @@ class Body:
         dy, dx = self.pixel
         return float(cells @ self.thickness) * dy * dx
 
-    def finished(self, pressure: Array, margin: int) -> tuple[PlasticBody, float]:
+    def finished(self, pressure: Array, pull: Pull, margin: int) -> tuple[PlasticBody, float]:
         """Return the body with its stresses, and how far the stress passes the yield strength."""
         fields = self.strain.shape[0], *self.strain.shape[2:]
         excess = np.full(fields[0], -1.0)
@@ -208,9 +218,9 @@ class Body:
             q = tensors.equivalent(values).ravel()
             excess[layer] = np.sqrt((q * q / self._square_strength[layer]).max()) - 1
 
-        nothing = np.zeros(fields[1:])
-        self.operator.stress(pressure, keep)
-        self.operator.mean_stress(pressure, lambda layer, v: np.copyto(mean[layer], v))
+        nothing, pull = np.zeros(fields[1:]), self._pull(pull)
+        self.operator.stress(pressure, keep, pull)
+        self.operator.mean_stress(pressure, lambda layer, v: np.copyto(mean[layer], v), pull)
         self.operator.stress(nothing, lambda layer, v: np.copyto(residual[layer], v))
         self.operator.mean_stress(nothing, lambda layer, v: np.copyto(mean_residual[layer], v))
         dy, dx = self.pixel

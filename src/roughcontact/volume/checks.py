@@ -21,6 +21,7 @@ from roughcontact.errors import (
 from roughcontact.volume import stepping
 from roughcontact.volume.body import law_of
 from roughcontact.volume.contact_solver import ContactSolver
+from roughcontact.volume.path import PathPoint
 from roughcontact.volume.problem import Problem
 from roughcontact.volume.result import ElastoplasticResult
 from roughcontact.volume.stepping import AUTO
@@ -134,25 +135,60 @@ def check_capacity(problem: Problem, solver: ContactSolver, load: float) -> None
 def path_of(
     load: float | None,
     loads: Sequence[float] | None,
+    path: Sequence[PathPoint] | None,
     increments: int | str,
     start: ElastoplasticResult | None,
-) -> list[float]:
-    """Return the loads to visit, one after the other."""
-    asked = _asked(load, loads, start)
-    if load is None or isinstance(increments, str):
-        return asked
-    before = 0.0 if start is None else start.solution.load
-    return stepping.between(before, asked[0], int(increments))
-
-
-def _asked(
-    load: float | None, loads: Sequence[float] | None, start: ElastoplasticResult | None
-) -> list[float]:
-    """Return the loads that are asked for."""
-    if (load is None) == (loads is None):
+) -> list[PathPoint]:
+    """Return the points to visit, one after the other."""
+    if sum(given is not None for given in (load, loads, path)) != 1:
         raise InputError(
-            "give either ", Mention("load"), " or ", Mention("loads"), ", and only one of them"
+            "give either ", Mention("load"), ", ", Mention("loads"), " or ", Mention("path"),
+            ", and only one of them",
+        )  # fmt: skip
+    if path is not None:
+        points = _points(path)
+    else:
+        # A counter-surface that has moved stays where it is.
+        last = start.increments[-1].offset if start and start.increments else (0.0, 0.0)
+        points = [PathPoint(value, last) for value in _asked(load, loads)]
+    if not any(point.load for point in points) and (start is None or start.solution.load == 0):
+        raise InputError(
+            "are all zero: at least one must press the bodies together",
+            argument="loads" if path is None else "path",
         )
+    if load is None or isinstance(increments, str):
+        return points
+    before = start.increments[-1].point if start and start.increments else PathPoint(0.0)
+    return stepping.between(before, points[0], int(increments))
+
+
+def check_path(problem: Problem, points: Sequence[PathPoint]) -> None:
+    """Refuse a path on which a counter-surface moves that cannot, or slides and yields."""
+    pair = problem.pair
+    if pair.counter_surface is None and any(any(point.offset) for point in points):
+        raise InputError(
+            "moves a counter-surface, and there is none but a flat: give its heights",
+            argument="path",
+        )
+    yields = pair.counter_material.yield_strength is not None
+    if yields and any(point.friction for point in points):
+        raise InputError(
+            "slides a counter-body that yields, whose strain would move over the other body: that "
+            "is not in the model; leave out its yield strength or the friction",
+            argument="path",
+        )
+
+
+def _points(path: Sequence[PathPoint]) -> list[PathPoint]:
+    points = list(path) if isinstance(path, Sequence) else []
+    if not points or not all(isinstance(point, PathPoint) for point in points):
+        raise InputError(f"must be a row of PathPoint, got {path!r:.80}", argument="path")
+    require_count(1, limits.STEPS, path=len(points))
+    return points
+
+
+def _asked(load: float | None, loads: Sequence[float] | None) -> list[float]:
+    """Return the loads that are asked for."""
     if load is not None:
         require_positive(load=load)
         return [float(load)]
@@ -163,9 +199,5 @@ def _asked(
     if path.ndim != 1 or not path.size or not ((path >= 0) & np.isfinite(path)).all():
         raise InputError(
             f"must be finite and not negative [N], got {loads!r}", argument="loads", value=loads
-        )
-    if not path.any() and (start is None or start.solution.load == 0):
-        raise InputError(
-            "are all zero: at least one must press the bodies together", argument="loads"
         )
     return [float(value) for value in path]

@@ -40,6 +40,20 @@ class ContactSolver:
         self.loaded: Loaded | None = None
         self.pressure = np.zeros(self.initial_gap.shape)
 
+    def place(self, gap: NDArray[np.float64], moved: tuple[int, int]) -> None:
+        """Take on another gap, of a counter-surface that has moved by some pixels."""
+        self._map = gap
+        self.initial_gap = np.pad(gap, self.inside[0].start, constant_values=np.inf)
+        if self.loaded is None or not any(moved):
+            return
+        pressure = np.zeros(self.initial_gap.shape)
+        pressure.ravel()[self.loaded[0]] = self.loaded[1]
+        # A start needs to be good only where it can be: what wraps round is soon let go.
+        pressure = np.roll(pressure, moved, (0, 1))
+        pressure[np.isinf(self.initial_gap)] = 0
+        index = np.flatnonzero(pressure)
+        self.loaded = (index, pressure.ravel()[index]) if index.size else None
+
     def resume(self, pressure: NDArray[np.float64]) -> None:
         """Start from a pressure on the map."""
         self.pressure[self.inside] = pressure

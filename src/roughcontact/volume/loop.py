@@ -15,20 +15,22 @@ the contact, which starts each time from the pressure before.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import Mention, Sentence
 from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.layers import Pull
 from roughcontact.solvers.anderson import Mixer, Parts, embedded
 from roughcontact.solvers.problem import Loaded
 from roughcontact.volume import memory
 from roughcontact.volume.body import Body, Held, equivalent_strain
 from roughcontact.volume.contact_solver import CONTACT_TOLERANCE, ContactSolver
 from roughcontact.volume.extent import Extent
+from roughcontact.volume.path import PathPoint
 from roughcontact.volume.problem import Problem
 from roughcontact.volume.result import CONVERGED, GUARD, ElastoplasticResult, Increment
 
@@ -63,6 +65,14 @@ class Look:
     tolerance: float
 
 
+class Stride(NamedTuple):
+    """What an increment of the path was: change of the load [N], way in whole pixels."""
+
+    load: float = 0.0
+    y: int = 0
+    x: int = 0
+
+
 @dataclass(frozen=True, eq=False)
 class State:
     """What a loop was at some time: plastic strain, and what the next increment starts from."""
@@ -72,7 +82,8 @@ class State:
     loaded: Loaded | None
     places: list[Parts]
     added: list[Parts]
-    stride: float
+    stride: Stride
+    point: PathPoint
 
 
 class Loop:
@@ -103,10 +114,14 @@ class Loop:
     ) -> None:
         self.problem, self.solver, self._workspace = problem, solver, workspace
         self._deepen, self._widen = deepen, bool(problem.pair.boundary.free_axes)
+        pair = problem.pair
+        both = (pair.material, 1.0), (pair.counter_material, -1.0)
         self.bodies = [
-            Body(material, problem.pair.pixel, problem.pair.boundary, problem.precision, workspace)
-            for material in problem.yielding
+            Body(material, pair.pixel, pair.boundary, problem.precision, workspace, pulled=sign)
+            for material, sign in both
+            if material.yield_strength is not None
         ]
+        self._point = PathPoint(0.0)
         self._resize(extent)
 
     def _resize(self, extent: Extent) -> None:
@@ -121,7 +136,7 @@ class Loop:
     def _forget(self) -> None:
         # Strain of the increment before, and its load: the first guess of the next.
         self._places, self._added = self._nothing()
-        self._stride = 0.0
+        self._stride = Stride()
 
     def _nothing(self) -> tuple[list[Parts], list[Parts]]:
         """Return places and strain of an increment without plastic flow, body by body."""
@@ -135,7 +150,7 @@ class Loop:
 
     def carried(self) -> dict[str, Array]:
         """Return what one load hands on to the next beside the state."""
-        held = {"stride": np.array([self._stride])}
+        held = {"stride": np.array(self._stride)}
         if self.solver.loaded is not None:
             held["index"], held["pressure"] = self.solver.loaded
         for body, (places, added) in enumerate(zip(self._places, self._added, strict=True)):
@@ -149,10 +164,14 @@ class Loop:
         for yielding, old in zip(self.bodies, before.bodies, strict=True):
             yielding.resume(old)
         self.solver.resume(before.solution.pressure)
+        if before.increments:
+            self._point = before.increments[-1].point
+            self.solver.place(self.problem.gap_at(self._point.offset), (0, 0))
         if not held:
             return
         # Arrays without numbers may be missing.
-        self._stride = float(held["stride"][0])
+        load, *way = held["stride"].tolist()
+        self._stride = Stride(load, *map(int, way))
         if "index" in held:
             self.solver.loaded = held["index"], held["pressure"]
         for body in range(len(self.bodies)):
@@ -170,12 +189,14 @@ class Loop:
             [list(places) for places in self._places],
             [list(added) for added in self._added],
             self._stride,
+            self._point,
         )
 
     def restore(self, state: State) -> None:
         """Go back to a state; layers and points that came since are kept."""
         for body, held in zip(self.bodies, state.bodies, strict=True):
             body.restore(held)
+        self._go(state.point)
         if self.extent is state.extent:
             self.solver.loaded = state.loaded
             self._places = [list(places) for places in state.places]
@@ -183,6 +204,11 @@ class Loop:
             self._stride = state.stride
         else:
             self._forget()
+
+    @property
+    def pull(self) -> Pull:
+        """Traction on the rough body over the pressure, at the point of the path reached."""
+        return self._point.pull
 
     @property
     def flowing(self) -> bool:
@@ -202,15 +228,28 @@ class Loop:
             displacement += body.displacement(place, strain, trace=True)
         return displacement
 
+    def _go(self, point: PathPoint) -> None:
+        """Put the counter-surface where a point of the path wants it."""
+        if point.offset != self._point.offset:
+            way = self._way(self._point, point)
+            self.solver.place(self.problem.gap_at(point.offset), way)
+        self._point = point
+
+    def _way(self, before: PathPoint, point: PathPoint) -> tuple[int, int]:
+        """Return the way between two points to the nearest pixel."""
+        edges, ends = self.problem.pair.pixel, zip(before.offset, point.offset, strict=True)
+        y, x = (round((end - start) / edge) for (start, end), edge in zip(ends, edges, strict=True))
+        return y, x
+
     def reach(
-        self, load: float, done: list[Increment], watch: Callable[[float, int, float], None]
+        self, point: PathPoint, done: list[Increment], watch: Callable[[float, int, float], None]
     ) -> str:
-        """Visit a load, by smaller steps where it takes them; return why it stopped.
+        """Visit a point, by smaller steps where it takes them; return why it stopped.
 
         Parameters
         ----------
-        load : float
-            The load [N].
+        point : PathPoint
+            The point of the path.
         done : list of Increment
             Those before; the new ones are added.
         watch : callable
@@ -221,28 +260,32 @@ class Loop:
         str
             `CONVERGED`, or a reason in words.
         """
-        todo = [load]
-        before = done[-1].load if done else 0.0
+        todo = [point]
+        before = done[-1].point if done else PathPoint(0.0, point.offset)
         cuts = 0
         while todo:
-            load = todo[-1]
+            point = todo[-1]
             kept = self.solver.loaded
-            found = self._relax(load, before, watch)
+            self._go(point)
+            found = self._relax(before, watch)
             if found is None:
+                self._go(before)
                 self.solver.loaded = kept
                 self._forget()
-                if cuts == _CUTS or (not done and load == 0):
-                    return self._reason(load, cuts)
+                if cuts == _CUTS or (not done and point.load == 0):
+                    return self._reason(point.load, cuts)
                 cuts += 1
-                todo.append((before + load) / 2)
+                todo.append(before.between(point, 1, 2))
                 continue
             if self._enlarged():
+                self._go(before)
                 continue
             todo.pop()
             cuts = max(0, cuts - 1)
             self._accept()
-            self._stride, before = load - before, load
-            done.append(self._increment(load, *found))
+            self._stride = Stride(point.load - before.load, *self._way(before, point))
+            before = point
+            done.append(self._increment(*found))
         return CONVERGED
 
     def _reason(self, load: float, cuts: int) -> str:
@@ -260,11 +303,11 @@ class Loop:
         for body, places, added in zip(self.bodies, self._places, self._added, strict=True):
             body.accept(places, added)
 
-    def _increment(self, load: float, residuals: tuple[float, ...], convolutions: int) -> Increment:
-        """Return what a load gave whose strain is accepted."""
+    def _increment(self, residuals: tuple[float, ...], convolutions: int) -> Increment:
+        """Return what a point of the path gave whose strain is accepted."""
         pressure, (dy, dx) = self.solver.pressure, self.problem.pair.pixel
         return Increment(
-            load=load,
+            **asdict(self._point),
             approach=self.solver.approach,
             contact_area=int(np.count_nonzero(pressure)) * dy * dx,
             max_pressure=float(pressure.max()),
@@ -302,14 +345,14 @@ class Loop:
         )
 
     def _relax(
-        self, load: float, before: float, watch: Callable[[float, int, float], None]
+        self, before: PathPoint, watch: Callable[[float, int, float], None]
     ) -> tuple[tuple[float, ...], int] | None:
         """Find the plastic strain of one increment; keep it beside that accepted.
 
         Returns the residuals of the iterations and the convolutions of the contact.
         """
-        solver, tolerance = self.solver, self.problem.tolerance
-        self._guess(load - before)
+        solver, tolerance, load = self.solver, self.problem.tolerance, self._point.load
+        self._guess(Stride(load - before.load, *self._way(before, self._point)))
         mixer = Mixer(self._weights(), self._workspace)
         convolutions = solver.convolutions
         residuals: list[float] = []
@@ -329,14 +372,41 @@ class Loop:
                 return tuple(residuals), solver.convolutions - convolutions
         return None
 
-    def _guess(self, stride: float) -> None:
-        """Start from the strain of the increment before, in proportion to the load [N]."""
-        if self._stride * stride > 0:
-            factor = min(stride / self._stride, 1.0)
-            self._added = [[part * part.dtype.type(factor) for part in a] for a in self._added]
-        elif self._stride:
+    def _guess(self, stride: Stride) -> None:
+        """Start from the strain of the increment before: in proportion to the load, or moved on."""
+        last, self._stride = self._stride, Stride()
+        if stride[1:] != last[1:]:
             self._places, self._added = self._nothing()
-        self._stride = 0.0
+        elif any(stride[1:]):
+            # The same way again: what flows goes along with the contact.
+            for number, body in enumerate(self.bodies):
+                for layer in range(len(body.strain)):
+                    self._carry(number, layer, stride)
+        elif last.load * stride.load > 0:
+            factor = min(stride.load / last.load, 1.0)
+            self._added = [[part * part.dtype.type(factor) for part in a] for a in self._added]
+        elif last.load:
+            self._places, self._added = self._nothing()
+
+    def _carry(self, number: int, layer: int, stride: Stride) -> None:
+        """Move the strain of the increment before with the counter-surface."""
+        place = self._places[number][layer]
+        if not place.size:
+            return
+        shape = self.bodies[number].shape
+        there, inside = [], np.ones(place.size, bool)
+        for axis, (at, way, count) in enumerate(
+            zip(np.divmod(place, shape[1]), stride[1:], shape, strict=True)
+        ):
+            moved = at + way
+            if axis in self.problem.pair.boundary.periodic_axes:
+                moved %= count
+            inside &= (moved >= 0) & (moved < count)
+            there.append(moved)
+        flat = (there[0] * shape[1] + there[1])[inside]
+        order = np.argsort(flat)
+        self._places[number][layer] = flat[order]
+        self._added[number][layer] = self._added[number][layer][:, inside][:, order]
 
     def _weights(self) -> list[float]:
         """Return what a square of strain counts in each layer, all bodies one after the other."""
@@ -356,7 +426,7 @@ class Loop:
         y: Parts = []
         for number, body in enumerate(self.bodies):
             old_places, old = self._places[number], self._added[number]
-            places, flowed = body.flow(self.solver.pressure, old_places, old)
+            places, flowed = body.flow(self.solver.pressure, self.pull, old_places, old)
             for layer, place in enumerate(places):
                 if place.size > old_places[layer].size:
                     mixer.grow(len(x) + layer, old_places[layer], place)

@@ -18,6 +18,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.halfspace import tensors
 from roughcontact.material.material import Material
 from roughcontact.shown import Shown
+from roughcontact.volume.path import PathPoint
 from roughcontact.volume.profiles import DepthProfile, DepthSection, LayerProfile
 
 Array = NDArray[Any]
@@ -63,6 +64,8 @@ class Increment:
     step_error : float, optional
         Estimate of what the finite steps of the path so far change, as a share of the approach
         and of the contact area; see `roughcontact.volume.stepping`. None where it is not known.
+    offset, friction, direction : (float, float), float, float
+        Where the counter-surface was [m] and what it pulled; see `PathPoint`.
     """
 
     load: float
@@ -74,6 +77,14 @@ class Increment:
     residuals: tuple[float, ...]
     convolutions: int
     step_error: float | None = None
+    offset: tuple[float, float] = (0.0, 0.0)
+    friction: float = 0.0
+    direction: float = 0.0
+
+    @property
+    def point(self) -> PathPoint:
+        """The point of the path."""
+        return PathPoint(self.load, self.offset, self.friction, self.direction)
 
     @property
     def residual(self) -> float:

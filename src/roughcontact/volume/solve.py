@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -34,6 +34,7 @@ from roughcontact.volume import checks, memory, stepping
 from roughcontact.volume.contact_solver import CONTACT_TOLERANCE, ContactSolver, untouched
 from roughcontact.volume.extent import LEAST_LAYERS, Extent, first_extent
 from roughcontact.volume.loop import Look, Loop
+from roughcontact.volume.path import PathPoint
 from roughcontact.volume.problem import Problem
 from roughcontact.volume.result import CONVERGED, ElastoplasticResult, Increment
 from roughcontact.volume.stepping import AUTO
@@ -52,6 +53,7 @@ def solve_elastoplastic(
     material: Material,
     load: Quantity | Load | None = None,
     loads: Quantities | None = None,
+    path: Sequence[PathPoint] | None = None,
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
     boundary: str = "free",
@@ -76,9 +78,15 @@ def solve_elastoplastic(
         Of the rough body and of its counter-body: elastic without a yield strength, perfectly
         plastic with one, hardening with ``hardening``. At least one yields.
     load : float, str, quantity of pint, NominalPressure, LineLoad or HertzPressure
-        Last load [N], in any form that `roughcontact.solve` takes; give either this or ``loads``.
+        Last load [N], in any form that `roughcontact.solve` takes; give either this, ``loads`` or
+        ``path``.
     loads : sequence of float
         Loads one after the other [N]; zero separates the bodies.
+    path : sequence of PathPoint
+        Loads one after the other, with the place of the counter-surface and full sliding. Plastic
+        strain stays where it is in both bodies, as without slip: the counter-surface is a form
+        that rolls over them, or what slides and does not yield. Points are visited as they are,
+        with ``increments`` left alone.
     counter_surface : Surface, optional
         Heights of the counter-body on the same grid; a flat without it.
     boundary : {"free", "periodic"}
@@ -164,16 +172,19 @@ def solve_elastoplastic(
     problem = Problem(pair, tolerance, max_iterations, precision)
     checks.check_arguments(problem, increments, *volume, start, on_failure)
     force, given = on(load, pair)
-    path = checks.path_of(force, quantity(loads, "force", "loads"), increments, start)
+    forces = quantity(loads, "force", "loads")
+    points = checks.path_of(force, forces, path, increments, start)
+    checks.check_path(problem, points)
+    automatic = increments == AUTO and path is None
     # Before anything of the size of the map is made; again once the volume is known.
     least = LEAST_LAYERS if layers is None else np.size(volume[1])
     memory.require(pair.shape, least, **memory.given(problem))
     workspace = Workspace()
-    solver, extent = _prepared(problem, max(path), *volume, start, workspace)
+    solver, extent = _prepared(problem, points, *volume, start, workspace)
     layered = [extent.margin, layers is None, *extent.thickness]
     loop_in = partial(Loop, problem, solver, workspace, deepen=layers is None)
-    with kept(folder, problem, path, start, layered, automatic=increments == AUTO) as steps:
-        run = _Run(problem, path, increments == AUTO, steps, progress, began)
+    with kept(folder, problem, points, start, layered, automatic=automatic) as steps:
+        run = _Run(problem, points, automatic, steps, progress, began)
         result = run.finished(start, extent, loop_in)
     return _judged(_told(result, given), on_failure, folder)
 
@@ -185,14 +196,15 @@ def _told(result: ElastoplasticResult, given: GivenLoad | None) -> Elastoplastic
 
 def _prepared(
     problem: Problem,
-    load: float,
+    path: Sequence[PathPoint],
     depth: float | None,
     layers: ArrayLike | None,
     start: ElastoplasticResult | None,
     workspace: Workspace,
 ) -> tuple[ContactSolver, Extent]:
-    """Return the solver of the contact and the volume to start with, for loads up to this one."""
+    """Return the solver of the contact and the volume to start with, for the loads of a path."""
     solver = untouched(problem, workspace)
+    load = max(point.load for point in path)
     checks.check_capacity(problem, solver, load)
     if start is None:
         extent = first_extent(problem, solver, load, depth, layers)
@@ -211,8 +223,8 @@ class _Run:
     ----------
     problem : Problem
         What all loads have in common.
-    path : list of float
-        The loads [N].
+    path : list of PathPoint
+        Its points.
     automatic : bool
         Whether the steps to each are chosen by their error.
     steps : Steps
@@ -224,7 +236,7 @@ class _Run:
     """
 
     problem: Problem
-    path: list[float]
+    path: list[PathPoint]
     automatic: bool
     steps: Steps
     progress: Tell
@@ -268,11 +280,12 @@ class _Run:
         for number in range(first, len(self.path)):
             result = None
             loop.thaw()
-            status = reach(loop, self.path[number], done, self._watch(number))
+            point = self.path[number]
+            status = reach(loop, point, done, self._watch(number))
             if status != CONVERGED:
                 break
             # The pressure under the largest load is kept for those who look at what it left.
-            lowered = number + 1 < len(self.path) and self.path[number + 1] < self.path[number]
+            lowered = any(p.load < point.load for p in self.path[number + 1 : number + 2])
             if self.steps or lowered:
                 result = _result(loop, done, status, self.began, largest)
                 largest = result.largest
@@ -285,7 +298,7 @@ class _Run:
 
         def watch(load: float, iteration: int, residual: float) -> None:
             if callable(self.progress):
-                look = Look(load, self.path[-1], iteration, residual, self.problem.tolerance)
+                look = Look(load, self.path[-1].load, iteration, residual, self.problem.tolerance)
                 self.progress(Progress(number + 1, len(self.path), look))
 
         return watch
@@ -319,15 +332,18 @@ def _result(
     The largest load before comes with its pressure.
     """
     load = done[-1].load if done else 0.0
+    pair = loop.problem.pair_at(done[-1].offset) if done else loop.problem.pair
     problem, solver = loop.problem, loop.solver
     before, loaded = solver.convolutions, solver.loaded
     displacement = loop.displacement()
     solver.press(displacement, load, CONTACT_TOLERANCE)
     # The next load starts from where the loop ended, whether or not anyone looks at this one.
     solver.loaded = loaded
-    finished = [body.finished(solver.pressure, loop.extent.margin) for body in loop.bodies]
+    finished = [
+        body.finished(solver.pressure, loop.pull, loop.extent.margin) for body in loop.bodies
+    ]
     seconds = time.perf_counter() - began
-    pressed = _pressed(problem, solver, displacement, load, solver.convolutions - before, seconds)
+    pressed = _pressed(pair, solver, displacement, load, solver.convolutions - before, seconds)
     if status == CONVERGED and not pressed.converged:
         status = Sentence(
             "the contact did not converge at the last load: ", *parts_of(pressed.status)
@@ -348,7 +364,7 @@ def _result(
 
 
 def _pressed(
-    problem: Problem,
+    pair: Pair,
     solver: ContactSolver,
     displacement: Array,
     load: float,
@@ -363,13 +379,13 @@ def _pressed(
         gap = solution.gap
     gap = gap[solver.inside].copy()
     gap[np.isinf(gap)] = np.nan
-    carried = float(solver.pressure.sum()) * problem.pair.pixel[0] * problem.pair.pixel[1]
+    carried = float(solver.pressure.sum()) * pair.pixel[0] * pair.pixel[1]
     load_error = abs(carried - load) / load if load else 0.0
     status = bounded.Status.CONVERGED if solution is None else solution.status
     if status is bounded.Status.CONVERGED and load_error > LOAD_TOLERANCE:
         status = bounded.Status.STALLED
     return ContactResult(
-        pair=problem.pair,
+        pair=pair,
         ceiling=None,
         precision="double",
         tolerance=CONTACT_TOLERANCE,

@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughcontact.volume.loop import Loop
+from roughcontact.volume.path import PathPoint
 from roughcontact.volume.result import CONVERGED, Increment
 
 AUTO = "auto"
@@ -44,13 +45,13 @@ class _Look(NamedTuple):
     near: float
 
 
-def between(before: float, load: float, count: int) -> list[float]:
-    """Return loads in equal steps; the last is as given, and not what rounding makes of it."""
-    return [*(before + (load - before) * i / count for i in range(1, count)), float(load)]
+def between(before: PathPoint, point: PathPoint, count: int) -> list[PathPoint]:
+    """Return points in equal steps; the last is as given, and not what rounding makes of it."""
+    return [*(before.between(point, i, count) for i in range(1, count)), point]
 
 
 def reach(
-    loop: Loop, load: float, done: list[Increment], watch: Callable[[float, int, float], None]
+    loop: Loop, point: PathPoint, done: list[Increment], watch: Callable[[float, int, float], None]
 ) -> str:
     """Visit a load in as many steps as the error asks for; return why it stopped.
 
@@ -58,7 +59,7 @@ def reach(
     ----------
     loop : Loop
         The loop, in the state after ``done``.
-    load, done, watch
+    point, done, watch
         As for `Loop.reach`; the increments added tell of their error.
 
     Returns
@@ -66,10 +67,10 @@ def reach(
     str
         `CONVERGED`, or a reason in words.
     """
-    before = done[-1].load if done else 0.0
+    before, load = done[-1].load if done else 0.0, point.load
     allowed = STEP_ERROR * abs(load - before) / max(load, before, np.finfo(float).tiny)
     start, parts = loop.held(), _first(load, done)
-    status, found, flowed = _tried(loop, load, parts, done, watch)
+    status, found, flowed = _tried(loop, point, parts, done, watch)
     coarse = _look(loop) if status == CONVERGED else None
     if coarse and not flowed:
         # Nothing flows, so nothing turns.
@@ -78,7 +79,7 @@ def reach(
     most, more, error = _MOST * parts, 2 * parts, math.inf
     while True:
         loop.restore(start)
-        status, found, _ = _tried(loop, load, more, done, watch)
+        status, found, _ = _tried(loop, point, more, done, watch)
         if status != CONVERGED:
             _add(done, found, None)
             return status
@@ -103,7 +104,7 @@ def _first(load: float, done: list[Increment]) -> int:
 
 def _tried(
     loop: Loop,
-    load: float,
+    point: PathPoint,
     parts: int,
     done: list[Increment],
     watch: Callable[[float, int, float], None],
@@ -113,7 +114,8 @@ def _tried(
     Returns why it stopped, all increments up to there, and whether anything flowed in these.
     """
     found, status, flowed = list(done), CONVERGED, False
-    for step in between(done[-1].load if done else 0.0, load, parts):
+    before = done[-1].point if done else PathPoint(0.0, point.offset)
+    for step in between(before, point, parts):
         status = loop.reach(step, found, watch)
         flowed = flowed or loop.flowing
         if status != CONVERGED:

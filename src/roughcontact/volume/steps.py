@@ -15,6 +15,7 @@ from roughcontact.contact import resume
 from roughcontact.contact.resume import Place
 from roughcontact.errors import FormatError, InputError
 from roughcontact.volume import archive
+from roughcontact.volume.path import PathPoint
 from roughcontact.volume.problem import Problem
 from roughcontact.volume.result import ElastoplasticResult
 
@@ -25,7 +26,7 @@ Array = NDArray[Any]
 def kept(
     folder: str | os.PathLike[str] | None,
     problem: Problem,
-    path: list[float],
+    path: list[PathPoint],
     start: ElastoplasticResult | None,
     volume: list[float],
     *,
@@ -39,8 +40,8 @@ def kept(
         Where they are kept; nothing is kept without one.
     problem : Problem
         What all loads have in common.
-    path : list of float
-        The loads [N].
+    path : list of PathPoint
+        Its points.
     start : ElastoplasticResult, optional
         The state before the first.
     volume : list of float
@@ -79,11 +80,11 @@ class Steps:
         Where they are kept.
     problem : Problem
         What all loads have in common.
-    path : list of float
-        The loads [N].
+    path : list of PathPoint
+        Its points.
     """
 
-    def __init__(self, place: Place | None, problem: Problem, path: list[float]) -> None:
+    def __init__(self, place: Place | None, problem: Problem, path: list[PathPoint]) -> None:
         self._problem, self._path = problem, path
         self._files: list[Path] = []
         self._mark: dict[str, Array] = {}
@@ -106,13 +107,13 @@ class Steps:
         file = self._files[done - 1]
         try:
             result, carried = archive.load_step(file)
-            asked = carried.pop("loads")
+            asked = carried.pop("path")
             foreign = carried.pop("problem").tolist() != self._mark["problem"].tolist()
         except FormatError as error:
             raise FormatError(*error.parts, f"; remove {file} to solve it again") from None
         except KeyError:
             raise FormatError(f"{file} is no step of a run; remove it to solve it again") from None
-        if asked.tolist() != self._path[:done]:
+        if not np.array_equal(asked, self._rows(done)):
             raise InputError(
                 f"{file.parent} holds another run: loads differ; give another folder, or remove "
                 "this one to start again",
@@ -123,12 +124,17 @@ class Steps:
             raise FormatError(f"{file} is a step of another run; remove it to solve it again")
         return done, result, carried
 
+    def _rows(self, count: int) -> Array:
+        """Return the first points of the path as numbers."""
+        path = self._path[:count]
+        return np.array([(p.load, *p.offset, p.friction, p.direction) for p in path])
+
     def save(self, number: int, result: ElastoplasticResult, carried: dict[str, Array]) -> None:
         """Write the state after a load, and what the loop carries on from it."""
         file = self._files[number]
         try:
             archive.save_elastoplastic(
-                result, file, carried | self._mark | {"loads": np.array(self._path[: number + 1])}
+                result, file, carried | self._mark | {"path": self._rows(number + 1)}
             )
         except OSError as error:
             reason = error.strerror or " ".join(str(error).split())

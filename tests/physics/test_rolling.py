@@ -1,0 +1,240 @@
+"""A roller that passes over a body that yields, against laws and Johnson's shakedown limits.
+
+Johnson, Contact Mechanics (1985), section 9.2: without friction a line contact shakes down up to a
+Hertz pressure of 4.00 k, k = σ_Y/√3, and beyond it every pass adds the same shear.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import roughcontact as rc
+from roughcontact.errors import InputError
+from roughcontact.halfspace import tensors
+from roughcontact.material.hardening import Hardening, Kinematic, Linear, Perfect
+from roughcontact.surface import nominal
+from roughcontact.surface.shifting import shifted
+
+STRENGTH, YOUNG, POISSON = 1e9, 210e9, 0.3
+SHEAR = STRENGTH / math.sqrt(3)
+PIXEL = (1e-6, 1e-6)
+
+
+class Line:
+    """A roller on a flat, one period of a row of rollers.
+
+    Parameters
+    ----------
+    peak : float
+        Hertz pressure over the shear strength k.
+    half_width : int
+        Of the contact, in pixels.
+    """
+
+    def __init__(
+        self,
+        peak: float,
+        half_width: int = 7,
+        points: int = 64,
+        law: Hardening | None = None,
+    ) -> None:
+        shape, pressure, width = (8, points), peak * SHEAR, half_width * PIXEL[1]
+        modulus = YOUNG / (1 - POISSON**2)
+        radius = width * modulus / (2 * pressure)
+        self.load = math.pi / 2 * width * pressure * shape[0] * PIXEL[0]
+        self.points, self.width = points, width
+        self.steel = rc.Material(YOUNG, POISSON, None if law else STRENGTH, hardening=law)
+        self.flat = rc.Surface(np.zeros(shape), PIXEL)
+        self.roller = nominal.cylinder(radius=radius, angle=90.0, shape=shape, pixel=PIXEL)
+        self.layers = np.full(16, 3 * width / 16)
+
+    def at(self, x: float, friction: float = 0.0, direction: float = 0.0) -> rc.PathPoint:
+        """Return the point with the roller moved by ``x`` pixels."""
+        return rc.PathPoint(self.load, (0.0, x * PIXEL[1]), friction, direction)
+
+    def solved(
+        self,
+        path: Sequence[rc.PathPoint],
+        start: rc.ElastoplasticResult | None = None,
+        precision: str = "double",
+        tolerance: float = 1e-4,
+        folder: Path | None = None,
+    ) -> rc.ElastoplasticResult:
+        return rc.solve_elastoplastic(
+            self.flat, material=self.steel, counter_surface=self.roller, path=path,
+            boundary="periodic", precision=precision, tolerance=tolerance, start=start,
+            layers=None if start else self.layers, folder=folder,
+        )  # fmt: skip
+
+    def passes(self, count: int, stride: int = 2, friction: float = 0.0) -> list[float]:
+        """Return by how much the largest accumulated strain has grown in each of some passes."""
+        result, strains = None, [0.0]
+        for _ in range(count):
+            path = [self.at(x, friction) for x in range(0, self.points, stride)]
+            result = self.solved(path, result, "single", 1e-3)
+            strains.append(result.max_plastic_strain)
+        return np.diff(strains).tolist()
+
+
+def strain_of(result: rc.ElastoplasticResult) -> NDArray[np.float64]:
+    return tensors.tensor(result.bodies[0].plastic_strain.swapaxes(0, 1))
+
+
+def test_a_way_there_and_back_without_flow_is_elastic() -> None:
+    line = Line(2.0)
+    result = line.solved([line.at(x) for x in (0, 5, 9.5, 5, 0)])
+    assert result.plastic_volume == 0
+    assert not result.residual_displacement.any()
+    alone = line.solved([line.at(0)])
+    largest = alone.solution.pressure.max()
+    np.testing.assert_allclose(
+        result.solution.pressure, alone.solution.pressure, atol=1e-5 * largest
+    )
+    assert [step.offset[1] for step in result.increments] == [
+        pytest.approx(x * PIXEL[1]) for x in (0, 5, 9.5, 5, 0)
+    ]
+    assert result.increments[2].approach == pytest.approx(alone.increments[0].approach, rel=1e-3)
+
+
+def test_a_pass_the_other_way_mirrors_the_strain() -> None:
+    line = Line(4.3, half_width=5, points=32)
+    there = line.solved([line.at(x, 0.1, 0.0) for x in range(0, 16, 4)])
+    back = line.solved([line.at(-x, 0.1, 180.0) for x in range(0, 16, 4)])
+    assert there.max_plastic_strain > 1e-3
+    # Tensors change the sign of what has one index x: the axes are x, y, z.
+    mirrored = strain_of(back)[:, :, ::-1] * np.outer([-1, 1, 1], [-1, 1, 1])
+    np.testing.assert_allclose(strain_of(there), mirrored, atol=1e-3 * there.max_plastic_strain)
+
+
+def test_where_the_path_begins_does_not_matter() -> None:
+    line = Line(4.3, half_width=5, points=32)
+    first = line.solved([line.at(x) for x in (0, 3, 6)])
+    later = line.solved([line.at(x) for x in (10, 13, 16)])
+    moved = np.roll(first.bodies[0].plastic_strain, 10, axis=-1)
+    np.testing.assert_allclose(
+        later.bodies[0].plastic_strain, moved, atol=1e-5 * first.max_plastic_strain
+    )
+
+
+def test_offsets_between_pixels_change_little() -> None:
+    line = Line(4.3, half_width=8, points=48)
+    on = line.solved([line.at(x) for x in (0, 4, 8, 12)])
+    off = line.solved([line.at(x + 0.5) for x in (0, 4, 8, 12)])
+    assert off.max_plastic_strain == pytest.approx(on.max_plastic_strain, rel=0.01)
+    assert off.increments[-1].approach == pytest.approx(on.increments[-1].approach, rel=0.01)
+
+
+def test_friction_shears_along_its_direction() -> None:
+    line = Line(3.5, half_width=6, points=48)
+    found = {}
+    for direction in (0.0, 90.0, 180.0):
+        result = line.solved([line.at(0, 0.3, direction)])
+        found[direction] = (strain_of(result) * line.layers[:, None, None, None, None]).sum(0)
+    along, across, back = found[0.0], found[90.0], found[180.0]
+    # The body is dragged along: its surface moves with the traction, u' = 2 ε_xz < 0 with depth.
+    assert along[..., 0, 2].sum() < 0
+    assert abs(along[..., 1, 2]).max() < 1e-9
+    assert across[..., 1, 2].sum() < 0
+    np.testing.assert_allclose(back[..., 0, 2].sum(), -along[..., 0, 2].sum(), rtol=1e-3)
+
+
+def test_a_path_goes_on_to_the_same_bits(tmp_path: Path) -> None:
+    line = Line(4.3, half_width=5, points=32)
+    path = [line.at(x, 0.1) for x in (0, 3, 6, 9)]
+    whole = line.solved(path, folder=tmp_path / "whole")
+    line.solved(path[:2], folder=tmp_path / "parts")
+    parts = line.solved(path, folder=tmp_path / "parts")
+    for one, other in zip(whole.bodies, parts.bodies, strict=True):
+        assert one.plastic_strain.tobytes() == other.plastic_strain.tobytes()
+        assert one.stress.tobytes() == other.stress.tobytes()
+    again = rc.load_elastoplastic(tmp_path / "parts" / "step-0004.nc")
+    assert [step.point for step in again.increments] == path
+    with pytest.raises(InputError, match="holds another run"):
+        line.solved([line.at(x, 0.2) for x in (0, 3, 6, 9)], folder=tmp_path / "parts")
+
+
+def test_both_bodies_yield_alike_where_they_roll() -> None:
+    line = Line(4.3, half_width=5, points=32)
+    # Twice as soft together, at the same pressure: the radius halves.
+    roller = rc.Surface(2 * line.roller.heights, PIXEL, holes_masked=True)
+    result = rc.solve_elastoplastic(
+        line.flat, material=line.steel, counter_material=line.steel, counter_surface=roller,
+        path=[line.at(x) for x in (0, 3, 6)], boundary="periodic", layers=line.layers,
+        precision="double",
+    )  # fmt: skip
+    first, second = (body.accumulated for body in result.bodies)
+    assert first.max() > 1e-3
+    np.testing.assert_allclose(second, first, rtol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("peak", "shakes"), [(3.88, True), (4.12, False)])
+def test_shakedown_limit_of_a_line_contact(peak: float, shakes: bool) -> None:
+    grown = Line(peak, half_width=14, points=128).passes(5)
+    # A period of 9 a adds the stress of the mean pressure, which is the same all along.
+    assert (grown[-1] < 0.02 * grown[0]) == shakes
+
+
+@pytest.mark.slow
+def test_isotropic_hardening_dies_out_and_kinematic_hardening_cycles() -> None:
+    isotropic = Line(4.6, law=Linear(STRENGTH, 5e9)).passes(5)
+    assert isotropic[-1] < 0.05 * isotropic[0]
+    kinematic = Line(4.6, law=Kinematic(Perfect(STRENGTH), 5e9)).passes(5)
+    assert kinematic[-1] == pytest.approx(kinematic[-2], rel=0.1)
+    assert kinematic[-1] > 0.1 * kinematic[0]
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        ([], "row of PathPoint"),
+        ([1.0], "row of PathPoint"),
+        ([rc.PathPoint(0.0)], "all zero"),
+    ],
+)
+def test_bad_paths(path: list[rc.PathPoint], words: str) -> None:
+    line = Line(3.0, points=32)
+    with pytest.raises(InputError, match=words):
+        line.solved(path)
+
+
+def test_paths_that_no_model_has() -> None:
+    line = Line(3.0, points=32)
+    options = dict(material=line.steel, boundary="periodic")
+    with pytest.raises(InputError, match="moves a counter-surface, and there is none"):
+        rc.solve_elastoplastic(line.flat, path=[line.at(1)], **options)
+    with pytest.raises(InputError, match="slides a counter-body that yields"):
+        rc.solve_elastoplastic(
+            line.flat, counter_surface=line.roller, counter_material=line.steel,
+            path=[line.at(0, 0.1)], **options,
+        )  # fmt: skip
+    with pytest.raises(InputError, match="load must be finite and not negative"):
+        rc.PathPoint(-1.0)
+    with pytest.raises(InputError, match="offset must be two finite numbers"):
+        rc.PathPoint(1.0, (1.0,))
+
+
+def test_surfaces_that_move() -> None:
+    heights = np.random.default_rng(5).random((6, 7))
+    surface = rc.Surface(heights, PIXEL)
+    around = shifted(surface, (2e-6, -3e-6), (0, 1))
+    np.testing.assert_array_equal(around.heights, np.roll(heights, (2, -3), (0, 1)))
+    out = shifted(surface, (2e-6, 0.0), (1,))
+    assert np.isnan(out.heights[:2]).all()
+    assert out.holes_masked
+    np.testing.assert_array_equal(out.heights[2:], heights[:-2])
+    ball = nominal.sphere(radius=1e-3, shape=(9, 9), pixel=PIXEL)
+    exact = nominal.sphere(radius=1e-3, shape=(9, 9), pixel=PIXEL, center=(4.3, 3.6))
+    np.testing.assert_allclose(shifted(ball, (0.3e-6, -0.4e-6)).heights, exact.heights, atol=1e-20)
+    x = np.arange(48) * 2 * math.pi / 48
+    wave = rc.Surface(np.tile(np.sin(x), (4, 1)), PIXEL)
+    half = shifted(wave, (0.0, 0.5e-6), (0, 1)).heights
+    np.testing.assert_allclose(half, np.tile(np.sin(x - math.pi / 48), (4, 1)), atol=1e-5)
+    with pytest.raises(InputError, match="missing points"):
+        shifted(out, (0.5e-6, 0.0))
