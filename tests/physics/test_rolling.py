@@ -6,9 +6,11 @@ Hertz pressure of 4.00 k, k = σ_Y/√3, and beyond it every pass adds the same 
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +20,7 @@ import roughcontact as rc
 from roughcontact.errors import InputError
 from roughcontact.halfspace import tensors
 from roughcontact.material.hardening import Hardening, Kinematic, Linear, Perfect
+from roughcontact.report import script
 from roughcontact.surface import nominal
 from roughcontact.surface.shifting import shifted
 
@@ -99,7 +102,7 @@ def test_a_way_there_and_back_without_flow_is_elastic() -> None:
     assert [step.offset[1] for step in result.increments] == [
         pytest.approx(x * PIXEL[1]) for x in (0, 5, 9.5, 5, 0)
     ]
-    assert result.increments[2].approach == pytest.approx(alone.increments[0].approach, rel=1e-3)
+    assert result.increments[2].approach == pytest.approx(alone.increments[0].approach, rel=1e-2)
 
 
 def test_a_pass_the_other_way_mirrors_the_strain() -> None:
@@ -171,6 +174,26 @@ def test_both_bodies_yield_alike_where_they_roll() -> None:
     first, second = (body.accumulated for body in result.bodies)
     assert first.max() > 1e-3
     np.testing.assert_allclose(second, first, rtol=1e-9)
+
+
+def test_what_is_told_of_a_path(tmp_path: Path) -> None:
+    line = Line(4.3, half_width=5, points=32)
+    result = line.solved([line.at(x, 0.1, 180.0) for x in (0, 3)], None, "single", 1e-3)
+    told = str(result)
+    assert "moved along x" in told
+    assert "180 degree" in told
+    result.report(tmp_path / "out.html")
+    page = (tmp_path / "out.html").read_text("utf-8")
+    assert "pulls with up to 0.1 of the pressure" in page
+    result.save(tmp_path / "result.nc")
+    np.save(tmp_path / "surface.npy", line.flat.heights)
+    names: dict[str, Any] = {}
+    with contextlib.chdir(tmp_path):
+        exec(script.repeating_volume(result), names)
+    again = names["result"].bodies[0].plastic_strain
+    np.testing.assert_allclose(
+        again, result.bodies[0].plastic_strain, atol=2e-3 * result.max_plastic_strain
+    )
 
 
 @pytest.mark.slow

@@ -366,7 +366,7 @@ def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
 
 
 def path(result: ElastoplasticResult) -> Figure:
-    """Draw the increments one after the other over the load.
+    """Draw the increments one after the other over the load, or over their number if they travel.
 
     Parameters
     ----------
@@ -386,6 +386,10 @@ def path(result: ElastoplasticResult) -> Figure:
     grid = figure.subplots(2, 2, sharex=True)
     load = np.array([0.0, *(step.load for step in steps)])
     factor, unit = prefixed(float(load.max()), "N")
+    abscissa, over = load * factor, f"load [{unit}]"
+    if result.travelled:
+        # Under one load all along, points would stand on top of each other.
+        abscissa, over = np.arange(load.size, dtype=float), "increment"
     unloads = np.diff(load) < 0
     quantities = [
         ([step.approach for step in steps], "approach", "m"),
@@ -400,7 +404,7 @@ def path(result: ElastoplasticResult) -> Figure:
             scale, shown = prefixed_area(top or 1.0)
         else:
             scale, shown = prefixed(top, dimension) if dimension != "%" else (1.0, "%")
-        x, y = load * factor, values * scale
+        x, y = abscissa, values * scale
         for kind, colour, line, label in (
             (False, SERIES[0], "-", "loading"), (True, SERIES[1], "--", "unloading"),
         ):  # fmt: skip
@@ -417,10 +421,12 @@ def path(result: ElastoplasticResult) -> Figure:
         axes.set_ylim(min(0.0, 1.05 * float(y.min())), 1.08 * float(y.max()) or 1.0)
         plain_axes(axes)
     for axes in grid[1]:
-        axes.set_xlabel(f"load [{unit}]", fontsize=LABEL)
+        axes.set_xlabel(over, fontsize=LABEL)
     shared_legend(figure, grid)
     count = counted(len(steps), "increment")
-    figure.suptitle(f"Path of loads, {count}{doubt(result)}", fontsize=TITLE)
+    figure.suptitle(
+        f"Path{'' if result.travelled else ' of loads'}, {count}{doubt(result)}", fontsize=TITLE
+    )
     return figure
 
 

@@ -154,6 +154,22 @@ def _of_steps(result: ElastoplasticResult) -> str:
     return f"they make an error of about {100 * error:.2g} % of approach and contact area"
 
 
+def _way(result: ElastoplasticResult) -> str:
+    if not result.travelled:
+        return "The bodies are pressed together without tilting or sliding."
+    text = (
+        "The counter-surface moved over the body without tilting, and plastic strain stays at its "
+        "place in both bodies, as where one rolls over the other without slip."
+    )
+    largest = max(step.friction for step in result.increments)
+    if largest:
+        text += (
+            f" It pulls with up to {largest:.3g} of the pressure, at full sliding; that a traction "
+            "also moves surfaces up and down where the bodies differ is left out."
+        )
+    return text
+
+
 def _path(result: ElastoplasticResult) -> Statement:
     loads = [step.load for step in result.increments]
     if not loads:
@@ -164,7 +180,7 @@ def _path(result: ElastoplasticResult) -> Statement:
         f"{engineering(max(loads), 'N')}"
         + (f", and ended at {engineering(loads[-1], 'N')}. " if turns else ". ")
         + "The result depends on this path, and on the size of its increments: "
-        f"{_of_steps(result)}. The bodies are pressed together without tilting or sliding. They "
-        "were free of stress before: residual stress of machining is not in it."
+        f"{_of_steps(result)}. {_way(result)} They were free of stress before: residual stress of "
+        "machining is not in it."
     )
     return Statement("Path of loads", text, (Kind.RESIDUAL,))

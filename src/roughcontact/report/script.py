@@ -123,7 +123,7 @@ def repeating_volume(result: ElastoplasticResult) -> str:
     contact = result.solution
     if not result.increments:
         return ""
-    script = _Script()
+    script = _Script(".solution")
     script.add_maps(contact)
     materials = _materials(contact)
     script.add_laws(materials)
@@ -132,10 +132,13 @@ def repeating_volume(result: ElastoplasticResult) -> str:
     lines.append("layers = [  # from the surface down [m]")
     lines += textwrap.wrap(", ".join(thickness) + ",", 90, initial_indent="    ",
                            subsequent_indent="    ")  # fmt: skip
-    loads = ", ".join(_number(step.load) for step in result.increments)
     lines += ["]", "result = rc.solve_elastoplastic(", "    surface,"]
-    lines += textwrap.wrap(f"loads=[{loads}],", 90, initial_indent="    ",
-                           subsequent_indent="        ")  # fmt: skip
+    if result.travelled:
+        lines += ["    path=[", *_points(result), "    ],"]
+    else:
+        loads = ", ".join(_number(step.load) for step in result.increments)
+        lines += textwrap.wrap(f"loads=[{loads}],", 90, initial_indent="    ",
+                               subsequent_indent="        ")  # fmt: skip
     lines += [f"    {name}={_material(body)}," for name, body in materials.items()]
     if contact.counter_surface is not None:
         lines.append("    counter_surface=counter_surface,")
@@ -153,9 +156,16 @@ def repeating_volume(result: ElastoplasticResult) -> str:
 
 
 class _Script:
-    """Lines of Python and the imports that they need."""
+    """Lines of Python and the imports that they need.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    held : str
+        The contact in the file that holds the result: it, or an attribute of it.
+    """
+
+    def __init__(self, held: str = "") -> None:
+        self.held = held
         self.imports = {"import roughcontact as rc"}
         self.lines: list[str] = []
         self.names: set[str] = set()
@@ -190,7 +200,7 @@ class _Script:
         if lost:
             self.comment(f"No script can repeat what is known as: {'; '.join(lost)}")
             self.comment("The map as it was pressed is in the file that holds the result.")
-            self.lines.append(f'{name} = rc.load_result("{_RESULT}").{name}')
+            self.lines.append(f'{name} = rc.load_result("{_RESULT}"){self.held}.{name}')
         else:
             self.add(name, surface.traced())
 
@@ -319,6 +329,19 @@ def _lost(about: Provenance) -> list[str]:
         *(text for step in steps if step.method not in vars(Surface) for text in step.sentences),
         *(text for value in inner if isinstance(value, Provenance) for text in _lost(value)),
     ]
+
+
+def _points(result: ElastoplasticResult) -> list[str]:
+    """Return the points of a path, told from where the counter-surface is in the end."""
+    last = result.increments[-1].offset
+    lines = []
+    for step in result.increments:
+        y, x = (now - end for now, end in zip(step.offset, last, strict=True))
+        words = [_number(step.load), f"({_number(y)}, {_number(x)})"]
+        if step.friction:
+            words += [_number(step.friction), _number(step.direction)]
+        lines.append(f"        rc.PathPoint({', '.join(words)}),")
+    return lines
 
 
 def _materials(result: ContactResult) -> dict[str, Material]:

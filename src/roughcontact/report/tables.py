@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -356,9 +357,20 @@ RELEASED_HEADLINES = (
 """What it says first where the load is gone."""
 
 
+def _offset(axis: int) -> Callable[[ElastoplasticResult], list[float]]:
+    return lambda result: [step.offset[axis] for step in result.increments]
+
+
+_TRAVELLED = attrgetter("travelled")
 INCREMENTS: Columns = (
     Column("number", "increment", of=lambda r: range(1, len(r.increments) + 1), stored=False),
     Column("load", "load", unit="N", steps="increments", stored=False),
+    Column("offset_y", "moved along y", unit="m", of=_offset(0), stored=False, when=_TRAVELLED),
+    Column("offset_x", "moved along x", unit="m", of=_offset(1), stored=False, when=_TRAVELLED),
+    Column("friction", "friction", steps="increments", stored=False, when=_TRAVELLED),
+    Column(
+        "direction", "towards", unit="degree", steps="increments", stored=False, when=_TRAVELLED
+    ),
     Column("approach", "approach", unit="m", steps="increments", stored=False),
     Column("contact_area", "contact area", unit="m²", steps="increments", stored=False),
     Column("max_pressure", "largest pressure", unit="Pa", steps="increments", stored=False),

@@ -102,7 +102,7 @@ def _to_dataset(result: ElastoplasticResult) -> tuple[xarray.Dataset, dict[str, 
     for name, body in zip(_yielding(result.solution), result.bodies, strict=True):
         packed |= _add_body(dataset, name, body)
     dataset["component"] = ("component", list(_COMPONENTS))
-    _add_increments(dataset, result.increments)
+    _add_increments(dataset, result)
     dataset.attrs |= {
         "elastoplastic_status": str(result.status),
         "elastoplastic_precision": result.precision,
@@ -132,14 +132,15 @@ def _add_body(dataset: xarray.Dataset, name: str, body: PlasticBody) -> dict[str
     return packed
 
 
-def _add_increments(dataset: xarray.Dataset, increments: tuple[Increment, ...]) -> None:
+def _add_increments(dataset: xarray.Dataset, result: ElastoplasticResult) -> None:
+    increments = result.increments
     for field, unit in _STEPS.items():
         values = np.array([getattr(step, field) for step in increments])
         dataset[f"increment_{field}"] = ("increment", values, {"units": unit})
     unknown = [math.nan if step.step_error is None else step.step_error for step in increments]
     about = {"units": "1", "long_name": "error by the load steps so far, NaN where not estimated"}
     dataset["increment_step_error"] = ("increment", np.array(unknown), about)
-    if any(any(step.offset) or step.friction for step in increments):
+    if result.travelled:
         for field, (unit, text) in _PLACES.items():
             values = np.array([getattr(step, field) for step in increments])
             dims = ("increment", "axis")[: values.ndim]

@@ -243,6 +243,11 @@ class ElastoplasticResult(Shown):
         return max(step.load for step in self.increments), self.largest_pressure
 
     @property
+    def travelled(self) -> bool:
+        """Whether the counter-surface moved or slid on the path."""
+        return any(any(step.offset) or step.friction for step in self.increments)
+
+    @property
     def converged(self) -> bool:
         """Whether the whole path was followed within the tolerances."""
         return self.status == CONVERGED
