@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roughcontact.joint.interface import LOADING, UNLOADING, InterfaceLaw
+from roughcontact.joint.law_curve import between
 from roughcontact.plots.style import (
     DPI,
     ELASTIC,
@@ -82,12 +83,10 @@ def _draw_separation(axes: Axes, law: InterfaceLaw) -> None:
         pressures = law.pressures(branch)
         at = law.values(branch, "separation").mean(axis=0)
         axes.plot(at * scale, pressures * factor, "o", color=colour, markersize=4)
-    theory = law.persson(law.pressures())
+    fine = between(law.pressures(), 8)
+    theory = law.persson(fine)
     if np.isfinite(theory).all():
-        axes.plot(
-            theory * scale, law.pressures() * factor, "--", color=NEUTRAL,
-            label="Persson, elastic",
-        )  # fmt: skip
+        axes.plot(theory * scale, fine * factor, "--", color=NEUTRAL, label="Persson, elastic")
     found = law.resolved
     low, high = law.pressures()[[0, -1]]
     for first, last in ((low, found.low), (found.high, high)):

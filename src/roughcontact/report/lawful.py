@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from roughcontact.joint.interface import InterfaceLaw
@@ -23,8 +24,6 @@ from roughcontact.units import counted, engineering, percent, plain
 TITLE = "The law of the interface"
 """Of the chapter in a report."""
 
-_SCATTER = ("separation", "contact", "stiffness")
-
 
 def _of_contact(key: str) -> Quantity:
     changes: dict[str, Any] = {"name": "", "part": PROBLEM}
@@ -39,9 +38,9 @@ def _range(law: InterfaceLaw) -> str:
 
 
 def _columns(law: InterfaceLaw, branch: str) -> dict[str, list[float]]:
-    kept = [column for column in LAW_COLUMNS if column.stored and column.key != "branch"]
     steps = law.of_branch(branch)
-    return {column.key: [getattr(step, column.key) for step in steps] for column in kept}
+    names = [column.key for column in LAW_COLUMNS if column.stored and column.key != "branch"]
+    return {name: [getattr(step, name) for step in steps] for name in names}
 
 
 def _tables(law: InterfaceLaw) -> dict[str, Any]:
@@ -90,20 +89,22 @@ LAW: Table = (
 """Of an `InterfaceLaw`."""
 
 
-def _with_half(name: str, half: str, unit: str) -> Any:
-    """Return what a column tells: the mean, and half of its interval as a part of it."""
+def _parts(value: str, half: str) -> Callable[[InterfaceLaw], list[str]]:
+    """Return halves of intervals as parts of what they are of."""
 
     def shown(law: InterfaceLaw) -> list[str]:
-        return [_told(getattr(step, name), getattr(step, half), unit) for step in law.steps]
+        told = ((getattr(step, half), abs(getattr(step, value))) for step in law.steps)
+        return ["" if math.isnan(h) or not v else f"{100 * h / v:.2g} %" for h, v in told]
 
     return shown
 
 
-def _told(value: float, half: float, unit: str) -> str:
-    text = percent(value) if unit == "1" else engineering(value, unit, 3)
-    if math.isnan(half) or not value:
-        return text
-    return f"{text} ±{100 * half / abs(value):.2g} %"
+def _elastic(law: InterfaceLaw) -> bool:
+    return law.is_elastic
+
+
+def _several(law: InterfaceLaw) -> bool:
+    return len(law.maps) > 1
 
 
 def _per_length(value: float) -> str:
@@ -118,27 +119,31 @@ def _flows(law: InterfaceLaw) -> bool:
 LAW_COLUMNS: Columns = (
     Column("branch", "branch", when=_flows, form=lambda branch: branch.removesuffix("ing")),
     Column("pressure", "pressure", unit="Pa", digits=3),
+    Column("separation", "ū", unit="m", digits=3),
     Column(
-        "separation", "separation", unit="m", shown=_with_half("separation", "separation_half", "m")
+        "separation_half", "±", unit="m", shown=_parts("separation", "separation_half"),
+        when=_several,
     ),
     Column("mean_gap", "mean gap", unit="m", digits=3, brief=False),
+    Column("contact_fraction", "contact", form=percent),
     Column(
-        "contact_fraction", "contact", shown=_with_half("contact_fraction", "contact_half", "1")
+        "contact_half", "±", shown=_parts("contact_fraction", "contact_half"), when=_several,
+        brief=False,
     ),
     Column("saturated_fraction", "saturated", form=percent, when=_flows),
-    Column("stiffness", "stiffness GPa/µm", unit="Pa/m", form=_per_length),
+    Column("stiffness", "loading GPa/µm", unit="Pa/m", form=_per_length),
     Column(
-        "unloading_stiffness", "to unload GPa/µm", unit="Pa/m", form=_per_length, when=_flows,
+        "unloading_stiffness", "falling GPa/µm", unit="Pa/m", form=_per_length, when=_flows,
     ),
-    *(
-        Column(f"{name}_{kind}", unit={"separation": "m", "contact": "1"}.get(name, "Pa/m"))
-        for name in _SCATTER
-        for kind in ("deviation", "half")
-    ),
-    Column("persson_separation", "Persson", unit="m", digits=3),
+    Column("separation_deviation", unit="m"),
+    Column("contact_deviation"),
+    Column("stiffness_deviation", unit="Pa/m"),
+    Column("stiffness_half", unit="Pa/m"),
+    Column("persson_separation", unit="m"),
     Column(
-        "resolved", "resolved", form=lambda value: "yes" if value else "no", brief=False
+        "persson_separation", "Persson", unit="m", digits=3, stored=False, when=_elastic,
     ),
+    Column("resolved", "resolved", form=lambda value: "yes" if value else "no", brief=False),
 )  # fmt: skip
 """Of the steps of an `InterfaceLaw`."""
 
@@ -147,19 +152,19 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
     """Return what a reader of the law has to know."""
     several = len(law.maps) > 1
     return (
-        "The separation is that of the mean planes of the two surfaces, with what is indented "
+        "The separation ū is that of the mean planes of the two surfaces, with what is indented "
         "counted as negative; at first touch it is the height of the highest summit. Overclosure "
         "is minus the separation.",
-        "Loading stiffness is that of the elastic contact alone; in unloading all of the contact "
-        "resists.",
+        "Stiffness per area is told as the load grows, when the elastic contact alone resists, and "
+        "as it begins to fall, when all of the contact does.",
         *(
             () if law.is_elastic else
             ("Around spots at the ceiling the elastic contact is often one pixel wide: loading "
              "stiffness scatters by a tenth and more about the slope of the curve.",)
         ),
         *(
-            (f"Behind each ± stands half of the interval in which the mean over all maps of this "
-             f"surface lies with {100 * LEVEL:.0f} %.",)
+            (f"± is half of the interval in which the mean over all maps of this surface lies with "
+             f"{100 * LEVEL:.0f} %.",)
             if several else ()
         ),
         *(
@@ -170,7 +175,7 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
             ("Nothing is at the ceiling: unloading goes back the way of loading.",)
             if law.is_elastic else ()
         ),
-        "Persson's separation is that of the elastic joint with the spectrum of the maps.",
+        "Persson's theory is that of the elastic joint with the spectrum of the maps.",
         f"Tables for other programs have as many rows as straight lines need for {100 * ERROR:.0f} "
         "% of the pressure.",
     )  # fmt: skip
