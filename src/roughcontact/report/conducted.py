@@ -177,9 +177,10 @@ def sentences(found: Conductance) -> tuple[str, ...]:
              "resistance is a little larger, on a disc by less than 8 % of the constriction.",)
             if film else ()
         ),
-        "The resistance hangs on the coarse outline of the contact, where the current crowds: a "
-        "cluster of small spots conducts like one of its size. The contact area, and a film on it, "
-        "hang on the finest scales.",
+        "The resistance of an elastic contact hangs on its coarse outline, where the current "
+        "crowds: a cluster of small spots conducts like one of its size. The contact area, and a "
+        "film on it, hang on the finest scales; under a ceiling, which bounds the area, more and "
+        "smaller spots conduct better.",
         "The last two columns are estimates of the constriction length over that computed: "
         "Greenwood's formula from radii and places of the spots (1966), and the correlation for "
         f"large flat rough joints, which depends on the slope and so on the pixel; 95 % of "
