@@ -131,9 +131,9 @@ LAW_COLUMNS: Columns = (
         brief=False,
     ),
     Column("saturated_fraction", "saturated", form=percent, when=_flows),
-    Column("stiffness", "loading GPa/µm", unit="Pa/m", form=_per_length),
+    Column("stiffness", "loading", unit="Pa/m", form=_per_length),
     Column(
-        "unloading_stiffness", "falling GPa/µm", unit="Pa/m", form=_per_length, when=_flows,
+        "unloading_stiffness", "falling", unit="Pa/m", form=_per_length, when=_flows,
     ),
     Column("separation_deviation", unit="m"),
     Column("contact_deviation"),
@@ -155,8 +155,8 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
         "The separation ū is that of the mean planes of the two surfaces, with what is indented "
         "counted as negative; at first touch it is the height of the highest summit. Overclosure "
         "is minus the separation.",
-        "Stiffness per area is told as the load grows, when the elastic contact alone resists, and "
-        "as it begins to fall, when all of the contact does.",
+        "Stiffness per area, in GPa/µm, is told for a loading that goes on, when the elastic "
+        "contact alone resists, and for one that begins to fall, when all of the contact does.",
         *(
             () if law.is_elastic else
             ("Around spots at the ceiling the elastic contact is often one pixel wide: loading "
