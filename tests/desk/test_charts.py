@@ -122,6 +122,7 @@ def test_a_load_curve_and_the_load_now(surface):
 def test_a_load_history(surface):
     history = rc.load_history(surface, [0.3, 1.0, 0.1], material=STEEL)
     shown = History()
+    assert shown.energy.xaxis[0].ticker.min_interval == 1, "there is no step 1.5"
     shown.show(history)
     energy = history.column("dissipated_energy")
     assert shown.bars.data["energy"] / shown.bars.data["energy"].max() == pytest.approx(

@@ -52,6 +52,18 @@ def test_another_result_changes_only_what_is_of_the_result(surface, results):
     assert "largest 3 GPa" in shown.figures[PRESSURE].title.text
 
 
+def test_it_is_told_whose_heights_are_shown(surface, results):
+    shown = Maps()
+    shown.show(surface, results[0])
+    title = shown.figures[HEIGHTS].title
+    assert title.text.startswith("Heights, Sq")
+    both = rc.solve(surface, load=0.2, material=STEEL, counter_surface=surface)
+    shown.show(surface, both)
+    assert title.text.startswith("Heights of the body, Sq")
+    shown.clear()
+    assert title.text == "Heights"
+
+
 def test_the_view_stays_while_the_map_keeps_its_size(surface, results):
     shown = Maps()
     shown.show(surface, results[0])

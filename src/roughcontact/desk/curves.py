@@ -123,6 +123,9 @@ class History:
             "step", top="energy", width=0.7, source=self.bars, color=SATURATED, line_color=None
         )
         self.energy.xaxis.axis_label = "step"
+        # There is no step one and a half.
+        self.energy.xaxis.ticker.min_interval = 1
+        self.energy.xaxis.ticker.num_minor_ticks = 0
         self.energy.y_range.start = 0
         self.table: Any = look.markup(sizing_mode="stretch_width", margin=(4, 8))
         grid = gridplot(

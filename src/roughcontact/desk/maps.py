@@ -139,6 +139,7 @@ class Maps:
         self._surface: Surface | None = None
         self._result: ContactResult | None = None
         self._mean, self._factor = 0.0, 1.0
+        self._roughness = ""
         self._scales: dict[str, Scale] = {}
         self._home = self._wanted = Box(0.0, 0.0, 1.0, 1.0)
         self._fitted: tuple[float, ...] = ()
@@ -192,6 +193,7 @@ class Maps:
                 self._put_surface(surface)
             if result is not self._result:
                 self._put_result(result)
+            self._name_heights()
             self._legend()
 
     def clear(self) -> None:
@@ -214,14 +216,12 @@ class Maps:
 
     def _put_surface(self, surface: Surface | None) -> None:
         before, self._surface = self._surface, surface
-        title = self.figures[HEIGHTS].title
+        self._roughness = "" if surface is None else f", Sq {engineering(surface.Sq, 'm')}"
         if surface is None:
             self.heights.data = {name: [] for name in self.heights.data}
-            title.text = NAMES[HEIGHTS]
             return
         self._scales[HEIGHTS], self._mean = height_scale(surface)
         self._set_scale(HEIGHTS)
-        title.text = f"{NAMES[HEIGHTS]}, Sq {engineering(surface.Sq, 'm')}"
         if before is None or (before.size, before.shape) != (surface.size, surface.shape):
             self._home = pictures.box_of(surface)
             self._factor, unit = prefixed_window(0.0, max(surface.size))
@@ -230,6 +230,13 @@ class Maps:
             self._unit = unit
             self._fit(self._home)
         self._draw_heights()
+
+    def _name_heights(self) -> None:
+        """Tell whose heights are shown."""
+        result = self._result
+        two = result is not None and result.counter_surface is not None
+        name = f"{NAMES[HEIGHTS]} of the body" if two else NAMES[HEIGHTS]
+        self.figures[HEIGHTS].title.text = name + self._roughness
 
     def _put_result(self, result: ContactResult | None) -> None:
         self._result = result
