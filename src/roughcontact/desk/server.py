@@ -52,7 +52,7 @@ _LARGEST_REQUEST = 2**20
 _LINGER, _LOOK = 20, 5
 _EXPIRY = 3600
 # Milliseconds after which a process is made for the first long work.
-_WARM = 2000
+_WARM = 3000
 _FULL = (
     f"{MOST_PAGES} pages are open, as many as this program keeps in memory: close one that is "
     "not needed, and reload this page half a minute later."
