@@ -94,9 +94,12 @@ class _Waiting(RequestHandler):
     async def get(self) -> None:
         self.set_header("Content-Type", "text/html; charset=UTF-8")
         self.set_header("Cache-Control", "no-store")
-        scripts = "".join(
-            f'\n<link rel="preload" as="script" href="{address}">' for address in addresses()
-        )
+        try:
+            found = addresses()
+        except (OSError, LookupError, ValueError):
+            # Another version keeps them elsewhere: the page asks for them by itself.
+            found = []
+        scripts = "".join(f'\n<link rel="preload" as="script" href="{one}">' for one in found)
         self.write(_PAGE.format(scripts=scripts, font=style.FONT, ink=style.INK, quiet=style.QUIET))
         await self.flush()
         await self._opened.wait()
