@@ -31,8 +31,11 @@ RANGE = {"from_": "1 MPa", "to_": "10 MPa", "steps_": "2"}
 class Seat:
     """A tab on a session that has solved its contact."""
 
-    def __init__(self, folder: Path, bench: Bench, **more: str) -> None:
-        heights = 1e-7 * np.random.default_rng(1).standard_normal((24, 32))
+    def __init__(
+        self, folder: Path, bench: Bench, heights: np.ndarray | None = None, **more: str
+    ) -> None:
+        if heights is None:
+            heights = 1e-7 * np.random.default_rng(1).standard_normal((24, 32))
         rc.Surface(heights, (1e-6, 1e-6)).save(folder / "map.npz")
         self.waiting: list[Callable[[], None]] = []
         self.session = Session(folder / "project.toml", lambda _: None)
@@ -90,6 +93,21 @@ def test_a_joint_is_asked_and_tells_how_to_ask_again(tmp_path: Path, bench: Benc
     assert "--output" not in seat.shown
     # Both pressures.
     assert seat.shown.count("<tr>") > 2 * len(JOINTS)
+    seat.session.close()
+
+
+def test_formulas_stand_beside_a_nominally_flat_contact(tmp_path: Path, bench: Bench) -> None:
+    heights = rc.self_affine(
+        (128, 128), (1e-6, 1e-6), rms_height=0.3e-6, rolloff_wavelength=16e-6,
+        cutoff_wavelength=4e-6, rng=np.random.default_rng(1),
+    )  # fmt: skip
+    seat = Seat(tmp_path, bench, heights, load="30 MPa")
+    seat.joint.show()
+    assert "Real contact by formula" in str(seat.joint._formulas.object)
+    seat.session.give("boundary", "free")
+    assert seat.session.wait(PATIENCE)
+    seat.joint.show()
+    assert "No estimate" in str(seat.joint._formulas.object)
     seat.session.close()
 
 

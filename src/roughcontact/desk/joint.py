@@ -18,8 +18,12 @@ from roughcontact.desk.state import Value
 from roughcontact.desk.take import Offer
 from roughcontact.desk.working import Run, Working
 from roughcontact.errors import RoughcontactError
+from roughcontact.report import estimated
+from roughcontact.report.quantities import rows_of
 from roughcontact.request.options import offered, parsed
 from roughcontact.request.request import Request, from_text
+
+_UNKNOWN = '<p class="quiet">No estimate: the formulas know nominally flat contacts only.</p>'
 
 _RANGE = {"from": "1 MPa", "to": "100 MPa", "steps": "5"}
 """Nominal pressures that are proposed; all questions are asked under the same."""
@@ -43,6 +47,7 @@ class Joint:
         }
         self._forms = {question.name: Form(question) for question in JOINTS}
         self._working = Working(bench, run, "Start", self._started)
+        self._formulas = pn.pane.HTML("", **style.WIDE)
         self._answers = pn.Column(sizing_mode="stretch_both")
         about = pn.pane.HTML(
             '<p class="quiet">Under nominal pressures from one to another, each solved once for '
@@ -60,12 +65,17 @@ class Joint:
                 width=250,
                 margin=(8, 16, 0, 0),
             ),
-            self._answers,
+            pn.Column(self._formulas, self._answers, sizing_mode="stretch_both"),
             sizing_mode="stretch_both",
         )
 
     def show(self) -> None:
-        """Show nothing new: what was asked stays until it is asked again."""
+        """Show what formulas say of the contact as it is; what was asked stays as it was."""
+        outcome = self._session.outcome
+        result = None if outcome is None else outcome.result
+        told = [] if result is None else rows_of(estimated.BESIDE, result)
+        rows = [(row.title, row.text) for row in told]
+        self._formulas.object = headline.table(rows) if rows else _UNKNOWN
 
     def cancel(self) -> None:
         """End what is under way."""
