@@ -41,6 +41,15 @@ def asked(seat: Any) -> None:
     seat.page.locator("canvas").locator("visible=true").first.wait_for()
 
 
+def joined(seat: Any) -> None:
+    """Show what the joint does."""
+    seat.turn("Joint")
+    box = seat.page.get_by_label("What it conducts")
+    box.locator("visible=true").first.uncheck()
+    seat.page.get_by_role("button", name="Start").locator("visible=true").click()
+    seat.page.get_by_text("Done in").locator("visible=true").wait_for()
+
+
 def taken(seat: Any) -> None:
     """Show the same contact as command, script and project file."""
     seat.turn("Take away")
@@ -53,6 +62,10 @@ PICTURES: dict[str, tuple[Callable[[Any], None], str]] = {
         "A ground map under 100 MPa: numbers, cautions, linked maps, and the section",
     ),
     "desk-ask": (asked, "Asked: the load curve of the same contact, worked out beside the page"),
+    "desk-joint": (
+        joined,
+        "The joint: formulas beside the contact, and the law of the interface, with its files",
+    ),
     "desk-take": (taken, "Taken away: files, and the command, the script and the project file"),
 }
 """What is done before a picture, one after the other, and what the picture shows."""

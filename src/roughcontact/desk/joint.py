@@ -23,7 +23,7 @@ from roughcontact.report.quantities import rows_of
 from roughcontact.request.options import offered, parsed
 from roughcontact.request.request import Request, from_text
 
-_UNKNOWN = '<p class="quiet">No estimate: the formulas know nominally flat contacts only.</p>'
+_UNKNOWN = '<p class="quiet">No estimate: the formulas of flat contact do not know this one.</p>'
 
 _RANGE = {"from": "1 MPa", "to": "100 MPa", "steps": "5"}
 """Nominal pressures that are proposed; all questions are asked under the same."""
