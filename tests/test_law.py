@@ -117,6 +117,20 @@ def test_a_curve_is_monotone_whatever_its_slopes() -> None:
     assert closed.table()[0][-1] <= 4e6 * (1 + 1e-12)
 
 
+@pytest.mark.parametrize("points", [4, 6, 9])
+def test_a_curve_tells_how_well_it_is_known_between_its_points(points: int) -> None:
+    # ū = Δ (1 - m + m ln m): Westergaard's, whose slope is Δ m ln m.
+    def at(m: np.ndarray) -> np.ndarray:
+        return 1e-7 * (1 - m + m * np.log(m))
+
+    m = np.geomspace(0.05, 0.8, points)
+    fine = np.geomspace(0.05, 0.8, 999)
+    for compliance in (-1e-7 * np.log(m), None):
+        curve = Curve(m, at(m), compliance, 1e-7)
+        off = np.abs(curve.separation_at(fine) - at(fine)) / (-1e-7 * fine * np.log(fine))
+        assert 0.6 * off.max() < curve.error < 1.6 * off.max()
+
+
 def test_the_range_ends_where_too_few_spots_or_too_much_touch() -> None:
     p = np.array([1.0, 2.0, 3.0, 4.0])
     means = {
@@ -303,7 +317,10 @@ def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
         (("--counter-surface", "other.npy"), "--counter-surface goes with one map"),
         (("--output", "law.xyz"), "--output needs a name that ends in .csv, .json, .inp"),
         (("--boundary", "free"), "too small for a free boundary"),
-        (("--body", "sphere 10 mm"), "is curved: an interface law is one of nominally flat"),
+        (
+            ("--body", "sphere 10 mm"),
+            "are of curved bodies, and an interface law is one of nominally flat",
+        ),
     ):
         assert app.main(command(tmp_path, *more)) == app.BAD_INPUT, more
         assert said in capsys.readouterr().err

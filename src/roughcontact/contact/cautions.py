@@ -50,6 +50,7 @@ class Kind(StrEnum):
     FORM = "bodies curved as a whole"
     RANGE = "pressures that the maps resolve"
     RIM = "rim that is left out"
+    STEPS = "pressures that are far apart"
     DOMAIN = "outside the domain of a formula"
     SMALL = "map small against its waves"
 

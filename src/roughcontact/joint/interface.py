@@ -403,7 +403,12 @@ class InterfaceLaw(Shown):
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        own = [*law_judgment.cautions(len(self.maps), self.pressures(), self.resolved, self.rim)]
+        errors = [self.curve(branch).error for branch in self.branches]
+        own = [
+            *law_judgment.cautions(
+                len(self.maps), self.pressures(), self.resolved, self.rim, max(errors)
+            )
+        ]
         if self.parts is not None:
             parts = self.parts
             half = np.array([one.high - one.value for one in parts.mean(LOADING, "separation")])
@@ -453,9 +458,7 @@ def _curve(pressure: Array, separation: Array, stiffness: Array | None, touch: f
     that is taken from the neighbors.
     """
     if stiffness is None:
-        return Curve(
-            pressure, separation, -np.gradient(separation, np.log(pressure)) / pressure, touch
-        )
+        return Curve(pressure, separation, None, touch)
     with np.errstate(divide="ignore"):
         compliance = np.atleast_2d(1 / stiffness).mean(axis=0)
     return Curve(pressure, separation, compliance, touch)

@@ -312,8 +312,8 @@ def _check(result: ContactResult, first: ContactResult) -> None:
     pair.require_map(OF)
     if shape_of(pair) is not None:
         raise InputError(
-            "is curved: an interface law is one of nominally flat bodies; take the form away, or "
-            "leave the nominal bodies out",
+            "are of curved bodies, and an interface law is one of nominally flat ones: take the "
+            "form away, or leave the nominal bodies out",
             argument="contacts",
         )
     if pair.shape != other.shape or not np.allclose(pair.pixel, other.pixel, rtol=1e-6, atol=0):

@@ -16,6 +16,10 @@ ERROR = 0.01
 
 # Points between two solved ones among which the rows of a table are chosen.
 _FINE = 64
+# Points from which every second can be left out.
+_FEWEST = 3
+# What half the distance makes of an error, with slopes that were computed and without.
+_COMPUTED, _FROM_NEIGHBORS = 8.0, 3.0
 # Two points whose separations differ by less than this part of the first touch are one.
 _LEAST_STEP = 1e-7
 
@@ -33,21 +37,33 @@ class Curve:
         p̄ [Pa], ascending and positive.
     separation : ndarray, shape (n,)
         ū [m], descending.
-    compliance : ndarray, shape (n,)
-        -dū/dp̄ [m/Pa].
+    compliance : ndarray, shape (n,), or None
+        -dū/dp̄ [m/Pa]; without it the slopes are those of parabolas through the neighbors.
     first_touch : float
         ū at which the bodies first touch [m].
     """
 
     pressure: Array
     separation: Array
-    compliance: Array
+    compliance: Array | None
     first_touch: float
+
+    @property
+    def slope(self) -> Array:
+        """-dū/d ln p̄ at the solved points [m], shape (n,)."""
+        if self.compliance is not None:
+            return self.pressure * self.compliance
+        count = self.pressure.size
+        if count == 1:
+            return np.zeros(1)
+        log = np.log(self.pressure)
+        slope: Array = -np.gradient(self.separation, log, edge_order=1 if count == 2 else 2)
+        return slope
 
     def separation_at(self, pressure: ArrayLike) -> Array:
         """Return ū [m] at nominal pressures [Pa] between the first and the last."""
         x, y = np.log(self.pressure), self.separation
-        slope = _monotone(x, y, -self.pressure * self.compliance)
+        slope = _monotone(x, y, -self.slope)
         at = np.log(np.asarray(pressure, dtype=np.float64))
         k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, max(x.size - 2, 0))
         if x.size == 1:
@@ -59,6 +75,28 @@ class Curve:
             + t**2 * (3 - 2 * t) * y[k + 1] - t**2 * (1 - t) * step * slope[k + 1]
         )  # fmt: skip
         return found
+
+    @property
+    def error(self) -> float:
+        """By what part the pressure between two solved ones may be off.
+
+        What every second point is off on the curve through the others, as pressure at the same
+        separation, less what half the distance makes of it; NaN of fewer than three points. On
+        Westergaard's law it is 0.6 to 1.6 of the error.
+        """
+        if self.pressure.size < _FEWEST:
+            return math.nan
+        inner = np.arange(1, self.pressure.size - 1)
+        worst = 0.0
+        for odd in (inner[::2], inner[1::2]):
+            left = np.setdiff1d(np.arange(self.pressure.size), odd)
+            known = None if self.compliance is None else self.compliance[left]
+            rest = Curve(self.pressure[left], self.separation[left], known, self.first_touch)
+            off = np.abs(rest.separation_at(self.pressure[odd]) - self.separation[odd])
+            slope = self.slope[odd]
+            told = off[slope > 0] / slope[slope > 0]
+            worst = max(worst, float(told.max(initial=0.0)))
+        return worst / (_FROM_NEIGHBORS if self.compliance is None else _COMPUTED)
 
     def fine(self) -> tuple[Array, Array]:
         """Return pressures and separations of closely spaced points, strictly monotone."""

@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact.cautions import Caution, Kind, careful, noted, warned
+from roughcontact.errors import Mention
+from roughcontact.joint.law_curve import ERROR, Curve
 from roughcontact.units import counted, engineering, percent
-
-if TYPE_CHECKING:
-    from roughcontact.joint.law_curve import Curve
 
 Array = NDArray[np.float64]
 
@@ -108,8 +106,18 @@ WHY = {
 }
 
 
-def cautions(maps: int, pressures: Array, found: Resolved, rim: float) -> Iterator[Caution]:
-    """Yield what the number of maps, the range and the rim give cause for."""
+def cautions(
+    maps: int, pressures: Array, found: Resolved, rim: float, error: float
+) -> Iterator[Caution]:
+    """Yield what number of maps, range, rim and distance of the pressures give cause for."""
+    if error > ERROR:
+        yield careful(
+            Kind.STEPS,
+            f"between the pressures that were solved the law is known to about {percent(error)} "
+            "alone, and so are the tables for other programs: give more of them, ",
+            Mention("steps"),
+            error=error,
+        )
     if math.isnan(found.low):
         yield warned(
             Kind.RANGE,
@@ -164,7 +172,7 @@ def halved(whole: Curve, parts: Curve, error: Array, count: int, within: Resolve
     inside = (whole.pressure >= low) & (whole.pressure <= high)
     at = whole.pressure[inside]
     # A difference of separations as one of pressures, by the slope.
-    slope = 1 / np.maximum(whole.compliance[inside] * at, 1e-300)
+    slope = 1 / np.maximum(whole.slope[inside], 1e-300)
     off = np.abs(parts.separation_at(at) - whole.separation[inside]) * slope
     chance = np.interp(np.log(at), np.log(parts.pressure), error) * slope
     worst = int(np.argmax(off)) if off.size else 0

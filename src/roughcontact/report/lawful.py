@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 from roughcontact.joint.interface import InterfaceLaw
@@ -69,7 +68,10 @@ LAW: Table = (
         "resolved", "resolved from", of=lambda law: [law.resolved.low, law.resolved.high],
         text=_range,
     ),
-    Quantity("persson_length", "Persson's u₀ from the spectrum", unit="m"),
+    Quantity(
+        "persson_length", "Persson's u₀ from the spectrum", unit="m",
+        when=lambda law: math.isfinite(law.persson_length),
+    ),
     Quantity("deviation", "standard deviation of the heights", "σ", "m", of="asperities.deviation"),
     Quantity(
         "summit_density", "density of summits", "η", "1/m²", of="asperities.density",
@@ -89,14 +91,13 @@ LAW: Table = (
 """Of an `InterfaceLaw`."""
 
 
-def _parts(value: str, half: str) -> Callable[[InterfaceLaw], list[str]]:
-    """Return halves of intervals as parts of what they are of."""
+def _separations(law: InterfaceLaw) -> list[str]:
+    """Return halves of the intervals of ū, which may itself be near zero, as lengths."""
+    return [engineering(step.separation_half, "m", 2) for step in law.steps]
 
-    def shown(law: InterfaceLaw) -> list[str]:
-        told = ((getattr(step, half), abs(getattr(step, value))) for step in law.steps)
-        return ["" if math.isnan(h) or not v else f"{100 * h / v:.2g} %" for h, v in told]
 
-    return shown
+def _contacts(law: InterfaceLaw) -> list[str]:
+    return [f"{100 * step.contact_half / step.contact_fraction:.2g} %" for step in law.steps]
 
 
 def _elastic(law: InterfaceLaw) -> bool:
@@ -121,13 +122,13 @@ LAW_COLUMNS: Columns = (
     Column("pressure", "pressure", unit="Pa", digits=3),
     Column("separation", "ū", unit="m", digits=3),
     Column(
-        "separation_half", "±", unit="m", shown=_parts("separation", "separation_half"),
+        "separation_half", "±", unit="m", shown=_separations,
         when=_several,
     ),
     Column("mean_gap", "mean gap", unit="m", digits=3, brief=False),
     Column("contact_fraction", "contact", form=percent),
     Column(
-        "contact_half", "±", shown=_parts("contact_fraction", "contact_half"), when=_several,
+        "contact_half", "±", shown=_contacts, when=_several,
         brief=False,
     ),
     Column("saturated_fraction", "saturated", form=percent, when=_flows),
@@ -146,6 +147,10 @@ LAW_COLUMNS: Columns = (
     Column("resolved", "resolved", form=lambda value: "yes" if value else "no", brief=False),
 )  # fmt: skip
 """Of the steps of an `InterfaceLaw`."""
+
+
+def _known(law: InterfaceLaw) -> str:
+    return f"{100 * max(law.curve(branch).error for branch in law.branches):.2g} %"
 
 
 def sentences(law: InterfaceLaw) -> tuple[str, ...]:
@@ -175,7 +180,12 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
             ("Nothing is at the ceiling: unloading goes back the way of loading.",)
             if law.is_elastic else ()
         ),
-        "Persson's theory is that of the elastic joint with the spectrum of the maps.",
+        *(
+            ("Persson's theory is that of the elastic joint with the spectrum of the maps.",)
+            if math.isfinite(law.persson_length) else
+            ("Persson's theory needs maps without missing points.",)
+        ),
         f"Tables for other programs have as many rows as straight lines need for {100 * ERROR:.0f} "
-        "% of the pressure.",
+        "% of the pressure; between those that were solved the law is known to about "
+        f"{_known(law)}.",
     )  # fmt: skip
