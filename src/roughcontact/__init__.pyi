@@ -94,6 +94,11 @@ from .volume.comparison import (
 )
 from .volume.path import PathPoint as PathPoint
 from .volume.result import ElastoplasticResult as ElastoplasticResult
+from .volume.rolling import (
+    Rolling as Rolling,
+    roll as roll,
+    shakedown_load as shakedown_load,
+)
 from .volume.solve import solve_elastoplastic as solve_elastoplastic
 
 __version__: str

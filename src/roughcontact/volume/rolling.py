@@ -1,0 +1,367 @@
+"""Repeated passes of a counter-body over bodies that yield, and whether they shake down."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact import limits
+from roughcontact.errors import InputError, require_count
+from roughcontact.halfspace import tensors
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.material.material import RIGID, Material
+from roughcontact.solvers.progress import Tell
+from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities, Quantity, quantity
+from roughcontact.volume.body import law_of
+from roughcontact.volume.path import PathPoint
+from roughcontact.volume.result import ElastoplasticResult, PlasticBody
+from roughcontact.volume.solve import TOLERANCE, solve_elastoplastic
+
+Array = NDArray[Any]
+
+# Strain that a pass adds, over the yield strain σ_Y/3μ, up to which it counts as none; and what is
+# left of it after the pass, over it, up to which it has gone to and fro.
+_NONE, _LEFT = 0.01, 0.02
+# Change from one pass to the next up to which they count as alike.
+_ALIKE = 0.1
+
+
+class Shakedown(StrEnum):
+    """What repeated passes come to."""
+
+    ELASTIC = "elastic"
+    SHAKEN_DOWN = "shaken down"
+    ALTERNATING = "alternating"
+    RATCHETTING = "ratchetting"
+    UNSETTLED = "not settled"
+
+
+@dataclass(frozen=True)
+class Pass:
+    """What one pass did.
+
+    Parameters
+    ----------
+    flow : float
+        Largest equivalent plastic strain that it added anywhere, there and back counted.
+    gain : float
+        Largest equivalent of the plastic strain that is left of that.
+    max_pressure : float
+        Largest pressure on the way [Pa].
+    max_plastic_strain : float
+        Largest accumulated plastic strain after it.
+    max_residual_stress : float
+        Largest von Mises stress by the plastic strain alone after it [Pa].
+    max_residual_displacement : float
+        Deepest point of the residual displacement after it [m], positive into the bodies.
+    """
+
+    flow: float
+    gain: float
+    max_pressure: float
+    max_plastic_strain: float
+    max_residual_stress: float
+    max_residual_displacement: float
+
+
+@dataclass(frozen=True, eq=False)
+class Rolling:
+    """Bodies after repeated passes.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        The state at the end of the last pass.
+    passes : tuple of Pass
+        One after the other.
+    """
+
+    result: ElastoplasticResult
+    passes: tuple[Pass, ...]
+
+    @property
+    def shakedown(self) -> Shakedown:
+        """What the passes have come to.
+
+        Shaken down where the last pass adds less than 1 % of the yield strain σ_Y/3μ. Alternating
+        where it adds as much as that before, to 10 %, and less than 2 % of that is left, or 1 % of
+        the yield strain; ratchetting where more is left, and as much as of that before.
+        """
+        least = _NONE * min(map(_yield_strain, self.result.bodies))
+        flows, gains = ([getattr(p, name) for p in self.passes] for name in ("flow", "gain"))
+        if not any(flows):
+            return Shakedown.ELASTIC
+        if flows[-1] <= least:
+            return Shakedown.SHAKEN_DOWN
+        if not _alike(flows):
+            return Shakedown.UNSETTLED
+        if gains[-1] <= max(least, _LEFT * flows[-1]):
+            return Shakedown.ALTERNATING
+        return Shakedown.RATCHETTING if _alike(gains) else Shakedown.UNSETTLED
+
+    @property
+    def settled_after(self) -> int | None:
+        """Number of passes after which none adds plastic strain, ``None`` if the last one does."""
+        least = _NONE * min(map(_yield_strain, self.result.bodies))
+        quiet = 0
+        while quiet < len(self.passes) and self.passes[-1 - quiet].flow <= least:
+            quiet += 1
+        return len(self.passes) - quiet if quiet else None
+
+    @property
+    def answer(self) -> str:
+        """The ``shakedown`` in words, with its number."""
+        kind = self.shakedown
+        if kind is Shakedown.SHAKEN_DOWN:
+            count = self.settled_after
+            return f"shaken down after {count} {'pass' if count == 1 else 'passes'}"
+        if kind is Shakedown.RATCHETTING:
+            return f"ratchets by a plastic strain of {self.passes[-1].gain:.2g} a pass"
+        if kind is Shakedown.UNSETTLED:
+            return f"not settled after {len(self.passes)}: ask for more passes"
+        return str(kind)
+
+
+def roll(
+    surface: Surface,
+    *,
+    counter_surface: Surface,
+    material: Material,
+    load: Quantity,
+    passes: int,
+    steps: int = 32,
+    way: Quantity | None = None,
+    direction: float = 0.0,
+    to_and_fro: bool = False,
+    friction: float = 0.0,
+    counter_material: Material = RIGID,
+    boundary: str = "free",
+    depth: Quantity | None = None,
+    layers: Quantities | ArrayLike | None = None,
+    tolerance: float = TOLERANCE,
+    max_iterations: int = 150,
+    precision: str = "single",
+    folder: str | os.PathLike[str] | None = None,
+    progress: Tell = None,
+) -> Rolling:
+    """Pass a counter-body over a body again and again, both of which may yield.
+
+    Parameters
+    ----------
+    surface, material, counter_material, boundary, depth, layers, tolerance, max_iterations, \
+precision, progress
+        As for `roughcontact.solve_elastoplastic`.
+    counter_surface : Surface
+        Heights of the counter-body at the start of a pass.
+    load : float, str or quantity of pint
+        Normal load on the whole way [N].
+    passes : int
+        How many; there and back are two.
+    steps : int
+        Steps of a pass.
+    way : float, str or quantity of pint
+        Length of a pass [m]; by default the period of the map along ``direction``, round and round.
+    direction : float
+        Where the counter-body moves [degrees], counter-clockwise from x as seen in the map.
+    to_and_fro : bool
+        Whether every other pass goes back, instead of beginning anew at the start.
+    friction : float
+        Coefficient μ of full sliding; the traction on the rough body points to where the
+        counter-body moves.
+    folder : path, optional
+        Where the state after every step is kept, in one folder a pass; the same call goes on from
+        there and ends with the same numbers.
+
+    Returns
+    -------
+    Rolling
+        The last state, and what each pass did.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or no way is given on a map that ends along the direction.
+    ConvergenceError, CapacityError, InsufficientMemoryError, FormatError
+        As for `roughcontact.solve_elastoplastic`.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), sections 9.2 and 9.3; Boucly, Nélias and Green, J. Tribol.
+    129 (2007) 235
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import roughcontact as rc
+    >>> from roughcontact.surface import nominal
+    >>> grid = dict(shape=(8, 24), pixel=(1e-6, 1e-6))
+    >>> roller = nominal.cylinder(radius=500e-6, angle=90.0, **grid)
+    >>> steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
+    >>> rolled = roll(
+    ...     nominal.flat(**grid), counter_surface=roller, material=steel, load=0.02, passes=1,
+    ...     steps=4, boundary="periodic",
+    ... )
+    >>> rolled.answer
+    'elastic'
+    """
+    require_count(1, limits.STEPS, passes=passes)
+    require_count(1, limits.STEPS, steps=steps)
+    length = _length(quantity(way, "length", "way"), surface, Boundary(boundary), direction)
+    there = _pass(quantity(load, "force", "load"), length, steps, direction, friction)
+    back = [
+        PathPoint(point.load, point.offset, friction, direction + 180) for point in reversed(there)
+    ]
+    result: ElastoplasticResult | None = None
+    done: list[Pass] = []
+    for number in range(passes):
+        before = result
+        result = solve_elastoplastic(
+            surface,
+            counter_surface=counter_surface,
+            material=material,
+            counter_material=counter_material,
+            path=back if to_and_fro and number % 2 else there,
+            boundary=boundary,
+            depth=None if before else depth,
+            layers=None if before else layers,
+            tolerance=tolerance,
+            max_iterations=max_iterations,
+            precision=precision,
+            start=before,
+            folder=None if folder is None else Path(folder, f"pass-{number + 1:04d}"),
+            progress=progress,
+        )
+        done.append(_told(result, before))
+    assert result is not None
+    return Rolling(result, tuple(done))
+
+
+def _length(way: float | None, surface: Surface, boundary: Boundary, direction: float) -> float:
+    """Return the length of a pass [m]."""
+    if way is not None:
+        if not 0 < way < math.inf:
+            raise InputError(
+                f"must be positive and finite [m], got {way!r}", argument="way", value=way
+            )
+        return way
+    axis = {0.0: 1, 90.0: 0}.get(round(direction % 180, 9))
+    if axis is None or axis not in boundary.periodic_axes:
+        raise InputError(
+            "is needed where the map is not periodic along the direction: give the length of a "
+            "pass [m]",
+            argument="way",
+        )
+    return surface.size[axis]
+
+
+def _pass(
+    load: float, length: float, steps: int, direction: float, friction: float
+) -> list[PathPoint]:
+    angle = math.radians(direction)
+    y, x = round(math.sin(angle), 15), round(math.cos(angle), 15)
+    stops = (length * step / steps for step in range(steps))
+    return [PathPoint(load, (y * stop, x * stop), friction, direction) for stop in stops]
+
+
+def _told(result: ElastoplasticResult, before: ElastoplasticResult | None) -> Pass:
+    """Return what the pass between two states did."""
+    flow = gain = 0.0
+    for number, body in enumerate(result.bodies):
+        old = None if before is None else before.bodies[number]
+        flow = max(flow, float((body.accumulated - _at(old, body, "accumulated")).max()))
+        strain = body.plastic_strain - _at(old, body, "plastic_strain")
+        gain = max(gain, 2 / 3 * float(tensors.equivalent(strain.swapaxes(0, 1)).max()))
+    first = 0 if before is None else len(before.increments)
+    return Pass(
+        flow=flow,
+        gain=gain,
+        max_pressure=max(step.max_pressure for step in result.increments[first:]),
+        max_plastic_strain=result.max_plastic_strain,
+        max_residual_stress=max(float(b.residual_von_mises.max()) for b in result.bodies),
+        max_residual_displacement=float(result.residual_displacement.max()),
+    )
+
+
+def _at(old: PlasticBody | None, new: PlasticBody, name: str) -> Array:
+    """Return a field of a state before, on the layers and points that there are by now."""
+    wide: Array = np.zeros_like(getattr(new, name))
+    if old is not None:
+        field = getattr(old, name)
+        ny, nx = field.shape[-2:]
+        top, left = ((n - m) // 2 for n, m in zip(wide.shape[-2:], (ny, nx), strict=True))
+        wide[: len(field), ..., top : top + ny, left : left + nx] = field
+    return wide
+
+
+def _alike(values: list[float]) -> bool:
+    return len(values) > 1 and abs(values[-1] - values[-2]) <= _ALIKE * values[-1]
+
+
+def _yield_strain(body: PlasticBody) -> float:
+    modulus = body.material.young / (2 * (1 + body.material.poisson))
+    return law_of(body.material).initial / (3 * modulus)
+
+
+def shakedown_load(
+    surface: Surface,
+    *,
+    low: Quantity,
+    high: Quantity,
+    within: float = 0.03,
+    passes: int = 6,
+    **options: Any,
+) -> tuple[float, float]:
+    """Return a bracket of the largest load that repeated passes shake down under.
+
+    Parameters
+    ----------
+    surface : Surface
+        Heights of the rough body.
+    low, high : float, str or quantity of pint
+        Loads [N] between which the limit is sought.
+    within : float
+        Width of the bracket over its middle at which the search ends.
+    passes : int
+        Of each trial.
+    **options
+        What else `roll` takes.
+
+    Returns
+    -------
+    (float, float)
+        Loads [N]: the passes shake down under the first, or stay elastic, and not under the second.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or the limit is not between the loads.
+    """
+    ends = [float(quantity(end, "force", name)) for end, name in ((low, "low"), (high, "high"))]
+    if not 0 < ends[0] < ends[1] < math.inf:
+        raise InputError(f"must be positive and below high, got {ends}", argument="low", value=low)
+    if not within > 0:
+        raise InputError(f"must be positive, got {within!r}", argument="within", value=within)
+
+    def shakes(load: float) -> bool:
+        rolled = roll(surface, load=load, passes=passes, **options)
+        return rolled.shakedown in (Shakedown.ELASTIC, Shakedown.SHAKEN_DOWN)
+
+    for end, expected, name in zip(ends, (True, False), ("low", "high"), strict=True):
+        if shakes(end) is not expected:
+            raise InputError(
+                f"= {end:.4g} N {'does not shake' if expected else 'still shakes'} down in "
+                f"{passes} passes: give a {'smaller' if expected else 'larger'} load",
+                argument=name,
+            )
+    while ends[1] - ends[0] > within * (ends[0] + ends[1]) / 2:
+        middle = math.sqrt(ends[0] * ends[1])
+        ends[0 if shakes(middle) else 1] = middle
+    return ends[0], ends[1]
