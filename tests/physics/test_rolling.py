@@ -305,7 +305,7 @@ def test_bad_passes() -> None:
     with pytest.raises(InputError, match="passes must be"):
         rolled(line, 0)
     options = dict(counter_surface=line.roller, material=line.steel, boundary="periodic", steps=2)
-    with pytest.raises(InputError, match="high = .* still shakes down in 1 passes"):
+    with pytest.raises(InputError, match=r"high = .* still shakes down in 1 passes"):
         rc.shakedown_load(line.flat, low=1e-3, high=2e-3, passes=1, **options)
     with pytest.raises(InputError, match="low must be positive and below high"):
         rc.shakedown_load(line.flat, low=1.0, high=0.5, **options)

@@ -133,13 +133,13 @@ def check_capacity(problem: Problem, solver: ContactSolver, load: float) -> None
 
 
 def path_of(
-    load: float | None,
-    loads: Sequence[float] | None,
-    path: Sequence[PathPoint] | None,
+    problem: Problem,
+    asked: tuple[float | None, Sequence[float] | None, Sequence[PathPoint] | None],
     increments: int | str,
     start: ElastoplasticResult | None,
 ) -> list[PathPoint]:
-    """Return the points to visit, one after the other."""
+    """Return the points to visit, one after the other, of a load, of loads or of a path."""
+    load, loads, path = asked
     if sum(given is not None for given in (load, loads, path)) != 1:
         raise InputError(
             "give either ", Mention("load"), ", ", Mention("loads"), " or ", Mention("path"),
@@ -147,6 +147,7 @@ def path_of(
         )  # fmt: skip
     if path is not None:
         points = _points(path)
+        _check_path(problem, points)
     else:
         # A counter-surface that has moved stays where it is.
         last = start.increments[-1].offset if start and start.increments else (0.0, 0.0)
@@ -162,7 +163,7 @@ def path_of(
     return stepping.between(before, points[0], int(increments))
 
 
-def check_path(problem: Problem, points: Sequence[PathPoint]) -> None:
+def _check_path(problem: Problem, points: Sequence[PathPoint]) -> None:
     """Refuse a path on which a counter-surface moves that cannot, or slides and yields."""
     pair = problem.pair
     if pair.counter_surface is None and any(any(point.offset) for point in points):

@@ -6,6 +6,7 @@ import math
 import os
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -219,26 +220,25 @@ precision, progress
     back = [
         PathPoint(point.load, point.offset, friction, direction + 180) for point in reversed(there)
     ]
+    solved = partial(
+        solve_elastoplastic,
+        surface,
+        counter_surface=counter_surface,
+        material=material,
+        counter_material=counter_material,
+        boundary=boundary,
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+        precision=precision,
+        progress=progress,
+    )
+    volume: dict[str, Any] = {"depth": depth, "layers": layers}
     result: ElastoplasticResult | None = None
     done: list[Pass] = []
     for number in range(passes):
-        before = result
-        result = solve_elastoplastic(
-            surface,
-            counter_surface=counter_surface,
-            material=material,
-            counter_material=counter_material,
-            path=back if to_and_fro and number % 2 else there,
-            boundary=boundary,
-            depth=None if before else depth,
-            layers=None if before else layers,
-            tolerance=tolerance,
-            max_iterations=max_iterations,
-            precision=precision,
-            start=before,
-            folder=None if folder is None else Path(folder, f"pass-{number + 1:04d}"),
-            progress=progress,
-        )
+        before, path = result, back if to_and_fro and number % 2 else there
+        place = None if folder is None else Path(folder, f"pass-{number + 1:04d}")
+        result = solved(path=path, start=before, folder=place, **({} if before else volume))
         done.append(_told(result, before))
     assert result is not None
     return Rolling(result, tuple(done))

@@ -173,12 +173,8 @@ def solve_elastoplastic(
     checks.check_arguments(problem, increments, *volume, start, on_failure)
     force, given = on(load, pair)
     forces = quantity(loads, "force", "loads")
-    points = checks.path_of(force, forces, path, increments, start)
-    checks.check_path(problem, points)
+    points = checks.path_of(problem, (force, forces, path), increments, start)
     automatic = increments == AUTO and path is None
-    # Before anything of the size of the map is made; again once the volume is known.
-    least = LEAST_LAYERS if layers is None else np.size(volume[1])
-    memory.require(pair.shape, least, **memory.given(problem))
     workspace = Workspace()
     solver, extent = _prepared(problem, points, *volume, start, workspace)
     layered = [extent.margin, layers is None, *extent.thickness]
@@ -203,6 +199,9 @@ def _prepared(
     workspace: Workspace,
 ) -> tuple[ContactSolver, Extent]:
     """Return the solver of the contact and the volume to start with, for the loads of a path."""
+    # Before anything of the size of the map is made; again once the volume is known.
+    least = LEAST_LAYERS if layers is None else np.size(layers)
+    memory.require(problem.pair.shape, least, **memory.given(problem))
     solver = untouched(problem, workspace)
     load = max(point.load for point in path)
     checks.check_capacity(problem, solver, load)
