@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
@@ -221,23 +222,26 @@ precision, progress
         PathPoint(point.load, point.offset, friction, direction + 180) for point in reversed(there)
     ]
     solved = partial(
-        solve_elastoplastic,
-        surface,
-        counter_surface=counter_surface,
-        material=material,
-        counter_material=counter_material,
-        boundary=boundary,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-        precision=precision,
-        progress=progress,
-    )
-    volume: dict[str, Any] = {"depth": depth, "layers": layers}
+        solve_elastoplastic, surface, counter_surface=counter_surface, material=material,
+        counter_material=counter_material, boundary=boundary, tolerance=tolerance,
+        max_iterations=max_iterations, precision=precision, progress=progress,
+    )  # fmt: skip
+    ways = [back if to_and_fro and number % 2 else there for number in range(passes)]
+    return _rolled(solved, {"depth": depth, "layers": layers}, ways, folder)
+
+
+def _rolled(
+    solved: Callable[..., ElastoplasticResult],
+    volume: Mapping[str, Any],
+    ways: Sequence[Sequence[PathPoint]],
+    folder: str | os.PathLike[str] | None,
+) -> Rolling:
+    """Go the passes one after the other; the first needs to know its volume."""
     result: ElastoplasticResult | None = None
     done: list[Pass] = []
-    for number in range(passes):
-        before, path = result, back if to_and_fro and number % 2 else there
-        place = None if folder is None else Path(folder, f"pass-{number + 1:04d}")
+    for number, path in enumerate(ways, 1):
+        before = result
+        place = None if folder is None else Path(folder, f"pass-{number:04d}")
         result = solved(path=path, start=before, folder=place, **({} if before else volume))
         done.append(_told(result, before))
     assert result is not None
