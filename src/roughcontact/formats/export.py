@@ -122,34 +122,10 @@ def _csv(source: Any, path: Target) -> None:
     tables.save_csv(source, path)
 
 
-def _law_csv(law: Any, path: Target) -> None:
+def _law(law: Any, path: Target) -> None:
     from roughcontact.formats import laws
 
-    laws.save_csv(law, path)
-
-
-def _law_json(law: Any, path: Target) -> None:
-    from roughcontact.files import to_json, write
-
-    write(path, to_json(law.summary()) + "\n")
-
-
-def _abaqus(law: Any, path: Target) -> None:
-    from roughcontact.formats import laws
-
-    laws.save_abaqus(law, path)
-
-
-def _calculix(law: Any, path: Target) -> None:
-    from roughcontact.formats import laws
-
-    laws.save_calculix(law, path)
-
-
-def _lubrication(law: Any, path: Target) -> None:
-    from roughcontact.formats import laws
-
-    laws.save_lubrication(law, path)
+    laws.save(law, path)
 
 
 def _json(result: Any, path: Target) -> None:
@@ -187,20 +163,20 @@ FORMATS = (
     OutputFormat(".csv", {
         Kind.SURFACE: Content("heights as text, every bit", _csv),
         **_of_results(Content("pressure", _csv)),
-        Kind.LAW: Content("thinned tables", _law_csv),
+        Kind.LAW: Content("thinned tables", _law),
     }),
     OutputFormat(".json", {
         **_of_results(Content("numbers", _json)),
-        Kind.LAW: Content("numbers", _law_json),
+        Kind.LAW: Content("numbers", _law),
     }),
     OutputFormat(".inp", {
-        Kind.LAW: Content("a deck for Abaqus", _abaqus),
+        Kind.LAW: Content("a deck for Abaqus", _law),
     }),
     OutputFormat(".ccx", {
-        Kind.LAW: Content("a deck for CalculiX", _calculix),
+        Kind.LAW: Content("a deck for CalculiX", _law),
     }),
     OutputFormat(".txt", {
-        Kind.LAW: Content("a table for mixed lubrication", _lubrication),
+        Kind.LAW: Content("a table for mixed lubrication", _law),
     }),
 )  # fmt: skip
 """Every format; help, messages, project file and documentation read them from here."""

@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import textwrap
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._version import __version__
-from roughcontact.files import write
+from roughcontact.files import to_json, write
 from roughcontact.joint.interface import UNLOADING, InterfaceLaw, LawTable
 from roughcontact.joint.law_curve import ERROR, between, thinned
 from roughcontact.units import engineering
@@ -70,8 +71,8 @@ def calculix(law: InterfaceLaw) -> str:
     told = (
         "The faces stand for planes at the highest summits of the rough surfaces. Overclosure 0: "
         "first touch. It is the distance by which the mean planes came closer since then.",
-        "Node-to-surface contact takes this table up; beyond its last row the pressure stays as "
-        "it is.",
+        "Use TYPE=NODE TO SURFACE: face-to-face contact of CalculiX 2.20 makes no pressure of a "
+        "table. Beyond the last row the pressure stays as it is.",
     )
     return _deck(law, told, lambda table: table.separation[0] - table.separation, "")
 
@@ -103,24 +104,18 @@ def lubrication(law: InterfaceLaw) -> str:
     return "\n".join(lines) + "\n"
 
 
-def save_csv(law: InterfaceLaw, path: str | os.PathLike[str]) -> None:
-    """Write the thinned tables; see `csv`."""
-    write(path, csv(law))
+def _numbers(law: InterfaceLaw) -> str:
+    return to_json(law.summary()) + "\n"
 
 
-def save_abaqus(law: InterfaceLaw, path: str | os.PathLike[str]) -> None:
-    """Write a deck for Abaqus; see `abaqus`."""
-    write(path, abaqus(law))
+_TEXTS: dict[str, Callable[[InterfaceLaw], str]] = {
+    ".csv": csv, ".json": _numbers, ".inp": abaqus, ".ccx": calculix, ".txt": lubrication,
+}  # fmt: skip
 
 
-def save_calculix(law: InterfaceLaw, path: str | os.PathLike[str]) -> None:
-    """Write a deck for CalculiX; see `calculix`."""
-    write(path, calculix(law))
-
-
-def save_lubrication(law: InterfaceLaw, path: str | os.PathLike[str]) -> None:
-    """Write a table for mixed lubrication; see `lubrication`."""
-    write(path, lubrication(law))
+def save(law: InterfaceLaw, path: str | os.PathLike[str]) -> None:
+    """Write a law in the format that the suffix of the file names; see `formats.export`."""
+    write(path, _TEXTS[Path(path).suffix.lower()](law))
 
 
 def _tables(law: InterfaceLaw) -> Iterator[LawTable]:
