@@ -214,7 +214,7 @@ def test_a_forged_session_is_refused(desk: Desk) -> None:
 
 
 def test_what_a_page_holds_goes_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server, "_LINGER", 0.05)
+    monkeypatch.setattr(server, "_LINGER", 1.0)
     monkeypatch.setattr(server, "_LOOK", 0.05)
     desk = Desk(tmp_path)
     token = token_of(desk.open(desk.home))
@@ -224,7 +224,7 @@ def test_what_a_page_holds_goes_with_it(tmp_path: Path, monkeypatch: pytest.Monk
         await connection.read_message()
         visit = desk.visits[-1]
         (visit.folder / "result.nc").write_bytes(b"x")
-        await asyncio.sleep(0.3)
+        await asyncio.sleep(1.3)
         assert visit.folder.exists()
         await parted(connection)
         return visit
