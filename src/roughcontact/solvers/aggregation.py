@@ -1,0 +1,338 @@
+"""Multigrid by aggregation: conjugate gradients for networks of conductances.
+
+A network has nodes, conductances between them, and conductances from nodes to the ground. What
+couples strongly is taken together, pair by pair and twice a level, whatever the shape of the
+network: conductances of twenty orders of magnitude, holes, narrow channels and dead ends are
+followed, where a coarse grid of squares would bridge the barriers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+    from scipy.sparse.linalg import SuperLU
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int32]
+
+_COARSEST = 2000
+"""Nodes that are solved for directly."""
+
+_MOST_LEVELS = 30
+
+_STRONG = 0.1
+"""Conductance over the smaller sum at its ends from which two nodes may be taken together."""
+
+_CHANCE = 0.5
+"""Part of a coupling that chance adds at most, in the choice of a partner."""
+
+_ROUNDS = 6
+_ENOUGH = 0.25
+"""Residual after the first step on a coarse level, over that before, that needs no second one."""
+
+_HIGH, _LOW = 2.0, 0.5
+"""Eigenvalues of D⁻¹A that smoothing reduces; none is above 2 in a network."""
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """Nodes joined by conductances.
+
+    Parameters
+    ----------
+    first, second : ndarray of int32, shape (m,)
+        The two nodes of each link, first < second.
+    conductance : ndarray, shape (m,)
+        Of each link, positive.
+    ground : ndarray, shape (n,)
+        Conductance from each node to the ground, zero or positive. Each part of the network that
+        hangs together needs one that is positive.
+    """
+
+    first: Indices
+    second: Indices
+    conductance: Array
+    ground: Array
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes."""
+        return self.ground.size
+
+    def outflow(self, flow: Array) -> Array:
+        """Return what leaves each node [in units of the flow], shape (n,).
+
+        Parameters
+        ----------
+        flow : ndarray, shape (m,)
+            Through each link, from its first to its second node.
+        """
+        leaving = _summed(self.first, flow, self.nodes)
+        leaving -= _summed(self.second, flow, self.nodes)
+        return leaving
+
+    def drop(self, potential: Array) -> Array:
+        """Return the potential of the first less that of the second node, shape (m,)."""
+        drop: Array = potential[self.first]
+        drop -= potential[self.second]
+        return drop
+
+
+class Level:
+    """A network as the solver takes it: ``apply(x)`` is D x - W x.
+
+    Parameters
+    ----------
+    network : Network
+        Nodes and conductances.
+    """
+
+    def __init__(self, network: Network) -> None:
+        from scipy.sparse import coo_array
+
+        nodes = network.nodes
+        half = coo_array(
+            (network.conductance, (network.first, network.second)), shape=(nodes, nodes)
+        ).tocsr()
+        self._links: csr_array = half + half.T.tocsr()
+        self.diagonal: Array = self._links.sum(axis=1)
+        self.diagonal += network.ground
+
+    def apply(self, potential: Array) -> Array:
+        """Return what leaves each node at this potential."""
+        leaving: Array = self.diagonal * potential
+        leaving -= self._links @ potential
+        return leaving
+
+    def factors(self) -> SuperLU:
+        """Return the factors of the matrix."""
+        from scipy.sparse import diags_array
+        from scipy.sparse.linalg import splu
+
+        # Factors of a matrix whose pivots are all diagonal and of one size need no pivoting.
+        return splu((diags_array(self.diagonal) - self._links).tocsc(), permc_spec="MMD_AT_PLUS_A")
+
+
+class Multigrid:
+    """An approximate inverse of a network, the same whatever its size to within a few steps.
+
+    Parameters
+    ----------
+    network : Network
+        Nodes and conductances.
+
+    Notes
+    -----
+    Pairs of nodes that couple strongly are taken together, and pairs of pairs again; the coarser
+    network has one node for each, its conductances are the sums. On every level two Chebyshev
+    steps smooth before and after; a coarse network is solved by one or two steps of conjugate
+    gradients with the still coarser ones as preconditioner, which is why it does not matter that
+    the corrections are constant on an aggregate.
+
+    References
+    ----------
+    Notay 2010, Electron. Trans. Numer. Anal. 37, 123: pairwise aggregation, and cycles of
+    conjugate gradients
+    """
+
+    def __init__(self, network: Network) -> None:
+        self.levels: list[Level] = []
+        self._groups: list[Indices] = []
+        random = np.random.default_rng(0)
+        while True:
+            level = Level(network)
+            self.levels.append(level)
+            if network.nodes <= _COARSEST or len(self.levels) == _MOST_LEVELS:
+                break
+            group, middle = _paired(network, level.diagonal, random)
+            # A pool with narrow ends is not taken together with what lies beyond them: of its
+            # links, those inside count as well.
+            inner = _summed(group, level.diagonal, middle.nodes)
+            second, coarse = _paired(middle, inner, random)
+            self._groups.append(second[group])
+            network = coarse
+        self._factors = self.levels[-1].factors()
+
+    def __call__(self, residual: Array) -> Array:
+        """Return the potential that about balances a residual, shape (n,)."""
+        return self._cycle(0, residual)
+
+    def _cycle(self, depth: int, residual: Array) -> Array:
+        if depth == len(self._groups):
+            return np.asarray(self._factors.solve(residual))
+        level, group = self.levels[depth], self._groups[depth]
+        found, left = _smoothed(level, residual)
+        left -= level.apply(found)
+        coarse = _summed(group, left, self.levels[depth + 1].diagonal.size)
+        found += self._solved(depth + 1, coarse)[group]
+        left = residual - level.apply(found)
+        found += _smoothed(level, left)[0]
+        return found
+
+    def _solved(self, depth: int, residual: Array) -> Array:
+        """Return one or two steps of conjugate gradients on a coarse level."""
+        if depth == len(self._groups):
+            return self._cycle(depth, residual)
+        level = self.levels[depth]
+        first = self._cycle(depth, residual)
+        through = level.apply(first)
+        energy = _dot(first, through)
+        if not energy > 0:
+            return first
+        step = _dot(first, residual) / energy
+        left = residual - step * through
+        if _dot(left, left) <= _ENOUGH**2 * _dot(residual, residual):
+            first *= step
+            return first
+        second = self._cycle(depth, left)
+        # The direction that is conjugate to the first.
+        common = _dot(second, through) / energy
+        second -= common * first
+        rest = _dot(second, level.apply(second))
+        first *= step
+        if rest > 0:
+            first += _dot(second, left) / rest * second
+        return first
+
+
+def conjugate_gradients(
+    inverse: Multigrid, residual: Array, enough: Callable[[Array, float], bool], most: int
+) -> tuple[Array, int]:
+    """Return the potential that balances a residual.
+
+    Parameters
+    ----------
+    inverse : Multigrid
+        The network and its approximate inverse, which is not linear.
+    residual : ndarray, shape (n,)
+        What flows into each node.
+    enough : callable
+        ``enough(potential, unbalanced)`` says whether to stop, the second the sum of the amounts
+        that are left at all nodes.
+    most : int
+        Number of steps after which to stop.
+
+    Returns
+    -------
+    potential : ndarray, shape (n,)
+        What balances it.
+    steps : int
+        Number of steps.
+    """
+    level = inverse.levels[0]
+    found = np.zeros_like(residual)
+    left = residual.copy()
+    direction = through = found
+    energy = 0.0
+    for step in range(most):
+        if enough(found, float(np.abs(left).sum())):
+            return found, step
+        better = inverse(left)
+        if energy > 0:
+            # Against the last direction itself: the recurrence of the residuals asks for an
+            # inverse that is linear.
+            better -= _dot(better, through) / energy * direction
+        direction = better
+        through = level.apply(direction)
+        energy = _dot(direction, through)
+        if not energy > 0:
+            return found, step
+        length = _dot(direction, left) / energy
+        found += length * direction
+        left -= length * through
+    return found, most
+
+
+def _smoothed(level: Level, residual: Array) -> tuple[Array, Array]:
+    """Return two Chebyshev steps from zero, and a copy of the residual."""
+    middle, half = (_HIGH + _LOW) / 2, (_HIGH - _LOW) / 2
+    change = residual / level.diagonal
+    change /= middle
+    found = change.copy()
+    left = residual - level.apply(change)
+    # Of the recurrence of Chebyshev polynomials, second step.
+    ratio = middle / half
+    factor = 1 / (2 * ratio - 1 / ratio)
+    left /= level.diagonal
+    left *= 2 * factor / half
+    change *= factor / ratio
+    change += left
+    found += change
+    np.copyto(left, residual)
+    return found, left
+
+
+def _paired(
+    network: Network, diagonal: Array, random: np.random.Generator
+) -> tuple[Indices, Network]:
+    """Return the group that each node belongs to, and the network of the groups."""
+    nodes = network.nodes
+    group = np.full(nodes, -1, np.int32)
+    first, second, weight = _strong(network, diagonal, random)
+    count = 0
+    for _ in range(_ROUNDS):
+        best = np.zeros(nodes)
+        np.maximum.at(best, first, weight)
+        np.maximum.at(best, second, weight)
+        agreed = (weight == best[first]) & (weight == best[second])
+        pairs = int(np.count_nonzero(agreed))
+        if pairs == 0:
+            break
+        number = np.arange(count, count + pairs, dtype=np.int32)
+        group[first[agreed]] = number
+        group[second[agreed]] = number
+        count += pairs
+        left = (group[first] < 0) & (group[second] < 0)
+        first, second, weight = first[left], second[left], weight[left]
+    alone = np.nonzero(group < 0)[0]
+    group[alone] = np.arange(count, count + alone.size, dtype=np.int32)
+    return group, _joined(network, group, count + alone.size)
+
+
+def _strong(
+    network: Network, diagonal: Array, random: np.random.Generator
+) -> tuple[Indices, Indices, Array]:
+    """Return the links along which nodes may be taken together, and how well that would do."""
+    first, second = network.first, network.second
+    weight = network.conductance / np.minimum(diagonal[first], diagonal[second])
+    strong = np.nonzero(weight >= _STRONG)[0]
+    weight = weight[strong]
+    # A slope of conductances would else be one long chain, each node preferring the next.
+    weight *= 1 + _CHANCE * random.random(weight.size)
+    return first[strong], second[strong], weight
+
+
+def _joined(network: Network, group: Indices, count: int) -> Network:
+    """Return the network of groups of nodes; links inside a group are gone."""
+    from scipy.sparse import coo_array
+
+    first, second = group[network.first], group[network.second]
+    between = np.nonzero(first != second)[0]
+    first, second = first[between], second[between]
+    low = np.minimum(first, second)
+    np.maximum(first, second, out=second)
+    links = coo_array((network.conductance[between], (low, second)), shape=(count, count))
+    links = links.tocsr().tocoo()
+    return Network(
+        links.row.astype(np.int32, copy=False),
+        links.col.astype(np.int32, copy=False),
+        links.data,
+        _summed(group, network.ground, count),
+    )
+
+
+def _summed(group: Indices, values: Array, count: int) -> Array:
+    total: Array = np.bincount(group, values, count).astype(np.float64, copy=False)
+    return total
+
+
+def _dot(first: Array, second: Array) -> float:
+    # Not by BLAS, whose threads would change the last digits.
+    return float(np.einsum("i,i->", first, second))
