@@ -43,6 +43,7 @@ DELEGATIONS: dict[str, set[str]] = {
     "joint.conductance": {"report.results"},
     "joint.estimate": {"report.results"},
     "joint.interface": {"formats.export", "report.results"},
+    "joint.leakage": {"report.results"},
     "shown": {"plots.accessor", "report.glance"},
     "surface.surface": {"desk.explore", "formats.export"},
     "volume.result": {

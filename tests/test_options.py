@@ -48,6 +48,7 @@ NEEDED = {
         "counter-resistivity": "40 nohm m",
     },
     "law": {"from": "1 MPa", "to": "100 MPa", "steps": "3", "boundary": "periodic"},
+    "leak": {"load": "0.5 N, 1 N", "viscosity": "1 mPa s", "pressure-difference": "1 bar"},
     "compare": {"load": "10 MPa", "first-load": "100 MPa"},
 }
 

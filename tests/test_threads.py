@@ -31,6 +31,7 @@ FEW = {
     },
     "halfspace.layers": {"_mean_displacement": "layers"},
     "halfspace.rims": {"_with_slope": "six parameters of a paraboloid"},
+    "solvers.aggregation": {"apply": "sparse matrices, no BLAS"},
     "solvers.anderson": {"add": "five components", "_least_squares": "a handful of steps"},
     "solvers.rest": {"rigid_tilt": "the few points on which rigid bodies rest"},
     "solvers.tilt": {

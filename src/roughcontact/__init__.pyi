@@ -55,6 +55,10 @@ from .joint.estimate import (
 )
 from .joint.interface import InterfaceLaw as InterfaceLaw
 from .joint.law import interface_law as interface_law
+from .joint.leakage import (
+    Leakage as Leakage,
+    leakage as leakage,
+)
 from .material import (
     catalogue as catalogue,
     hardness as hardness,

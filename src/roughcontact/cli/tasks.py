@@ -8,6 +8,7 @@ from roughcontact.request.options import (
     FIND,
     HISTORY,
     LAW,
+    LEAK,
     SOLVE,
     STRESS,
     SWEEP,
@@ -73,6 +74,17 @@ reached, unloading has a branch of its own.
 Example:
 roughcontact law ground*.opd --from "1 MPa" --to "300 MPa" \\
     --material 42CrMo4 --holes fill --boundary periodic --output law.inp
+""",
+    LEAK: """Find what leaks through the gap under one load or several, and the flow factors.
+
+Whether a way leads through is found first. The rate needs a fluid; without one it is told how
+permeable the gap is.
+
+\b
+Example:
+roughcontact leak ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
+    --holes fill --boundary periodic --viscosity "1 mPa s" \\
+    --pressure-difference "1 bar"
 """,
     COMPARE: """Compare several maps under the same nominal pressure: means, differences, how sure.
 

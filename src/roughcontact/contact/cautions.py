@@ -48,6 +48,7 @@ class Kind(StrEnum):
     SCALING = "scatter that does not fall with the area"
     SPOTS = "spots that are no discs"
     FORM = "bodies curved as a whole"
+    WAYS = "ways through the gap"
     RANGE = "pressures that the maps resolve"
     RIM = "rim that is left out"
     STEPS = "pressures that are far apart"

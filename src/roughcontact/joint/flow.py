@@ -109,8 +109,8 @@ def flow(
     at 1/(12 η) of this.
 
     Near the threshold of percolation all of the pressure falls at one place, and in the pools at
-    both ends the pressure differs by less than its last digit. The pressure is therefore held as the
-    sum of two numbers, the second of which is found from what the first leaves unbalanced.
+    both ends the pressure differs by less than its last digit. It is therefore held as the sum of
+    two numbers, the second of which is found from what the first leaves unbalanced.
     """
     if axis in periodic_axes and gap.shape[axis] < 2:
         raise InputError(
@@ -219,8 +219,8 @@ def _widest(cube: Array, label: NDArray[np.int32]) -> list[tuple[int, int]]:
     from scipy import ndimage
 
     parts = np.unique(label[label > 0])
-    places = ndimage.maximum_position(cube, label, parts)
-    return [(int(y), int(x)) for y, x in places]
+    places = np.asarray(ndimage.maximum_position(cube, label, parts), dtype=np.int64)
+    return [(y, x) for y, x in places.tolist()]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from roughcontact.plots.conduction import conductance
 from roughcontact.plots.curves import hysteresis, load_curve
 from roughcontact.plots.laws import interface_law
+from roughcontact.plots.leaks import flow_factors, leak
 from roughcontact.plots.maps import (
     close_up,
     comparison,
@@ -23,9 +24,11 @@ __all__ = [
     "comparison",
     "conductance",
     "contact",
+    "flow_factors",
     "gap",
     "hysteresis",
     "interface_law",
+    "leak",
     "load_curve",
     "overview",
     "pressure",

@@ -19,12 +19,14 @@ from roughcontact.files import require_suffix, to_json, write
 from roughcontact.joint.conductance import Conductance
 from roughcontact.joint.estimate import Estimate
 from roughcontact.joint.interface import InterfaceLaw
+from roughcontact.joint.leakage import Leakage
 from roughcontact.report import (
     compared,
     conducted,
     estimated,
     found,
     lawful,
+    leaking,
     profile,
     studied,
     tables,
@@ -63,6 +65,8 @@ def table_of(result: Any) -> Table:
             return conducted.CONDUCTANCE
         case InterfaceLaw():
             return lawful.LAW
+        case Leakage():
+            return leaking.LEAKAGE
         case Estimate():
             return estimated.ESTIMATE
         case Comparison():
@@ -89,6 +93,8 @@ def columns_of(result: Any) -> Columns:
             return conducted.CONDUCTANCE_COLUMNS
         case InterfaceLaw():
             return lawful.LAW_COLUMNS
+        case Leakage():
+            return leaking.LEAKAGE_COLUMNS
         case Comparison():
             return compared.COMPARISON_COLUMNS
         case SamplingStudy():
@@ -101,7 +107,7 @@ def columns_of(result: Any) -> Columns:
 def summary(result: Any) -> dict[str, Any]:
     """Return a result by name, in SI units, ready for JSON."""
     told = stored(table_of(result), result)
-    if isinstance(result, LoadCurve | Conductance):
+    if isinstance(result, LoadCurve | Conductance | Leakage):
         return {**told, **stored_columns(columns_of(result), result), "version": __version__}
     return told
 
@@ -113,12 +119,19 @@ def sentences(result: Any) -> tuple[str, ...]:
             return conducted.sentences(result)
         case InterfaceLaw():
             return lawful.sentences(result)
+        case Leakage():
+            return leaking.sentences(result)
     return ()
 
 
-def title(result: Conductance | InterfaceLaw) -> str:
+def title(result: Conductance | InterfaceLaw | Leakage) -> str:
     """Return the title of the chapter on what a joint does."""
-    return lawful.TITLE if isinstance(result, InterfaceLaw) else conducted.TITLE
+    match result:
+        case InterfaceLaw():
+            return lawful.TITLE
+        case Leakage():
+            return leaking.TITLE
+    return conducted.TITLE
 
 
 def csv(result: Any) -> str:
@@ -127,7 +140,13 @@ def csv(result: Any) -> str:
 
 
 def save(
-    result: LoadCurve | LoadHistory | FoundLoads | Conductance | Comparison | SamplingStudy,
+    result: LoadCurve
+    | LoadHistory
+    | FoundLoads
+    | Conductance
+    | Leakage
+    | Comparison
+    | SamplingStudy,
     path: str | os.PathLike[str],
 ) -> None:
     """Write a result of many loads as a table, or as JSON; see `LoadCurve.save`."""

@@ -9,10 +9,10 @@ from typing import Any
 from roughcontact.request import parsing
 
 SOLVE, SWEEP, STRESS, HISTORY, FIND = "solve", "sweep", "stress", "history", "find"
-COMPARE, CONDUCTANCE, LAW = "compare", "conductance", "law"
-SINGLE = (SOLVE, SWEEP, STRESS, HISTORY, FIND, CONDUCTANCE, LAW)
+COMPARE, CONDUCTANCE, LAW, LEAK = "compare", "conductance", "law", "leak"
+SINGLE = (SOLVE, SWEEP, STRESS, HISTORY, FIND, CONDUCTANCE, LAW, LEAK)
 """Tasks on one contact."""
-JOINTS = (CONDUCTANCE, LAW)
+JOINTS = (CONDUCTANCE, LAW, LEAK)
 """Tasks on what a joint does, of which several may be asked of one contact."""
 LOADED = tuple(task for task in JOINTS if task != LAW)
 """Those of them that take single loads, too."""

@@ -29,6 +29,7 @@ from roughcontact.request.option import (
     FIND as FIND,
     HISTORY as HISTORY,
     LAW as LAW,
+    LEAK as LEAK,
     LENGTH,
     MAP,
     OUTPUT,
@@ -261,6 +262,7 @@ OPTIONS = (
         PRESSURE, fits=PREPARED,
     ),
     *joint_options.CONDUCTORS,
+    *joint_options.FLUID,
     Option(
         "body", BODIES, "FORM",
         'Nominal form under the roughness, or alone with --points and --size: "sphere 10 mm", '
@@ -362,7 +364,7 @@ OPTIONS = (
     Option(
         "tolerance", SOLVER, "NUMBER",
         "Certificate to reach; default: 1e-6, in single precision 1e-4.", parsing.number,
-        fits=(SWEEP, STRESS, CONDUCTANCE, LAW),
+        fits=(SWEEP, STRESS, CONDUCTANCE, LAW, LEAK),
     ),
     Option(
         "tolerance", SOLVER, "NUMBER", "Certificate to reach; default: 1e-6.", parsing.number,
@@ -376,7 +378,7 @@ OPTIONS = (
     Option(
         "max-iterations", SOLVER, "NUMBER", "Most convolutions on any one grid; default: 2000.",
         parsing.counted(1, limits.ITERATIONS),
-        fits=(SWEEP, STRESS, HISTORY, FIND, CONDUCTANCE, LAW, COMPARE),
+        fits=(SWEEP, STRESS, HISTORY, FIND, CONDUCTANCE, LAW, LEAK, COMPARE),
     ),
     Option(
         "precision", SOLVER, "double|single",
@@ -386,7 +388,7 @@ OPTIONS = (
     Option(
         "precision", SOLVER, "double|single",
         "single needs two thirds of the memory; default: double.",
-        parsing.choice("double", "single"), fits=(SWEEP, STRESS, CONDUCTANCE, LAW),
+        parsing.choice("double", "single"), fits=(SWEEP, STRESS, CONDUCTANCE, LAW, LEAK),
     ),
     Option(
         "study", SOLVER, "",

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_array
+    from scipy.sparse import csc_array, csr_array
     from scipy.sparse.linalg import SuperLU
 
 Array = NDArray[np.float64]
@@ -98,17 +98,20 @@ class Level:
         from scipy.sparse import coo_array
 
         nodes = network.nodes
-        half = coo_array(
+        # One triangle; the other is the same memory, read by columns.
+        self._half: csr_array = coo_array(
             (network.conductance, (network.first, network.second)), shape=(nodes, nodes)
         ).tocsr()
-        self._links: csr_array = half + half.T.tocsr()
-        self.diagonal: Array = self._links.sum(axis=1)
+        self._other: csc_array = self._half.T
+        self.diagonal: Array = self._half.sum(axis=1)
+        self.diagonal += self._half.sum(axis=0)
         self.diagonal += network.ground
 
     def apply(self, potential: Array) -> Array:
         """Return what leaves each node at this potential."""
         leaving: Array = self.diagonal * potential
-        leaving -= self._links @ potential
+        leaving -= self._half @ potential
+        leaving -= self._other @ potential
         return leaving
 
     def factors(self) -> SuperLU:
@@ -116,8 +119,8 @@ class Level:
         from scipy.sparse import diags_array
         from scipy.sparse.linalg import splu
 
-        # Factors of a matrix whose pivots are all diagonal and of one size need no pivoting.
-        return splu((diags_array(self.diagonal) - self._links).tocsc(), permc_spec="MMD_AT_PLUS_A")
+        matrix = diags_array(self.diagonal) - self._half - self._other
+        return splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A")
 
 
 class Multigrid:

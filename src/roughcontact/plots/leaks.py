@@ -1,0 +1,169 @@
+"""Figures of what leaks through a contact."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roughcontact.plots.cells import closed_cover, gap_limit, open_gap, shares
+from roughcontact.plots.labels import load_text
+from roughcontact.plots.style import (
+    CELLS_IN_PANEL,
+    CLOSED,
+    DPI,
+    LABEL,
+    MISSING,
+    SERIES,
+    TICK,
+    TITLE,
+    cell_max,
+    cell_size,
+    colour_bar,
+    draw_map,
+    layout,
+    plain_axes,
+    prefixed,
+    prefixed_window,
+    shown_aspect,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from roughcontact.joint.flow import Flow
+    from roughcontact.joint.leakage import Leakage
+
+_DECADES = 4
+# Of the flow density, from the largest down: less is no part of what leaks.
+
+
+def leak(found: Leakage) -> Figure:
+    """Draw the gap under the largest load, and where the fluid flows through it.
+
+    Parameters
+    ----------
+    found : Leakage
+        What leaks.
+
+    Returns
+    -------
+    Figure
+        The open gap with the contact, and beside it the flow density over its mean, in each
+        direction in which a way leads through, four decades from the largest down. A cross marks
+        the narrowest place of the widest way. A cell of several points shows the largest of its
+        flow densities.
+    """
+    from matplotlib.figure import Figure
+
+    flows = [flow for flow in found.flows if flow.percolates]
+    aspect = shown_aspect(found.largest.pair.size)
+    figure = Figure(figsize=(4.9 * (1 + len(flows)), 1.0 + 3.6 * aspect), dpi=DPI, layout=layout())
+    first, *others = figure.subplots(1, 1 + len(flows), squeeze=False)[0]
+    _draw_gap(first, found, bool(flows))
+    for axes, flow in zip(others, flows, strict=True):
+        _draw_flow(axes, found, flow)
+    return figure
+
+
+def flow_factors(found: Leakage) -> Figure:
+    """Draw the flow factors over the mean gap, and the narrowest place over the load.
+
+    Parameters
+    ----------
+    found : Leakage
+        What leaks.
+
+    Returns
+    -------
+    Figure
+        Pressure-flow factors φ = k/ū³ over ū/σ, and the gap at the narrowest place beside the mean
+        gap.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.2, 4.6), dpi=DPI, layout=layout())
+    left, right = figure.subplots(1, 2)
+    load = found.column("load")
+    mean = found.column("mean_gap")
+    load_factor, load_unit = prefixed(float(load.max()), "N")
+    factor, unit = prefixed(float(mean.max()), "m")
+    right.plot(load * load_factor, mean * factor, "k:", label="mean gap")
+    for axis in found.axes:
+        style, colour = ("o-", "s--")[axis], SERIES[axis]
+        label = f"along {'yx'[axis]}"
+        left.plot(found.film_ratio, _positive(found.flow_factor(axis)), style, color=colour,
+                  label=label)  # fmt: skip
+        narrow = _positive(found.critical_gap(axis)) * factor
+        right.plot(load * load_factor, narrow, style, color=colour, label=f"narrowest, {label}")
+    for axes, x, y, title in (
+        (left, "mean gap over roughness ū/σ", "flow factor φ", "Pressure-flow factors"),
+        (right, f"load [{load_unit}]", f"gap [{unit}]", "Gap at the narrowest place"),
+    ):
+        if any(np.isfinite(line.get_ydata()).any() for line in axes.lines):
+            axes.set_yscale("log")
+        axes.set_xlabel(x, fontsize=LABEL)
+        axes.set_ylabel(y, fontsize=LABEL)
+        axes.set_title(title, fontsize=TITLE)
+        plain_axes(axes)
+        axes.legend(fontsize=TICK, frameon=False)
+    right.set_xscale("log")
+    return figure
+
+
+def _positive(values: np.ndarray) -> np.ndarray:
+    return np.where(values > 0, values, np.nan)
+
+
+def _draw_gap(axes: Axes, found: Leakage, flows: bool) -> None:
+    from matplotlib import colormaps
+
+    result = found.largest
+    size = result.surface.size
+    blocks = cell_size(result.gap.shape, size, CELLS_IN_PANEL)
+    values = open_gap(result.contact, result.gap, blocks)
+    top = gap_limit(values)
+    factor, unit = prefixed(top, "m")
+    image = draw_map(axes, values * factor, size, blocks, result.gap.shape)
+    image.set_cmap(colormaps["Blues"].with_extremes(bad=MISSING))
+    image.set_clim(0, top * factor)
+    cover = closed_cover(shares(result.contact, result.saturated, result.gap, blocks), CLOSED)
+    draw_map(axes, cover, size, blocks, result.gap.shape)
+    colour_bar(axes, image, f"open gap [{unit}]", "max" if (values > top).any() else "neither")
+    for axis in found.axes:
+        _mark(axes, found, axis)
+    more = "" if flows else ", no way through"
+    axes.set_title(f"Gap and contact at {load_text(result)}{more}", fontsize=TITLE)
+
+
+def _draw_flow(axes: Axes, found: Leakage, flow: Flow) -> None:
+    from matplotlib import colormaps
+    from matplotlib.colors import LogNorm
+
+    result = found.largest
+    size = result.surface.size
+    blocks = cell_size(flow.density.shape, size, CELLS_IN_PANEL)
+    mean = flow.permeability[flow.axis]
+    values = cell_max(flow.density.astype(float), blocks) / mean
+    most = float(values.max())
+    image = draw_map(
+        axes, np.maximum(values, most * 10.0**-_DECADES), size, blocks, flow.density.shape
+    )
+    image.set_cmap(colormaps["inferno"])
+    image.set_norm(LogNorm(most * 10.0**-_DECADES, most))
+    colour_bar(axes, image, "flow density over its mean", "min")
+    _mark(axes, found, flow.axis)
+    axes.set_title(f"Flow along {'yx'[flow.axis]}", fontsize=TITLE)
+
+
+def _mark(axes: Axes, found: Leakage, axis: int) -> None:
+    """Mark the narrowest place under the largest load."""
+    place = found.steps[-1].constriction[axis]
+    if place is None:
+        return
+    pixel = found.largest.pair.pixel
+    factor, _ = prefixed_window(0.0, max(found.largest.pair.size))
+    y, x = ((at + 0.5) * edge * factor for at, edge in zip(place.place, pixel, strict=True))
+    for colour, width in (("white", 3.0), (SERIES[1], 1.5)):
+        axes.plot([x], [y], "x", color=colour, markersize=9, markeredgewidth=width)

@@ -1,0 +1,215 @@
+"""What is told of what leaks through a contact."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from roughcontact.joint.leakage import AXES, Leakage
+from roughcontact.report import tables
+from roughcontact.report.quantities import (
+    PROBLEM,
+    TRUST,
+    Column,
+    Columns,
+    Quantity,
+    Table,
+    quantity_of,
+    tiny,
+    within,
+)
+from roughcontact.units import changed_by, engineering, percent
+
+TITLE = "What leaks through the gap"
+"""Of the chapter in a report."""
+
+
+def _of_contact(key: str) -> Quantity:
+    changes: dict[str, Any] = {"name": "", "part": PROBLEM}
+    return within("largest", quantity_of(tables.CONTACT, key), **changes)
+
+
+def _seal(found: Leakage) -> str:
+    seal = found.seal
+    if seal is None:
+        return ""
+    sides = [
+        f"{name} {'of the map' if side is None else engineering(side, 'm')}"
+        for name, side in (("width", seal.width), ("length", seal.length))
+    ]
+    return (
+        f"η {engineering(seal.viscosity, 'Pa s')}, Δp "
+        f"{engineering(seal.pressure_difference, 'Pa')}, {', '.join(sides)}"
+    )
+
+
+def _coarser(found: Leakage) -> str:
+    assert found.coarser is not None
+    told = [
+        f"k along {name} {changed_by(change)}"
+        for name, change in zip(AXES, found.coarser.permeability, strict=True)
+        if not math.isnan(change)
+    ]
+    return f"pixels of {engineering(found.coarser.pixel, 'm')}: {', '.join(told) or 'no flow'}"
+
+
+def _narrowest(axis: int) -> Callable[[Leakage], dict[str, float] | None]:
+    def told(found: Leakage) -> dict[str, float] | None:
+        place = found.steps[-1].constriction[axis]
+        if place is None:
+            return None
+        y, x = (
+            (at + 0.5) * edge
+            for at, edge in zip(place.place, found.largest.pair.pixel, strict=True)
+        )
+        return {"gap": place.gap, "y": y, "x": x}
+
+    return told
+
+
+def _place(axis: int) -> Callable[[Leakage], str]:
+    def shown(found: Leakage) -> str:
+        told = _narrowest(axis)(found)
+        if told is None:
+            return "no way through"
+        y, x = (engineering(told[name], "m") for name in ("y", "x"))
+        return f"{engineering(told['gap'], 'm')} at y {y}, x {x}"
+
+    return shown
+
+
+def _asked(axis: int) -> Callable[[Leakage], bool]:
+    return lambda found: axis in found.axes
+
+
+def _share(found: Leakage) -> list[str]:
+    shares = found.column("contact_area") / found.nominal_area
+    return [percent(value) for value in shares.tolist()]
+
+
+def _digits(unit: str, values: Callable[[Leakage], Any]) -> Callable[[Leakage], list[str]]:
+    def shown(found: Leakage) -> list[str]:
+        return [
+            f"{value:.3g} {unit}".rstrip() if value else "0" for value in values(found).tolist()
+        ]
+
+    return shown
+
+
+def _along(axis: int) -> Columns:
+    """Return the columns of a direction; shown is the rate of a fluid, or the permeability."""
+    name, asked = AXES[axis], _asked(axis)
+    return (
+        Column(
+            f"permeability_{name}", f"k along {name}", unit="m³", when=asked,
+            of=lambda r: r.permeability(axis).tolist(), brief=False,
+            shown=_digits("m³", lambda r: r.permeability(axis)),
+        ),
+        Column(
+            f"flow_factor_{name}", f"φ along {name}", unit="1", when=asked,
+            of=lambda r: r.flow_factor(axis).tolist(),
+            shown=_digits("", lambda r: r.flow_factor(axis)),
+        ),
+        Column(
+            f"critical_gap_{name}", f"narrowest along {name}", unit="m", when=asked,
+            of=lambda r: r.critical_gap(axis).tolist(), brief=False,
+        ),
+        Column(
+            f"leak_rate_{name}", f"leak along {name}", unit="m³/s",
+            of=lambda r: r.rate(axis).tolist(), shown=_digits("m³/s", lambda r: r.rate(axis)),
+            when=lambda r: asked(r) and r.seal is not None,
+        ),
+        # Without a fluid the console tells the permeability.
+        Column(
+            f"permeability_{name}", f"k along {name}", unit="m³", stored=False,
+            of=lambda r: r.permeability(axis).tolist(),
+            shown=_digits("m³", lambda r: r.permeability(axis)),
+            when=lambda r: asked(r) and r.seal is None,
+        ),
+    )  # fmt: skip
+
+
+LEAKAGE: Table = (
+    *(_of_contact(key) for key in ("source", "preparation", "boundary", "contact_modulus")),
+    Quantity("nominal_area", unit="m²"),
+    Quantity("roughness", "roughness", "σ", unit="m"),
+    Quantity(
+        "seal", "fluid", of=lambda r: r.seal and asdict(r.seal), text=_seal,
+        when=lambda r: r.seal is not None,
+    ),
+    *(
+        Quantity(
+            f"narrowest_{name}", f"narrowest place along {name}", of=_narrowest(axis),
+            text=_place(axis), when=_asked(axis),
+        )
+        for axis, name in enumerate(AXES)
+    ),
+    Quantity(
+        "permeability_tensor", unit="m³",
+        of=lambda r: [[list(row) for row in step.permeability] for step in r.steps],
+    ),
+    Quantity(
+        "coarser", "on a coarser grid", of=lambda r: r.coarser and asdict(r.coarser),
+        text=_coarser, when=lambda r: r.coarser is not None,
+    ),
+    Quantity(
+        "unbalanced", "flow out of balance", form=tiny, part=TRUST,
+        of=lambda r: float(np.max(r.column("unbalanced"))),
+    ),
+    *(quantity_of(tables.CONTACT, key) for key in ("warnings", "cautions")),
+)  # fmt: skip
+"""Of a `Leakage`."""
+
+LEAKAGE_COLUMNS: Columns = (
+    Column("load", "load", unit="N"),
+    Column("contact_area", "contact", unit="m²", shown=_share),
+    Column("saturated_area", unit="m²", brief=False),
+    Column("mean_gap", "mean gap", unit="m", brief=False),
+    Column("film_ratio", "ū/σ", unit="1", of=lambda r: r.film_ratio.tolist()),
+    *_along(0),
+    *_along(1),
+    Column(
+        "permeability_yx", unit="m³", of=lambda r: r.permeability(0, 1).tolist(),
+        when=lambda r: not np.isnan(r.permeability(0, 1)).all(), brief=False,
+    ),
+    Column("unbalanced", unit="1", brief=False),
+)  # fmt: skip
+"""Of the loads of a `Leakage`."""
+
+
+def _sides(found: Leakage) -> str:
+    periodic_axes = found.largest.boundary.periodic_axes
+    if all(axis in periodic_axes for axis in found.axes):
+        return (
+            "The pressure falls by the same amount over each period of the map; it leads through "
+            "where a way leads on from each period to the next."
+        )
+    return (
+        "Where the map ends the pressure is given at two opposite sides, and nothing flows "
+        "through the other two. The gap along the sides of a free map is that of a body that ends "
+        "there: as part of a larger face give it a periodic boundary."
+    )
+
+
+def sentences(found: Leakage) -> tuple[str, ...]:
+    """Return what a reader of the leakage has to know."""
+    fluid = (
+        "The rate is k Δp w/(12 η l) of a liquid; of a gas it is the volume at the mean of the "
+        "pressures at inlet and outlet, as long as the gap is wider than the free path of its "
+        "molecules, some 70 nm in air."
+    )
+    return (
+        "Reynolds' equation of a thin film in the gap as it is: nothing flows through contact, "
+        "and the fluid does not push the bodies apart.",
+        _sides(found),
+        *((fluid,) if found.seal is not None else ()),
+        "The flow factor φ is k over the cube of the mean gap ū, 1 between smooth plates; closed "
+        "points count in ū with zero.",
+        "What leaks hangs on the narrowest places of the widest ways, and so on the smallest gaps "
+        "and on single summits: another part of the same face may leak more or less by a factor, "
+        "the more so the more of it touches.",
+    )
