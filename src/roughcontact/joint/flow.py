@@ -116,14 +116,13 @@ def flow(
         raise InputError(
             f"must have at least two points along the flow, got shape {gap.shape}", argument="gap"
         )
-    heights = np.where(gap > 0, gap, 0.0)
-    part = through(heights > 0, axis, periodic_axes)
+    part = through(gap > 0, axis, periodic_axes)
     nodes = int(np.count_nonzero(part))
     if nodes == 0:
         empty = np.full(gap.shape, np.nan, np.float32)
         return Flow(axis, (0.0, 0.0), empty, np.zeros(gap.shape, np.float32), 0.0, 0, 0)
-    scale = float(heights[part].max())
-    problem = _problem(heights / scale, part, pixel, axis, periodic_axes)
+    scale = float(gap[part].max())
+    problem = _problem(gap, scale, part, pixel, axis, periodic_axes)
     solved = _solved(problem)
     return _measured(problem, solved, part, pixel, scale**3)
 
@@ -155,12 +154,16 @@ class _Problem:
 
 def _problem(
     gap: Array,
+    scale: float,
     part: NDArray[np.bool_],
     pixel: tuple[float, float],
     axis: int,
     periodic_axes: tuple[int, ...],
 ) -> _Problem:
-    cube = np.where(part, gap * gap * gap, 0.0)
+    """Return the network of the pixels that are part of a way, of gaps over a scale."""
+    cube = np.where(part, gap, 0.0)
+    cube /= scale
+    cube *= cube * cube
     number = np.full(part.shape, -1, np.int32)
     nodes = int(np.count_nonzero(part))
     number[part] = np.arange(nodes, dtype=np.int32)
@@ -174,12 +177,12 @@ def _problem(
         # The pressure is up to a constant on each part: one pixel is tied to the ground, through
         # which nothing flows.
         for y, x in _widest(cube, components(part, periodic_axes)):
-            held[number[y, x]] = cube[y, x]
+            held[int(number[y, x])] = cube[y, x]
     else:
         shape = _shape(pixel, axis)
         for side, ends in ((0, inlet), (-1, outlet)):
-            at = number.take(side, axis)
-            ends[at[at >= 0]] = 2 * shape * cube.take(side, axis)[at >= 0]
+            at: Indices = np.take(number, side, axis)
+            ends[at[at >= 0]] = 2 * shape * np.take(cube, side, axis)[at >= 0]
     network = Network(first, second, conductance, held + inlet + outlet)
     return _Problem(network, along, forward, inlet, outlet, axis, periodic_axes)
 
@@ -259,19 +262,27 @@ def _solved(problem: _Problem) -> _Solved:
     """Return the pressure at which the flow balances, found in rounds."""
     nodes = problem.network.nodes
     inverse = Multigrid(problem.network)
-    found = _Solved.at(problem, np.zeros(nodes), np.zeros(nodes), 0)
+    # What flows at the nodes takes memory: only its sums are kept from round to round.
+    pressure, small, steps = np.zeros(nodes), np.zeros(nodes), 0
     for number in range(_ROUNDS):
-        left = found.unbalanced(problem)
+        left, power = _left(problem, pressure, small)
         total = float(np.abs(left).sum())
-        if total <= _AIM * found.power:
+        if total <= _AIM * power:
             break
-        change, steps = _balanced(inverse, left, total, found.power)
+        change, more = _balanced(inverse, left, total, power)
         if number == 0:
-            found = _Solved.at(problem, change, found.small, steps)
+            pressure = change
         else:
-            small = found.small + change
-            found = _Solved.at(problem, found.pressure, small, found.steps + steps)
-    return found
+            small += change
+        steps += more
+    del inverse
+    return _Solved.at(problem, pressure, small, steps)
+
+
+def _left(problem: _Problem, pressure: Array, small: Array) -> tuple[Array, float]:
+    """Return what flows into each node and not out again, and the power of the flow."""
+    found = _Solved.at(problem, pressure, small, 0)
+    return found.unbalanced(problem), found.power
 
 
 def _balanced(inverse: Multigrid, left: Array, total: float, power: float) -> tuple[Array, int]:

@@ -304,8 +304,10 @@ def _strong(
 ) -> tuple[Indices, Indices, Array]:
     """Return the links along which nodes may be taken together, and how well that would do."""
     first, second = network.first, network.second
-    weight = network.conductance / np.minimum(diagonal[first], diagonal[second])
-    strong = np.nonzero(weight >= _STRONG)[0]
+    weight = diagonal[first]
+    np.minimum(weight, diagonal[second], out=weight)
+    np.divide(network.conductance, weight, out=weight)
+    strong = weight >= _STRONG
     weight = weight[strong]
     # A slope of conductances would else be one long chain, each node preferring the next.
     weight *= 1 + _CHANCE * random.random(weight.size)
