@@ -7,7 +7,8 @@
 Every case is a line of ``atlas/ceiling.csv`` or ``atlas/volume.csv`` as soon as it is solved; what
 stands there is not solved again. On all cores, one map each at a time. The coefficients go to the
 package (``joint/atlas.json``), with scatter and domain; what they miss on maps that took no part
-in the fit is printed, and that on the measured maps where there are any (``--measured FOLDER``).
+in the fit is printed. ``--measured FOLDER`` presses the measured maps of a folder, of which numbers
+alone are kept, in ``atlas/measured.csv``.
 """
 
 from __future__ import annotations
@@ -26,15 +27,19 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+import numpy as np
+
 import atlas_cases as cases
+import roughcontact as rc
 from roughcontact import processes
 from roughcontact.joint import formulas
 
 FOLDER = Path(__file__).parent / "atlas"
 CEILING, VOLUME = FOLDER / "ceiling.csv", FOLDER / "volume.csv"
+MEASURED = FOLDER / "measured.csv"
 DRAWN = ("map", "case", "hurst", "rolloff", "waves")
 SURFACE = ("breadth", "Str", "Ssk", "Sku", "nayak", "gradient", "height")
-COLUMNS = {
+COLUMNS: dict[Path, tuple[str, ...]] = {
     CEILING: (
         *DRAWN, *SURFACE, "pressure", "index", "contact", "pixels", "saturated", "gap",
         "contact_coarse", "pixels_coarse", "saturated_coarse", "gap_coarse", "separation",
@@ -43,6 +48,9 @@ COLUMNS = {
         *DRAWN, *SURFACE, "pressure", "index", "hardening", "volume", "contact", "strain",
     ),
 }  # fmt: skip
+
+
+COLUMNS[MEASURED] = COLUMNS[CEILING]
 
 
 def stored(place: Path) -> list[dict[str, str]]:
@@ -102,6 +110,36 @@ def volumes(drawn: cases.Map, done: set[int]) -> str:
     return drawn.name
 
 
+def measurements(place: Path, name: str) -> str:
+    """Solve the cases of a measured map, if it lies in the domain of the formulas."""
+    surface, about = cases.measured(place)
+    domain = formulas.stored().domain["ceiling"]
+    for group, key in (("breadth", "breadth"), ("texture", "Str"), ("skewness", "Ssk")):
+        low, high = domain[group]
+        if not low <= float(about[key]) <= high:
+            return f"{name} left out, {group} {about[key]:.3g}"
+    waves = float(about.pop("waves"))
+    if waves < cases.FEWEST:
+        return f"{name} left out, {waves:.1f} autocorrelation lengths a side"
+    # Nothing is known of how it would be drawn; what it has are lengths of its correlation a side.
+    drawn = cases.Map(name, surface.shape[0], 0.0, waves, 0.0, 0.0, 0.0, np.empty(0))
+    for case, (fraction, index) in enumerate(cases.MEASURED_LOADS):
+        pressure = cases.pressure_of(fraction, index)
+        keep(MEASURED, drawn, case, about | cases.pressed(surface, pressure, index))
+    return name
+
+
+def measure(folder: Path) -> None:
+    """Solve the cases of all measured maps of a folder, anew."""
+    MEASURED.unlink(missing_ok=True)
+    begun(MEASURED)
+    for place in sorted(folder.iterdir()):
+        try:
+            print(measurements(place, f"held-{place.stem}"), flush=True)
+        except (rc.RoughcontactError, ValueError) as error:
+            print(f"{place.name} left out: {str(error)[:90]}")
+
+
 def missing(
     place: Path, maps: Iterable[cases.Map], wanted: int
 ) -> list[tuple[cases.Map, set[int]]]:
@@ -156,7 +194,9 @@ def fit() -> None:
         told["domain"][name] = fitting.domain_of(cases)
         test, rest = cases.taken(cases.held), cases.taken(~cases.held)
         for quantity in cases.found:
-            for suffix, of in (("", lambda one: one), ("_without_Sal", fitting.unknown)):
+            variants = [("", lambda one: one), ("_without_Sal", fitting.unknown)]
+            knows_Sal = any("b" in term for term in fitting.TERMS[quantity])
+            for suffix, of in variants[: 1 + knows_Sal]:
                 formula = fitting.fitted(quantity, of(rest), with_Sal=not suffix)
                 judged = fitting.judged(formula, of(test))
                 told["formulas"][quantity + suffix] = asdict(formula)
@@ -170,11 +210,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--maps", type=int, help="the first maps of each kind alone")
     parser.add_argument("--fit", action="store_true", help="fit and test what is stored")
-    parser.add_argument("--measured", type=Path, help="folder of measured maps")
+    parser.add_argument("--measured", type=Path, help="press the measured maps of this folder")
     asked = parser.parse_args()
-    if not asked.fit:
-        compute(asked.maps)
-    fit()
+    if asked.measured is not None:
+        measure(asked.measured)
+    else:
+        if not asked.fit:
+            compute(asked.maps)
+        fit()
+    # The figures of the page are made from the same cases when it is built.
+    import atlas_page
+
+    atlas_page.write(MEASURED)
 
 
 if __name__ == "__main__":

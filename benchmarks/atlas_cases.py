@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +31,8 @@ SIDE = 1e-4
 SHORTEST = 8
 CEILING_FACTOR = 3.0
 
-MAPS, CASES, POINTS = {"fit": 96, "held": 32}, 12, 512
-BROAD = {"fit": 40, "held": 12}
+MAPS, CASES, POINTS = {"fit": 72, "held": 32}, 12, 512
+BROAD = {"fit": 32, "held": 10}
 VOLUMES, LOADS, RATIO, VOLUME_POINTS = {"fit": 48, "held": 16}, 6, 2.0, 64
 # Each of these many maps has twice the points, and room for broader spectra.
 LARGE, VOLUME_LARGE = 4, 8
@@ -89,7 +90,7 @@ def broad_maps() -> list[Map]:
     """Return further maps of the ceiling model: broader spectra, stronger lays, more skewness."""
     return [
         _drawn(
-            f"broad-{role}-{number:03d}", draw, POINTS * (1 + number % 2), (3.0, 6.0),
+            f"broad-{role}-{number:03d}", draw, POINTS, (3.0, 6.0),
             span=3.4, skewed=(-1.5, 1.5),
         )
         for role, count in BROAD.items()
@@ -245,6 +246,31 @@ def pressed(surface: Surface, pressure: float, index: float) -> Row:
         }
     found["separation"] = float(np.mean(result.gap))
     return found
+
+
+def measured(place: Path) -> tuple[Surface, Row]:
+    """Return a measured map, leveled, filled and without waves below eight pixels, and about it.
+
+    It is continued by its mirror images, so that nothing jumps where it is taken as periodic.
+    """
+    surface = rc.read_surface(place).leveled()
+    surface = surface.filled() if surface.missing else surface
+    surface = surface.filtered(SHORTEST * max(surface.pixel), None)
+    about = described(surface)
+    if math.isnan(float(about["Str"])):
+        about["Str"] = surface.roughness()["Str_max"]
+    about["waves"] = min(surface.size) / surface.roughness()["Sal"]
+    z = surface.heights
+    z = np.concatenate([z, z[::-1]])
+    return rc.Surface(np.concatenate([z, z[:, ::-1]], axis=1), surface.pixel), about
+
+
+FEWEST = 4.0
+"""Autocorrelation lengths a side of a measured map, below which it shows its form."""
+MEASURED_LOADS = [
+    (fraction, index) for index in (0.0, 3.0, 20.0, 100.0) for fraction in (0.02, 0.08, 0.25, 0.5)
+]
+"""Contact fractions of the theory, and E* h′/σ_Y, under which measured maps are pressed."""
 
 
 # --- the volume model

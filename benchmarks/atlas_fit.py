@@ -18,24 +18,34 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from roughcontact.joint import formulas
-from roughcontact.joint.formulas import CONTACT, GAP, LEVEL, SATURATED, VOLUME, Formula, Groups
+from roughcontact.joint.formulas import CONTACT, GAP, SATURATED, VOLUME, Formula, Groups
 
 Array = NDArray[np.float64]
 
 _LINEAR = ("", "z", "s", "w")
 _CURVED = ("zz", "zs", "ss", "t", "tz", "wz", "ws", "ww", "zss", "zzs", "ts", "tt", "wss", "tw")
 _BROAD = ("b", "zb", "bb", "wb", "sb")
-_SCATTER = ("", "z", "zz", "ss", "w")
+_SCATTER = {
+    CONTACT: ("", "z", "zz", "ss", "w"),
+    SATURATED: ("", "z", "zz", "ss", "w"),
+    GAP: ("", "z", "zz", "ss", "w"),
+    VOLUME: ("", "z", "y", "ss"),
+}
 KNEES = {CONTACT: 4 / 3, SATURATED: 4 / 3, GAP: 10 / 3, VOLUME: 4 / 3}
 TERMS = {
     CONTACT: (*_LINEAR, *_CURVED, *_BROAD),
     SATURATED: (*_LINEAR, *_CURVED, *_BROAD),
-    GAP: (*_LINEAR, *_CURVED, *_BROAD),
-    VOLUME: ("", "z", "zz", "w", "ww", "wz", "b", "bz", "s", "sz", "t", "k", "kk", "kw", "kz"),
+    GAP: (*_LINEAR, "zzz", *_CURVED, *_BROAD),
+    VOLUME: ("", "z", "w", "ww", "s", "k", "y", "yy"),
 }
 # Residuals beyond this, in the measure of the formula, count as linear ones.
 _LOSS = {CONTACT: 0.03, SATURATED: 0.01, GAP: 0.03, VOLUME: 0.05}
 _PARTS = 5
+# Plasticity index from which the plastic volume is told.
+_LEAST_INDEX = 3.0
+# Share of the cases that the width of the intervals is taken from: more than `LEVEL`, as the cases
+# of a map go together and some tens of maps know the share to a few per cent only.
+_CAUTIOUS = 0.95
 # Residual that rounding alone may leave, in the fit of their logarithm.
 _FLOOR = 1e-4
 
@@ -79,7 +89,8 @@ def read(place: Path) -> Cases:
     """Return the cases of a table."""
     with place.open(newline="") as lines:
         rows = [row for row in csv.DictReader(lines) if None not in row.values()]
-    # Below first yield there is no plastic volume, and no logarithm of it.
+    # Below first yield there is no plastic volume, and close to it hardly one that grids resolve.
+    rows = [row for row in rows if "volume" not in row or float(row["index"]) >= _LEAST_INDEX]
     rows = [row for row in rows if float(row.get("volume", 1)) > 0]
     table = {
         name: np.array([float(row[name]) for row in rows]) for name in rows[0] if name != "map"
@@ -160,17 +171,16 @@ def parts(maps: NDArray[np.str_]) -> Iterator[tuple[NDArray[np.bool_], NDArray[n
 
 def scattered(formula: Formula, groups: Groups, missed: Array) -> Formula:
     """Return a formula with the scatter of what it missed on maps that it had not seen."""
-    terms = _SCATTER
-    design = formula.design(groups, terms)
+    formula = replace(formula, scatter_terms=_SCATTER[formula.quantity])
+    design = formula.spread_design(groups)
     # The mean of ln |x| of a normal variable is -0.635.
     logarithm = np.log(np.maximum(np.abs(missed), _FLOOR)) + 0.635
     coefficients = np.linalg.lstsq(design, logarithm, rcond=None)[0]
     share = np.abs(missed) / np.exp(np.sum(design * coefficients, axis=1))
     return replace(
         formula,
-        scatter_terms=terms,
         scatter=tuple(float(f"{value:.4g}") for value in coefficients),
-        factor=float(f"{np.quantile(share, LEVEL):.4g}"),
+        factor=float(f"{np.quantile(share, _CAUTIOUS):.4g}"),
     )
 
 
@@ -202,8 +212,7 @@ def judged(formula: Formula, cases: Cases) -> dict[str, float]:
     """Return how far a formula is off on cases, and how many its interval holds."""
     groups = cases.groups
     found = cases.found[formula.quantity]
-    value = formula.value(groups)
-    low, high = formula.interval(groups, value)
+    value, low, high = formula.ranged(groups)
     relative = formula.quantity in (CONTACT, VOLUME)
     scale = found if relative else 1.0
     missed = np.abs(value - found) / scale

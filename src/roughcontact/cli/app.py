@@ -321,7 +321,7 @@ for _task, _text in tasks.HELP.items():
     _MAP,
     help="""Tell contact area, gap and plastic volume by formulas, without solving the contact.
 
-From a map, or from Sq, Sdq, Sal, Str and Ssk. Each number comes with the interval that holds 95
+From a map, or from Sq, Sdq, Sal, Str and Ssk. Each number comes with the interval that holds 90
 of 100 nominally flat surfaces; what lies outside the domain of the formulas is refused.
 
 \b
@@ -335,7 +335,7 @@ def _estimate(file: Path | None, given: Given) -> None:
 
     as_json, quiet = (given.pop(name, False) for name in SHOWN)
     with terminal.progress(quiet) as say:
-        found, written = estimating.estimated(file, given, say)
+        found, written = estimating.estimated(None if file is None else Path(file), given, say)
     if as_json:
         print(to_json({**found.summary(), "written": [str(path) for path in written]}))
     elif not quiet:

@@ -28,7 +28,7 @@ LEAST_WAVES = 8.0
 
 @dataclass(frozen=True)
 class Range:
-    """A value and the ends of the interval in which it lies for 95 of 100 maps."""
+    """A value and the ends of the interval in which it lies for 90 of 100 maps."""
 
     value: float
     low: float
@@ -171,7 +171,7 @@ def estimate(
     Returns
     -------
     Estimate
-        Each quantity with the interval that holds 95 of 100 maps.
+        Each quantity with the interval that holds 90 of 100 maps.
 
     Raises
     ------
@@ -347,9 +347,7 @@ def _groups(
 
 
 def _ranged(formula: formulas.Formula, groups: Groups) -> Range:
-    value = formula.value(groups)
-    low, high = formula.interval(groups, value)
-    return Range(float(value[0]), float(low[0]), float(high[0]))
+    return Range(*(float(end[0]) for end in formula.ranged(groups)))
 
 
 _WORDS = {

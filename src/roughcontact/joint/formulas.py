@@ -1,16 +1,17 @@
 """Fitted formulas of nominally flat contact: theory with an effective gradient, on arrays.
 
-Contact and saturated area are those of Persson's theory for a gradient h_eff in place of h′, the
-mean gap that of a plane which cuts off as much of the heights as the theory lets touch for
-an effective gradient of the long waves, and the plastic volume a power law with a slowly changing
-exponent. What is fitted is ln(h_eff/h′), a polynomial in a few groups without unit. Its
-coefficients, their scatter and domain stand in ``atlas.json`` beside this module, which
-``benchmarks/atlas.py`` writes.
+Contact and saturated area are those of Persson's theory for a gradient h_eff in place of h′, and
+the mean gap that of a plane which cuts off as much of the heights as the theory lets touch for an
+effective gradient of the long waves; what is fitted is ln(h_eff/h′), a polynomial in a few groups
+without unit. The plastic volume is the area on which the theory finds the pressure of first yield
+exceeded, times a fitted depth. Coefficients, their scatter and domain stand in ``atlas.json``
+beside this module, which ``benchmarks/atlas.py`` writes.
 """
 
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -29,7 +30,7 @@ STORED = Path(__file__).with_name("atlas.json")
 CONTACT, SATURATED, GAP, VOLUME = "contact", "saturated", "gap", "volume"
 """What there is a formula for."""
 
-LEVEL = 0.95
+LEVEL = 0.90
 """Share of maps that fall into the interval of a formula."""
 
 # Middle of the set, from which polynomials count.
@@ -38,6 +39,8 @@ _BREADTH, _TEXTURE = 3.0, 0.9
 _FIRST = {CONTACT: 0.7, SATURATED: 0.7, GAP: 1.2, VOLUME: 0.7}
 _LOGARITHMIC = (CONTACT, VOLUME)
 _STEEPEST = 20.0
+# Peak pressure of a sphere at first yield over three yield strengths, at ν = 0.3.
+_FIRST_YIELD = 1.295 * math.exp(0.736 * 0.3) / 3
 
 
 @dataclass(frozen=True)
@@ -83,8 +86,8 @@ class Formula:
         ``ratio`` beyond which the effective gradient falls with it.
     terms : tuple of str
         Products of coordinates, a letter each: z, load, as the normal score of the theory's
-        contact area; w, plasticity; b, breadth; s, skewness; t, texture; k, hardening. An empty
-        text is the constant.
+        contact area; w, plasticity; b, breadth; s, skewness; t, texture; k, hardening; y, the
+        share of the contact beyond first yield. An empty text is the constant.
     coefficients : tuple of float
         Of the terms.
     scatter_terms, scatter : tuple
@@ -102,25 +105,18 @@ class Formula:
     scatter: tuple[float, ...] = (0.0,)
     factor: float = 1.96
 
-    def design(self, groups: Groups, terms: tuple[str, ...] | None = None) -> Array:
-        """Return the terms (those of the formula, or others), shape (n, number of terms)."""
-        coordinates = _coordinates(self, groups)
-        columns = []
-        for term in self.terms if terms is None else terms:
-            column = np.ones_like(groups.pressure)
-            for letter in term:
-                column = column * coordinates[letter]
-            columns.append(column)
-        return np.stack(columns, axis=1)
+    def design(self, groups: Groups) -> Array:
+        """Return the terms, shape (n, number of terms)."""
+        return _products(self.terms, self._coordinates(groups))
 
     def value(self, groups: Groups, design: Array | None = None) -> Array:
         """Return the quantity, shape (n,); ``design`` where it is known."""
         design = self.design(groups) if design is None else design
         fitted = _sum(design, self.coefficients)
         if self.quantity == VOLUME:
-            volume: Array = np.exp(fitted)
+            volume: Array = np.exp(fitted) * _yielded(groups, self._start(groups))
             return volume
-        gradient = np.exp(np.minimum(fitted - _plasticity(self, groups), np.log(_STEEPEST)))
+        gradient = np.exp(np.minimum(fitted - self._softening(groups), math.log(_STEEPEST)))
         if self.quantity == GAP and not np.isnan(groups.breadth).any():
             gradient = gradient / groups.breadth
         contact, saturated = _theory(groups, gradient)
@@ -138,9 +134,19 @@ class Formula:
             return np.log(value)
         return np.sqrt(value) if self.quantity == SATURATED else value
 
-    def interval(self, groups: Groups, value: Array) -> tuple[Array, Array]:
+    def ranged(self, groups: Groups) -> tuple[Array, Array, Array]:
+        """Return the quantity and the ends of its interval, each of shape (n,)."""
+        coordinates = self._coordinates(groups)
+        value = self.value(groups, _products(self.terms, coordinates))
+        spread = _sum(_products(self.scatter_terms, coordinates), self.scatter)
+        return (value, *self._interval(groups, value, spread))
+
+    def spread_design(self, groups: Groups) -> Array:
+        """Return the terms of the scatter, shape (n, number of them)."""
+        return _products(self.scatter_terms, self._coordinates(groups))
+
+    def _interval(self, groups: Groups, value: Array, spread: Array) -> tuple[Array, Array]:
         """Return the ends of the interval about a value."""
-        spread = _sum(self.design(groups, self.scatter_terms), self.scatter)
         half = self.factor * np.exp(spread)
         middle = self._measured(value)
         low, high = middle - half, middle + half
@@ -156,6 +162,36 @@ class Formula:
             return np.clip(low, least, 1), np.clip(high, least, 1)
         return (low, np.minimum(high, least)) if self.quantity == SATURATED else (low, high)
 
+    def _softening(self, groups: Groups) -> Array:
+        """Return by how much plasticity lowers ln(h_eff/h′), to begin with."""
+        softening: Array = np.log1p((groups.ratio / self.knee) ** 2) / 2
+        return softening
+
+    def _start(self, groups: Groups) -> Array:
+        """Return the effective gradient over h′ from which coordinates are told."""
+        first: Array = _FIRST[self.quantity] * np.exp(-self._softening(groups))
+        if self.quantity == GAP and not np.isnan(groups.breadth).any():
+            first = first / groups.breadth
+        return first
+
+    def _coordinates(self, groups: Groups) -> dict[str, Array]:
+        """Return the coordinates of polynomials by their letters."""
+        from scipy.special import ndtri
+
+        first = self._start(groups)
+        contact = np.clip(_theory(groups, first)[0], 1e-9, 1 - 1e-9)
+        found = {
+            "z": ndtri(contact) + 1,
+            "w": self._softening(groups),
+            "b": np.log(groups.breadth / _BREADTH),
+            "s": groups.skewness,
+            "t": np.log(groups.texture / _TEXTURE),
+            "k": np.log1p(groups.hardening),
+        }
+        if self.quantity == VOLUME:
+            found["y"] = np.log(_yielded(groups, first) / contact)
+        return found
+
 
 def theory_contact(groups: Groups) -> Array:
     """Return the contact fraction of Persson's theory with the gradient of the surface itself."""
@@ -168,28 +204,22 @@ def _theory(groups: Groups, gradient: Array) -> tuple[Array, Array]:
     return diffused(groups.pressure, gradient / 2, ceiling)
 
 
-def _plasticity(formula: Formula, groups: Groups) -> Array:
-    softening: Array = np.log1p((groups.ratio / formula.knee) ** 2) / 2
-    return softening
+def _yielded(groups: Groups, gradient: Array) -> Array:
+    """Return the fraction of the nominal area on which the theory finds first yield exceeded."""
+    with np.errstate(divide="ignore"):
+        bound = _FIRST_YIELD / groups.ratio
+    # More than that pressure on average is it everywhere.
+    pressure = np.minimum(groups.pressure, bound)
+    return np.maximum(diffused(pressure, gradient / 2, bound)[1], 1e-12)
 
 
-def _coordinates(formula: Formula, groups: Groups) -> dict[str, Array]:
-    """Return the coordinates of polynomials by their letters."""
-    from scipy.special import ndtri
-
-    w = _plasticity(formula, groups)
-    first = _FIRST[formula.quantity] * np.exp(-w)
-    if formula.quantity == GAP and not np.isnan(groups.breadth).any():
-        first = first / groups.breadth
-    contact, _ = _theory(groups, first)
-    return {
-        "z": ndtri(np.clip(contact, 1e-9, 1 - 1e-9)) + 1,
-        "w": w,
-        "b": np.log(groups.breadth / _BREADTH),
-        "s": groups.skewness,
-        "t": np.log(groups.texture / _TEXTURE),
-        "k": np.log1p(groups.hardening),
-    }
+def _products(terms: tuple[str, ...], coordinates: dict[str, Array]) -> Array:
+    """Return products of coordinates, a column each."""
+    columns = np.ones((len(terms), coordinates["z"].size))
+    for column, term in zip(columns, terms, strict=True):
+        for letter in term:
+            column *= coordinates[letter]
+    return columns.T
 
 
 def _sum(design: Array, coefficients: tuple[float, ...]) -> Array:
@@ -208,7 +238,8 @@ class Atlas:
     Parameters
     ----------
     formulas : dict
-        By name: quantities, and those that go without Sal with ``"_without_Sal"`` behind.
+        By name: quantities, and those that go without Sal with ``"_without_Sal"`` behind, where
+        Sal matters.
     domain : dict
         Least and largest contact fraction, ratio, breadth, texture, skewness and hardening, for
         ``"ceiling"`` and ``"volume"``.
@@ -219,7 +250,8 @@ class Atlas:
 
     def formula(self, quantity: str, with_Sal: bool) -> Formula:
         """Return the formula for a quantity."""
-        return self.formulas[quantity if with_Sal else f"{quantity}_without_Sal"]
+        known = self.formulas[quantity]
+        return known if with_Sal else self.formulas.get(f"{quantity}_without_Sal", known)
 
 
 @lru_cache(maxsize=1)

@@ -74,7 +74,7 @@ ESTIMATE: Table = (
         "plasticity_index", "plasticity index", symbol="E* h′/σ_Y", part=PROBLEM,
         when=lambda found: found.plasticity_index is not None,
     ),
-    *_ranged("contact", "real contact", "1", "contact area over nominal area, 95 % of maps", "A/A₀",
+    *_ranged("contact", "real contact", "1", "of nominal area; in brackets 90 % of maps", "A/A₀",
              _share),
     *_ranged("saturated", "saturated area", "1", "area at the ceiling over nominal area",
              "", _share),
@@ -119,7 +119,7 @@ def _beside_gap(result: ContactResult) -> str:
 BESIDE: Table = (
     Quantity(
         "estimated_contact", "real contact by formula",
-        meaning="of nominally flat surfaces like it, with the interval of 95 in 100",
+        meaning="of nominally flat surfaces like it, with the interval of 90 in 100",
         of=lambda result: result.estimate and result.estimate.contact.value, text=_beside_contact,
         when=_told, stored=False, brief=False,
     ),

@@ -1,8 +1,17 @@
-"""Closed forms: Hertz, waves, indenters, and the theory of Persson."""
+"""Closed forms: Hertz, waves, indenters, and the theories of rough contact."""
 
 import lazy_loader
 
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
-    submodules=("hertz", "hertz_elliptic", "indenters", "persson", "waves", "yielding_sphere"),
+    submodules=(
+        "greenwood_williamson",
+        "heights",
+        "hertz",
+        "hertz_elliptic",
+        "indenters",
+        "persson",
+        "waves",
+        "yielding_sphere",
+    ),
 )

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Below this skewness heights count as normal: the gap differs by less than 1e-3 of Sq.
-_NORMAL = 0.01
+# Below this skewness heights count as normal: the gap differs by at most 2e-3 of Sq.
+_NORMAL = 1e-3
 
 
 def gap_below_plane(material_ratio: Array, skewness: Array) -> Array:
