@@ -33,6 +33,7 @@ def main() -> None:
         ("volume.py", "--quick"),
         ("memory.py", "--quick"),
         ("desk.py", "--quick"),
+        ("leak.py", "--points", "128"),
         ("latency.py", "--runs", "1", "--points", "48x64", "--only", "info"),
         ("robustness.py", "--problems", "10", "--files", "100", "--kills", "5"),
     ):

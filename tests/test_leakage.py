@@ -1,0 +1,210 @@
+import dataclasses
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.cli import app
+from roughcontact.contact.cautions import Kind
+from roughcontact.joint.flow import flow
+from roughcontact.joint.leakage import opened
+
+STEEL = rc.Material(210e9, 0.3, 1e9)
+ROUGH = rc.Surface(*rc.reference_map(64, 3))
+RESULT = rc.solve(ROUGH, material=STEEL, load=1.0, boundary="periodic")
+WATER = {"viscosity": "1 mPa s", "pressure_difference": "1 bar"}
+
+
+def test_numbers_are_those_of_the_flow_through_the_gap() -> None:
+    found = rc.leakage(RESULT, **WATER)
+    (step,) = found.steps
+    gap = opened(RESULT)
+    assert (gap[RESULT.contact] == 0).all()
+    for axis in (0, 1):
+        k = flow(gap, ROUGH.pixel, axis, (0, 1)).permeability
+        assert (step.permeability[0][axis], step.permeability[1][axis]) == k
+        assert found.flow_factor(axis)[0] == pytest.approx(k[axis] / RESULT.mean_gap**3)
+        # A square map: width and length are the same.
+        assert found.rate(axis)[0] == pytest.approx(k[axis] * 1e5 / (12 * 1e-3))
+        place = step.constriction[axis]
+        assert place is not None
+        assert gap[place.place] == place.gap == found.critical_gap(axis)[0]
+        assert 0 < place.gap < gap.max()
+    assert found.film_ratio[0] == pytest.approx(RESULT.mean_gap / np.std(RESULT.initial_gap))
+    assert step.unbalanced <= 1e-8
+    assert found.largest is RESULT
+
+
+def test_the_rate_goes_with_the_face_and_the_fluid() -> None:
+    of_map = rc.leakage(RESULT, direction="x", **WATER)
+    ring = rc.leakage(RESULT, direction="x", **WATER, seal_width="20 mm", seal_length="2 mm")
+    assert ring.rate(1)[0] == pytest.approx(10 * of_map.rate(1)[0])
+    oil = rc.leakage(RESULT, direction="x", viscosity=0.1, pressure_difference=2e5)
+    assert oil.rate(1)[0] == pytest.approx(0.02 * of_map.rate(1)[0])
+    assert math.isnan(ring.rate(0)[0])
+    assert math.isnan(rc.leakage(RESULT, direction="x").rate(1)[0])
+
+
+def test_loads_close_the_gap_and_a_ceiling_closes_it_more() -> None:
+    loads = [0.3, 3.0, 1.0]
+    ceiling, elastic = (
+        rc.leakage(
+            rc.solve(ROUGH, material=STEEL, load=w, boundary="periodic", ceiling=limit)
+            for w in loads
+        )
+        for limit in (3e9, None)
+    )
+    assert ceiling.column("load").tolist() == sorted(loads)
+    assert ceiling.largest.load == 3.0
+    for axis in (0, 1):
+        assert (np.diff(ceiling.permeability(axis)) < 0).all()
+        assert (np.diff(ceiling.critical_gap(axis)) < 0).all()
+        assert (ceiling.permeability(axis) < elastic.permeability(axis)).all()
+
+
+def test_where_no_way_leads_through_is_an_answer() -> None:
+    wall = RESULT.pressure.copy()
+    wall[20] = 1e6
+    closed = dataclasses.replace(RESULT, pressure=wall)
+    found = rc.leakage(closed, **WATER)
+    assert found.permeability(0)[0] == found.rate(0)[0] == found.critical_gap(0)[0] == 0
+    assert found.permeability(1)[0] > 0
+    (caution,) = (caution for caution in found.cautions if caution.kind == Kind.WAYS)
+    assert "no way leads through the gap along y" in caution.text
+    assert found.summary()["narrowest_y"] is None
+    assert "no way" not in str(rc.leakage(closed, direction="x").warnings)
+
+
+def test_without_contact_the_gap_is_open() -> None:
+    none = dataclasses.replace(RESULT, pressure=np.zeros(ROUGH.shape), load=0.0)
+    found = rc.leakage(none)
+    assert found.permeability(0)[0] > 0
+    assert any("do not touch" in text for text in found.warnings)
+
+
+def test_near_the_threshold_one_constriction_decides() -> None:
+    result = rc.solve(ROUGH, material=STEEL, load=24.0, ceiling=8e9, boundary="periodic")
+    assert 0.32 < result.contact_fraction < 0.52
+    kinds = [caution.kind for caution in rc.leakage(result).cautions]
+    assert Kind.WAYS in kinds
+
+
+def test_a_coarser_grid_tells_what_it_hangs_on() -> None:
+    coarse = rc.Surface(ROUGH.heights[::2, ::2], tuple(2 * edge for edge in ROUGH.pixel))
+    other = rc.solve(coarse, material=STEEL, load=1.0, boundary="periodic")
+    found = rc.leakage(RESULT, direction="y").beside(other)
+    assert found.coarser is not None
+    k, coarser = (one.permeability(0)[0] for one in (found, rc.leakage(other, direction="y")))
+    assert found.coarser.permeability[0] == pytest.approx(coarser / k - 1)
+    assert math.isnan(found.coarser.permeability[1])
+
+
+def test_what_is_missing_or_wrong_gets_its_sentence() -> None:
+    for given, said in (
+        ({"direction": "z"}, "direction must be 'y' or 'x'"),
+        ({"viscosity": 1e-3}, "pressure_difference is needed for a leak rate"),
+        ({"pressure_difference": 1e5}, "viscosity is needed for a leak rate"),
+        ({"seal_width": 1e-2}, "viscosity is needed for a leak rate"),
+        ({**WATER, "viscosity": 0.0}, "viscosity must be positive"),
+        ({**WATER, "viscosity": "1 mPa"}, "viscosity needs a viscosity with its unit"),
+        ({**WATER, "seal_length": -1.0}, "seal_length must be positive"),
+    ):
+        with pytest.raises(rc.InputError, match=said):
+            rc.leakage(RESULT, **given)  # type: ignore[arg-type]
+    with pytest.raises(rc.InputError, match="is empty"):
+        rc.leakage([])
+    other = rc.solve(rc.Surface(*rc.reference_map(32, 1)), material=STEEL, load=1.0)
+    with pytest.raises(rc.InputError, match="are of different maps"):
+        rc.leakage([RESULT, other])
+    row = rc.Surface(ROUGH.heights[0], ROUGH.pixel[1])
+    profile = rc.solve(row, material=STEEL, load=1e3, boundary="periodic")
+    with pytest.raises(rc.InputError, match="profile"):
+        rc.leakage(profile)
+
+
+def test_it_is_saved_as_a_table_and_as_json(tmp_path: Path) -> None:
+    found = rc.leakage(RESULT, **WATER)
+    found.save(tmp_path / "leak.csv")
+    head, line = (tmp_path / "leak.csv").read_text("utf-8").splitlines()
+    assert "permeability_y [m³],flow_factor_y [1],critical_gap_y [m],leak_rate_y [m³/s]" in head
+    assert len(line.split(",")) == len(head.split(","))
+    found.save(tmp_path / "leak.json")
+    told = json.loads((tmp_path / "leak.json").read_text("utf-8"))
+    assert told["leak_rate_x"] == found.rate(1).tolist()
+    assert told["permeability_tensor"][0][0][1] == pytest.approx(told["permeability_yx"][0])
+    assert told["seal"]["viscosity"] == 1e-3
+    assert told["boundary"] == "periodic"
+
+
+def command(path: Path, *more: str) -> list[str]:
+    np.save(path, ROUGH.heights * 1e6)
+    return [
+        "leak", str(path), "--unit", "um", "--size", "0.1 mm x 0.1 mm", "--level", "none",
+        "--material", "42CrMo4", "--boundary", "periodic", *more,
+    ]  # fmt: skip
+
+
+def test_the_command_tells_in_a_table_and_in_json(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = command(
+        tmp_path / "map.npy", "--load", "1 N, 0.3 N", "--viscosity", "1 mPa s",
+        "--pressure-difference", "1 bar", "--seal-width", "20 mm", "--seal-length", "2 mm",
+        "--output", str(tmp_path / "leak.csv"), "--figure", str(tmp_path / "leak.png"),
+        "--report", str(tmp_path / "leak.html"),
+    )  # fmt: skip
+    assert app.main(words) == app.SOLVED
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "η 1 mPa s, Δp 100 kPa, width 20 mm, length 2 mm" in shown
+    assert "narrowest place along y" in shown
+    assert "flow out of balance" in shown
+    assert (tmp_path / "leak.png").stat().st_size > 1000
+    assert "What leaks through the gap" in (tmp_path / "leak.html").read_text("utf-8")
+    assert len((tmp_path / "leak.csv").read_text("utf-8").splitlines()) == 3
+    assert app.main([*words[:-2], "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    steel = rc.catalogue.material("42CrMo4")
+    contacts = [rc.solve(ROUGH, material=steel, load=w, boundary="periodic") for w in (0.3, 1.0)]
+    found = rc.leakage(contacts, **WATER, seal_width=20e-3, seal_length=2e-3)
+    assert told["load"] == [0.3, 1.0]
+    assert told["leak_rate_y"] == pytest.approx(found.rate(0), rel=1e-3)
+    assert told["coarser"]["pixel"] == pytest.approx(2 * ROUGH.pixel[0])
+
+
+def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    load = ("--load", "1 N")
+    for more, said in (
+        ((), "--load is needed"),
+        ((*load, "--direction", "z"), "--direction"),
+        ((*load, "--viscosity", "1 mPa s"), "--pressure-difference is needed for a leak rate"),
+        ((*load, "--seal-width", "1 mm"), "--viscosity is needed for a leak rate"),
+        (
+            (*load, "--viscosity", "0 Pa s", "--pressure-difference", "1 bar"),
+            "--viscosity must be positive",
+        ),
+        ((*load, "--viscosity", "1 mPa"), "--viscosity needs a viscosity with its unit"),
+    ):
+        assert app.main(command(tmp_path / "map.npy", *more)) == app.BAD_INPUT
+        assert said in capsys.readouterr().err
+
+
+def test_a_project_may_ask_for_it_beside_another(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.save(tmp_path / "map.npy", ROUGH.heights[:32, :32] * 1e6)
+    project = tmp_path / "project.toml"
+    project.write_text(
+        'folder = "out"\nwrite = ["csv", "png"]\n[[contact]]\nname = "joint"\nfile = "map.npy"\n'
+        'task = ["leak", "conductance"]\nunit = "um"\nsize = "50 um x 50 um"\n'
+        'material = "42CrMo4"\ncounter-material = "6061-T6"\nload = "0.1 N, 0.3 N"\n'
+        'viscosity = "1 mPa s"\npressure-difference = "1 bar"\n',
+        encoding="utf-8",
+    )
+    assert app.main(["run", str(project), "--json"]) == app.SOLVED
+    first, second = (one["told"] for one in json.loads(capsys.readouterr().out)["contacts"])
+    assert len(first["leak_rate_y"]) == 2
+    assert len(second["thermal_resistance"]) == 2
+    assert first["last"]["load"] == 0.3
