@@ -42,9 +42,9 @@ class Resolved:
     low, high : float
         Its ends [Pa]; NaN where no pressure is resolved.
     low_by, high_by : str
-        What ends it: `SPOTS`, too few spots; `POINTS`, too few points in contact, or open;
-        `CONTACT`, more than `MOST_CONTACT`; `SLOPE`, a pressure beyond E* h'/2, the scatter of that
-        of full contact, where the steepest and so the shortest waves carry; empty where the
+        What ends it: ``"spots"``, too few of them; ``"points"``, too few in contact, or open;
+        ``"contact"``, more than `MOST_CONTACT`; ``"slope"``, a pressure beyond E* h'/2, the scatter
+        of that of full contact, where the steepest and so the shortest waves carry; empty where the
         pressures end before the range does.
     """
 
