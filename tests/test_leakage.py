@@ -135,7 +135,7 @@ def test_it_is_saved_as_a_table_and_as_json(tmp_path: Path) -> None:
     told = json.loads((tmp_path / "leak.json").read_text("utf-8"))
     assert told["leak_rate_x"] == found.rate(1).tolist()
     assert told["permeability_tensor"][0][0][1] == pytest.approx(told["permeability_yx"][0])
-    assert told["seal"]["viscosity"] == 1e-3
+    assert told["sealing"]["viscosity"] == 1e-3
     assert told["boundary"] == "periodic"
 
 

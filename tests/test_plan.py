@@ -1,5 +1,6 @@
 """What of a project counts as solved, and what has to be solved again."""
 
+import importlib
 import json
 import os
 import shutil
@@ -11,6 +12,7 @@ import pytest
 
 from roughcontact.cli import app
 from roughcontact.fleet import engines, plan, project
+from roughcontact.report.quantities import Column, Quantity
 
 Capture = pytest.CaptureFixture[str]
 
@@ -136,3 +138,18 @@ def test_a_file_that_cannot_be_read_fails_alone(
     monkeypatch.setattr("roughcontact.checksums.of_file", refused)
     assert plan.digest_of(entry) != before
     assert plan.complete(entry, before) is None
+
+
+def test_no_number_has_a_name_that_the_file_keeps_for_itself() -> None:
+    told: dict[str, object] = {"load": 1.0}
+    assert plan.sealed(told, "digest", []).keys() == {"load", *plan.OWN}
+    with pytest.raises(ValueError, match="keeps seal"):
+        plan.sealed({**told, "seal": 2.0}, "digest", [])
+    tables = [
+        table
+        for name in ("tables", "conducted", "lawful", "leaking", "found", "compared")
+        for table in vars(importlib.import_module(f"roughcontact.report.{name}")).values()
+        if isinstance(table, tuple) and table and isinstance(table[0], (Quantity, Column))
+    ]
+    assert len(tables) > 8
+    assert not plan.OWN & {quantity.key for table in tables for quantity in table}

@@ -25,6 +25,7 @@ from roughcontact.request.options import (
     FIND,
     HISTORY,
     LAW,
+    LEAK,
     SOLVE,
     STRESS,
     SWEEP,
@@ -129,7 +130,14 @@ OBEYS = Question(
     LAW,
     ("quarters",),
 )
-JOINTS = (OBEYS, CONDUCTS)
+LEAKS = Question(
+    "What leaks through it",
+    "Whether the gap is open, its permeability and flow factors, and how much of a fluid leaks.",
+    LEAK,
+    ("direction", "viscosity", "pressure-difference", "seal-width", "seal-length"),
+    first=(("viscosity", "1 mPa s"), ("pressure-difference", "1 bar")),
+)
+JOINTS = (OBEYS, CONDUCTS, LEAKS)
 """What is asked of a joint; all that is asked at once shares its contacts."""
 
 

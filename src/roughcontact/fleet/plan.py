@@ -15,6 +15,9 @@ from roughcontact.files import to_json
 from roughcontact.request.options import named, offered, text_of
 from roughcontact.request.request import Request
 
+OWN = frozenset({"run", "sha256", "seal"})
+"""What the file of a contact keeps for itself among the numbers by name."""
+
 SOLVED, KEPT, FAILED = "solved", "solved before", "failed"
 
 
@@ -144,6 +147,8 @@ def sealed(told: Mapping[str, Any], digest: str, written: Iterable[Path]) -> dic
         The same with ``run``, the digest, ``sha256`` of each file by name, and the ``seal`` of all
         that.
     """
+    if taken := OWN & told.keys():
+        raise ValueError(f"the file itself keeps {', '.join(sorted(taken))}")
     whole = json.loads(to_json({**told, "run": digest, "sha256": _sums(written)}))
     return {**whole, "seal": checksums.of_words(whole)}
 

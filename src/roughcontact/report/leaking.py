@@ -138,7 +138,7 @@ LEAKAGE: Table = (
     Quantity("nominal_area", unit="m²"),
     Quantity("roughness", "roughness", "σ", unit="m"),
     Quantity(
-        "seal", "fluid", of=lambda r: r.seal and asdict(r.seal), text=_seal,
+        "sealing", "fluid", of=lambda r: r.seal and asdict(r.seal), text=_seal,
         when=lambda r: r.seal is not None,
     ),
     *(
