@@ -2,7 +2,8 @@
 
 One self-affine map with waves down to four of its pixels, and the same on pixels two, four and
 eight times as large, which have lost the finer waves: contact area, conductance (in proportion to
-the stiffness in unloading) and separation of the mean planes, each over that of the finest grid.
+the stiffness in unloading), separation of the mean planes, permeability of the gap and its
+narrowest place, each over that of the finest grid.
 """
 
 from __future__ import annotations
@@ -26,10 +27,14 @@ def told(pair: rc.contact.pair.Pair, pressure: float, ceiling: float | None) -> 
         boundary="periodic",
     )  # fmt: skip
     (conducts,) = rc.conductance(result, UNIT, UNIT).steps
+    (leaks,) = rc.leakage(result, direction="x").steps
+    place = leaks.constriction[1]
     return {
         "contact area": result.contact_fraction,
         "conductance": conducts.length,
         "separation": float(result.gap.mean()),
+        "permeability": leaks.permeability[1][1],
+        "narrowest gap": 0.0 if place is None else place.gap,
     }
 
 
@@ -48,9 +53,10 @@ def main() -> None:
     pairs = [fine]
     while len(pairs) < 4:
         pairs.append(coarsened(pairs[-1]))
-    for ceiling, pressure in ((None, 30e6), (None, 300e6), (3e9, 30e6), (3e9, 300e6)):
+    for ceiling, pressure in ((None, 300e6), (None, 6e9), (3e9, 300e6), (3e9, 1e9)):
         rows = [told(pair, pressure, ceiling) for pair in pairs]
-        print(f"{pressure / 1e6:g} MPa, ceiling {ceiling and ceiling / 1e9}")
+        share = rows[0]["contact area"]
+        print(f"{pressure / 1e6:g} MPa, ceiling {ceiling}, {share:.1%} in contact")
         for name in rows[0]:
             ratios = (row[name] / rows[0][name] for row in rows)
             print(f"  {name:24}", *(f"{ratio:6.2f}" for ratio in ratios))
