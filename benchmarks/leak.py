@@ -104,9 +104,11 @@ def turned(points: int) -> None:
                     (step,) = rc.leakage(result, direction="y").steps
                     share = step.contact_area / 0.64e-6
                     told.append((share, step.mean_gap, step.permeability[0][0]))
+                for name, (share, mean, k) in zip(("elastic", "ceiling"), told, strict=True):
+                    print(f"{seed} {boundary} {pressure / 1e6:.0f} MPa {name}: contact "
+                          f"{share:.2%}, mean gap {mean:.3g} m, k {k:.3g} m³")  # fmt: skip
                 ratio = told[1][2] / told[0][2] if told[0][2] else float("nan")
-                print(seed, boundary, f"{pressure / 1e6:.0f} MPa", told, f"ratio {ratio:.3g}",
-                      flush=True)  # fmt: skip
+                print(f"{seed} {boundary} {pressure / 1e6:.0f} MPa ratio {ratio:.3g}", flush=True)
 
 
 def main() -> None:

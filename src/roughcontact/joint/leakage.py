@@ -356,7 +356,7 @@ def _step(result: ContactResult, axes: tuple[int, ...]) -> tuple[LeakageStep, tu
         contact_area=result.contact_area,
         saturated_area=result.saturated_fraction * result.pressure.size * result.pixel_area,
         mean_gap=result.mean_gap,
-        permeability=((tensor[0, 0], tensor[0, 1]), (tensor[1, 0], tensor[1, 1])),
+        permeability=(tuple(tensor[0].tolist()), tuple(tensor[1].tolist())),
         constriction=(places[0], places[1]),
         unbalanced=max(found.unbalanced for found in flows),
         steps=sum(found.steps for found in flows),
