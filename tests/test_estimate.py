@@ -57,6 +57,16 @@ def test_there_are_as_many_cases_as_are_told() -> None:
     assert np.unique(volume.maps).size >= 60
 
 
+def test_the_tables_of_the_page_are_those_of_the_stored_cases() -> None:
+    import atlas
+    import atlas_page
+
+    text = atlas_page.PAGE.read_text(encoding="utf-8")
+    for name, table in atlas_page.tables(atlas.MEASURED).items():
+        between = text.partition(f"<!-- {name} -->")[2].partition(f"<!-- end of {name} -->")[0]
+        assert between.strip() == table
+
+
 def test_a_map_that_is_solved_lies_in_the_interval() -> None:
     surface = rc.generate(
         (256, 256), (1e-6, 1e-6), Sq=0.4e-6, Sdq=0.1, rolloff_wavelength=36e-6, hurst=0.7, seed=77
