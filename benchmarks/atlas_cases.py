@@ -31,7 +31,7 @@ SIDE = 1e-4
 SHORTEST = 8
 CEILING_FACTOR = 3.0
 
-MAPS, CASES, POINTS = {"fit": 72, "held": 32}, 12, 512
+MAPS, CASES, POINTS = {"fit": 54, "held": 32}, 12, 512
 BROAD = {"fit": 32, "held": 10}
 VOLUMES, LOADS, RATIO, VOLUME_POINTS = {"fit": 48, "held": 16}, 6, 2.0, 64
 # Each of these many maps has twice the points, and room for broader spectra.
