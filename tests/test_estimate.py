@@ -48,6 +48,34 @@ def test_the_formulas_meet_their_goals_on_maps_never_seen() -> None:
             assert judged["covered"] >= formulas.LEVEL - 0.05
 
 
+def test_the_plastic_volume_is_that_of_the_volume_model_in_metres() -> None:
+    import atlas
+    import atlas_cases
+    import atlas_fit
+
+    cases = atlas_fit.read(atlas.VOLUME)
+    held = cases.taken(cases.held)
+    ratios = []
+    for place in range(held.maps.size):
+        row = {name: float(values[place]) for name, values in held.table.items()}
+        stress = atlas_cases.MODULUS * row["gradient"]
+        law = rc.Linear(stress / row["index"], row["hardening"] * atlas_cases.YOUNG)
+        try:
+            found = rc.estimate(
+                pressure=row["pressure"] * stress,
+                material=rc.Material(atlas_cases.YOUNG, atlas_cases.POISSON, hardening=law),
+                Sq=row["height"], Sdq=row["gradient"], Str=row["Str"], Ssk=row["Ssk"],
+                Sal=row["breadth"] * row["height"] / row["gradient"],
+            )  # fmt: skip
+        except rc.InputError:
+            # Held out maps may lie just beyond those of the fit.
+            continue
+        if found.plastic_volume is not None:
+            ratios.append(found.plastic_volume.value / row["volume"])
+    assert len(ratios) > 60
+    assert float(np.median(ratios)) == pytest.approx(1, abs=0.1)
+
+
 def test_there_are_as_many_cases_as_are_told() -> None:
     import atlas
     import atlas_fit
