@@ -36,7 +36,7 @@ TERMS = {
     CONTACT: (*_LINEAR, *_CURVED, *_BROAD),
     SATURATED: (*_LINEAR, *_CURVED, *_BROAD),
     GAP: (*_LINEAR, "zzz", *_CURVED, *_BROAD),
-    VOLUME: ("", "z", "w", "ww", "s", "k", "y", "yy"),
+    VOLUME: ("", "z", "w", "ww", "s", "k", "y", "yy", "zz", "wz", "kw", "sz"),
 }
 # Residuals beyond this, in the measure of the formula, count as linear ones.
 _LOSS = {CONTACT: 0.03, SATURATED: 0.01, GAP: 0.03, VOLUME: 0.05}

@@ -48,7 +48,7 @@ for bandwidth, style in ((3, "-"), (10, "--"), (40, ":")):
 
 for index, shade in ((3, 0.4), (12, 0.65), (60, 0.95)):
     ratio = index / 3
-    near = plain & (np.abs(np.log(groups.ratio / ratio + 1e-9)) < 0.35)
+    near = plain & (np.abs(np.log(groups.ratio / ratio + 1e-9)) < 0.15)
     right.loglog(
         groups.pressure[near] * groups.ratio[near],
         contact[near],
