@@ -58,7 +58,8 @@ def abaqus(law: InterfaceLaw) -> str:
         "The faces stand for the mean planes of the rough surfaces. Overclosure 0: the mean "
         "planes meet. Negative overclosure: the faces are apart.",
     )
-    return _deck(law, told, lambda table: -table.separation, ", PRESSURE")
+    rows = [] if law.bodies is None else ["*GAP CONDUCTANCE, PRESSURE", *_conductance(law)]
+    return _deck(law, told, lambda table: -table.separation, rows)
 
 
 def calculix(law: InterfaceLaw) -> str:
@@ -74,7 +75,15 @@ def calculix(law: InterfaceLaw) -> str:
         "Use TYPE=NODE TO SURFACE: face-to-face contact of CalculiX 2.20 makes no pressure of a "
         "table. Beyond the last row the pressure stays as it is.",
     )
-    return _deck(law, told, lambda table: table.separation[0] - table.separation, "")
+    rows = [] if law.bodies is None else [
+        *_comments(
+            "Conductance over pressure. In node-to-surface contact with a table of overclosure "
+            "CalculiX 2.20 takes the first row, whatever the pressure: give *GAP CONDUCTANCE with "
+            "the row that fits."
+        ),
+        *(f"** {row}" for row in _conductance(law)),
+    ]  # fmt: skip
+    return _deck(law, told, lambda table: table.separation[0] - table.separation, rows)
 
 
 def lubrication(law: InterfaceLaw) -> str:
@@ -142,13 +151,13 @@ def _deck(
     law: InterfaceLaw,
     told: tuple[str, ...],
     overclosure: Callable[[LawTable], Array],
-    conductance: str,
+    conductance: list[str],
 ) -> str:
     """Return a surface interaction for each branch."""
     lines = [
         *_head(law, "**"),
         "** Units: mm, N, s, t, K; pressure in MPa, conductance in mW/(mm^2 K)",
-        *(f"** {line}" for text in told for line in textwrap.wrap(text, _WIDTH)),
+        *(line for text in told for line in _comments(text)),
     ]
     for table in (_short(law, branch) for branch in law.branches):
         across = overclosure(table) * _LENGTH
@@ -162,10 +171,13 @@ def _deck(
             f"*SURFACE INTERACTION, NAME=ROUGH_{table.branch.upper()}",
             "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TABULAR",
             *_rows(table.pressure[apart] * _PRESSURE, across[apart]),
+            *conductance,
         ]
-        if law.bodies is not None:
-            lines += [f"*GAP CONDUCTANCE{conductance}", *_conductance(law)]
     return "\n".join(lines) + "\n"
+
+
+def _comments(text: str) -> list[str]:
+    return [f"** {line}" for line in textwrap.wrap(text, _WIDTH)]
 
 
 def _short(law: InterfaceLaw, branch: str) -> LawTable:
