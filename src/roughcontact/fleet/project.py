@@ -62,9 +62,9 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
         options of its ``task`` (``"solve"``, the default, ``"sweep"``, ``"stress"``,
         ``"history"``, ``"find"``, ``"conductance"``, ``"law"``, ``"leak"`` or ``"compare"``) under
         the names that the command of that name gives them, and a contact its ``name`` and
-        ``file``; one of task ``"law"`` may have ``files``, a list, and one of task ``"compare"`` has these, or
-        ``groups``, a table of lists by name. A list of
-        tasks on a joint asks all of them of one contact, which is solved once. Defaults that
+        ``file``; one of task ``"law"`` may have ``files``, a list, and one of task ``"compare"``
+        has these, or ``groups``, a table of lists by name. A list of tasks on a joint asks all of
+        them of one contact, which is solved once. Defaults that
         do not fit task and model of a contact are left out there. A list of loads makes one
         contact of each, a ``folder`` for steps gets a folder for each. Paths are relative to the
         file.
