@@ -349,6 +349,10 @@ REDUCTIONS = {
 
 # Functions that may, and why: room -> function -> reason.
 ALLOWED = {
+    "aggregation": dict.fromkeys(
+        ("__init__", "_summed", "_paired", "apply", "conjugate_gradients", "_dot"),
+        "the flow through a gap, a whole map of which lies on one process",
+    ),
     "anderson": {
         "add": "unknowns of the volume, which lie on one process",
         "_least_squares": "a handful of steps",

@@ -65,7 +65,7 @@ LAW: Table = (
         of=lambda law: law.curve().first_touch,
     ),
     Quantity(
-        "resolved", "resolved from", of=lambda law: [law.resolved.low, law.resolved.high],
+        "resolved", "p̄(ū) resolved from", of=lambda law: [law.resolved.low, law.resolved.high],
         text=_range,
     ),
     Quantity(

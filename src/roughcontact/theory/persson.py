@@ -219,7 +219,7 @@ def persson_separation(
     strengths, scales = _weights(wave_numbers, variances)
     argument = np.multiply.outer(p, scales / contact_modulus)
     with np.errstate(divide="ignore"):
-        found: NDArray[np.float64] = _inner(argument, gamma) @ strengths
+        found: NDArray[np.float64] = (_inner(argument, gamma) * strengths).sum(axis=-1)
     return found
 
 
