@@ -486,8 +486,8 @@ LEAK: Illustrations = (
         leaks.leak,
         "Gap and contact, and the flow density through the gap in each direction.",
         "Open gap with the contact, and the flow density over its mean on a logarithmic scale. A "
-        "cross marks the narrowest place of the widest way: over a few such places nearly all of "
-        "the pressure falls.",
+        "cross marks the narrowest place of the widest way: where contact nearly closes the gap, most "
+        "of the pressure falls over a few such places.",
     ),
     Illustration(
         "flow-factors",
@@ -495,6 +495,7 @@ LEAK: Illustrations = (
         "Flow factors over the mean gap, and the gap at the narrowest place over the load.",
         "Pressure-flow factors k/ū³ over mean gap and roughness, and the narrowest place of the "
         "widest way beside the mean gap.",
+        when=lambda found: len(found.steps) > 1,
     ),
 )
 """Of a `Leakage`."""
