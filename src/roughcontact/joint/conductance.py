@@ -18,6 +18,7 @@ from roughcontact.contact.stiffness import unloading_stiffness
 from roughcontact.errors import InputError
 from roughcontact.joint import judgment
 from roughcontact.joint.judgment import Texture
+from roughcontact.joint.series import of_one_pair
 from roughcontact.joint.spread import greenwood
 from roughcontact.material import catalogue
 from roughcontact.material.conductor import Conductor
@@ -311,22 +312,14 @@ def _looked_at(
     found: list[tuple[ConductanceStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
     texture: Texture | None = None
-    for result in [contacts] if isinstance(contacts, ContactResult) else contacts:
-        if largest is not None and result.pair.shape != largest.pair.shape:
-            raise InputError(
-                f"are of different maps: {result.pair.shape} and {largest.pair.shape} points; give "
-                "one pair of bodies under several loads",
-                argument="contacts",
-            )
-        result.pair.require_map(OF)
+    for result in of_one_pair(contacts, OF):
         if texture is None or texture.pair is not result.pair:
             texture = Texture(result.pair)
         step = _step(result, texture)
         found.append((step, (*result.cautions, *_cautions(result, step, texture))))
         if largest is None or result.load >= largest.load:
             largest = result
-    if largest is None:
-        raise InputError("is empty: give at least one contact", argument="contacts")
+    assert largest is not None
     found.sort(key=lambda one: one[0].load)
     steps = tuple(step for step, _ in found)
     return steps, [(step.load, cautions) for step, cautions in found], largest

@@ -18,6 +18,7 @@ from roughcontact.errors import InputError
 from roughcontact.joint import leakage_judgment
 from roughcontact.joint.flow import Flow, flow
 from roughcontact.joint.percolation import Constriction, constriction
+from roughcontact.joint.series import of_one_pair
 from roughcontact.shown import Shown
 from roughcontact.units import Quantity, quantity
 
@@ -319,21 +320,13 @@ def leakage(
     found: list[tuple[LeakageStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
     flows: tuple[Flow, ...] = ()
-    for result in [contacts] if isinstance(contacts, ContactResult) else contacts:
-        if largest is not None and result.pair.shape != largest.pair.shape:
-            raise InputError(
-                f"are of different maps: {result.pair.shape} and {largest.pair.shape} points; give "
-                "one pair of bodies under several loads",
-                argument="contacts",
-            )
-        result.pair.require_map(OF)
+    for result in of_one_pair(contacts, OF):
         step, driven = _step(result, axes)
         own = leakage_judgment.of_step(result, step.constriction, axes)
         found.append((step, (*result.cautions, *own)))
         if largest is None or result.load >= largest.load:
             largest, flows = result, driven
-    if largest is None:
-        raise InputError("is empty: give at least one contact", argument="contacts")
+    assert largest is not None
     found.sort(key=lambda one: one[0].load)
     judged = over_loads([(step.load, cautions) for step, cautions in found], "N")
     steps = tuple(step for step, _ in found)
