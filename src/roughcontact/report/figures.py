@@ -486,8 +486,8 @@ LEAK: Illustrations = (
         leaks.leak,
         "Gap and contact, and the flow density through the gap in each direction.",
         "Open gap with the contact, and the flow density over its mean on a logarithmic scale. A "
-        "cross marks the narrowest place of the widest way: where contact nearly closes the gap, most "
-        "of the pressure falls over a few such places.",
+        "cross marks the narrowest place of the widest way: where contact nearly closes the gap, "
+        "most of the pressure falls over a few such places.",
     ),
     Illustration(
         "flow-factors",

@@ -38,12 +38,18 @@ def estimated(file: Path | None, given: Given, say: Say) -> tuple[Estimate, list
         raise InputError("is needed: load over nominal area, such as '20 MPa'", argument="pressure")
     material, counter_material = request.bodies()
     maps = [] if file is None else surfaces(request, say)
-    found = estimate(
-        maps[0] if maps else None,
-        pressure=request["pressure"],
-        material=material,
-        counter_material=counter_material,
-        ceiling=request["ceiling"],
-        **{name: request[name.lower()] for name in _PARAMETERS},
-    )
+    try:
+        found = estimate(
+            maps[0] if maps else None,
+            pressure=request["pressure"],
+            material=material,
+            counter_material=counter_material,
+            ceiling=request["ceiling"],
+            **{name: request[name.lower()] for name in _PARAMETERS},
+        )
+    except InputError as error:
+        if maps and error.argument in _PARAMETERS and request[error.argument.lower()] is None:
+            # Nobody gave it: it is the map's.
+            raise InputError(f"{file} ", *error.parts) from None
+        raise
     return found, outputs.write([(path, found.save) for path in request.outputs], say)
