@@ -274,7 +274,7 @@ def test_the_command_takes_a_map(capsys: pytest.CaptureFixture[str], tmp_path: P
 def test_a_map_outside_the_formulas_is_named(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    # White noise: waves of one pixel on heights of all scales.
+    # Heights that drift along y and are noise along x.
     np.save(tmp_path / "map.npy", 1e-7 * np.random.default_rng(0).random((64, 64)).cumsum(axis=0))
     words = ["estimate", str(tmp_path / "map.npy"), "--unit", "m", "--size", "0.1 mm", *COMMAND[7:]]
     assert app.main([*words, "--pressure", "50 MPa"]) == app.BAD_INPUT
