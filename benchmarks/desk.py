@@ -21,6 +21,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -183,7 +184,10 @@ def measure(given: argparse.Namespace, folder: Path) -> None:
                     f"longest {max(times):.2f} s; the solve alone {share:.0%} of the median",
                 )
             beside(started, served, made(folder, given.points[0]), given.pages)
-            asyncio.run(visited(served, made(folder, given.points[0]), given.pages))
+            # Playwright has a loop in this thread.
+            with ThreadPoolExecutor(1) as beside_it:
+                visits = visited(served, made(folder, given.points[0]), given.pages)
+                beside_it.submit(asyncio.run, visits).result()
         finally:
             served.kill()
 
