@@ -65,11 +65,15 @@ def face() -> str:
     """Return the table of what ``import roughcontact as rc`` offers."""
     objects = {name: getattr(rc, name) for name in rc.__all__}
     lines = [".. currentmodule:: roughcontact", "", ".. autosummary::", ""]
+    wings = []
     for name, value in objects.items():
-        if isinstance(value, ModuleType):
-            lines.append(f"   {value.__name__}")
+        if isinstance(value, ModuleType) and hasattr(value, "__path__"):
+            wings.append(f"``rc.{name}``")
+        elif isinstance(value, ModuleType):
+            lines.append(f"   {value.__name__.removeprefix('roughcontact.')}")
         elif callable(value) and hasattr(value, "__module__"):
             lines.append(f"   {value.__module__.removeprefix('roughcontact.')}.{name}")
+    lines += ["", f"Wings with rooms of their own, all below: {', '.join(wings)}."]
     return "\n".join(lines) + "\n"
 
 

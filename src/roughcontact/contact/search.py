@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Iterable
 from itertools import pairwise
 
+# Logarithms of a load, and of the quantity there over the value wanted.
 Point = tuple[float, float]
-"""Logarithms of a load, and of the quantity there over the value wanted."""
 
 _STEP = math.log(1000.0)
 _BLIND = math.log(10.0)

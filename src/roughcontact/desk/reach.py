@@ -157,7 +157,7 @@ class Tabs:
 
 
 class Slider(JSComponent):  # type: ignore[misc]
-    """A slider with its label; `said` is what its value means, for those who do not see it."""
+    """A slider with its label; ``said`` is what its value means, for those who do not see it."""
 
     words = param.String("")
     end = param.Integer(1)

@@ -93,8 +93,8 @@ class _Part:
     digest: str
 
 
+# What is asked of one contact.
 Job = tuple[_Part, ...]
-"""What is asked of one contact."""
 
 
 def _contacts(entries: list[Entry]) -> list[list[tuple[int, Entry]]]:

@@ -17,7 +17,7 @@ BLOCK = 2**20
 class Bounded(io.BufferedReader):
     """A stream that reserves no more memory for a read than the file can fill.
 
-    A damaged header may ask for terabytes, which `io.BufferedReader` reserves before it reads.
+    A damaged header may ask for terabytes, which ``io.BufferedReader`` reserves before it reads.
     """
 
     def read(self, size: int | None = -1, /) -> bytes:

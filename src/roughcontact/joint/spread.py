@@ -12,7 +12,7 @@ from roughcontact.contact.spots import Spots
 from roughcontact.halfspace.fft import Workspace
 
 CASES = 108
-"""Contacts of rough maps on which the estimates were tried; see `benchmarks/constriction.py`.
+"""Contacts of rough maps on which the estimates were tried; see ``benchmarks/constriction.py``.
 
 Periodic maps of Gaussian heights, eight waves of the roll-off a side, Hurst exponents 0.5 and 0.8,
 roll-off over cut-off 4 to 16, elastic and under a ceiling, 1 to 12 % in contact.

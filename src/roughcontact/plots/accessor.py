@@ -46,7 +46,7 @@ _OF_PROFILES: dict[type, tuple[Draw, ...]] = {
 
 
 class Plots:
-    """The figures of one object, each a function of `roughcontact.plots` by its name.
+    """The figures of one object, each a function of ``rc.plots`` by its name.
 
     Parameters
     ----------

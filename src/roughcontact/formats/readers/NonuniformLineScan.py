@@ -16,7 +16,7 @@ class NonuniformLineScan:
     x, y : array_like
         Positions and heights.
     unit, info : object
-        Of no account here: `ChannelInfo` has them as well.
+        Of no account here: ``ChannelInfo`` has them as well.
     """
 
     is_uniform = False

@@ -18,7 +18,7 @@ class Topography:
     physical_sizes : (float, float)
         Sides.
     periodic, unit, info : object
-        Of no account here: `ChannelInfo` has them as well.
+        Of no account here: ``ChannelInfo`` has them as well.
     """
 
     def __init__(
