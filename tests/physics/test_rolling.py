@@ -206,6 +206,16 @@ def test_shakedown_limit_of_a_line_contact(peak: float, shakes: bool) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("peak", "shakes"), [(2.3, True), (2.7, False)])
+def test_much_friction_sets_the_limit_at_the_surface(peak: float, shakes: bool) -> None:
+    """From a friction of 0.37 on the limit is p₀ = k/μ (Johnson 1985, figure 9.3)."""
+    line = Line(peak, half_width=14, points=128)
+    line.layers = np.concatenate([np.full(8, line.width / 40), np.full(16, 2.8 * line.width / 16)])
+    found = rolled(line, 5, steps=32, friction=0.4)
+    assert found.shakedown is (Shakedown.SHAKEN_DOWN if shakes else Shakedown.RATCHETTING)
+
+
+@pytest.mark.slow
 def test_isotropic_hardening_dies_out_and_kinematic_hardening_cycles() -> None:
     isotropic = Line(4.6, law=Linear(STRENGTH, 20e9)).passes(5)
     assert isotropic[-1] < 0.02 * isotropic[0]
