@@ -1,1 +1,1 @@
-"""What a joint does, of contacts that are solved: how well it conducts."""
+"""What a joint does, of solved contacts: its law, what it conducts, what leaks; and by formulas."""

@@ -11,24 +11,18 @@ from roughcontact.joint.conductance import Conductance
 from roughcontact.joint.spread import CASES, CORRELATED, SPOTTED
 from roughcontact.material.conductor import Conductor
 from roughcontact.report import tables
+from roughcontact.report.largest import PAIR
 from roughcontact.report.quantities import (
-    PROBLEM,
     Column,
     Columns,
     Quantity,
     Table,
     quantity_of,
-    within,
 )
 from roughcontact.units import changed_by, engineering, percent
 
 TITLE = "What the contact conducts"
 """Of the chapter in a report."""
-
-
-def _of_contact(key: str) -> Quantity:
-    changes: dict[str, Any] = {"name": "", "part": PROBLEM}
-    return within("largest", quantity_of(tables.CONTACT, key), **changes)
 
 
 def _body(number: int) -> Callable[[Conductance], dict[str, Any]]:
@@ -81,7 +75,7 @@ def _share(name: str) -> Callable[[Conductance], list[str]]:
 
 
 CONDUCTANCE: Table = (
-    *(_of_contact(key) for key in ("source", "preparation", "boundary", "contact_modulus")),
+    *PAIR,
     Quantity("nominal_area", unit="m²"),
     Quantity("body", "body", of=_body(0), text=lambda r: _words(r.bodies[0])),
     Quantity("counter_body", "counter-body", of=_body(1), text=lambda r: _words(r.bodies[1])),

@@ -8,8 +8,8 @@ from typing import Any
 
 from roughcontact.contact.found import APPROACH, CONTACT, COUNTED, GAP, SATURATED, YIELD, FoundLoads
 from roughcontact.report import tables
+from roughcontact.report.largest import PAIR, of_largest
 from roughcontact.report.quantities import (
-    PROBLEM,
     TRUST,
     Column,
     Columns,
@@ -17,7 +17,6 @@ from roughcontact.report.quantities import (
     Table,
     quantity_of,
     tiny,
-    within,
 )
 from roughcontact.units import engineering, percent
 
@@ -92,13 +91,8 @@ def _each(read: Callable[[Any], Any]) -> Callable[[FoundLoads], list[Any]]:
     return lambda loads: [read(one) for one in loads.answers]
 
 
-def _of_contact(key: str) -> Quantity:
-    changes: dict[str, Any] = {"name": "", "part": PROBLEM}
-    return within("largest", quantity_of(tables.CONTACT, key), **changes)
-
-
 FOUND: Table = (
-    *(_of_contact(key) for key in ("source", "preparation", "boundary", "contact_modulus")),
+    *PAIR,
     Quantity("answers", of=_answers),
     Quantity(
         "solves", "contacts solved", part=TRUST,
@@ -111,7 +105,7 @@ FOUND: Table = (
         of=lambda r: max(one.certificate for one in r.answers), form=lambda v: f"{v:.1e} at most",
     ),
     *(quantity_of(tables.CONTACT, key) for key in ("warnings", "cautions")),
-    _of_contact("version"),
+    of_largest("version"),
 )  # fmt: skip
 """Of `FoundLoads`."""
 

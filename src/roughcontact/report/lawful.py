@@ -8,6 +8,7 @@ from typing import Any
 from roughcontact.joint.interface import InterfaceLaw
 from roughcontact.joint.law_curve import ERROR
 from roughcontact.report import tables
+from roughcontact.report.largest import PAIR
 from roughcontact.report.quantities import (
     PROBLEM,
     Column,
@@ -15,18 +16,12 @@ from roughcontact.report.quantities import (
     Quantity,
     Table,
     quantity_of,
-    within,
 )
 from roughcontact.statistics import LEVEL
 from roughcontact.units import counted, engineering, percent, plain
 
 TITLE = "The law of the interface"
 """Of the chapter in a report."""
-
-
-def _of_contact(key: str) -> Quantity:
-    changes: dict[str, Any] = {"name": "", "part": PROBLEM}
-    return within("largest", quantity_of(tables.CONTACT, key), **changes)
 
 
 def _range(law: InterfaceLaw) -> str:
@@ -52,7 +47,7 @@ def _tables(law: InterfaceLaw) -> dict[str, Any]:
 
 
 LAW: Table = (
-    *(_of_contact(key) for key in ("source", "preparation", "boundary", "contact_modulus")),
+    *PAIR,
     Quantity(
         "maps", "maps", of=lambda law: [one.name for one in law.maps],
         text=lambda law: counted(len(law.maps), "map"), part=PROBLEM,

@@ -11,8 +11,8 @@ import numpy as np
 
 from roughcontact.joint.leakage import AXES, Leakage
 from roughcontact.report import tables
+from roughcontact.report.largest import PAIR
 from roughcontact.report.quantities import (
-    PROBLEM,
     TRUST,
     Column,
     Columns,
@@ -20,17 +20,11 @@ from roughcontact.report.quantities import (
     Table,
     quantity_of,
     tiny,
-    within,
 )
 from roughcontact.units import changed_by, engineering, percent
 
 TITLE = "What leaks through the gap"
 """Of the chapter in a report."""
-
-
-def _of_contact(key: str) -> Quantity:
-    changes: dict[str, Any] = {"name": "", "part": PROBLEM}
-    return within("largest", quantity_of(tables.CONTACT, key), **changes)
 
 
 def _seal(found: Leakage) -> str:
@@ -134,7 +128,7 @@ def _along(axis: int) -> Columns:
 
 
 LEAKAGE: Table = (
-    *(_of_contact(key) for key in ("source", "preparation", "boundary", "contact_modulus")),
+    *PAIR,
     Quantity("nominal_area", unit="m²"),
     Quantity("roughness", "roughness", "σ", unit="m"),
     Quantity(

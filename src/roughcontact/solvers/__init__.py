@@ -1,1 +1,1 @@
-"""Solvers of bounded contact problems, on arrays."""
+"""Solvers of bounded contact problems and of flow through a network, on arrays."""
