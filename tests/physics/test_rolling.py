@@ -252,6 +252,12 @@ def test_paths_that_no_model_has() -> None:
         rc.PathPoint(-1.0)
     with pytest.raises(InputError, match="offset must be two finite numbers"):
         rc.PathPoint(1.0, (1.0,))
+    with pytest.raises(InputError, match="friction must be finite and not negative"):
+        rc.PathPoint(1.0, friction="much")
+    with pytest.raises(InputError, match="direction must be finite, got nan"):
+        rc.PathPoint(1.0, direction=math.nan)
+    with pytest.raises(InputError, match="offset"):
+        rc.PathPoint(1.0, (None, 1e-6))
 
 
 def rolled(line: Line, passes: int, steps: int = 10, **more: Any) -> Rolling:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,7 @@ class PathPoint:
         object.__setattr__(self, "direction", direction)
         for name, least in (("load", 0.0), ("friction", 0.0), ("direction", -math.inf)):
             value = getattr(self, name)
-            if not (isinstance(value, (int, float)) and least <= value < math.inf):
+            if not (isinstance(value, Real) and least <= float(value) < math.inf):
                 raise InputError(
                     f"must be finite{' and not negative' if least == 0 else ''}, got {value!r}",
                     argument=name,
@@ -94,7 +95,7 @@ def _two(values: Any) -> tuple[float, float]:
     if (
         isinstance(values, Sequence | np.ndarray)
         and len(values) == 2
-        and all(math.isfinite(value) for value in values)
+        and all(isinstance(value, Real) and math.isfinite(value) for value in values)
     ):
         return float(values[0]), float(values[1])
     raise InputError(
