@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -33,7 +31,6 @@ extensions = [
     "myst_parser",
     "matplotlib.sphinxext.plot_directive",
     "sphinx_gallery.gen_gallery",
-    "sphinxcontrib.programoutput",
     "mathml",
     "crossrefs",
 ]
@@ -93,25 +90,9 @@ sphinx_gallery_conf = {
     "matplotlib_animations": False,
 }
 
-# The how-to pages run their commands in this folder while they are built; what they show is what
-# the program printed, and a command that fails breaks the build.
-SCRATCH = HERE / "_build" / "scratch"
-programoutput_prompt_template = "$ {command}\n{output}"
-
 
 def _prepare(app: Sphinx) -> None:
-    """Lay out the folder in which the commands of the pages run, and the generated tables."""
-    shutil.rmtree(SCRATCH, ignore_errors=True)
-    SCRATCH.mkdir(parents=True)
-    folder = str(Path(sys.executable).parent)
-    os.environ["PATH"] = folder + os.pathsep + os.environ["PATH"]
-    os.environ |= {"COLUMNS": "96", "NO_COLOR": "1"}
-    subprocess.run(
-        [sys.executable, str(HERE / "howto" / "maps.py")], cwd=SCRATCH, check=True, timeout=300
-    )
-    for name in ("project.toml", "memory.py"):
-        shutil.copy(HERE / "howto" / name, SCRATCH)
-    (SCRATCH / "maps").mkdir()
+    """Write the generated tables, and the pictures of the page in the browser."""
     generated = HERE / "generated"
     generated.mkdir(exist_ok=True)
     subprocess.run(

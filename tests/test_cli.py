@@ -361,7 +361,7 @@ def test_demo_writes_both_solutions_and_tells_what_they_are(
     out, err = capsys.readouterr()
     assert err == ""
     names = {
-        "elastic.nc", "ceiling.nc", "surface.png", "comparison.png", "histogram.png",
+        "ground.x3p", "elastic.nc", "ceiling.nc", "surface.png", "comparison.png", "histogram.png",
         "overview.png",
     }  # fmt: skip
     assert files(folder) == names

@@ -1,4 +1,4 @@
-"""Commands of how-to pages that this suite runs as they stand there; the docs build runs all."""
+"""Commands of how-to pages that this suite runs; `docs/commands.py` runs all of them."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ HOWTO = Path(__file__).parents[1] / "docs" / "howto"
 def commands(page: str) -> list[list[str]]:
     """Return the commands whose output a page shows."""
     text = (HOWTO / page).read_text(encoding="utf-8")
-    found = re.findall(r"^```\{program-output\} roughcontact (.*)$", text, re.MULTILINE)
-    return [shlex.split(line) for line in found]
+    found = re.findall(r"^\$ roughcontact ((?:.*\\\n)*.*)$", text, re.MULTILINE)
+    return [shlex.split(line.replace("\\\n", " ")) for line in found]
 
 
 @pytest.fixture

@@ -95,7 +95,7 @@ def example() -> str:
 def test_the_example_is_ten_lines() -> None:
     lines = [line for line in example().splitlines() if line.strip()]
     assert len(lines) <= 10
-    assert '"ground.opd"' in example()
+    assert '"ground.x3p"' in example()
 
 
 @pytest.mark.parametrize("holes", [False, True])
@@ -115,7 +115,7 @@ def test_the_example_of_the_readme_runs(
     # A result holds its map, and is thereby a file that `read_surface` knows.
     rc.solve(ground, material=rc.Material(210e9, 0.3), load=0.1).save("ground.nc")
     names: dict = {}
-    exec(example().replace("ground.opd", "ground.nc"), names)
+    exec(example().replace("ground.x3p", "ground.nc"), names)
     result, again = names["result"], names["again"]
     assert result.converged
     assert result.load == 1.0

@@ -83,6 +83,7 @@ def _files(
     elastic, limited = results
     pair, names = list(results), list(_LABELS)
     return [
+        (folder / "ground.x3p", limited.surface.save, "the generated map, to go on with"),
         (folder / "elastic.nc", elastic.save, "elastic solution: all maps and what went in"),
         (folder / "ceiling.nc", limited.save, "solution with the ceiling"),
         (

@@ -1,0 +1,227 @@
+"""Run every command that the pages show, and compare what it prints with what they show.
+
+    python docs/commands.py             # run all, name what differs, exit status 1 if anything does
+    python docs/commands.py --write     # put into the pages what the commands print
+    python docs/commands.py howto/law.md start.md
+
+The pages hold the output of their commands, so that it is read wherever they are shown. A block
+``console`` is a session in one folder that all pages share; a line ``$ echo $?`` shows the exit status,
+a line ``…`` stands for what is left out there. Those of the README run on what `demo` leaves behind.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+HERE = Path(__file__).parent
+ROOT = HERE.parent
+
+_SESSION = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_SCRIPT = re.compile(r"^```(?:sh|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+# Prompt, command, and what it printed.
+_COMMAND = re.compile(r"^\$ ((?:.*\\\n)*.*)\n((?:(?!\$ ).*\n)*)", re.MULTILINE)
+LEFT_OUT = "…"
+STATUS = "echo $?"
+
+# What differs from one machine, or one run, to the next: times, memory, how near to the answer
+# the solver ended, and how many steps it took.
+_OWN = re.compile(
+    r"certificate|error|residual|convolution|iteration|memory|GiB|MiB|GB|MB|seconds?|version|\d m?s\b"
+)
+_NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+# By how much numbers of other machines may differ.
+_NEAR = 0.01
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A command that a page shows.
+
+    Parameters
+    ----------
+    command : str
+        As it is typed.
+    output : str
+        What the page shows of what it prints.
+    """
+
+    command: str
+    output: str
+
+
+def pages() -> list[Path]:
+    """Return the pages in the order in which they are run: each finds the files of those before."""
+    howto = sorted((HERE / "howto").glob("*.md"))
+    return [HERE / "index.md", HERE / "start.md", HERE / "formats.md", *howto]
+
+
+def sessions(text: str) -> Iterator[tuple[re.Match[str], list[Shown]]]:
+    """Yield the blocks of a page with their commands."""
+    for block in _SESSION.finditer(text):
+        yield block, [Shown(*found.groups()) for found in _COMMAND.finditer(block[1])]
+
+
+def scripts(text: str) -> Iterator[str]:
+    """Yield what the README has run, but for what installs, tests, or waits for a browser."""
+    for block in _SCRIPT.finditer(text):
+        if "import roughcontact" in block[1]:
+            yield f"python - <<'END'\n{block[1]}END\n"
+        elif not re.search(r"pip install|roughcontact desk", block[1]):
+            # The environment is this one, and the folder the one of the example.
+            yield re.sub(r"^source .*\n", "", block[1], flags=re.MULTILINE)
+
+
+def ran(command: str, folder: Path) -> tuple[str, int]:
+    """Return what a command printed, and its exit status."""
+    environment = {
+        **os.environ,
+        "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]),
+        "COLUMNS": "96",
+        "NO_COLOR": "1",
+    }
+    done = subprocess.run(
+        ["bash", "-c", command], cwd=folder, env=environment, text=True, encoding="utf-8",
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, timeout=600,
+    )  # fmt: skip
+    lines = [line.rstrip() for line in done.stdout.strip("\n").splitlines()]
+    return "".join(f"{line}\n" for line in lines), done.returncode
+
+
+def timed(command: str, folder: Path) -> tuple[str, int]:
+    """Run a command and say how long it took."""
+    started = time.perf_counter()
+    done = ran(command, folder)
+    first = command.removeprefix("set -e\n").partition("\n")[0]
+    print(f"{time.perf_counter() - started:6.1f} s  {first[:100]}", flush=True)
+    return done
+
+
+def cut(printed: str, shown: str) -> str:
+    """Return what is left of an output where the page leaves out the rest."""
+    lines = shown.splitlines()
+    if LEFT_OUT not in lines:
+        return printed
+    kept = printed.splitlines()[: lines.index(LEFT_OUT)]
+    return "".join(f"{line}\n" for line in [*kept, LEFT_OUT])
+
+
+def same(printed: str, shown: str) -> bool:
+    """Return whether two outputs say the same, but for what is the machine's own."""
+    lines, others = printed.splitlines(), shown.splitlines()
+    return len(lines) == len(others) and all(map(_alike, lines, others))
+
+
+def _alike(line: str, other: str) -> bool:
+    if _words(line) != _words(other):
+        return False
+    if _OWN.search(line):
+        return True
+    numbers = (map(float, _NUMBER.findall(text.replace("−", "-"))) for text in (line, other))
+    return all(abs(a - b) <= _NEAR * max(abs(a), abs(b)) for a, b in zip(*numbers, strict=True))
+
+
+def _words(line: str) -> list[str]:
+    # Bars and rules are as long as there is room.
+    return re.sub(r"[─━═╌]+", "─", _NUMBER.sub("#", line)).split()
+
+
+def checked(page: Path, folder: Path) -> tuple[str, list[str]]:
+    """Run the commands of a page.
+
+    Parameters
+    ----------
+    page : Path
+        The page.
+    folder : Path
+        Where its commands run.
+
+    Returns
+    -------
+    str
+        The page with what they print now.
+    list of str
+        What differs.
+    """
+    text = page.read_text(encoding="utf-8")
+    parts, differing, end = [], [], 0
+    for block, commands in sessions(text):
+        now, status, silent = "", 0, False
+        for shown in commands:
+            if shown.command == STATUS:
+                printed, silent = f"{status}\n", False
+            else:
+                if silent:
+                    differing.append(f"exit status {status} is not shown: {now}")
+                printed, status = timed(shown.command, folder)
+                silent = status != 0
+                printed = cut(printed, shown.output)
+            if not same(printed, shown.output):
+                differing.append(f"$ {shown.command}\nshown\n{shown.output}printed\n{printed}")
+            now += f"$ {shown.command}\n{printed}"
+        if silent:
+            differing.append(f"exit status {status} is not shown: {now}")
+        parts += [text[end : block.start(1)], now]
+        end = block.end(1)
+    return "".join([*parts, text[end:]]), differing
+
+
+def readme(folder: Path, points: int = 256) -> list[str]:
+    """Run what the README shows, on a smaller map; return what failed."""
+    failed = []
+    printed, status = timed(f"roughcontact demo --points {points}", folder)
+    for script in scripts((ROOT / "README.md").read_text(encoding="utf-8")):
+        if status == 0:
+            printed, status = timed(f"set -e\n{script}", folder / "roughcontact-demo")
+        if status:
+            failed.append(f"exit status {status}\n{printed}")
+            break
+    return failed
+
+
+def prepare(folder: Path) -> None:
+    """Lay out the measurements and files that the pages use."""
+    subprocess.run(
+        [sys.executable, str(HERE / "howto" / "maps.py")], cwd=folder, check=True, timeout=300
+    )
+    for name in ("project.toml", "memory.py"):
+        shutil.copy(HERE / "howto" / name, folder)
+    (folder / "maps").mkdir()
+
+
+def main() -> int:
+    """Run the commands of some pages, or of all."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--write", action="store_true", help="put what they print into the pages")
+    parser.add_argument("pages", nargs="*", type=Path, help="below docs; all without any")
+    given = parser.parse_args()
+    count = 0
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        if not given.pages:
+            failed = readme(folder)
+            print("".join(f"README.md: {told}" for told in failed), end="")
+            count += len(failed)
+        prepare(folder)
+        for page in [HERE / name for name in given.pages] or pages():
+            text, differing = checked(page, folder)
+            if given.write:
+                page.write_text(text, encoding="utf-8")
+                continue
+            for told in differing:
+                print(f"{page.relative_to(ROOT)}: {told}")
+            count += len(differing)
+    return 1 if count else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
