@@ -46,6 +46,9 @@ NO_PULL: Pull = (0.0, 0.0)
 SWEEP_POINTS = 16384
 """Wave vectors that one thread sweeps at a time, at most."""
 
+LEAST_SWEEP = 2048
+"""Wave vectors that one thread sweeps at a time, at least: fewer take no less time."""
+
 # Short waves fade out of the coarse operators: the response to them jumps at the Nyquist frequency,
 # so that periods of different length differ by tails that alternate from cell to cell. Those do
 # not cancel, and would cost the operator its sign as well.
@@ -291,8 +294,8 @@ class Layers:
         """Leave the stress in place of the strain; return the spectrum of the displacement."""
         my = self.padded[0]
         surface: Array = np.empty((my, self._width), self._complex)
-        step = min(SWEEP_POINTS // self._width, my // (2 * self._workspace.workers))
-        step = max(1, step)
+        step = max(my // (2 * self._workspace.workers), LEAST_SWEEP // self._width)
+        step = max(1, min(SWEEP_POINTS // self._width, step))
         # A band of rows lies on one side of the tables' fold.
         bands = [slice(i, min(i + step, self._half)) for i in range(0, self._half, step)]
         bands += [slice(i, min(i + step, my)) for i in range(self._half, my, step)]
