@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -102,7 +102,7 @@ def _to_dataset(result: ElastoplasticResult) -> tuple[xarray.Dataset, dict[str, 
     for name, body in zip(_yielding(result.solution), result.bodies, strict=True):
         packed |= _add_body(dataset, name, body)
     dataset["component"] = ("component", list(_COMPONENTS))
-    _add_increments(dataset, result)
+    add_increments(dataset, result.increments)
     dataset.attrs |= {
         "elastoplastic_status": str(result.status),
         "elastoplastic_precision": result.precision,
@@ -132,15 +132,23 @@ def _add_body(dataset: xarray.Dataset, name: str, body: PlasticBody) -> dict[str
     return packed
 
 
-def _add_increments(dataset: xarray.Dataset, result: ElastoplasticResult) -> None:
-    increments = result.increments
+def add_increments(dataset: xarray.Dataset, increments: Sequence[Increment]) -> None:
+    """Add the loads of a path to a dataset, for `increments_of`.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Takes on the variables.
+    increments : sequence of Increment
+        One after the other.
+    """
     for field, unit in _STEPS.items():
         values = np.array([getattr(step, field) for step in increments])
         dataset[f"increment_{field}"] = ("increment", values, {"units": unit})
     unknown = [math.nan if step.step_error is None else step.step_error for step in increments]
     about = {"units": "1", "long_name": "error by the load steps so far, NaN where not estimated"}
     dataset["increment_step_error"] = ("increment", np.array(unknown), about)
-    if result.travelled:
+    if any(step.travelled for step in increments):
         for field, (unit, text) in _PLACES.items():
             values = np.array([getattr(step, field) for step in increments])
             dims = ("increment", "axis")[: values.ndim]
@@ -290,6 +298,32 @@ def _from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
             **arrays,
         )
         bodies.append(body)
+    largest = dataset.get("largest_pressure")
+    result = ElastoplasticResult(
+        solution=pressed,
+        residual_displacement=np.array(dataset["residual_displacement"].values),
+        bodies=tuple(bodies),
+        increments=increments_of(dataset),
+        yield_excess=float(attributes["yield_excess"]),
+        precision=str(attributes["elastoplastic_precision"]),
+        tolerance=float(attributes["elastoplastic_tolerance"]),
+        status=str(attributes["elastoplastic_status"]),
+        seconds=float(attributes["elastoplastic_seconds"]),
+        version=str(attributes["elastoplastic_version"]),
+        largest_pressure=None if largest is None else np.array(largest.values),
+    )
+    ranges.check(result)
+    return result
+
+
+def increments_of(dataset: xarray.Dataset) -> tuple[Increment, ...]:
+    """Return the loads of a path that a dataset holds.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of `add_increments`.
+    """
     columns = {field: dataset[f"increment_{field}"].values.tolist() for field in _STEPS}
     residuals = iter(dataset["iteration_residual"].values.tolist())
     columns["residuals"] = [
@@ -302,22 +336,7 @@ def _from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
         columns["offset"] = [tuple(way) for way in columns["offset"]]
     columns["step_error"] = [None if math.isnan(error) else float(error) for error in errors]
     rows = zip(*columns.values(), strict=True)
-    largest = dataset.get("largest_pressure")
-    result = ElastoplasticResult(
-        solution=pressed,
-        residual_displacement=np.array(dataset["residual_displacement"].values),
-        bodies=tuple(bodies),
-        increments=tuple(Increment(**dict(zip(columns, row, strict=True))) for row in rows),
-        yield_excess=float(attributes["yield_excess"]),
-        precision=str(attributes["elastoplastic_precision"]),
-        tolerance=float(attributes["elastoplastic_tolerance"]),
-        status=str(attributes["elastoplastic_status"]),
-        seconds=float(attributes["elastoplastic_seconds"]),
-        version=str(attributes["elastoplastic_version"]),
-        largest_pressure=None if largest is None else np.array(largest.values),
-    )
-    ranges.check(result)
-    return result
+    return tuple(Increment(**dict(zip(columns, row, strict=True))) for row in rows)
 
 
 def _carried(dataset: xarray.Dataset) -> dict[str, NDArray[Any]]:

@@ -85,10 +85,10 @@ class Body:
             rows = np.flatnonzero(self.strain[layer].any(axis=(0, 2)))
             self._rows[layer] = slice(int(rows[0]), int(rows[-1]) + 1) if rows.size else None
 
-    def resume(self, old: PlasticBody) -> None:
-        """Take over the plastic strain of a result."""
-        self.strain[...] = old.plastic_strain
-        self.accumulated[...] = old.accumulated.reshape(self.accumulated.shape)
+    def resume(self, strain: Array, accumulated: Array) -> None:
+        """Take over a plastic strain and how much it was in all."""
+        self.strain[...] = strain
+        self.accumulated[...] = accumulated.reshape(self.accumulated.shape)
         self._hardened(range(len(self.strain)))
 
     def held(self) -> Held:

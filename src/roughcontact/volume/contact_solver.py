@@ -16,18 +16,17 @@ from roughcontact.solvers.operator import Family
 from roughcontact.solvers.problem import Loaded, Problem as ContactProblem
 from roughcontact.volume.problem import Problem
 
-CONTACT_TOLERANCE = 1e-6
-"""Tolerance of the contact."""
-
 _CONTACT_CONVOLUTIONS = 500
 
 
 class ContactSolver:
     """The contact solver, started each time from the pressure before."""
 
-    def __init__(self, gap: NDArray[np.float64], make: Family, area: float) -> None:
+    def __init__(
+        self, gap: NDArray[np.float64], make: Family, area: float, tolerance: float
+    ) -> None:
         self._map = gap
-        self._make, self.area = make, area
+        self._make, self.area, self.tolerance = make, area, tolerance
         self.resize(0)
         self.approach = 0.0
         self.convolutions = 0
@@ -78,7 +77,7 @@ class ContactSolver:
         """Whether the last contact, if there is any, is within its tolerance."""
         return self.solution is None or self.solution.status is bounded.Status.CONVERGED
 
-    def press(self, displacement: NDArray[np.float64], load: float, tolerance: float) -> None:
+    def press(self, displacement: NDArray[np.float64], load: float) -> None:
         """Find the pressure that carries a load on the surface as plastic strain left it."""
         gap = self.initial_gap + displacement
         self.pressure = np.zeros(gap.shape)
@@ -89,7 +88,7 @@ class ContactSolver:
         solution = bounded.solve(
             ContactProblem(gap, np.inf, load / self.area),
             self._make,
-            tolerance=tolerance,
+            tolerance=self.tolerance,
             max_iterations=_CONTACT_CONVOLUTIONS,
             start=self.loaded,
         )
@@ -108,4 +107,4 @@ def untouched(problem: Problem, workspace: Workspace) -> ContactSolver:
     gap = touchable_gap(problem.pair)
     # The contact is solved again and again on the same few grids.
     make = lru_cache(maxsize=12)(problem.pair.operators("double", workspace))
-    return ContactSolver(gap, make, problem.pair.pixel_area)
+    return ContactSolver(gap, make, problem.pair.pixel_area, problem.contact_tolerance)

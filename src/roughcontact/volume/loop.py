@@ -14,7 +14,7 @@ the contact, which starts each time from the pressure before.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
@@ -28,11 +28,12 @@ from roughcontact.solvers.anderson import Mixer, Parts, embedded
 from roughcontact.solvers.problem import Loaded
 from roughcontact.volume import memory
 from roughcontact.volume.body import Body, Held, equivalent_strain
-from roughcontact.volume.contact_solver import CONTACT_TOLERANCE, ContactSolver
+from roughcontact.volume.contact_solver import ContactSolver
 from roughcontact.volume.extent import Extent
+from roughcontact.volume.going import Going
 from roughcontact.volume.path import PathPoint
 from roughcontact.volume.problem import Problem
-from roughcontact.volume.result import CONVERGED, GUARD, ElastoplasticResult, Increment
+from roughcontact.volume.result import CONVERGED, GUARD, Increment
 
 Array = NDArray[Any]
 
@@ -159,14 +160,23 @@ class Loop:
             held[f"added_{body}"] = np.concatenate(added, axis=1)
         return held
 
-    def resume(self, before: ElastoplasticResult, held: Mapping[str, Array]) -> None:
-        """Go on from a result, and from what `carried` returned with it if that is known."""
+    def going(
+        self, done: Sequence[Increment], largest: tuple[float, Array | None], seconds: float
+    ) -> Going:
+        """Return what the next point starts from, as long as none is visited."""
+        bodies = [(body.strain, body.accumulated.reshape(-1, *body.shape)) for body in self.bodies]
+        pressure = self.solver.pressure[self.solver.inside]
+        return Going(self.extent, bodies, pressure, tuple(done), largest, seconds, self.carried())
+
+    def resume(self, before: Going) -> None:
+        """Go on from what a run had come to."""
         for yielding, old in zip(self.bodies, before.bodies, strict=True):
-            yielding.resume(old)
-        self.solver.resume(before.solution.pressure)
+            yielding.resume(*old)
+        self.solver.resume(before.pressure)
         if before.increments:
             self._point = before.increments[-1].point
             self.solver.place(self.problem.gap_at(self._point.offset), (0, 0))
+        held = before.carried
         if not held:
             return
         # Arrays without numbers may be missing.
@@ -361,7 +371,7 @@ class Loop:
                 body.displacement(places, added)
                 for body, places, added in zip(self.bodies, self._places, self._added, strict=True)
             )
-            solver.press(np.asarray(displacement), load, CONTACT_TOLERANCE)
+            solver.press(np.asarray(displacement), load)
             x, y = self._flow(mixer)
             defect = [one - other for one, other in zip(x, y, strict=True)]
             residuals.append(self._residual(x, defect))

@@ -25,6 +25,11 @@ class Problem:
     precision: str
 
     @property
+    def contact_tolerance(self) -> float:
+        """Tolerance of the contact: a hundredth of that of the strain, 1e-10 to 1e-6."""
+        return max(1e-10, min(1e-6, self.tolerance / 100))
+
+    @property
     def yielding(self) -> list[Material]:
         """Materials with a yield strength, that of the rough body first."""
         both = self.pair.material, self.pair.counter_material

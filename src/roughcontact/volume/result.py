@@ -87,6 +87,11 @@ class Increment:
         return PathPoint(self.load, self.offset, self.friction, self.direction)
 
     @property
+    def travelled(self) -> bool:
+        """Whether the counter-surface had moved or slid."""
+        return bool(any(self.offset) or self.friction)
+
+    @property
     def residual(self) -> float:
         """Residual after the last iteration."""
         return self.residuals[-1]
@@ -245,7 +250,7 @@ class ElastoplasticResult(Shown):
     @property
     def travelled(self) -> bool:
         """Whether the counter-surface moved or slid on the path."""
-        return any(any(step.offset) or step.friction for step in self.increments)
+        return any(step.travelled for step in self.increments)
 
     @property
     def converged(self) -> bool:

@@ -31,8 +31,9 @@ from roughcontact.solvers.progress import Progress, Tell
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
 from roughcontact.volume import checks, memory, stepping
-from roughcontact.volume.contact_solver import CONTACT_TOLERANCE, ContactSolver, untouched
+from roughcontact.volume.contact_solver import ContactSolver, untouched
 from roughcontact.volume.extent import LEAST_LAYERS, Extent, first_extent
+from roughcontact.volume.going import Going
 from roughcontact.volume.loop import Look, Loop
 from roughcontact.volume.path import PathPoint
 from roughcontact.volume.problem import Problem
@@ -102,7 +103,8 @@ def solve_elastoplastic(
     layers : array_like, optional
         Thickness of each layer [m] instead of graded ones.
     tolerance : float
-        Residual of the plastic strain to reach, see `Increment`.
+        Residual of the plastic strain to reach, see `Increment`; the contact is solved to a
+        hundredth of it, to 1e-6 at most and 1e-10 at least.
     max_iterations : int
         Iterations at one load; an increment that needs more is halved.
     precision : {"double", "single"}
@@ -113,7 +115,9 @@ def solve_elastoplastic(
         What to do if the path cannot be followed to its end.
     folder : path, optional
         Where the state at every load asked for is saved as soon as it is reached, as
-        ``step-0001.nc`` and so on; made if it does not exist. The same call on the same folder goes
+        ``step-0001.nc`` and so on; made if it does not exist. Where the counter-surface moves or
+        slides that at the last point alone, and on the way ``latest.nc``, with what goes on from
+        the last point reached. The same call on the same folder goes
         on after the last of them and ends with the same numbers. Loads may be added at the end as
         long as the layers stay as they are, which the largest load sets.
     progress : callable or bool, optional
@@ -255,22 +259,21 @@ class _Run:
         loop_in : callable
             Makes the loop in a volume.
         """
-        number, kept, carried = self.steps.latest()
-        if kept is not None:
-            self.began -= kept.seconds
-            extent = Extent.of(kept)
+        number, before = self.steps.latest()
+        if before is not None:
+            self.began -= before.seconds
             if callable(self.progress):
                 self.progress(Progress(number, len(self.path), None, kept=True))
-            if number == len(self.path):
-                return kept
-        loop, before = loop_in(extent), kept or start
+            if number == len(self.path) and before.result is not None:
+                return before.result
+        elif start is not None:
+            before = Going.of(start)
+        loop = loop_in(extent if before is None else before.extent)
         if before is not None:
-            loop.resume(before, carried)
+            loop.resume(before)
         return self._follow(loop, number, before)
 
-    def _follow(
-        self, loop: Loop, first: int, before: ElastoplasticResult | None
-    ) -> ElastoplasticResult:
+    def _follow(self, loop: Loop, first: int, before: Going | None) -> ElastoplasticResult:
         """Visit the loads from a number on."""
         done = [] if before is None else list(before.increments)
         largest = (0.0, None) if before is None else before.largest
@@ -285,11 +288,15 @@ class _Run:
                 break
             # The pressure under the largest load is kept for those who look at what it left.
             lowered = any(p.load < point.load for p in self.path[number + 1 : number + 2])
-            if self.steps or lowered:
+            whole = self.steps.whole(number)
+            if whole or lowered:
                 result = _result(loop, done, status, self.began, largest)
                 largest = result.largest
-            if self.steps and result is not None:
+            if whole and result is not None:
                 self.steps.save(number, result, loop.carried())
+            elif self.steps:
+                seconds = time.perf_counter() - self.began
+                self.steps.note(number, loop.going(done, largest, seconds))
         return result or _result(loop, done, status, self.began, largest)
 
     def _watch(self, number: int) -> Callable[[float, int, float], None]:
@@ -335,7 +342,7 @@ def _result(
     problem, solver = loop.problem, loop.solver
     before, loaded = solver.convolutions, solver.loaded
     displacement = loop.displacement()
-    solver.press(displacement, load, CONTACT_TOLERANCE)
+    solver.press(displacement, load)
     # The next load starts from where the loop ended, whether or not anyone looks at this one.
     solver.loaded = loaded
     finished = [
@@ -387,7 +394,7 @@ def _pressed(
         pair=pair,
         ceiling=None,
         precision="double",
-        tolerance=CONTACT_TOLERANCE,
+        tolerance=solver.tolerance,
         control="load",
         load=load,
         approach=solver.approach,

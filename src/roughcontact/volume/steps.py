@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from roughcontact.contact import resume
 from roughcontact.contact.resume import Place
 from roughcontact.errors import FormatError, InputError
 from roughcontact.volume import archive
+from roughcontact.volume.going import Going, load, save
 from roughcontact.volume.path import PathPoint
 from roughcontact.volume.problem import Problem
 from roughcontact.volume.result import ElastoplasticResult
@@ -86,11 +88,15 @@ class Steps:
 
     def __init__(self, place: Place | None, problem: Problem, path: list[PathPoint]) -> None:
         self._problem, self._path = problem, path
+        # A counter-surface that moves has many places: on the way only what goes on is held.
+        self._travels = any(any(point.offset) or point.friction for point in path)
         self._files: list[Path] = []
+        self._note: Path | None = None
         self._mark: dict[str, Array] = {}
         if place is not None:
             names = (f"step-{number + 1:04d}.nc" for number in range(len(path)))
             self._files = [place.folder / name for name in names]
+            self._note = place.folder / "latest.nc"
             # What makes a state one of this run; a file holds numbers only.
             self._mark = {"problem": np.frombuffer(bytes.fromhex(place.problem), np.uint8)}
 
@@ -98,31 +104,65 @@ class Steps:
         """Whether anything is kept."""
         return bool(self._files)
 
-    def latest(self) -> tuple[int, ElastoplasticResult | None, dict[str, Array]]:
-        """Return how many loads are done, the state after them, and what the loop carries on."""
-        missing = (n for n, file in enumerate(self._files) if not file.exists())
-        done = next(missing, len(self._files))
+    def whole(self, number: int) -> bool:
+        """Whether the state after a load is to be saved whole."""
+        return bool(self) and (not self._travels or number == len(self._files) - 1)
+
+    def latest(self) -> tuple[int, Going | None]:
+        """Return how many loads are done, and what the next starts from."""
+        done = self._done()
+        noted = self._noted(done)
+        if noted is not None:
+            return noted
         if not done:
-            return 0, None, {}
+            return 0, None
         file = self._files[done - 1]
+        going = self._read(file, lambda: Going.of(*archive.load_step(file)))
+        if going.result is not None:
+            self._problem.check_same(str(file), going.result)
+        return done, self._of_this_run(going, file, done)
+
+    def _done(self) -> int:
+        """Return after how many loads the last state stands that is held whole."""
+        there = [file.exists() for file in self._files]
+        if self._travels:
+            return max((n for n, found in enumerate(there, 1) if found), default=0)
+        return [*there, False].index(False)
+
+    def _noted(self, done: int) -> tuple[int, Going] | None:
+        """Return what was noted on the way, if that is further than some loads."""
+        if self._note is None or not self._note.exists():
+            return None
+        file = self._note
+        going = self._read(file, lambda: load(file))
+        number = len(going.carried["path"])
+        if not done < number <= len(self._path):
+            return None
+        return number, self._of_this_run(going, file, number)
+
+    def _read(self, file: Path, read: Callable[[], Going]) -> Going:
+        """Return what a file holds, if it is one of a run."""
         try:
-            result, carried = archive.load_step(file)
-            asked = carried.pop("path")
-            foreign = carried.pop("problem").tolist() != self._mark["problem"].tolist()
+            going = read()
         except FormatError as error:
             raise FormatError(*error.parts, f"; remove {file} to solve it again") from None
-        except KeyError:
-            raise FormatError(f"{file} is no step of a run; remove it to solve it again") from None
-        if not np.array_equal(asked, self._rows(done)):
+        if not {"path", "problem"} <= going.carried.keys():
+            raise FormatError(f"{file} is no step of a run; remove it to solve it again")
+        return going
+
+    def _of_this_run(self, going: Going, file: Path, number: int) -> Going:
+        """Return it without its marks, or raise if those are of another run."""
+        carried = dict(going.carried)
+        asked, problem = carried.pop("path"), carried.pop("problem")
+        if not np.array_equal(asked, self._rows(number)):
             raise InputError(
                 f"{file.parent} holds another run: loads differ; give another folder, or remove "
                 "this one to start again",
                 argument="folder",
             )
-        self._problem.check_same(str(file), result)
-        if foreign:
+        if problem.tolist() != self._mark["problem"].tolist():
             raise FormatError(f"{file} is a step of another run; remove it to solve it again")
-        return done, result, carried
+        return replace(going, carried=carried)
 
     def _rows(self, count: int) -> Array:
         """Return the first points of the path as numbers."""
@@ -131,11 +171,24 @@ class Steps:
 
     def save(self, number: int, result: ElastoplasticResult, carried: dict[str, Array]) -> None:
         """Write the state after a load, and what the loop carries on from it."""
-        file = self._files[number]
+        file, held = self._files[number], carried | self._marks(number)
+        self._write(file, lambda: archive.save_elastoplastic(result, file, held))
+        if self._note is not None:
+            self._note.unlink(missing_ok=True)
+
+    def note(self, number: int, going: Going) -> None:
+        """Write what the next load starts from, in place of what was noted before."""
+        file = self._note
+        if file is not None:
+            held = replace(going, carried={**going.carried, **self._marks(number)})
+            self._write(file, lambda: save(held, file))
+
+    def _marks(self, number: int) -> dict[str, Array]:
+        return self._mark | {"path": self._rows(number + 1)}
+
+    def _write(self, file: Path, write: Callable[[], None]) -> None:
         try:
-            archive.save_elastoplastic(
-                result, file, carried | self._mark | {"path": self._rows(number + 1)}
-            )
+            write()
         except OSError as error:
             reason = error.strerror or " ".join(str(error).split())
             raise InputError(
