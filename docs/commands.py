@@ -61,8 +61,8 @@ class Shown:
 
 def pages() -> list[Path]:
     """Return the pages in the order in which they are run: each finds the files of those before."""
-    howto = sorted((HERE / "howto").glob("*.md"))
-    return [HERE / "index.md", HERE / "start.md", HERE / "formats.md", *howto]
+    first = (HERE / f"{name}.md" for name in ("index", "start", "tutorial", "formats", "others"))
+    return [*first, *sorted((HERE / "howto").glob("*.md"))]
 
 
 def sessions(text: str) -> Iterator[tuple[re.Match[str], list[Shown]]]:

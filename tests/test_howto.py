@@ -54,3 +54,15 @@ def test_the_recipe_of_the_roller_runs_in_python() -> None:
     exec(script, names)
     assert names["result"].load == pytest.approx(78.41, abs=0.01)
     assert names["result"].smooth.max_pressure == pytest.approx(1.5e9)
+
+
+def test_the_example_of_another_program_runs_here() -> None:
+    text = (HOWTO.parent / "others.md").read_text(encoding="utf-8")
+    (script,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(script, names)
+    result = names["result"]
+    # Hyun et al. 2004: 1.8 to 2.3 times the pressure over E* h', of pixels a little more.
+    assert 0.18 < result.contact_fraction < 0.23
+    assert result.pressure.mean() == pytest.approx(0.1)
+    assert any("no solid" in str(caution) for caution in result.warnings)
