@@ -44,6 +44,39 @@ def of_array(values: ArrayLike) -> str:
     return found.hexdigest()
 
 
+class Running:
+    """The checksum of an array that comes in parts, as `of_array` would find it.
+
+    Parameters
+    ----------
+    kind : str
+        Of its numbers, little-endian, as NumPy writes it.
+    shape : tuple of int
+        Of the whole array.
+
+    Examples
+    --------
+    >>> ones, found = np.ones((3, 2)), Running("<f8", (3, 2))
+    >>> found.add(ones[:1])
+    >>> found.add(ones[1:])
+    >>> found.digest() == of_array(ones)
+    True
+    """
+
+    def __init__(self, kind: str, shape: tuple[int, ...]) -> None:
+        self._kind = np.dtype(kind)
+        self._found = hashlib.sha256(f"{self._kind.str} {shape} ".encode())
+
+    def add(self, part: ArrayLike) -> None:
+        """Go on with the next rows."""
+        little = np.ascontiguousarray(part, self._kind)
+        self._found.update(little.reshape(-1).view(np.uint8).data)
+
+    def digest(self) -> str:
+        """Return the checksum of all that has come."""
+        return self._found.hexdigest()
+
+
 def of_arrays(arrays: Mapping[str, ArrayLike]) -> str:
     """Return the checksum of arrays with their names, whatever their order.
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import errno
 import io
+import math
 import os
+import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from roughcontact import checksums, files, hdf5, limits, memory
 from roughcontact.errors import FormatError
@@ -19,6 +24,9 @@ if TYPE_CHECKING:
 
 CHECKSUM = "checksum_sha256"
 """Attribute of every variable, and of the file, that holds a checksum."""
+
+# Numbers of a map that are packed together.
+_CHUNK = 1 << 18
 
 ATTRIBUTES = "attributes"
 """What `mismatches` calls everything but the numbers: attributes, names and dimensions."""
@@ -63,6 +71,92 @@ def write(
             sealed(dataset).dump_to_store(H5NetCDFStore(file), encoding=packed or {})
         if isinstance(place, io.BytesIO):
             stream.write(place.getbuffer())
+
+
+@dataclass(frozen=True)
+class Streamed:
+    """A map that is written in parts, as they come.
+
+    Parameters
+    ----------
+    name : str
+        Of the variable.
+    kind : str
+        Of its numbers, as NumPy writes it, such as ``"<f8"``.
+    shape : (int, int)
+        Grid points ``(ny, nx)``.
+    parts : iterable of ndarray, shape (rows, nx)
+        Its rows in their order.
+    attributes : mapping
+        What describes it.
+    packed : bool
+        Whether it is compressed.
+    """
+
+    name: str
+    kind: str
+    shape: tuple[int, int]
+    parts: Iterable[NDArray[Any]]
+    attributes: Mapping[str, Any]
+    packed: bool = False
+
+
+def write_streamed(
+    frame: xarray.Dataset, maps: Iterable[Streamed], path: str | os.PathLike[str]
+) -> None:
+    """Write maps that no process holds as a whole to a NetCDF file with checksums.
+
+    Parameters
+    ----------
+    frame : xarray.Dataset
+        All but the maps: the axes ``(y, x)`` and the attributes.
+    maps : iterable of Streamed
+        The maps; one after the other is written.
+    path : str or path
+        File to write; an old one is replaced when the new one is complete.
+
+    Raises
+    ------
+    InputError
+        If the suffix is not ``.nc``.
+    OSError
+        If the file cannot be written, or the disk has no room for all maps; an old file survives.
+    """
+    files.require_suffix(path, ".nc")
+    import h5netcdf
+
+    maps = list(maps)
+    needed = sum(math.prod(one.shape) * np.dtype(one.kind).itemsize for one in maps)
+    # A disk that fills up while HDF5 writes would end the process.
+    if needed > shutil.disk_usage(Path(path).absolute().parent).free:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+    whole = sealed(frame)
+    with files.replacing(path) as stream, h5netcdf.File(stream, "w") as file:
+        file.dimensions = dict(whole.sizes)
+        for name, axis in whole.variables.items():
+            file.create_variable(str(name), axis.dims, axis.dtype)[...] = axis.values
+            file.variables[name].attrs.update(axis.attrs)
+        described = _described(whole)
+        for one in maps:
+            attributes = {**one.attributes, CHECKSUM: _streamed(file, one)}
+            file.variables[one.name].attrs.update(attributes)
+            described["variables"][one.name] = [["y", "x"], attributes]
+        file.attrs.update({**whole.attrs, CHECKSUM: checksums.of_words(described)})
+
+
+def _streamed(file: Any, one: Streamed) -> str:
+    """Write a map part by part; return its checksum."""
+    options = {"compression": "gzip", "compression_opts": 1} if one.packed else {}
+    ny, nx = one.shape
+    # Rows as they come: chunks of many rows would be packed again and again.
+    chunks = (max(1, min(ny, _CHUNK // nx)), nx) if one.packed else None
+    variable = file.create_variable(one.name, ("y", "x"), one.kind, chunks=chunks, **options)
+    found, top = checksums.Running(one.kind, one.shape), 0
+    for part in one.parts:
+        variable[top : top + len(part)] = part
+        found.add(part)
+        top += len(part)
+    return found.digest()
 
 
 def sealed(dataset: xarray.Dataset) -> xarray.Dataset:

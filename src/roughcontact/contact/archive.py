@@ -70,6 +70,9 @@ _UNSEALED = "unsealed"
 _GIVEN = "given_load"
 MATERIALS = ("material", "counter_material")
 
+PACKED = ("pressure", "saturated")
+"""Maps that are compressed: most pixels carry nothing, and they shrink to little."""
+
 
 def surface_to_dataset(surface: Surface) -> xarray.Dataset:
     """Return a height map as an xarray dataset.
@@ -111,12 +114,7 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
         "gap": result.gap,
         "saturated": result.saturated.astype(np.int8),
     }
-    attributes: dict[str, Any] = {
-        "title": "Contact of rough surfaces",
-        "regime": str(result.regime),
-        "warnings": "\n".join(result.warnings),
-        "cautions": cautions.to_text(result.cautions),
-    }
+    attributes = _titled(result)
     if result.remarks:
         attributes["remarks"] = cautions.to_text(result.remarks)
     if counter is not None:
@@ -137,7 +135,45 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
     return _dataset(surface, maps, attributes)
 
 
-def _scalar_attributes(result: ContactResult) -> dict[str, Any]:
+def _titled(result: Any) -> dict[str, Any]:
+    return {
+        "title": "Contact of rough surfaces",
+        "regime": str(result.regime),
+        "warnings": "\n".join(caution.text for caution in result.cautions),
+        "cautions": cautions.to_text(result.cautions),
+    }
+
+
+def frame(result: Any) -> xarray.Dataset:
+    """Return what `to_dataset` does without the maps, of a contact that lies on several ranks.
+
+    Parameters
+    ----------
+    result : SlabResult
+        The contact.
+
+    Returns
+    -------
+    xarray.Dataset
+        The axes ``(y, x)`` and all attributes.
+    """
+    attributes = _titled(result)
+    if result.slab.missing:
+        attributes["holes"] = "never touch"
+    attributes |= _scalar_attributes(result)
+    if result.ceiling is not None:
+        attributes |= _with_unit("ceiling", result.ceiling, "Pa")
+    for name in MATERIALS:
+        attributes |= _material_attributes(name, getattr(result, name))
+    return _dataset(result.slab, {}, attributes)
+
+
+def described(name: str) -> dict[str, str]:
+    """Return the attributes of a map of a contact."""
+    return dict(zip(("units", "long_name"), _MAPS[name], strict=True))
+
+
+def _scalar_attributes(result: Any) -> dict[str, Any]:
     attributes: dict[str, Any] = {}
     for name, unit in _NUMBERS.items():
         held = result.pair.load_unit if name == "load" else unit
@@ -177,14 +213,14 @@ def _with_unit(name: str, value: float, unit: str) -> dict[str, Any]:
     return {name: value, f"{name}_units": unit}
 
 
-def _dataset(surface: Surface, maps: dict[str, Any], attributes: dict[str, Any]) -> xarray.Dataset:
+def _dataset(surface: Any, maps: dict[str, Any], attributes: dict[str, Any]) -> xarray.Dataset:
     import xarray
 
     ny, nx = surface.shape
     axis = {"units": "m", "long_name": "centre of the pixel"}
     return xarray.Dataset(
         {
-            name: (("y", "x"), values, dict(zip(("units", "long_name"), _MAPS[name], strict=True)))
+            name: (("y", "x"), values, described(name))
             for name, values in maps.items()
         },
         coords={
@@ -247,8 +283,7 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
     OSError
         If the file cannot be written; an old file survives.
     """
-    # Most pixels carry nothing: these two shrink to little; heights would not.
-    packed = {name: {"zlib": True, "complevel": 1} for name in ("pressure", "saturated")}
+    packed = {name: {"zlib": True, "complevel": 1} for name in PACKED}
     netcdf.write(to_dataset(result), path, packed)
 
 

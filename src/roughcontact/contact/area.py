@@ -10,6 +10,10 @@ from numpy.typing import NDArray
 from roughcontact.halfspace.boundary import Boundary
 
 
+RIM_EXCESS = (math.pi - 1 + math.log(2)) / 24
+"""By how many pixels each edge of an elastic rim makes a contact area too large."""
+
+
 def at_edge(touching: NDArray[np.bool_], boundary: Boundary) -> bool:
     """Return whether a contact reaches an edge at which its map ends.
 
@@ -63,13 +67,28 @@ def rim_excess(
     ----------
     Yastrebov, Anciaux and Molinari 2017, doi:10.1016/j.triboint.2017.04.023
     """
-    rims = 0
-    for axis in (0, 1):
-        beyond, elastic_beyond = np.roll(touching, -1, axis), np.roll(elastic, -1, axis)
-        rim = (elastic & ~beyond) | (~touching & elastic_beyond)
-        wrapped = axis in boundary.periodic_axes
-        rims += int(np.count_nonzero(rim if wrapped else np.delete(rim, -1, axis)))
-    return (math.pi - 1 + math.log(2)) / 24 * rims
+    return RIM_EXCESS * sum(
+        rims(touching, elastic, axis, axis in boundary.periodic_axes) for axis in (0, 1)
+    )
+
+
+def rims(
+    touching: NDArray[np.bool_], elastic: NDArray[np.bool_], axis: int, wrapped: bool
+) -> int:
+    """Return the edges along an axis between an elastic pixel and one that does not touch.
+
+    Parameters
+    ----------
+    touching, elastic : ndarray of bool, shape (ny, nx)
+        As for `rim_excess`.
+    axis : {0, 1}
+        Along which pixels follow each other.
+    wrapped : bool
+        Whether the first follows the last.
+    """
+    beyond, elastic_beyond = np.roll(touching, -1, axis), np.roll(elastic, -1, axis)
+    rim = (elastic & ~beyond) | (~touching & elastic_beyond)
+    return int(np.count_nonzero(rim if wrapped else np.delete(rim, -1, axis)))
 
 
 def centre_of_pressure(

@@ -9,6 +9,7 @@ from enum import StrEnum
 from typing import Any
 
 from roughcontact.errors import Mention, Part, Sentence, parts_of, worded
+from roughcontact.units import percent
 
 
 class Kind(StrEnum):
@@ -53,6 +54,7 @@ class Kind(StrEnum):
     RIM = "rim that is left out"
     STEPS = "pressures that are far apart"
     DOMAIN = "outside the domain of a formula"
+    RANKS = "map on several processes"
     SMALL = "map small against its waves"
 
 
@@ -161,4 +163,29 @@ def unsealed() -> Caution:
         "read from a file without checksums, in which damage goes unseen; ",
         Mention("verify", True),
         " computes load and certificate again",
+    )
+
+
+def edge(whole: str, share: float, *more: str) -> Caution:
+    """Return the caution about a contact that reaches the edge at which its map ends.
+
+    Parameters
+    ----------
+    whole : str
+        What ends there, in a word.
+    share : float
+        Of the load on the outermost pixels.
+    *more : str
+        What else is said.
+    """
+    return warned(
+        Kind.EDGE,
+        f"contact reaches the edge of the {whole}, where the body is taken to end: "
+        "right for a part that ends there; for a sample of a larger face the rim carries too much "
+        f"(here {percent(share)} of the load on the outermost pixels), and approach and stiffness "
+        "may be far off: solve with ",
+        Mention("boundary", "periodic"),
+        f"; for a body that is curved as a whole measure a larger {whole}",
+        *more,
+        edge_load=share,
     )

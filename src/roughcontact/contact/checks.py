@@ -198,7 +198,11 @@ def touchable_gap(pair: Pair) -> Array:
 
 def check_below_full_contact(approach: float, gap: Array) -> None:
     """Raise `CapacityError` for a periodic map pressed flat, where the load is undefined."""
-    full = float(gap.mean())
+    require_below(approach, float(gap.mean()))
+
+
+def require_below(approach: float, full: float) -> None:
+    """Raise `CapacityError` for a periodic map that is pressed beyond an approach [m]."""
     if approach >= full:
         raise CapacityError(
             f"= {approach:.6g} m is beyond full contact of this periodic "
@@ -288,6 +292,12 @@ def capacity(load: float, ceiling: float | Array | None, gap: Array, pair: Pair)
         largest = float(ceiling[touchable].sum()) * pair.pixel_area
     else:
         largest = ceiling * int(np.count_nonzero(touchable)) * pair.pixel_area
+    require_capacity(load, largest, pair)
+    return largest
+
+
+def require_capacity(load: float, largest: float, pair: Pair) -> None:
+    """Raise `CapacityError` for a load above the largest that can be carried."""
     # The full capacity is a load like any other; rounding must not refuse it.
     if load > largest * (1 + 1e-12):
         raise CapacityError(
@@ -296,4 +306,3 @@ def capacity(load: float, ceiling: float | Array | None, gap: Array, pair: Pair)
             f"{pair.load_unit}",
             argument="load",
         )
-    return largest

@@ -14,7 +14,7 @@ import numpy as np
 
 from roughcontact.contact import area, hertzian
 from roughcontact.contact.advice import RECOMMENDED, RecommendedCeiling
-from roughcontact.contact.cautions import Caution, Kind, careful, noted, ordered, unsealed, warned
+from roughcontact.contact.cautions import Caution, Kind, careful, edge, noted, ordered, unsealed, warned
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.spots import FEW_PIXELS, Spots
@@ -229,17 +229,7 @@ def at_edge(result: ContactResult, *more: str) -> Caution | None:
     if not area.at_edge(result.contact, result.boundary):
         return None
     share = area.edge_load(result.pressure, result.boundary)
-    return warned(
-        Kind.EDGE,
-        f"contact reaches the edge of the {result.pair.whole}, where the body is taken to end: "
-        "right for a part that ends there; for a sample of a larger face the rim carries too much "
-        f"(here {percent(share)} of the load on the outermost pixels), and approach and stiffness "
-        "may be far off: solve with ",
-        Mention("boundary", "periodic"),
-        f"; for a body that is curved as a whole measure a larger {result.pair.whole}",
-        *more,
-        edge_load=share,
-    )
+    return edge(result.pair.whole, share, *more)
 
 
 def _below_ceiling(result: ContactResult) -> Caution | None:

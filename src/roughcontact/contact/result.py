@@ -37,6 +37,31 @@ class Regime(StrEnum):
     UNKNOWN = "unknown (no yield strength given)"
 
 
+def regime_of(pair: Pair, max_pressure: float, saturated: bool) -> Regime:
+    """Return how far bodies are from elastic; see `ContactResult.regime`.
+
+    Parameters
+    ----------
+    pair : Pair
+        The bodies.
+    max_pressure : float
+        Largest pressure [Pa].
+    saturated : bool
+        Whether it is at the ceiling anywhere.
+    """
+    if saturated:
+        return Regime.SATURATED
+    softer, first = pair.softer, pair.first_to_yield
+    if softer is None or softer.ceiling is None:
+        return Regime.UNKNOWN
+    if max_pressure > softer.ceiling:
+        hard = softer.yield_strength is None
+        return Regime.BEYOND_HARDNESS if hard else Regime.BEYOND_CEILING
+    if first is not None and max_pressure >= (pair.yields_at(first) or 0):
+        return Regime.YIELDING_BELOW
+    return Regime.UNKNOWN if softer.yield_strength is None else Regime.BELOW_FIRST_YIELD
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactResult(Shown):
     """Pressure and gap of a solved contact, with everything that went in.
@@ -280,17 +305,7 @@ class ContactResult(Shown):
         surface, long before a pixel reaches the ceiling. A body of which only the hardness is
         known has no first yield; its pressure is compared with the hardness.
         """
-        if self.saturated_fraction > 0:
-            return Regime.SATURATED
-        softer, first = self.pair.softer, self.pair.first_to_yield
-        if softer is None or softer.ceiling is None:
-            return Regime.UNKNOWN
-        if self.max_pressure > softer.ceiling:
-            hard = softer.yield_strength is None
-            return Regime.BEYOND_HARDNESS if hard else Regime.BEYOND_CEILING
-        if first is not None and self.max_pressure >= (self.pair.yields_at(first) or 0):
-            return Regime.YIELDING_BELOW
-        return Regime.UNKNOWN if softer.yield_strength is None else Regime.BELOW_FIRST_YIELD
+        return regime_of(self.pair, self.max_pressure, self.saturated_fraction > 0)
 
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:

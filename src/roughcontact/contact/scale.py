@@ -55,9 +55,15 @@ def of(pair: Pair, terms: Terms, gap: NDArray[np.float64]) -> Scale:
     InputError
         If the load is a mean pressure, or the approach a length, whose square no number holds.
     """
+    deepest = float(np.max(gap, where=np.isfinite(gap), initial=0.0))
+    return of_depth(pair, terms, gap.size, deepest)
+
+
+def of_depth(pair: Pair, terms: Terms, points: int, deepest: float) -> Scale:
+    """Return what `of` does, from the number of points of the map and its largest finite gap."""
     softness = math.sqrt(pair.pixel_area) / pair.contact_modulus
     if terms.load is not None:
-        mean = terms.load / pair.pixel_area / gap.size
+        mean = terms.load / pair.pixel_area / points
         _require_range(
             "load", f"{terms.load:.6g} {pair.load_unit} is a mean pressure of {mean:.3g} Pa", mean
         )
@@ -66,7 +72,6 @@ def of(pair: Pair, terms: Terms, gap: NDArray[np.float64]) -> Scale:
         assert terms.approach is not None
         sunk = terms.approach
         _require_range("approach", f"{sunk:.6g} m", sunk)
-    deepest = float(np.max(gap, where=np.isfinite(gap), initial=0.0))
     length = _power_of_two(max(sunk, deepest / _DEEPEST))
     return Scale(length, _power_of_two(length / softness))
 

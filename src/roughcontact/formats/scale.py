@@ -166,12 +166,20 @@ def in_metres(values: NDArray[Any], metre: float) -> Array:
 
 def check_scale(path: Path, surface: Surface) -> None:
     """Refuse scales that no measured map has."""
+    counted = slice(surface.is_profile, None)
+    top, bottom = float(np.nanmax(surface.heights)), float(np.nanmin(surface.heights))
+    check_lengths(path, surface.size[counted], surface.pixel[counted], (bottom, top))
+
+
+def check_lengths(
+    path: Path, sides: tuple[float, ...], pixel: tuple[float, ...], heights: tuple[float, float]
+) -> None:
+    """Refuse sides, pixels, or smallest and largest heights [m] that no measured map has."""
     what = "check the unit and the size in the file"
-    for name, values, (low, high) in (
-        ("sides (y, x)", surface.size, _SIDE_RANGE),
-        ("pixel (dy, dx)", surface.pixel, _PIXEL_RANGE),
+    for name, counted, (low, high) in (
+        ("sides (y, x)", sides, _SIDE_RANGE),
+        ("pixel (dy, dx)", pixel, _PIXEL_RANGE),
     ):
-        counted = values[surface.is_profile :]
         if not all(low <= value <= high for value in counted):
             raise FormatError(
                 f"{path.name} was read with {name} of {units.lengths(counted)}, which is outside "
@@ -179,9 +187,8 @@ def check_scale(path: Path, surface: Surface) -> None:
                 "replace a size that the file has wrong by ", Mention("size", "0.1 mm x 0.2 mm"),
                 " and ", Mention("override_size", True),
             )  # fmt: skip
-    top, bottom = float(np.nanmax(surface.heights)), float(np.nanmin(surface.heights))
-    span = top - bottom
-    longest = max(surface.size[surface.is_profile :])
+    bottom, top = heights
+    span, longest = top - bottom, max(sides)
     if span > _HEIGHT_OVER_SIDE * longest:
         raise FormatError(
             f"{path.name} was read with heights that span {units.engineering(span, 'm')} on sides "

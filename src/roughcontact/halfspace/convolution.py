@@ -23,12 +23,17 @@ from roughcontact.halfspace.kept import SPECTRA
 from roughcontact.halfspace.sums import LocalSums
 
 Visit = Callable[[int, slice, NDArray[Any]], None]
+Part = tuple[slice, NDArray[Any]]
 
-# Rows of the kernel that one thread makes at a time. Where a band begins decides which of its
-# pixels count as near, hence their last digits: so it must not depend on the number of threads.
-_BAND = 64
-# Half the rows and columns of zeros that keep the opposite edges of a map apart.
-_APART = 4
+BAND = 64
+"""Rows of the kernel that one thread makes at a time.
+
+Where a band begins decides which of its pixels count as near, hence their last digits: so it must
+not depend on the number of threads.
+"""
+
+APART = 4
+"""Half the rows and columns of zeros that keep the opposite edges of a map apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +198,7 @@ class Convolution:
         approach. The buffer is shared: the two operators must not be at work at the same time.
         """
         period = [
-            points if wrapped else 2 * fft.fast_length(points // 2 + _APART)
+            points if wrapped else 2 * fft.fast_length(points // 2 + APART)
             for points, wrapped in zip(self.shape, self.wrapped, strict=True)
         ]
         waves = [
@@ -221,7 +226,7 @@ class Convolution:
         (my, mx), blocks, starts = self.padded, self._blocks, support.starts
         spectra = self.workspace.shared(self._rows, self._complex)
         scratch_array, each = self.workspace.scratch, self.workspace.each
-        half, width = my // 2 + 1, self._rows[1]
+        width = self._rows[1]
         scale = self.softness / (my * mx)
 
         def forward(number: int) -> None:
@@ -235,25 +240,17 @@ class Convolution:
 
         loaded = np.flatnonzero(np.diff(starts))
         each(forward, loaded)
-        runs_in = _runs(blocks, loaded)
-        runs_out = _runs(blocks, shown)
+        runs_in = joined(blocks, loaded)
+        runs_out = joined(blocks, shown)
 
         def columns(left: int) -> None:
-            right = min(left + self._column_step, width)
-            scratch = scratch_array("column", (my, right - left), self._complex)
-            end = 0
-            for rows in runs_in:
-                scratch[end : rows.start] = 0
-                scratch[rows] = spectra[rows, left:right]
-                end = rows.stop
-            scratch[end:] = 0
-            scratch = fft.fft_columns(scratch, forward=True)
-            symbol = self.spectrum[:, left:right]
-            scratch[:half] *= symbol
-            scratch[half:] *= symbol[my - half : 0 : -1]
-            scratch = fft.fft_columns(scratch, forward=False)
-            for rows in runs_out:
-                spectra[rows, left:right] = scratch[rows]
+            at = slice(left, min(left + self._column_step, width))
+            multiply_columns(
+                [(rows, spectra[rows, at]) for rows in runs_in],
+                [(rows, spectra[rows, at]) for rows in runs_out],
+                self.spectrum[:, at],
+                scratch_array("column", (my, at.stop - at.start), self._complex),
+            )
 
         each(columns, range(0, width, self._column_step))
 
@@ -265,7 +262,38 @@ class Convolution:
         each(backward, shown)
 
 
-def _runs(blocks: list[slice], numbers: Iterable[int]) -> list[slice]:
+def multiply_columns(
+    coming: Iterable[Part], going: Iterable[Part], symbol: NDArray[Any], scratch: NDArray[Any]
+) -> None:
+    """Transform columns, multiply them by a symbol that is even, and transform them back.
+
+    Parameters
+    ----------
+    coming : iterable of (slice, ndarray)
+        Rows that are not zero, ascending, and what stands on them; the others are zero.
+    going : iterable of (slice, ndarray)
+        Rows that are wanted, and where to put what stands on them, unnormalised.
+    symbol : ndarray, shape (my//2 + 1, columns)
+        Of the waves from 0 to half the period.
+    scratch : ndarray of complex, shape (my, columns)
+        Memory to work in.
+    """
+    end = 0
+    for rows, part in coming:
+        scratch[end : rows.start] = 0
+        scratch[rows] = part
+        end = rows.stop
+    scratch[end:] = 0
+    scratch = fft.fft_columns(scratch, forward=True)
+    points, half = len(scratch), len(symbol)
+    scratch[:half] *= symbol
+    scratch[half:] *= symbol[points - half : 0 : -1]
+    scratch = fft.fft_columns(scratch, forward=False)
+    for rows, part in going:
+        part[...] = scratch[rows]
+
+
+def joined(blocks: Sequence[slice], numbers: Iterable[int]) -> list[slice]:
     """Return the rows of some blocks, joined where they touch."""
     runs: list[slice] = []
     for number in numbers:
@@ -331,10 +359,10 @@ def free(
         quadrant = np.empty((half[0] + 1, half[1] + 1))
 
         def fill(top: int) -> None:
-            rows = quadrant[top : top + _BAND]
+            rows = quadrant[top : top + BAND]
             rows[...] = kernels.love(rows.shape, edges, 1.0, first_row=top)
 
-        work.each(fill, range(0, quadrant.shape[0], _BAND))
+        work.each(fill, range(0, quadrant.shape[0], BAND))
         return fft.even_spectrum(quadrant, work)
 
     return Convolution(

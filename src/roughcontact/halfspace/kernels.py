@@ -144,7 +144,12 @@ def _log_ratio(
     return result
 
 
-def periodic(shape: tuple[int, int], pixel: tuple[float, float], contact_modulus: float) -> Array:
+def periodic(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    contact_modulus: float,
+    waves: slice = slice(None),
+) -> Array:
     """Return the displacement per pressure of each wave on a periodic map.
 
     Parameters
@@ -155,10 +160,12 @@ def periodic(shape: tuple[int, int], pixel: tuple[float, float], contact_modulus
         Pixel edges ``(dy, dx)`` [m].
     contact_modulus : float
         E* [Pa].
+    waves : slice
+        Wave numbers along x wanted of ``0 … nx//2``, for a symbol that is made in parts.
 
     Returns
     -------
-    ndarray, shape (ny//2 + 1, nx//2 + 1)
+    ndarray, shape (ny//2 + 1, waves)
         Symbol ``2/(E* |q|)`` [m/Pa] for wave numbers q ≥ 0 in both directions, and 0 at q = 0: the
         mean displacement of a periodic half-space is not defined, so the approach counts from
         the mean plane of the deformed surface.
@@ -176,9 +183,9 @@ def periodic(shape: tuple[int, int], pixel: tuple[float, float], contact_modulus
     require_positive(contact_modulus=contact_modulus)
     (ny, nx), (dy, dx) = shape, pixel
     qy = 2 * math.pi * np.arange(ny // 2 + 1) / (ny * dy)
-    qx = 2 * math.pi * np.arange(nx // 2 + 1) / (nx * dx)
+    qx = 2 * math.pi * np.arange(nx // 2 + 1)[waves] / (nx * dx)
     symbol: Array = np.hypot(qy[:, None], qx)
-    symbol[0, 0] = np.inf
+    symbol[0, qx == 0] = np.inf
     np.divide(2 / contact_modulus, symbol, out=symbol)
     return symbol
 

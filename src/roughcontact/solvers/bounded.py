@@ -179,12 +179,20 @@ def solve(
     return replace(solution, status=status, history=tuple(history))
 
 
+def coarser_grids(shape: tuple[int, int]) -> int:
+    """Return how often the pixels of a map are doubled in edge for the first pressure."""
+    # The row of a profile is as short as a map of so many points is small.
+    least = 2 * (_COARSEST if shape[0] > 1 else _COARSEST**2)
+    points, number = min(shape[shape[0] == 1 :]), 0
+    while points >= least:
+        points, number = -(-points // 2), number + 1
+    return number
+
+
 def _levels(problem: Problem) -> list[Problem]:
     """Return the problem and what it is on coarser and coarser grids."""
     levels = [problem]
-    # The row of a profile is as short as a map of so many points is small.
-    least = 2 * (_COARSEST if problem.shape[0] > 1 else _COARSEST**2)
-    while min(levels[-1].shape[problem.shape[0] == 1 :]) >= least:
+    for _ in range(coarser_grids(problem.shape)):
         levels.append(coarsened(levels[-1]))
     return levels
 

@@ -1,0 +1,158 @@
+"""Maps of heights that several ranks read, each its own rows of one file."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact import netcdf
+from roughcontact.contact.slabs import Slab, bands
+from roughcontact.errors import FormatError, InputError, RoughcontactError
+from roughcontact.formats import hdf5_arrays, numpy_files
+from roughcontact.formats.matrices import chosen
+from roughcontact.formats.scale import (
+    asked_pixel,
+    check_lengths,
+    pixel_of,
+    refuse_unit,
+    unit_in_metres,
+)
+from roughcontact.formats.source import Asked, existing, one_line
+from roughcontact.ranks import Ranks
+from roughcontact.surface.provenance import Provenance
+from roughcontact.units import Quantities
+
+FORMATS = {".npy": "npy", ".h5": "hdf5", ".hdf5": "hdf5", ".nc": "netcdf"}
+"""Formats of which rows can be read by themselves, by the suffix of the file."""
+
+
+class _Found(NamedTuple):
+    """Rows of a map, and what the file says of all of it."""
+
+    values: NDArray[Any]
+    shape: tuple[int, int]
+    metre: float
+    pixel: tuple[float, float]
+    format: str
+
+
+def read_slab(
+    path: str | os.PathLike[str],
+    ranks: Any,
+    channel: str | int | None = None,
+    unit: str | None = None,
+    size: Quantities | str | None = None,
+    override_size: bool = False,
+    holes_masked: bool = False,
+) -> Slab:
+    """Read the rows of this rank of a map of heights; all ranks call it.
+
+    Parameters
+    ----------
+    path : str or path
+        A matrix as ``.npy`` or ``.h5``, or a map as NetCDF of this program, ``.nc``, which every
+        rank can read.
+    ranks : Ranks or mpi4py communicator
+        Those that will hold the map.
+    channel, unit, size, override_size
+        As in `roughcontact.read_surface`.
+    holes_masked : bool
+        Whether missing points are accepted as points that never touch.
+
+    Returns
+    -------
+    Slab
+        The rows of this rank.
+
+    Raises
+    ------
+    FormatError, InputError
+        As in `roughcontact.read_surface`, on all ranks.
+
+    Notes
+    -----
+    Nobody reads all of the file, so that checksums of its maps are not compared.
+    """
+    ranks = ranks if isinstance(ranks, Ranks) else Ranks(ranks)
+    asked = Asked(channel, unit, size, override_size)
+    found = ranks.agreed(lambda: _rows(Path(path), ranks, asked))
+    heights = np.array(found.values, np.float64, order="C")
+    heights *= found.metre
+    about = Provenance(Path(path).name, f"{found.format}, rows by rank")
+    slab = Slab(heights, found.shape, found.pixel, ranks, about, holes_masked)
+    finite = slab.heights[np.isfinite(slab.heights)]
+    lowest = slab.sums.smallest(finite)
+    check_lengths(Path(path), slab.size, slab.pixel, (lowest, slab.highest))
+    return slab
+
+
+def _rows(path: Path, ranks: Ranks, asked: Asked) -> _Found:
+    kind = FORMATS.get(path.suffix.lower())
+    if kind is None:
+        raise InputError(
+            f"{path.name}: ranks read their own rows of {', '.join(FORMATS)}; save the map as one "
+            "of these first, with surface.save or numpy.save",
+            argument="path",
+        )
+    with existing(path) as file:
+        if kind == "npy":
+            return _of_npy(file, ranks, asked)
+        try:
+            return (_of_hdf5 if kind == "hdf5" else _of_netcdf)(file, ranks, asked)
+        except RoughcontactError:
+            raise
+        # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more.
+        except Exception as error:
+            raise FormatError(
+                f"{path.name} cannot be read ({one_line(error)}); check that the file is complete"
+            ) from None
+
+
+def _own(shape: tuple[int, ...], path: Path, ranks: Ranks) -> tuple[slice, tuple[int, int]]:
+    """Return the rows of this rank, and the shape of a map that is one."""
+    if len(shape) != 2 or min(shape) < 2:
+        raise FormatError(f"{path.name} holds no map of at least 2 × 2 points, but {shape}")
+    edges = bands((shape[0], shape[1]), ranks.count)
+    return slice(*edges[ranks.number : ranks.number + 2]), (shape[0], shape[1])
+
+
+def _of_npy(path: Path, ranks: Ranks, asked: Asked) -> _Found:
+    arrays = numpy_files.opened(path, "npy")
+    head = arrays.heads[""]
+    if head.dtype.kind not in "fiu":
+        raise FormatError(f"{path.name} holds {head.dtype}, not real numbers")
+    rows, shape = _own(head.shape, path, ranks)
+    metre = unit_in_metres(path, asked.unit)
+    pixel = pixel_of(asked.size, shape, path.name)
+    return _Found(arrays.read("")[rows], shape, metre, pixel, "matrix (npy)")
+
+
+def _of_hdf5(path: Path, ranks: Ranks, asked: Asked) -> _Found:
+    import h5py
+
+    found = hdf5_arrays.channels(path, "hdf5")
+    listed = [entry.name for entry in found]
+    channel = found[listed.index(chosen(path, listed, asked.channel))]
+    rows, shape = _own(channel.shape, path, ranks)
+    if channel.unit:
+        refuse_unit(path, asked)
+    metre = unit_in_metres(path, channel.unit or asked.unit)
+    pixel = pixel_of(asked.size, shape, path.name)
+    with h5py.File(path, "r") as file:
+        return _Found(file[channel.name][rows], shape, metre, pixel, "matrix (hdf5)")
+
+
+def _of_netcdf(path: Path, ranks: Ranks, asked: Asked) -> _Found:
+    refuse_unit(path, asked)
+    with netcdf.opened(path) as dataset:
+        height = dataset["height"]
+        if height.dims != ("y", "x") or height.attrs.get("units") != "m":
+            raise FormatError(f"{path.name} has no variable 'height' [m] over (y, x)")
+        rows, shape = _own(height.shape, path, ranks)
+        stated = float(dataset.attrs["pixel_y"]), float(dataset.attrs["pixel_x"])
+        pixel = asked_pixel(path, stated, shape, asked)
+        return _Found(height[rows].values, shape, 1.0, pixel, "roughcontact NetCDF")

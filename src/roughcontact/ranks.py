@@ -1,0 +1,229 @@
+"""Processes that hold one map together: the one door to MPI.
+
+They are called ranks. All of them run the same program, and call what stands here in the same
+order; what has to be alike on all of them is told by one, or computed by each from the same
+numbers in the same order.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NoReturn, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import InputError, RoughcontactError
+
+Result = TypeVar("Result")
+
+# What starters of MPI programs tell a process: of how many it is one (MPICH, Open MPI, PMIx).
+_SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS")
+# Seconds after which a rank that waits no longer holds its core, and for which it leaves it.
+_PATIENCE, _NAP = 2e-4, 5e-5
+# What has a sentence of its own to end with, and no traceback.
+_EXPECTED = (RoughcontactError, OSError, MemoryError)
+
+
+def several() -> bool:
+    """Return whether this process was started by ``mpiexec`` with others beside it."""
+    return any(os.environ.get(name, "1") not in ("", "1") for name in _SIZES)
+
+
+def world() -> Ranks:
+    """Return all processes that ``mpiexec`` started.
+
+    Raises
+    ------
+    InputError
+        If mpi4py is not installed, or belongs to another MPI than ``mpiexec``.
+    """
+    try:
+        from mpi4py import MPI
+    except (ImportError, RuntimeError) as error:
+        raise InputError(
+            f"started by mpiexec, but mpi4py cannot be used ({error}); install "
+            "roughcontact[mpi], or start a single process"
+        ) from None
+    if several() and MPI.COMM_WORLD.Get_size() == 1:
+        raise InputError(
+            "started by mpiexec, but mpi4py sees one process: it belongs to another MPI; start "
+            "with the mpiexec of the MPI that mpi4py was installed with"
+        )
+    return Ranks(MPI.COMM_WORLD)
+
+
+@dataclass
+class Exchange:
+    """Parts of arrays on their way between ranks.
+
+    Parameters
+    ----------
+    ranks : Ranks
+        Those that exchange.
+    request : object
+        What MPI waits for.
+    coming : ndarray, shape (n,)
+        Memory of what arrives.
+    sizes : sequence of int
+        Entries that come from each rank.
+    """
+
+    ranks: Ranks
+    request: Any
+    coming: NDArray[Any]
+    sizes: Sequence[int]
+
+    def arrived(self) -> list[NDArray[Any]]:
+        """Wait for all, and return what came from each rank."""
+        self.ranks.wait(self.request)
+        return np.split(self.coming, np.cumsum(self.sizes)[:-1])
+
+
+class Ranks:
+    """A communicator of MPI, with what is asked of one here.
+
+    Parameters
+    ----------
+    communicator : mpi4py.MPI.Comm
+        Its processes hold one map together.
+
+    Attributes
+    ----------
+    number, count : int
+        Which this is, from 0 on, and how many there are.
+    seconds : float
+        Time that this rank has spent in communication, waiting for others included.
+    sent : int
+        Bytes that it has sent to others in exchanges.
+    """
+
+    def __init__(self, communicator: Any) -> None:
+        self.communicator = communicator
+        self.number: int = communicator.Get_rank()
+        self.count: int = communicator.Get_size()
+        self.seconds, self.sent = 0.0, 0
+
+    @property
+    def first(self) -> bool:
+        """Whether this is the one that speaks and writes."""
+        return self.number == 0
+
+    def workers(self, cores: int) -> int:
+        """Return the threads that each rank takes of the cores that this process may use."""
+        from mpi4py import MPI
+
+        beside = self.communicator.Split_type(MPI.COMM_TYPE_SHARED)
+        number: int = beside.Get_size()
+        beside.Free()
+        return max(1, cores // number)
+
+    def everyone(self, value: float) -> NDArray[np.float64]:
+        """Return the number that each rank gives, in their order."""
+        values = np.empty(self.count)
+        self.wait(self.communicator.Iallgather(np.array([value], np.float64), values))
+        return values
+
+    def total(self, value: float) -> float:
+        """Return the sum of the numbers that ranks give."""
+        return math.fsum(self.everyone(value))
+
+    def added(self, parts: NDArray[Any]) -> NDArray[Any]:
+        """Return the sums, entry by entry, of arrays of one shape."""
+        # By way of one rank: what each would add up for itself may differ in the last bit.
+        sums = np.empty_like(parts)
+        self.wait(self.communicator.Ireduce(np.ascontiguousarray(parts), sums))
+        self.wait(self.communicator.Ibcast(sums))
+        return sums
+
+    def joined(self, part: NDArray[Any], counts: Sequence[int]) -> NDArray[Any]:
+        """Return the rows of all ranks one below the other; ``counts`` says how many each has."""
+        whole = np.empty((sum(counts), *part.shape[1:]), part.dtype)
+        entries = np.array(counts) * math.prod(part.shape[1:])
+        here = np.ascontiguousarray(part)
+        self.wait(self.communicator.Iallgatherv(here, [whole, entries]))
+        return whole
+
+    def wait(self, request: Any) -> None:
+        """Wait until MPI has done what was begun, and leave the core to others if that takes long.
+
+        MPI itself waits by asking again and again: ranks that share cores, with each other or with
+        other programs, would keep those from working that they wait for.
+        """
+        began = time.perf_counter()
+        while not request.Test():
+            if time.perf_counter() - began > _PATIENCE:
+                time.sleep(_NAP)
+        self.seconds += time.perf_counter() - began
+
+    def exchange(
+        self,
+        going: NDArray[Any],
+        parts: Sequence[int],
+        coming: NDArray[Any],
+        sizes: Sequence[int],
+    ) -> Exchange:
+        """Send parts of an array to the ranks, and begin to receive theirs.
+
+        Parameters
+        ----------
+        going : ndarray, shape (m,)
+            What goes to each rank, one after the other; not to be changed before it has arrived.
+        parts : sequence of int
+            Entries for each rank.
+        coming : ndarray, shape (n,)
+            Memory for what comes.
+        sizes : sequence of int
+            Entries that come from each.
+        """
+        began = time.perf_counter()
+        request = self.communicator.Ialltoallv([going, parts], [coming, sizes])
+        self.seconds += time.perf_counter() - began
+        self.sent += going.nbytes
+        return Exchange(self, request, coming, sizes)
+
+    def following(self, part: NDArray[Any]) -> NDArray[Any]:
+        """Return the array, of the same shape, of the next rank; of the last that of the first."""
+        found = np.empty_like(part)
+        before, after = (self.number - 1) % self.count, (self.number + 1) % self.count
+        self.communicator.Sendrecv(np.ascontiguousarray(part), before, recvbuf=found, source=after)
+        return found
+
+    def sent_to_first(self, part: NDArray[Any], sender: int) -> NDArray[Any]:
+        """Return on the first rank what another has; only these two call it."""
+        if self.first and sender:
+            self.communicator.Recv(part, sender)
+        elif sender == self.number and sender:
+            self.communicator.Send(np.ascontiguousarray(part), 0)
+        return part
+
+    def told(self, value: Any) -> Any:
+        """Return what the first rank gives."""
+        return self.communicator.bcast(value)
+
+    def agreed(self, task: Callable[[], Result]) -> Result:
+        """Return what a task gives that each rank does for itself, or raise on all what one raises.
+
+        Raises
+        ------
+        RoughcontactError, OSError, MemoryError
+            The error of the lowest rank that has one.
+        """
+        error: BaseException | None = None
+        try:
+            found = task()
+        except _EXPECTED as raised:
+            error = raised
+        errors = [other for other in self.communicator.allgather(error) if other is not None]
+        if errors:
+            raise error or errors[0]
+        return found
+
+    def abort(self, status: int) -> NoReturn:
+        """End all ranks at once."""
+        self.communicator.Abort(status)
+        raise SystemExit(status)
