@@ -15,7 +15,7 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 WINGS = (
     "_version", "errors", "units", "files", "pipes", "memory", "limits", "checksums", "locks",
     "processes", "hdf5", "netcdf", "statistics", "roots",
-    "shown",
+    "ranks", "shown",
     "material", "theory", "halfspace", "solvers", "surface", "contact", "volume", "joint",
     "formats", "plots", "report", "request", "fleet", "desk", "cli",
     "__init__", "__main__",

@@ -31,6 +31,13 @@ from .contact.sampling import (
     SamplingStudy as SamplingStudy,
     sampling_error as sampling_error,
 )
+from .contact.slab import (
+    Slab as Slab,
+    slab_rows as slab_rows,
+)
+from .contact.slab_archive import save_slabs as save_slabs
+from .contact.slab_result import SlabResult as SlabResult
+from .contact.slabs import solve_slab as solve_slab
 from .contact.solve import solve as solve
 from .contact.stress import StressResult as StressResult
 from .contact.study import ResolutionStudy as ResolutionStudy
@@ -45,6 +52,7 @@ from .errors import (
     RoughcontactError as RoughcontactError,
 )
 from .formats.read import read_surface as read_surface
+from .formats.slabs import read_slab as read_slab
 from .joint.conductance import (
     Conductance as Conductance,
     conductance as conductance,

@@ -25,6 +25,8 @@ Result = TypeVar("Result")
 _SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS")
 # Seconds after which a rank that waits no longer holds its core, and for which it leaves it.
 _PATIENCE, _NAP = 2e-4, 5e-5
+# Seconds in which others come to the same error.
+_GRACE = 5.0
 # What has a sentence of its own to end with, and no traceback.
 _EXPECTED = (RoughcontactError, OSError, MemoryError)
 
@@ -54,7 +56,7 @@ def world() -> Ranks:
             "started by mpiexec, but mpi4py sees one process: it belongs to another MPI; start "
             "with the mpiexec of the MPI that mpi4py was installed with"
         )
-    return Ranks(MPI.COMM_WORLD)
+    return Ranks(MPI.COMM_WORLD, MPI.COMM_WORLD.Dup())
 
 
 @dataclass
@@ -91,6 +93,8 @@ class Ranks:
     ----------
     communicator : mpi4py.MPI.Comm
         Its processes hold one map together.
+    end : mpi4py.MPI.Comm, optional
+        Another one of the same processes, over which they agree to end.
 
     Attributes
     ----------
@@ -102,25 +106,26 @@ class Ranks:
         Bytes that it has sent to others in exchanges.
     """
 
-    def __init__(self, communicator: Any) -> None:
+    def __init__(self, communicator: Any, end: Any = None) -> None:
         self.communicator = communicator
         self.number: int = communicator.Get_rank()
         self.count: int = communicator.Get_size()
         self.seconds, self.sent = 0.0, 0
+        self._end = end
 
     @property
     def first(self) -> bool:
         """Whether this is the one that speaks and writes."""
         return self.number == 0
 
-    def workers(self, cores: int) -> int:
-        """Return the threads that each rank takes of the cores that this process may use."""
+    def beside(self) -> int:
+        """Return how many ranks share the memory and the cores of this machine."""
         from mpi4py import MPI
 
-        beside = self.communicator.Split_type(MPI.COMM_TYPE_SHARED)
-        number: int = beside.Get_size()
-        beside.Free()
-        return max(1, cores // number)
+        here = self.communicator.Split_type(MPI.COMM_TYPE_SHARED)
+        number: int = here.Get_size()
+        here.Free()
+        return number
 
     def everyone(self, value: float) -> NDArray[np.float64]:
         """Return the number that each rank gives, in their order."""
@@ -222,6 +227,21 @@ class Ranks:
         if errors:
             raise error or errors[0]
         return found
+
+    def all_end(self) -> bool:
+        """Return whether all ranks come here, within a few seconds.
+
+        Asked where the program ends with an error: whoever has it alone leaves the others waiting
+        in the middle of their work.
+        """
+        if self._end is None:
+            return False
+        request, began = self._end.Ibarrier(), time.perf_counter()
+        while not request.Test():
+            if time.perf_counter() - began > _GRACE:
+                return False
+            time.sleep(_NAP)
+        return True
 
     def abort(self, status: int) -> NoReturn:
         """End all ranks at once."""

@@ -9,11 +9,11 @@ import logging
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from roughcontact import units
+from roughcontact import ranks, units
 from roughcontact._version import __version__
 from roughcontact.cli import guide, tasks, terminal
 from roughcontact.errors import ConvergenceError, Mention, RoughcontactError, Sentence
@@ -35,6 +35,9 @@ from roughcontact.request.options import (
     spell_option,
 )
 from roughcontact.request.outputs import UnfinishedError
+
+if TYPE_CHECKING:
+    from roughcontact.request.request import Request
 
 SOLVED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 # As a shell reports a program that a signal ended: 128 + SIGINT, 128 + SIGPIPE.
@@ -275,14 +278,27 @@ _MAPS = _argument(list[Path] | None, "FILE...", "Measured height maps, of one su
 
 def _carry_out(task: str, subject: Subject, given: Given) -> None:
     """Carry out a task, and show what it gave."""
-    from roughcontact.report import underway
     from roughcontact.request.request import from_text
-    from roughcontact.request.run import run
 
     as_json, quiet = (given.pop(name, False) for name in SHOWN)
     several = isinstance(subject, (list, tuple))
     file = None if several or subject is None else Path(subject)
-    request = from_text(task, file, given, tuple(map(Path, subject)) if several else ())
+    request = functools.partial(
+        from_text, task, file, given, tuple(map(Path, subject)) if several else ()
+    )
+    if ranks.several():
+        from roughcontact.cli import slabs
+
+        return slabs.carry_out(request, as_json, quiet)
+    _carry_out_here(request(), as_json, quiet)
+
+
+def _carry_out_here(request: Request, as_json: bool, quiet: bool) -> None:
+    """Carry out a request in this process, and show what it gave."""
+    from roughcontact.report import underway
+    from roughcontact.request.run import run
+
+    task = request.task
     with terminal.progress(quiet) as say:
         outcome = run(request, say, lambda at: say(underway.described(at)))
     if as_json:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from roughcontact.contact.history import LoadHistory
     from roughcontact.contact.result import ContactResult
     from roughcontact.contact.sampling import SamplingStudy
+    from roughcontact.contact.slab_result import SlabResult
     from roughcontact.contact.stress import StressResult
     from roughcontact.contact.study import ResolutionStudy
     from roughcontact.fleet.plan import Report
@@ -86,6 +87,22 @@ def show_solution(outcome: Outcome) -> None:
     if outcome.study is not None:
         _print_study(outcome.study)
     _print_written(outcome.written)
+
+
+def show_slabs(result: SlabResult, written: Sequence[Path]) -> None:
+    """Print problem, answer and trust of a contact on several ranks, its warnings and files."""
+    from roughcontact.report import results
+    from roughcontact.report.quantities import PROBLEM
+
+    bodies = (("body", result.material), ("counter-body", result.counter_material))
+    cells = [
+        ("map", result.slab.provenance.source),
+        *((name, _body(material)) for name, material in bodies),
+        *_cells(results.rows(result, PROBLEM, brief=True)),
+    ]
+    _print_table(cells, *_answers(result))
+    _print_cautions(result.cautions, SOLVE)
+    _print_written(written)
 
 
 def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:

@@ -139,7 +139,7 @@ def _titled(result: Any) -> dict[str, Any]:
     return {
         "title": "Contact of rough surfaces",
         "regime": str(result.regime),
-        "warnings": "\n".join(caution.text for caution in result.cautions),
+        "warnings": "\n".join(result.warnings),
         "cautions": cautions.to_text(result.cautions),
     }
 
@@ -219,10 +219,7 @@ def _dataset(surface: Any, maps: dict[str, Any], attributes: dict[str, Any]) -> 
     ny, nx = surface.shape
     axis = {"units": "m", "long_name": "centre of the pixel"}
     return xarray.Dataset(
-        {
-            name: (("y", "x"), values, described(name))
-            for name, values in maps.items()
-        },
+        {name: (("y", "x"), values, described(name)) for name, values in maps.items()},
         coords={
             "y": ("y", (np.arange(ny) + 0.5) * surface.pixel[0], axis),
             "x": ("x", (np.arange(nx) + 0.5) * surface.pixel[1], axis),

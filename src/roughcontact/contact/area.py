@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from roughcontact.halfspace.boundary import Boundary
 
-
 RIM_EXCESS = (math.pi - 1 + math.log(2)) / 24
 """By how many pixels each edge of an elastic rim makes a contact area too large."""
 
@@ -72,9 +71,7 @@ def rim_excess(
     )
 
 
-def rims(
-    touching: NDArray[np.bool_], elastic: NDArray[np.bool_], axis: int, wrapped: bool
-) -> int:
+def rims(touching: NDArray[np.bool_], elastic: NDArray[np.bool_], axis: int, wrapped: bool) -> int:
     """Return the edges along an axis between an elastic pixel and one that does not touch.
 
     Parameters

@@ -14,7 +14,16 @@ import numpy as np
 
 from roughcontact.contact import area, hertzian
 from roughcontact.contact.advice import RECOMMENDED, RecommendedCeiling
-from roughcontact.contact.cautions import Caution, Kind, careful, edge, noted, ordered, unsealed, warned
+from roughcontact.contact.cautions import (
+    Caution,
+    Kind,
+    careful,
+    edge,
+    noted,
+    ordered,
+    unsealed,
+    warned,
+)
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.spots import FEW_PIXELS, Spots

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from roughcontact import files, netcdf
 from roughcontact.contact import archive
-from roughcontact.contact.slabs import SlabResult
+from roughcontact.contact.slab_result import SlabResult
 
 # Bytes that travel to the rank that writes at a time.
 _PART = 1 << 25
 
 
-def save(result: SlabResult, path: str | os.PathLike[str]) -> None:
+def save_slabs(result: SlabResult, path: str | os.PathLike[str]) -> None:
     """Write a contact that lies on several ranks to one NetCDF file; all of them call it.
 
     Parameters

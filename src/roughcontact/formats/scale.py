@@ -166,9 +166,9 @@ def in_metres(values: NDArray[Any], metre: float) -> Array:
 
 def check_scale(path: Path, surface: Surface) -> None:
     """Refuse scales that no measured map has."""
-    counted = slice(surface.is_profile, None)
     top, bottom = float(np.nanmax(surface.heights)), float(np.nanmin(surface.heights))
-    check_lengths(path, surface.size[counted], surface.pixel[counted], (bottom, top))
+    first = int(surface.is_profile)
+    check_lengths(path, surface.size[first:], surface.pixel[first:], (bottom, top))
 
 
 def check_lengths(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import netcdf
-from roughcontact.contact.slabs import Slab, bands
+from roughcontact.contact.slab import Slab, slab_rows
 from roughcontact.errors import FormatError, InputError, RoughcontactError
 from roughcontact.formats import hdf5_arrays, numpy_files
 from roughcontact.formats.matrices import chosen
@@ -23,7 +24,7 @@ from roughcontact.formats.scale import (
 )
 from roughcontact.formats.source import Asked, existing, one_line
 from roughcontact.ranks import Ranks
-from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.units import Quantities
 
 FORMATS = {".npy": "npy", ".h5": "hdf5", ".hdf5": "hdf5", ".nc": "netcdf"}
@@ -38,6 +39,7 @@ class _Found(NamedTuple):
     metre: float
     pixel: tuple[float, float]
     format: str
+    kind: str
 
 
 def read_slab(
@@ -82,12 +84,25 @@ def read_slab(
     found = ranks.agreed(lambda: _rows(Path(path), ranks, asked))
     heights = np.array(found.values, np.float64, order="C")
     heights *= found.metre
-    about = Provenance(Path(path).name, f"{found.format}, rows by rank")
-    slab = Slab(heights, found.shape, found.pixel, ranks, about, holes_masked)
+    slab = Slab(heights, found.shape, found.pixel, ranks, holes_masked=holes_masked)
+    about = _about(Path(path).name, asked, found, slab)
+    slab = Slab(slab.heights, slab.shape, slab.pixel, ranks, about, holes_masked)
     finite = slab.heights[np.isfinite(slab.heights)]
     lowest = slab.sums.smallest(finite)
     check_lengths(Path(path), slab.size, slab.pixel, (lowest, slab.highest))
     return slab
+
+
+def _about(name: str, asked: Asked, found: _Found, slab: Slab) -> Provenance:
+    """Return where a map came from and how it was read."""
+    given = {"path": name, "format": None, "channel": asked.channel, "unit": asked.unit,
+             "size": asked.size}  # fmt: skip
+    if asked.override_size:
+        given["override_size"] = True
+    read = {"format": found.format, "size": slab.size, "notes": (), "unit": found.metre}
+    masked = (Operation("masked", found={"missing": slab.missing}),) if slab.missing else ()
+    about = Provenance(name, f"{found.kind}, rows by rank")
+    return replace(about, origin=Operation("read_surface", given, read), operations=masked)
 
 
 def _rows(path: Path, ranks: Ranks, asked: Asked) -> _Found:
@@ -116,8 +131,8 @@ def _own(shape: tuple[int, ...], path: Path, ranks: Ranks) -> tuple[slice, tuple
     """Return the rows of this rank, and the shape of a map that is one."""
     if len(shape) != 2 or min(shape) < 2:
         raise FormatError(f"{path.name} holds no map of at least 2 × 2 points, but {shape}")
-    edges = bands((shape[0], shape[1]), ranks.count)
-    return slice(*edges[ranks.number : ranks.number + 2]), (shape[0], shape[1])
+    whole = shape[0], shape[1]
+    return slab_rows(whole, ranks), whole
 
 
 def _of_npy(path: Path, ranks: Ranks, asked: Asked) -> _Found:
@@ -128,7 +143,7 @@ def _of_npy(path: Path, ranks: Ranks, asked: Asked) -> _Found:
     rows, shape = _own(head.shape, path, ranks)
     metre = unit_in_metres(path, asked.unit)
     pixel = pixel_of(asked.size, shape, path.name)
-    return _Found(arrays.read("")[rows], shape, metre, pixel, "matrix (npy)")
+    return _Found(arrays.read("")[rows], shape, metre, pixel, "npy", "matrix (npy)")
 
 
 def _of_hdf5(path: Path, ranks: Ranks, asked: Asked) -> _Found:
@@ -143,7 +158,7 @@ def _of_hdf5(path: Path, ranks: Ranks, asked: Asked) -> _Found:
     metre = unit_in_metres(path, channel.unit or asked.unit)
     pixel = pixel_of(asked.size, shape, path.name)
     with h5py.File(path, "r") as file:
-        return _Found(file[channel.name][rows], shape, metre, pixel, "matrix (hdf5)")
+        return _Found(file[channel.name][rows], shape, metre, pixel, "hdf5", "matrix (hdf5)")
 
 
 def _of_netcdf(path: Path, ranks: Ranks, asked: Asked) -> _Found:
@@ -155,4 +170,4 @@ def _of_netcdf(path: Path, ranks: Ranks, asked: Asked) -> _Found:
         rows, shape = _own(height.shape, path, ranks)
         stated = float(dataset.attrs["pixel_y"]), float(dataset.attrs["pixel_x"])
         pixel = asked_pixel(path, stated, shape, asked)
-        return _Found(height[rows].values, shape, 1.0, pixel, "roughcontact NetCDF")
+        return _Found(height[rows].values, shape, 1.0, pixel, "netcdf", "roughcontact NetCDF")

@@ -13,6 +13,7 @@ from roughcontact.contact.found import FoundLoads
 from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.sampling import SamplingStudy
+from roughcontact.contact.slab_result import SlabResult
 from roughcontact.contact.stress import StressResult
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.files import require_suffix, to_json, write
@@ -28,6 +29,7 @@ from roughcontact.report import (
     lawful,
     leaking,
     profile,
+    slabs,
     studied,
     tables,
 )
@@ -75,6 +77,8 @@ def table_of(result: Any) -> Table:
             return compared.SAMPLING
         case ResolutionStudy():
             return studied.STUDY
+        case SlabResult():
+            return slabs.SLABS
     raise TypeError(f"there is no table for a {type(result).__name__}")
 
 

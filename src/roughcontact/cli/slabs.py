@@ -1,0 +1,68 @@
+"""The command line on several ranks: the first speaks, and all end together."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+
+import typer
+
+from roughcontact.cli import terminal
+from roughcontact.errors import RoughcontactError
+from roughcontact.files import to_json
+from roughcontact.ranks import Ranks, world
+from roughcontact.request import slabs
+from roughcontact.request.request import Request
+
+_FAILED, _NOT_CONVERGED, _BAD_INPUT = 1, 1, 2
+
+
+def carry_out(ask: Callable[[], Request], as_json: bool, quiet: bool) -> None:
+    """Carry out a request on all ranks that ``mpiexec`` started, and show what it gave.
+
+    Parameters
+    ----------
+    ask : callable
+        Returns the request.
+    as_json, quiet : bool
+        How it is shown.
+    """
+    ranks = world()
+    try:
+        _carry_out(ask(), ranks, as_json, quiet)
+    except (RoughcontactError, OSError) as error:
+        # Where all have the same error, the first tells it.
+        if not ranks.all_end():
+            terminal.complain(f"error: rank {ranks.number}: {terminal.spelled(str(error))}")
+            ranks.abort(_BAD_INPUT)
+        if ranks.first:
+            raise
+        raise typer.Exit(_BAD_INPUT) from None
+    except (typer.Exit, KeyboardInterrupt):
+        raise
+    except BaseException:
+        terminal.complain(f"error: rank {ranks.number} failed, and with it all others")
+        traceback.print_exc()
+        ranks.abort(_FAILED)
+
+
+def _carry_out(request: Request, ranks: Ranks, as_json: bool, quiet: bool) -> None:
+    with terminal.progress(quiet or not ranks.first) as say:
+        outcome = slabs.run(
+            request, ranks, say,
+            lambda step: say(f"{step.shape[0]} × {step.shape[1]}: {step.certificate:.1e}"),
+        )  # fmt: skip
+    if ranks.first and as_json:
+        print(to_json(outcome.record()))
+    elif ranks.first and not quiet:
+        from roughcontact.cli import console
+
+        console.show_slabs(outcome.result, outcome.written)
+    if outcome.failure is not None:
+        raise outcome.failure
+    if not outcome.result.converged:
+        if ranks.first:
+            from roughcontact.contact.slab_result import unsolved
+
+            terminal.complain(f"error: {terminal.spelled(unsolved(outcome.result))}")
+        raise typer.Exit(_NOT_CONVERGED)

@@ -1,0 +1,253 @@
+"""A band of rows of a map of heights, the rest of which other ranks hold."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact.errors import (
+    InputError,
+    Mention,
+    require_pixel,
+)
+from roughcontact.halfspace.slabs import SlabSums
+from roughcontact.ranks import Ranks
+from roughcontact.solvers import bounded
+from roughcontact.surface.provenance import Operation, Provenance
+from roughcontact.units import Quantities, quantity
+
+Array = NDArray[np.float64]
+
+# Points along the longer side of a map that one place can hold for a picture.
+_REDUCED = 512
+
+
+_PLANE = {"form": "plane", "points": None}
+
+
+def bands(shape: tuple[int, int], count: int) -> tuple[int, ...]:
+    """Return the first row of each rank, and the number of rows.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)`` of the map.
+    count : int
+        Ranks.
+
+    Returns
+    -------
+    tuple of int
+        Multiples of the coarsest pixel with which a solve begins, so that each rank coarsens rows
+        of its own; as even as that allows.
+
+    Raises
+    ------
+    InputError
+        If there are fewer such bands than ranks.
+
+    Examples
+    --------
+    >>> bands((1024, 1024), 3)
+    (0, 320, 672, 1024)
+    """
+    # Rows by twos at least, so that no rank has a profile.
+    edge = max(1 << bounded.coarser_grids(shape), 2)
+    most = shape[0] // edge
+    if count > most:
+        raise InputError(
+            f"a map of {shape[0]} × {shape[1]} points can lie on {most} ranks at most, got "
+            f"{count}; start fewer of them, each with more threads"
+        )
+    return (*(edge * (most * rank // count) for rank in range(count)), shape[0])
+
+
+def slab_rows(shape: tuple[int, int], ranks: Any) -> slice:
+    """Return the rows of a map that this rank is to hold.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)`` of the map.
+    ranks : Ranks or mpi4py communicator
+        Those that hold it.
+
+    Raises
+    ------
+    InputError
+        As `bands`.
+    """
+    ranks = ranks if isinstance(ranks, Ranks) else Ranks(ranks)
+    return slice(*bands(shape, ranks.count)[ranks.number : ranks.number + 2])
+
+
+@dataclass(frozen=True, eq=False)
+class Slab:
+    """A band of rows of a map of heights, the rest of which other ranks hold.
+
+    Parameters
+    ----------
+    heights : array_like, shape (rows, nx)
+        Heights of the rows of this rank [m]; NaN where missing.
+    shape : (int, int)
+        Grid points ``(ny, nx)`` of the whole map.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    ranks : Ranks or mpi4py communicator
+        Those that hold the map, each the rows that `slab_rows` gives it.
+    provenance : Provenance
+        Where the map came from.
+    holes_masked : bool
+        Whether missing points are accepted as points that never touch.
+
+    Raises
+    ------
+    InputError
+        On all ranks if one of them has heights that cannot be used.
+    """
+
+    heights: Array
+    shape: tuple[int, int]
+    pixel: tuple[float, float]
+    ranks: Ranks
+    provenance: Provenance = field(default_factory=Provenance)
+    holes_masked: bool = False
+
+    def __init__(
+        self,
+        heights: ArrayLike,
+        shape: tuple[int, int],
+        pixel: Quantities,
+        ranks: Any,
+        provenance: Provenance | None = None,
+        holes_masked: bool = False,
+    ) -> None:
+        ranks = ranks if isinstance(ranks, Ranks) else Ranks(ranks)
+        ny, nx = shape
+        dy, dx = quantity(pixel, "length", "pixel")
+        values = {
+            "shape": (int(ny), int(nx)), "pixel": (float(dy), float(dx)), "ranks": ranks,
+            "provenance": provenance or Provenance(), "holes_masked": bool(holes_masked),
+        }  # fmt: skip
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "heights", ranks.agreed(lambda: self._checked(heights)))
+        if not self.sums.count(np.isfinite(self.heights)):
+            raise InputError("hold no finite value", argument="heights")
+
+    def _checked(self, heights: ArrayLike) -> Array:
+        require_pixel(self.pixel)
+        wanted = (self.rows.stop - self.rows.start, self.shape[1])
+        taken: Array = np.ascontiguousarray(heights, np.float64)
+        if taken.shape != wanted:
+            raise InputError(
+                f"of rank {self.ranks.number} must be {wanted[0]} × {wanted[1]}, rows "
+                f"{self.rows.start} to {self.rows.stop} of the map, got {taken.shape}",
+                argument="heights",
+            )
+        if np.isinf(taken).any():
+            raise InputError("must not be infinite; mark what is missing by NaN",
+                             argument="heights")  # fmt: skip
+        return taken
+
+    @cached_property
+    def edges(self) -> tuple[int, ...]:
+        """First row of each rank, and the number of rows."""
+        return bands(self.shape, self.ranks.count)
+
+    @property
+    def rows(self) -> slice:
+        """Rows of the map that this rank holds."""
+        return slab_rows(self.shape, self.ranks)
+
+    @property
+    def sums(self) -> SlabSums:
+        """Sums over all pixels of the map."""
+        return SlabSums(self.ranks)
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Lengths of the sides ``(ny·dy, nx·dx)`` of the map [m]."""
+        return self.shape[0] * self.pixel[0], self.shape[1] * self.pixel[1]
+
+    @cached_property
+    def missing(self) -> int:
+        """Points of the map that are missing."""
+        return self.sums.count(np.isnan(self.heights))
+
+    @cached_property
+    def highest(self) -> float:
+        """The largest height of the map [m]."""
+        return self.sums.largest(self.heights[np.isfinite(self.heights)])
+
+    @property
+    def initial_gap(self) -> Array:
+        """Gap at first touch of the rows of this rank [m]; NaN where a height is missing."""
+        gap: Array = self.highest - self.heights
+        return gap
+
+    def leveled(self) -> Slab:
+        """Return a copy without its plane of least squares; all ranks call it.
+
+        Raises
+        ------
+        InputError
+            If points are missing: the plane is then not found by sums along rows and columns.
+        """
+        if self.missing:
+            raise InputError(
+                "has missing points, and on several ranks only a whole map can be leveled; level "
+                "it beforehand, or give ",
+                Mention("level", "none"),
+                argument="heights",
+            )
+        ny, nx = self.shape
+        y = np.arange(self.rows.start, self.rows.stop) - (ny - 1) / 2
+        x = np.arange(nx) - (nx - 1) / 2
+        points = math.prod(self.shape)
+        heights = self.heights
+        # A second time for what the first has lost by rounding.
+        for _ in range(2):
+            along_y, along_x = heights.sum(axis=1), heights.sum(axis=0)
+            parts = [along_y.sum(), (along_y * y).sum(), (along_x * x).sum()]
+            mean, tilt_y, tilt_x = self.ranks.added(np.array(parts)) / points
+            tilt = 12 * tilt_y / (ny**2 - 1), 12 * tilt_x / (nx**2 - 1)
+            plane = mean + tilt[0] * y[:, None] + tilt[1] * x
+            heights = heights - plane
+        about = self.provenance.then(Operation("leveled", _PLANE))
+        return Slab(heights, self.shape, self.pixel, self.ranks, about, self.holes_masked)
+
+    def reduced(self, values: NDArray[Any], largest: bool = False) -> Array | None:
+        """Return a map in blocks of pixels, the mean or the largest of each, on the first rank.
+
+        Parameters
+        ----------
+        values : ndarray, shape (rows, nx)
+            Rows of this rank.
+        largest : bool
+            Whether to take the largest.
+
+        Returns
+        -------
+        ndarray or None
+            At most 512 points along each side; None on the other ranks.
+        """
+        edge = 1
+        while max(self.shape) > _REDUCED * edge and all(e % (2 * edge) == 0 for e in self.edges):
+            edge *= 2
+        take = np.fmax if largest else np.add
+        blocks = [range(0, points, edge) for points in values.shape]
+        here = take.reduceat(take.reduceat(values, blocks[0], axis=0), blocks[1], axis=1)
+        if not largest:
+            here = here / np.outer(*(
+                np.diff([*tops, points]) for tops, points in zip(blocks, values.shape, strict=True)
+            ))  # fmt: skip
+        counts = [len(range(0, e - s, edge)) for s, e in zip(self.edges, self.edges[1:],
+                  strict=False)]  # fmt: skip
+        whole = self.ranks.joined(here, counts)
+        return whole if self.ranks.first else None

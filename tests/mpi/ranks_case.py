@@ -1,0 +1,152 @@
+"""What ranks do in the tests: ``mpiexec -n N python ranks_case.py TASK FOLDER``."""
+
+import os
+import signal
+import sys
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+
+import roughcontact as rc
+from roughcontact.contact import slab_archive
+from roughcontact.contact.slab import bands
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.slab_symbols import operators
+from roughcontact.ranks import Ranks
+
+STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
+PIXEL = (0.8e-6, 1e-6)
+# To so many digits that every rank's and one process's answer are the same to 1e-9.
+TIGHT = 1e-11
+PROBLEMS = {
+    "free, ceiling": {"shape": (96, 75), "load": 0.3},
+    "periodic, elastic": {"shape": (72, 128), "boundary": "periodic", "load": 1.0, "ceiling": None},
+    "strip, approach": {"shape": (70, 66), "boundary": "periodic-x", "approach": 3e-7},
+    "holes, one corner": {"shape": (128, 130), "load": 0.02, "ceiling": 2e9},
+}
+
+
+def heights(name):
+    ny, nx = PROBLEMS[name]["shape"]
+    rng = np.random.default_rng(len(name))
+    y, x = np.mgrid[:ny, :nx]
+    found = 4e-8 * rng.normal(size=(ny, nx))
+    for waves in range(1, 9):
+        turn = rng.uniform(0, 2 * np.pi, 2)
+        found += 2e-7 / waves * np.cos(2 * np.pi * waves * y / ny + turn[0])
+        found += 2e-7 / waves * np.cos(2 * np.pi * waves * x / nx + turn[1])
+    if name == "holes, one corner":
+        # Nothing touches on the rows of other ranks.
+        found -= 2e-11 * ((y - 8) ** 2 + (x - 100) ** 2) * 10
+        found[4:7, 90:99] = np.nan
+        found[60:64] = np.nan
+    return found
+
+
+def asked(name):
+    problem = {key: value for key, value in PROBLEMS[name].items() if key != "shape"}
+    return {"material": STEEL, "tolerance": TIGHT, **problem}
+
+
+def slab_of(name, ranks):
+    shape = PROBLEMS[name]["shape"]
+    rows = rc.slab_rows(shape, ranks)
+    return rc.Slab(heights(name)[rows], shape, PIXEL, ranks, holes_masked=True)
+
+
+def solve(folder, ranks):
+    for name in PROBLEMS:
+        result = rc.solve_slab(slab_of(name, ranks), **asked(name))
+        rc.save_slabs(result, folder / f"{name}.nc")
+        told = [result.contact_area, result.corrected_contact_area, result.mean_gap,
+                result.totals.max_indentation, result.totals.edge_load]  # fmt: skip
+        # Every rank tells the same.
+        assert ranks.communicator.allgather(told) == [told] * ranks.count
+        if ranks.first:
+            np.save(folder / f"{name}.npy", told)
+
+
+def apply(folder, ranks):
+    """Operator, gather and inverse are those of one process, and level like one."""
+    shape, rng = (96, 75), np.random.default_rng(1)
+    pressure = np.where(rng.random(shape) < 0.2, rng.random(shape), 0)
+    pressure[20:50] = 0
+    rows = rc.slab_rows(shape, ranks)
+    here = pressure[rows]
+    index = np.flatnonzero(here)
+    for boundary in Boundary:
+        alone = boundary.operator(shape, PIXEL, 2e11, workspace=Workspace(1))
+        make = operators(boundary, bands(shape, ranks.count), shape, PIXEL, 2e11, ranks,
+                         workspace=Workspace(1))  # fmt: skip
+        whole = make(shape, (1, 1))
+        expected = alone(pressure)
+        largest = np.abs(expected).max()
+        np.testing.assert_allclose(whole(pressure), expected, rtol=0, atol=1e-14 * largest)
+        gathered = whole.gather(whole.support(index), here.ravel()[index])
+        np.testing.assert_allclose(
+            gathered, expected[rows].ravel()[index], rtol=0, atol=1e-14 * largest
+        )
+        assert abs(whole.self_displacement / alone.self_displacement - 1) < 1e-13
+        inverse = alone.approximate_inverse()(pressure)
+        found = whole.approximate_inverse()(pressure)
+        np.testing.assert_allclose(found, inverse, rtol=0, atol=3e-6 * np.abs(inverse).max())
+    tilted = heights("free, ceiling") + 1e-7 * np.arange(75) - 3e-8 * np.arange(96)[:, None]
+    level = rc.Slab(tilted[rows], shape, PIXEL, ranks).leveled()
+    expected = rc.Surface(tilted, PIXEL).leveled().heights[rows]
+    np.testing.assert_allclose(level.heights, expected, rtol=0, atol=1e-19)
+
+
+def die_solving(folder, ranks):
+    def look(step):
+        if ranks.number == ranks.count - 1 and step.shape == PROBLEMS["free, ceiling"]["shape"]:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    result = rc.solve_slab(slab_of("free, ceiling", ranks), progress=look, **asked("free, ceiling"))
+    rc.save_slabs(result, folder / "out.nc")
+
+
+def die_writing(folder, ranks):
+    slab_archive._PART = 4096
+    result = rc.solve_slab(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
+    if not ranks.first:
+        ranks.sent_to_first = lambda part, sender: os.kill(os.getpid(), signal.SIGKILL)
+    rc.save_slabs(result, folder / "out.nc")
+
+
+def fail_writing(folder, ranks):
+    result = rc.solve_slab(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
+    if ranks.first:
+        add = rc.contact.slab_archive.netcdf.checksums.Running.add
+
+        def full(self, part):
+            add(self, part)
+            raise OSError(28, "No space left on device")
+
+        rc.contact.slab_archive.netcdf.checksums.Running.add = full
+    try:
+        rc.save_slabs(result, folder / "out.nc")
+    except OSError as error:
+        (folder / f"told-{ranks.number}").write_text(str(error.strerror))
+
+
+def fail_alone(folder, ranks):
+    """One rank of the command line fails by itself."""
+    from roughcontact.cli import app
+    from roughcontact.request import slabs
+
+    run = slabs.run
+
+    def failing(request, ranks, *more):
+        if not ranks.first:
+            raise MemoryError("no room")
+        return run(request, ranks, *more)
+
+    slabs.run = failing
+    arguments = ["--unit", "m", "--size", "0.1 mm", "--load", "1 N", "--material", "100Cr6"]
+    sys.exit(app.main(["solve", str(folder / "map.npy"), *arguments]))
+
+
+if __name__ == "__main__":
+    globals()[sys.argv[1]](Path(sys.argv[2]), Ranks(MPI.COMM_WORLD))

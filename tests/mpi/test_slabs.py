@@ -1,0 +1,202 @@
+"""One contact on several ranks is the contact of one process."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import judge
+import roughcontact as rc
+
+HERE = Path(__file__).parent
+MPIEXEC = Path(sys.executable).with_name("mpiexec")
+MPIEXEC = MPIEXEC if MPIEXEC.exists() else shutil.which("mpiexec")
+
+pytestmark = pytest.mark.mpi
+
+
+def mpiexec(count, *words, timeout=80):
+    """Run a command of Python on so many ranks."""
+    pytest.importorskip("mpi4py", reason="mpi4py is not installed")
+    if MPIEXEC is None:
+        pytest.skip("there is no mpiexec")
+    paths = [str(HERE.parents[1] / "src"), os.environ.get("PYTHONPATH", "")]
+    return subprocess.run(
+        [MPIEXEC, "-n", str(count), sys.executable, *map(str, words)],
+        capture_output=True, text=True, timeout=timeout,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
+    )  # fmt: skip
+
+
+def command(count, *words):
+    return mpiexec(count, "-m", "roughcontact", *words)
+
+
+def case(count, task, folder):
+    return mpiexec(count, HERE / "ranks_case.py", task, folder)
+
+
+@pytest.fixture(scope="module")
+def problems():
+    pytest.importorskip("mpi4py", reason="mpi4py is not installed")
+    import importlib.util
+
+    spec = importlib.util.spec_from_file_location("ranks_case", HERE / "ranks_case.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def alone(problems):
+    """The same by one process."""
+    return {
+        name: rc.solve(
+            rc.Surface(problems.heights(name), problems.PIXEL, holes_masked=True),
+            **problems.asked(name),
+        )
+        for name in problems.PROBLEMS
+    }
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_any_number_of_ranks_finds_the_same(tmp_path, problems, alone, count):
+    run = case(count, "solve", tmp_path)
+    assert run.returncode == 0, run.stderr
+    for name, expected in alone.items():
+        found = rc.load_result(tmp_path / f"{name}.nc", verify=True)
+        np.testing.assert_array_equal(found.contact, expected.contact)
+        np.testing.assert_array_equal(found.saturated, expected.saturated)
+        largest = expected.max_pressure
+        np.testing.assert_allclose(found.pressure, expected.pressure, rtol=0, atol=1e-9 * largest)
+        assert found.approach == pytest.approx(expected.approach, rel=1e-9)
+        load = problems.PROBLEMS[name].get("load")
+        assert judge.faults(found, load, problems.TIGHT) == []
+        assert found.regime == expected.regime
+        # The last steps are those of rounding.
+        assert found.convolutions <= expected.convolutions + 4
+        told = np.load(tmp_path / f"{name}.npy")
+        edge = [c.numbers["edge_load"] for c in expected.cautions if "edge_load" in c.numbers]
+        numbers = [
+            expected.contact_area, expected.corrected_contact_area, expected.mean_gap,
+            expected.residual_indentation.max(), *(edge or [0.0]),
+        ]  # fmt: skip
+        np.testing.assert_allclose(told, numbers, rtol=1e-8, atol=1e-18)
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_operator_inverse_and_level_are_those_of_one_process(tmp_path, count):
+    run = case(count, "apply", tmp_path)
+    assert run.returncode == 0, run.stderr
+
+
+OPTIONS = ["--load", "0.5 N", "--material", "100Cr6", "--boundary", "periodic"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, problems):
+    place = tmp_path_factory.mktemp("maps")
+    heights = problems.heights("free, ceiling")
+    np.save(place / "map.npy", heights * 1e6)
+    rc.Surface(heights, problems.PIXEL).save(place / "map.nc")
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(place / "map.h5", "w") as file:
+        file["heights"] = heights
+        file["heights"].attrs["unit"] = "m"
+    return place
+
+
+SIZE = ["--size", "76.8 um x 75 um"]
+GIVEN = {"npy": ["--unit", "um", *SIZE], "h5": SIZE, "nc": []}
+
+
+@pytest.mark.parametrize("suffix", GIVEN)
+def test_the_command_reads_solves_and_writes_by_slabs(tmp_path, folder, suffix):
+    words = ["solve", folder / f"map.{suffix}", *GIVEN[suffix], *OPTIONS]
+    output, report = tmp_path / "out.nc", tmp_path / "out.html"
+    run = command(2, *words, "--json", "--output", output, "--report", report)
+    assert run.returncode == 0, run.stderr
+    # One of them speaks.
+    told = json.loads(run.stdout)
+    assert told["ranks"] == 2
+    assert told["written"] == [str(output), str(report)]
+    single = subprocess.run(
+        [sys.executable, "-m", "roughcontact", *map(str, words), "--json"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    expected = json.loads(single.stdout)
+    for key in ("load", "approach", "contact_area", "max_pressure", "mean_gap",
+                "max_residual_indentation", "corrected_contact_area"):  # fmt: skip
+        assert told[key] == pytest.approx(expected[key], rel=1e-5), key
+    assert told["shape"] == expected["shape"]
+    assert told["pixel"] == pytest.approx(expected["pixel"])
+    found = rc.load_result(output, verify=True)
+    assert found.contact_area == told["contact_area"]
+    assert "least-squares plane" in " ".join(found.surface.provenance.steps)
+    page = report.read_text(encoding="utf-8")
+    assert page.count("data:image/png") == 3
+    assert "2 ranks" in page
+
+
+def refused(run, sentence):
+    assert run.returncode == 2
+    lines = [line for line in run.stderr.splitlines() if line.startswith("roughcontact:")]
+    assert len(lines) == 1, run.stderr
+    assert sentence in lines[0]
+    assert "Traceback" not in run.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["solve", "map.npy", *GIVEN["npy"], *OPTIONS, "--s-filter", "2 um"], "--s-filter"),
+        (["solve", "map.npy", *GIVEN["npy"], *OPTIONS, "--output", "out.csv"], "written as .nc"),
+        (["solve", "none.npy", *GIVEN["npy"], *OPTIONS], "does not exist"),
+        (["sweep", "map.npy", *GIVEN["npy"], "--from", "1 N", "--to", "2 N", *OPTIONS[2:]],
+         "without mpiexec"),
+        (["solve", "map.npy", *GIVEN["npy"], "--load", "1 MN", "--material", "100Cr6"],
+         "more than the surface can carry"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)  # fmt: skip
+def test_what_needs_the_whole_map_is_refused_once(folder, monkeypatch, words, sentence):
+    monkeypatch.chdir(folder)
+    refused(command(2, *words), sentence)
+
+
+def test_more_ranks_than_bands_are_refused(tmp_path):
+    np.save(tmp_path / "small.npy", np.random.default_rng(0).normal(size=(4, 40)))
+    run = command(3, "solve", tmp_path / "small.npy", "--unit", "nm", "--size", "4 um x 40 um",
+                  *OPTIONS)  # fmt: skip
+    refused(run, "on 2 ranks at most, got 3")
+
+
+@pytest.mark.parametrize("task", ["die_solving", "die_writing"])
+def test_a_rank_that_dies_ends_all_and_leaves_no_half_file(tmp_path, task):
+    (tmp_path / "out.nc").write_text("what was there before")
+    run = case(2, task, tmp_path)
+    assert run.returncode != 0
+    assert "TERMINATION" in run.stdout + run.stderr
+    assert (tmp_path / "out.nc").read_text() == "what was there before"
+
+
+def test_a_full_disk_is_told_to_all_ranks(tmp_path):
+    (tmp_path / "out.nc").write_text("what was there before")
+    run = case(2, "fail_writing", tmp_path)
+    assert run.returncode == 0, run.stderr
+    told = [(tmp_path / f"told-{rank}").read_text() for rank in (0, 1)]
+    assert told == ["No space left on device"] * 2
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["out.nc", "told-0", "told-1"]
+    assert (tmp_path / "out.nc").read_text() == "what was there before"
+
+
+def test_a_rank_that_fails_alone_ends_all(tmp_path):
+    np.save(tmp_path / "map.npy", np.random.default_rng(0).normal(size=(64, 64)) * 1e-7)
+    run = case(2, "fail_alone", tmp_path)
+    assert run.returncode != 0
+    assert "rank 1 failed, and with it all others" in run.stderr
