@@ -264,15 +264,15 @@ def _rims(
 def _edge_load(slab: Slab, boundary: Boundary, pressure: Array) -> float:
     """Return the share of the load on the outermost pixels along edges at which the map ends."""
     sums, rows = slab.sums, slab.rows
-    inner = [slice(None), slice(None)]
-    if 0 in boundary.free_axes:
-        first, last = int(rows.start == 0), rows.stop - rows.start
-        inner[0] = slice(first, last - int(rows.stop == slab.shape[0]))
+    first = int(0 in boundary.free_axes and rows.start == 0)
+    last = len(pressure) - int(0 in boundary.free_axes and rows.stop == slab.shape[0])
+    # What lies within is not taken from the total: rounding would leave a load where there is none.
+    ends = [pressure[:first], pressure[last:]]
     if 1 in boundary.free_axes:
-        inner[1] = slice(1, -1)
+        ends += [pressure[first:last, :1], pressure[first:last, -1:]]
     total = sums.total(pressure)
-    within = sums.total(pressure[tuple(inner)])
-    return max(1 - within / total, 0.0) if total else 0.0
+    outermost = sums.total(np.concatenate([part.ravel() for part in ends]))
+    return outermost / total if total else 0.0
 
 
 def reduced(result: SlabResult) -> Sequence[Array | None]:
