@@ -114,6 +114,29 @@ def clear(folder: str | os.PathLike[str]) -> None:
                     os.unlink(entry.path)
 
 
+@contextmanager
+def marked(folder: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a hidden file that is there as long as the block lasts.
+
+    Parameters
+    ----------
+    folder : str or path
+        The folder. Who finds the file by its name sees the same folder, on whatever machine.
+
+    Yields
+    ------
+    Path
+        The file, empty and locked. What a killed process leaves of it is removed by the next
+        writer.
+    """
+    stream, path = _begun(Path(folder))
+    try:
+        with stream:
+            yield path
+    finally:
+        path.unlink(missing_ok=True)
+
+
 def _begun(folder: Path) -> tuple[IO[bytes], Path]:
     """Return an empty hidden file that is locked, and its name."""
     while True:

@@ -1,26 +1,85 @@
-"""Work through the contacts of a project: local processes."""
+"""Work through the contacts of a project, on whatever engine calls functions elsewhere."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
 from functools import partial
-from multiprocessing import connection
-from multiprocessing.connection import Connection
-from multiprocessing.context import SpawnProcess
-from typing import Any
+from pathlib import Path
 
-from roughcontact import files, processes as own
-from roughcontact.errors import Mention, RoughcontactError, worded
+from roughcontact import files
 from roughcontact.fleet import plan
+from roughcontact.fleet.local import LocalExecutor
 from roughcontact.fleet.plan import FAILED, KEPT, SOLVED, Entry, Report
+from roughcontact.fleet.work import MOST, Answer, Journey, Part, Task, done, refused, too_large
 from roughcontact.halfspace.fft import default_workers
-from roughcontact.request import outputs, run as running
+from roughcontact.request.moving import moved
+from roughcontact.request.outputs import UnfinishedError
+
+_TRIES = 3
+"""How often a contact is handed out whose scheduler is lost."""
+
+
+@dataclass(frozen=True)
+class Engine:
+    """What calls functions in other processes, here or on other machines.
+
+    Parameters
+    ----------
+    executor : Executor
+        The calls.
+    slots : callable
+        Returns how many go on at a time, now.
+    threads : int
+        Cores for each.
+    stop : callable
+        Ends what is under way, as far as that can be done.
+    far : bool
+        Whether workers may have another working folder, or other files.
+    lost : callable
+        Says why a call has no answer, for what it raised.
+    dashboard : str
+        Where a browser shows what goes on; empty where there is no such page.
+    """
+
+    executor: Executor
+    slots: Callable[[], int]
+    threads: int
+    stop: Callable[[], None]
+    far: bool = False
+    lost: Callable[[BaseException], str] = str
+    dashboard: str = ""
+
+
+@contextmanager
+def local(workers: int | None = None) -> Iterator[Engine]:
+    """Give processes of this machine.
+
+    Parameters
+    ----------
+    workers : int, optional
+        How many; by default one for each core. Cores that are left over are shared.
+
+    Yields
+    ------
+    Engine
+        Its processes are begun as they are needed, live on from contact to contact, and end with
+        the block within a second.
+    """
+    cores = default_workers()
+    several = workers or cores
+    executor = LocalExecutor(several)
+    stop = partial(executor.shutdown, cancel_futures=True)
+    try:
+        yield Engine(executor, lambda: several, max(1, cores // several), stop)
+    finally:
+        stop()
 
 
 def run(
-    entries: list[Entry], told: Callable[[Report], None], processes: int | None = None
+    entries: list[Entry], told: Callable[[Report], None], engine: Engine | None = None
 ) -> list[Report]:
     """Work through the contacts of a project, several at a time.
 
@@ -30,71 +89,182 @@ def run(
         From `load`.
     told : callable
         Called with each `Report` as it comes.
-    processes : int, optional
-        How many at a time; by default one for each core. Cores that are left over are shared.
+    engine : Engine, optional
+        What does the work; by default `local`, with no more processes than contacts.
 
     Returns
     -------
     list of Report
         In the order of the entries. A contact that fails, even by a crash, does not stop the
         others; one that was solved before from the same options and files is kept.
-
-    Notes
-    -----
-    The processes end within a second of this one, however it ends, and of the call.
     """
-    cores = default_workers()
-    folders = {entry.summary.parent for entry in entries}
-    for folder in folders:
-        folder.mkdir(parents=True, exist_ok=True)
-    reports: dict[int, Report] = {}
-
-    def tell(number: int, report: Report) -> None:
-        reports[number] = report
-        told(report)
-
-    waiting = _contacts(entries)[::-1]
-    at_once = max(1, min(processes or cores, len(waiting)))
-    working: dict[Connection, _Worker] = {}
-    try:
-        while waiting or working:
-            while waiting and len(working) < at_once:
-                job = _left(waiting.pop(), tell)
-                if job:
-                    _begin(working, job, max(1, cores // at_once))
-            for worker in _ready(working):
-                found = worker.reports()
-                if not found:
-                    del working[worker.receiver]
-                    found = worker.ended(reports)
-                for number, report in found:
-                    tell(number, report)
-    except KeyboardInterrupt:
-        own.end(worker.process for worker in working.values())
-        done = {number for number, report in reports.items() if report.state != FAILED}
-        # Some may have been about to tell.
-        done |= {number for worker in working.values() for number in worker.complete()}
-        summaries = [entries[number].summary for number in sorted(done)]
-        raise outputs.UnfinishedError(summaries) from None
-    finally:
-        # Whatever came in between: what is under way ends, and leaves nothing half done.
-        own.end(worker.process for worker in working.values())
+    with ExitStack() as stack:
+        if engine is None:
+            contacts = len({entry.contact for entry in entries})
+            engine = stack.enter_context(local(max(1, min(default_workers(), contacts))))
+        folders = {entry.summary.parent for entry in entries}
+        marks = {}
         for folder in folders:
-            files.clear(folder)
-    return [reports[number] for number in range(len(entries))]
+            folder.mkdir(parents=True, exist_ok=True)
+            # Whatever comes in between leaves nothing half done.
+            stack.callback(files.clear, folder)
+            if engine.far:
+                marks[folder] = _resolved(stack.enter_context(files.marked(folder)))
+        return _Run(entries, told, engine, marks).reports()
 
 
-@dataclass(frozen=True)
-class _Part:
-    """One thing that is asked of a contact: its number among the entries, and its digest."""
+class _Run:
+    """The contacts of a project that are under way, and how those ended that are not."""
 
-    number: int
-    entry: Entry
-    digest: str
+    def __init__(
+        self,
+        entries: list[Entry],
+        told: Callable[[Report], None],
+        engine: Engine,
+        marks: Mapping[Path, Path],
+    ) -> None:
+        self._entries, self._told, self._engine, self._marks = entries, told, engine, marks
+        self._found: dict[int, Report] = {}
+        self._under_way: dict[Future[Answer], tuple[Task, int]] = {}
+        # Files that some worker does not see are sent to all of them.
+        self._sent: set[Path] = set()
+        self._checksums: dict[object, str | None] = {}
 
+    def reports(self) -> list[Report]:
+        """Work through all contacts."""
+        waiting = iter(_contacts(self._entries))
+        try:
+            while True:
+                self._fill(waiting)
+                if not self._under_way:
+                    break
+                ended, _ = wait(self._under_way, return_when=FIRST_COMPLETED)
+                for future in ended:
+                    self._take(future, *self._under_way.pop(future))
+        except KeyboardInterrupt:
+            self._engine.stop()
+            raise UnfinishedError(self._complete()) from None
+        return [self._found[number] for number in range(len(self._entries))]
 
-# What is asked of one contact.
-Job = tuple[_Part, ...]
+    def _fill(self, waiting: Iterator[list[tuple[int, Entry]]]) -> None:
+        """Hand out contacts, twice as many as go on at a time: nobody waits for the next one."""
+        most = 2 * max(1, self._engine.slots())
+        while len(self._under_way) < most and (contact := next(waiting, None)) is not None:
+            task = self._left(contact)
+            if task is not None:
+                self._hand_out(task)
+
+    def _left(self, contact: list[tuple[int, Entry]]) -> Task | None:
+        """Return what is to be done of a contact, and tell of what was done before."""
+        parts = []
+        for number, entry in contact:
+            digest = plan.digest_of(entry, self._content)
+            before = plan.complete(entry, digest)
+            if before is None:
+                places = tuple(str(path) for _, path in entry.request.places)
+                parts.append(Part(number, entry, digest, places))
+            else:
+                self._tell(number, Report(entry.name, KEPT, before))
+        if not parts:
+            return None
+        task = Task(tuple(parts), self._engine.threads)
+        return self._equipped(task) if self._engine.far else task
+
+    def _content(self, path: Path) -> str | None:
+        """Return the checksum of a file, of one that many contacts read once."""
+        try:
+            about = path.stat()
+        except OSError:
+            return None
+        key = path, about.st_dev, about.st_ino, about.st_size, about.st_mtime_ns
+        if key not in self._checksums:
+            self._checksums[key] = plan.content_of(path)
+        return self._checksums[key]
+
+    def _equipped(self, task: Task) -> Task:
+        """Return a task with all that a worker needs that may be on another machine."""
+        entries = [part.entry for part in task.parts]
+        read = {path: _resolved(path) for one in entries for path in one.request.inputs}
+        sums = {lies: self._content(path) for path, lies in read.items()}
+        folders = {one.request["folder"] for one in entries} - {None}
+        kept = (path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file())
+        parts = tuple(
+            replace(part, entry=replace(
+                part.entry, summary=_resolved(part.entry.summary),
+                request=moved(part.entry.request, _resolved, _resolved),
+            ))
+            for part in task.parts
+        )  # fmt: skip
+        known = {path: checksum for path, checksum in sums.items() if checksum is not None}
+        mark = self._marks[entries[0].summary.parent]
+        return replace(task, parts=parts, journey=Journey(mark, known, tuple(map(_resolved, kept))))
+
+    def _hand_out(self, task: Task, tries: int = 1) -> None:
+        try:
+            task = self._packed(task)
+            self._under_way[self._engine.executor.submit(done, task)] = task, tries
+        except OSError as error:
+            self._end(task, refused(task, f"{type(error).__name__}: {error}"))
+        except Exception as error:
+            # Whatever an engine says that takes no more.
+            self._end(task, refused(task, f"not begun: {self._engine.lost(error)}"))
+
+    def _packed(self, task: Task) -> Task:
+        """Return a task with the content of those of its files that not all workers see."""
+        if task.journey is None:
+            return task
+        needed = [path for path in (*task.journey.sums, *task.journey.kept) if path in self._sent]
+        size = sum(path.stat().st_size for path in needed)
+        if size > MOST:
+            raise OSError(too_large("its files", size))
+        content = {path: path.read_bytes() for path in needed}
+        return replace(task, journey=replace(task.journey, content=content))
+
+    def _take(self, future: Future[Answer], task: Task, tries: int) -> None:
+        """Take what a worker has told."""
+        try:
+            answer = future.result()
+        except CancelledError as error:
+            if tries < _TRIES:
+                return self._hand_out(task, tries + 1)
+            answer = refused(task, self._engine.lost(error))
+        except Exception as error:
+            answer = refused(task, self._engine.lost(error))
+        if answer.lacking:
+            self._sent.update(answer.lacking)
+            return self._hand_out(task, tries)
+        return self._end(task, answer)
+
+    def _end(self, task: Task, answer: Answer) -> None:
+        """Tell how the parts of a contact ended; what stands complete is solved, told of or not."""
+        try:
+            # The summaries last: with them a contact is complete.
+            summaries = {part.entry.summary for part in task.parts}
+            for path in sorted(answer.content, key=lambda path: path in summaries):
+                path.parent.mkdir(parents=True, exist_ok=True)
+                files.write(path, answer.content[path])
+        except OSError as error:
+            answer = refused(task, f"{type(error).__name__}: {error}")
+        for number, report in answer.reports.items():
+            (part,) = (part for part in task.parts if part.number == number)
+            if report.state == FAILED:
+                before = plan.complete(self._entries[number], part.digest)
+                report = report if before is None else Report(report.name, SOLVED, before)
+            self._tell(number, report)
+
+    def _tell(self, number: int, report: Report) -> None:
+        self._found[number] = report
+        self._told(report)
+
+    def _complete(self) -> list[Path]:
+        """Return the summaries of what stands complete, told of or not."""
+        done_ = {number for number, report in self._found.items() if report.state != FAILED}
+        for task, _ in self._under_way.values():
+            done_ |= {
+                part.number for part in task.parts
+                if plan.complete(part.entry, part.digest) is not None
+            }  # fmt: skip
+        return [self._entries[number].summary for number in sorted(done_)]
 
 
 def _contacts(entries: list[Entry]) -> list[list[tuple[int, Entry]]]:
@@ -105,117 +275,6 @@ def _contacts(entries: list[Entry]) -> list[list[tuple[int, Entry]]]:
     return list(found.values())
 
 
-def _left(contact: list[tuple[int, Entry]], tell: Callable[[int, Report], None]) -> Job:
-    """Return what is to be done of a contact, and tell of what was done before."""
-    left = []
-    for number, entry in contact:
-        digest = plan.digest_of(entry)
-        before = plan.complete(entry, digest)
-        if before is None:
-            left.append(_Part(number, entry, digest))
-        else:
-            tell(number, Report(entry.name, KEPT, before))
-    return tuple(left)
-
-
-@dataclass(frozen=True)
-class _Worker:
-    """A process that works on one contact, and where it tells how each part of it ended."""
-
-    job: Job
-    process: SpawnProcess
-    receiver: Connection
-
-    def complete(self) -> list[int]:
-        """Return the parts that stand complete, told of or not."""
-        return [
-            part.number for part in self.job if plan.complete(part.entry, part.digest) is not None
-        ]
-
-    def reports(self) -> list[tuple[int, Report]]:
-        """Return how the next part ended; nothing where no other follows."""
-        try:
-            number, state, told, reason = self.receiver.recv()
-        except EOFError:
-            return []
-        (part,) = (part for part in self.job if part.number == number)
-        return [(number, Report(part.entry.name, state, told, reason))]
-
-    def ended(self, told: Mapping[int, Report]) -> list[tuple[int, Report]]:
-        """Return the parts that are lost with the process, which is gone."""
-        self.process.join()
-        self.receiver.close()
-        return [
-            (part.number, Report(part.entry.name, FAILED, {}, own.lost(self.process)))
-            for part in self.job
-            if part.number not in told
-        ]
-
-
-def _begin(working: dict[Connection, _Worker], job: Job, threads: int) -> None:
-    """Begin with one contact, in a process of its own."""
-    receiver, sender = own.pipe()
-    process = own.made(_work, job, threads, sender)
-    working[receiver] = _Worker(job, process, receiver)
-    own.start(process)
-    sender.close()
-
-
-def _ready(working: Mapping[Connection, _Worker]) -> list[_Worker]:
-    """Wait until some have told how they ended, or are gone."""
-    if not working:
-        return []
-    ready = connection.wait(list(working))
-    return [worker for receiver, worker in working.items() if receiver in ready]
-
-
-# In a process of its own
-
-
-def _work(job: Job, threads: int, sender: Connection) -> None:
-    """Do all that is asked of one contact."""
-    with own.following(), running.together() as carry_out:
-        _hold(threads)
-        for part in job:
-            try:
-                how = _done(part, carry_out)
-            except RoughcontactError as error:
-                how = FAILED, {}, error.worded(_words(part.entry))
-            except (OSError, MemoryError) as error:
-                how = FAILED, {}, f"{type(error).__name__}: {error}"
-            sender.send((part.number, *how))
-
-
-def _hold(threads: int) -> None:
-    """Keep to some of the cores: the transforms take a thread for each that one may use."""
-    if hasattr(os, "sched_setaffinity"):
-        cores = sorted(os.sched_getaffinity(0))
-        first = os.getpid() * threads % len(cores)
-        os.sched_setaffinity(0, {cores[(first + k) % len(cores)] for k in range(threads)})
-
-
-def _words(entry: Entry) -> Callable[[Mention], str]:
-    return partial(plan.spell_key, task=entry.request.task)
-
-
-def _done(
-    part: _Part, carry_out: Callable[..., running.Outcome]
-) -> tuple[str, dict[str, Any], str]:
-    entry, digest = part.entry, part.digest
-    outcome = carry_out(entry.request, _nothing)
-    if outcome.failure is not None:
-        raise outcome.failure
-    if not outcome.converged:
-        return FAILED, {}, worded(outcome.shortfall.parts, _words(entry))
-    # What is told of a single contact is at its own end.
-    many = (outcome.curve, outcome.history, outcome.loads, outcome.joint, outcome.comparison)
-    several = any(one is not None for one in many)
-    last = {"last": outcome.last} if several else {}
-    told = plan.sealed({**outcome.record(), **last}, digest, outcome.written)
-    text = files.to_json(told) + "\n"
-    outputs.write([(entry.summary, partial(files.write, content=text))], _nothing)
-    return SOLVED, told, ""
-
-
-def _nothing(text: str) -> None:
-    """Say nothing."""
+def _resolved(path: Path) -> Path:
+    """Return where a file lies, from the root on and under its own name."""
+    return path.parent.resolve() / path.name

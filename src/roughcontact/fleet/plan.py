@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -119,12 +119,12 @@ def complete(entry: Entry, digest: str) -> dict[str, Any] | None:
     paths = [path for _, path in entry.request.places]
     try:
         told = json.loads(entry.summary.read_text(encoding="utf-8"))
+        if not isinstance(told, dict) or told.get("run") != digest:
+            return None
         sums = _sums(paths)
     except (OSError, ValueError):
         return None
-    if not isinstance(told, dict) or told.pop("seal", None) != checksums.of_words(told):
-        return None
-    if told.get("run") != digest or told.get("sha256") != sums:
+    if told.pop("seal", None) != checksums.of_words(told) or told.get("sha256") != sums:
         return None
     return {**told, "written": [str(path) for path in paths]}
 
@@ -153,10 +153,26 @@ def sealed(told: Mapping[str, Any], digest: str, written: Iterable[Path]) -> dic
     return {**whole, "seal": checksums.of_words(whole)}
 
 
-def digest_of(entry: Entry) -> str:
+def content_of(path: Path) -> str | None:
+    """Return the checksum of a file that is read; nothing where reading will say what is wrong."""
+    try:
+        # What a device or a pipe gives has no end, or is gone then.
+        return checksums.of_file(path) if path.is_file() else None
+    except OSError:
+        return None
+
+
+def digest_of(entry: Entry, content: Callable[[Path], str | None] = content_of) -> str:
     """Return a word for all that a contact depends on: options and content of files.
 
     Where the files lie does not matter, nor from where the project is run.
+
+    Parameters
+    ----------
+    entry : Entry
+        The contact.
+    content : callable, optional
+        What returns the checksum of a file, as `content_of`.
     """
     request = entry.request
     options = offered(request.task)
@@ -171,19 +187,10 @@ def digest_of(entry: Entry) -> str:
             "task": request.task,
             "options": given,
             # The suffix tells the format.
-            "inputs": [[path.suffix.lower(), _content(path)] for path in request.inputs],
+            "inputs": [[path.suffix.lower(), content(path)] for path in request.inputs],
             **({"groups": groups} if groups else {}),
         }
     )
-
-
-def _content(path: Path) -> str | None:
-    """Return the checksum of a file; nothing where reading will say what is wrong."""
-    try:
-        # What a device or a pipe gives has no end, or is gone then.
-        return checksums.of_file(path) if path.is_file() else None
-    except OSError:
-        return None
 
 
 def _placeless(value: str | bool | list[str]) -> str | bool | list[str]:

@@ -11,8 +11,10 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any, Literal
 
 import numpy as np
@@ -33,11 +35,30 @@ ROW_BYTES = 1 << 19
 _LINES = 8
 
 
+# Set by `at_most` alone, for what its block calls.
+_most: ContextVar[int | None] = ContextVar("most", default=None)
+
+
 def default_workers() -> int:
-    """Return the number of processor cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    """Return the number of processor cores that this process may use; see `at_most`."""
+    found = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return min(found or 1, _most.get() or found or 1)
+
+
+@contextmanager
+def at_most(threads: int) -> Iterator[None]:
+    """Let what the block calls, in this thread, count on so many cores and no more.
+
+    Parameters
+    ----------
+    threads : int
+        Cores; the others are for whatever else runs here at the same time.
+    """
+    token = _most.set(threads)
+    try:
+        yield
+    finally:
+        _most.reset(token)
 
 
 # SciPy's FFT is imported where needed: most of the time of `import roughcontact` would be its.

@@ -53,7 +53,7 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
         fits = partial(memory.require_prepared, request)
         surface = reader(path, fits, *reading)
         if str(path) in request.names:
-            known = surface.provenance.known_as(request.names[str(path)])
+            known = surface.provenance.known_as(Path(request.names[str(path)]).name)
             surface = replace(surface, provenance=known)
         maps.append(_prepared(request, surface, path))
     if request.file is None:

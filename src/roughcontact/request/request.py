@@ -58,7 +58,7 @@ class Request:
     files : tuple of Path
         Maps to compare that belong to no group.
     names : Mapping
-        What the user calls files that are kept under another name, by path as text.
+        What the user calls files that lie elsewhere or have another name there, by path as text.
     """
 
     task: str
@@ -125,9 +125,13 @@ class Request:
         """
         found: dict[str, list[Path]] = {"": list(self.files)} if self.files else {}
         for name, words in self["group"] or ():
-            found.setdefault(name, []).extend(path for word in words for path in _matching(word))
+            found.setdefault(name, []).extend(path for word in words for path in matching(word))
         if self["quarters"] and self.task == COMPARE:
-            return {str(path): [path] for paths in found.values() for path in paths}
+            return {
+                self.names.get(str(path), str(path)): [path]
+                for paths in found.values()
+                for path in paths
+            }
         return found
 
     @property
@@ -487,7 +491,7 @@ def _swift(given: float | None, constants: tuple[float, ...]) -> hardening.Swift
     return swift
 
 
-def _matching(word: str) -> list[Path]:
+def matching(word: str) -> list[Path]:
     """Return the files that a word with wildcards fits, or the one that it names."""
     path = Path(word)
     if not any(sign in word for sign in "*?[") or path.exists():

@@ -1,0 +1,107 @@
+"""An executor of processes that live on from task to task, and of which one may die alone."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
+from typing import Any, ParamSpec, TypeVar
+
+from roughcontact import processes
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+class LostWorkerError(Exception):
+    """A process ended in the midst of a task; the sentence says how."""
+
+
+class LocalExecutor(Executor):
+    """Processes of this machine.
+
+    Parameters
+    ----------
+    workers : int
+        How many there are. Each is begun with its first task, and begun again for the next one
+        where it has died.
+
+    Notes
+    -----
+    `concurrent.futures.ProcessPoolExecutor` gives up all tasks where one process dies; here that
+    task alone fails, with `LostWorkerError`. The processes end within a second of this one,
+    however it ends.
+    """
+
+    def __init__(self, workers: int) -> None:
+        # Each thread waits for a process of its own.
+        self._threads = ThreadPoolExecutor(workers)
+        self._own = threading.local()
+        self._lock = threading.Lock()
+        self._begun: list[SpawnProcess] = []
+        self._closed = False
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """Have a function of a module called in one of the processes."""
+        return self._threads.submit(self._called, (fn, args, kwargs))
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the processes, after the tasks, or where these are cancelled at once."""
+        if cancel_futures:
+            self._end()
+        self._threads.shutdown(wait, cancel_futures=cancel_futures)
+        self._end()
+
+    def _end(self) -> None:
+        with self._lock:
+            self._closed = True
+        processes.end(self._begun)
+
+    def _called(self, task: Any) -> Any:
+        """Have the process of this thread work, and return what it found."""
+        process, pipe = self._process()
+        try:
+            pipe.send(task)
+            failed, found = pipe.recv()
+        except (EOFError, OSError):
+            del self._own.process
+            pipe.close()
+            raise LostWorkerError(processes.lost(process)) from None
+        if failed:
+            raise found
+        return found
+
+    def _process(self) -> tuple[SpawnProcess, Connection]:
+        if not hasattr(self._own, "process"):
+            here, there = processes.pipe(duplex=True)
+            process = processes.made(_work, there)
+            with self._lock:
+                if self._closed:
+                    raise RuntimeError("the processes have been ended")
+                processes.start(process)
+                self._begun.append(process)
+            # The only other end is the process's own: it is closed when that ends.
+            there.close()
+            self._own.process = process, here
+        found: tuple[SpawnProcess, Connection] = self._own.process
+        return found
+
+
+# In a process of its own
+
+
+def _work(pipe: Connection) -> None:
+    """Carry out tasks until no more can come."""
+    with processes.following():
+        while True:
+            try:
+                function, args, kwargs = pipe.recv()
+            except EOFError:
+                return
+            try:
+                answer = False, function(*args, **kwargs)
+            except Exception as error:
+                answer = True, error
+            pipe.send(answer)
