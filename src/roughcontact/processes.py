@@ -33,7 +33,7 @@ def made(target: Callable[..., None], *args: Any) -> SpawnProcess:
 
 def start(process: SpawnProcess) -> None:
     """Start a process that Ctrl-C does not reach."""
-    with _deaf():
+    with deaf():
         process.start()
 
 
@@ -61,7 +61,7 @@ def end(begun: Iterable[SpawnProcess]) -> None:
 
 
 @contextmanager
-def _deaf() -> Iterator[None]:
+def deaf() -> Iterator[None]:
     """Keep Ctrl-C from what is begun, which it reaches too; the first process ends the others."""
     if not hasattr(signal, "pthread_sigmask"):
         yield

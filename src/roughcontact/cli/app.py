@@ -7,6 +7,7 @@ import functools
 import inspect
 import logging
 import sys
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -18,6 +19,7 @@ from roughcontact._version import __version__
 from roughcontact.cli import guide, tasks, terminal
 from roughcontact.errors import ConvergenceError, Mention, RoughcontactError, Sentence
 from roughcontact.files import to_json
+from roughcontact.request.fleet_options import LOCAL
 from roughcontact.request.option import SEVERAL
 from roughcontact.request.options import (
     DEMO,
@@ -37,6 +39,8 @@ from roughcontact.request.options import (
 from roughcontact.request.outputs import UnfinishedError
 
 if TYPE_CHECKING:
+    from roughcontact.fleet.plan import Report
+    from roughcontact.request.outputs import Say
     from roughcontact.request.request import Request
 
 SOLVED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
@@ -398,27 +402,53 @@ what was solved before from the same options and files is kept.
 )
 def _run(file: Path | str | None, given: Given) -> None:
     from roughcontact.cli import console
-    from roughcontact.fleet import engines, plan, project
+    from roughcontact.fleet import plan
 
-    entries = project.load(str(file))
-    names: list[str] = []
-
-    def told(report: plan.Report) -> None:
-        names.append(report.name)
-        say(f"{len(names)} of {len(entries)} done, {report.name} {report.state}")
-
+    asked = {name: value for name, value in parsed(given, RUN).items() if name not in SHOWN}
     with terminal.progress("quiet" in given) as say:
-        say(f"working through {len(entries)} contacts")
-        reports = engines.run(entries, told)
+        reports = _worked_through(str(file), asked, say)
+    if reports is None:
+        return
     if "json" in given:
         print(to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
     elif "quiet" not in given:
         console.show_reports(reports)
-    failed = [report for report in reports if report.state == plan.FAILED]
-    for report in failed:
-        terminal.complain(f"error: {report.name}: {report.reason}")
+    failed: dict[str, list[str]] = {}
+    for report in reports:
+        if report.state == plan.FAILED:
+            failed.setdefault(report.reason, []).append(report.name)
+    for reason, names in failed.items():
+        more = f" and {len(names) - 3} more" if len(names) > 4 else ""
+        terminal.complain(f"error: {', '.join(names[: 3 if more else 4])}{more}: {reason}")
     if failed:
         raise typer.Exit(NOT_CONVERGED)
+
+
+def _worked_through(file: str, asked: Given, say: Say) -> list[Report] | None:
+    """Work through a project, and return how its contacts ended; nothing where others tell it."""
+    from roughcontact.fleet import engines, plan, project
+    from roughcontact.report import underway
+
+    with engines.opened(
+        functools.partial(project.load, file), asked.pop("engine", LOCAL), **asked
+    ) as begun:
+        if begun is None:
+            return None
+        engine, entries = begun
+        states: list[str] = []
+        start = time.monotonic()
+        at = f"; {engine.dashboard}" if engine.dashboard else ""
+
+        def told(report: plan.Report) -> None:
+            states.append(report.state)
+            fresh, to_do = len(states) - states.count(plan.KEPT), len(entries) - len(states)
+            left = underway.left(fresh, to_do, time.monotonic() - start)
+            failed = f", {states.count(plan.FAILED)} failed" if plan.FAILED in states else ""
+            of = f"{len(states)} of {len(entries)} done{failed}"
+            say(f"{of}, {report.name} {report.state}{left}{at}")
+
+        say(f"working through {len(entries)} contacts{at}")
+        return engines.run(entries, told, engine)
 
 
 @_command(

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 
 from roughcontact import files
+from roughcontact.errors import InputError, Mention
 from roughcontact.fleet import plan
-from roughcontact.fleet.local import LocalExecutor
+from roughcontact.fleet.engine import Engine
+from roughcontact.fleet.local import processes
 from roughcontact.fleet.plan import FAILED, KEPT, SOLVED, Entry, Report
 from roughcontact.fleet.work import MOST, Answer, Journey, Part, Task, done, refused, too_large
 from roughcontact.halfspace.fft import default_workers
+from roughcontact.request.fleet_options import DASK, LOCAL, MPI
 from roughcontact.request.moving import moved
 from roughcontact.request.outputs import UnfinishedError
 
@@ -22,60 +24,70 @@ _TRIES = 3
 """How often a contact is handed out whose scheduler is lost."""
 
 
-@dataclass(frozen=True)
-class Engine:
-    """What calls functions in other processes, here or on other machines.
-
-    Parameters
-    ----------
-    executor : Executor
-        The calls.
-    slots : callable
-        Returns how many go on at a time, now.
-    threads : int
-        Cores for each.
-    stop : callable
-        Ends what is under way, as far as that can be done.
-    far : bool
-        Whether workers may have another working folder, or other files.
-    lost : callable
-        Says why a call has no answer, for what it raised.
-    dashboard : str
-        Where a browser shows what goes on; empty where there is no such page.
-    """
-
-    executor: Executor
-    slots: Callable[[], int]
-    threads: int
-    stop: Callable[[], None]
-    far: bool = False
-    lost: Callable[[BaseException], str] = str
-    dashboard: str = ""
-
-
 @contextmanager
-def local(workers: int | None = None) -> Iterator[Engine]:
-    """Give processes of this machine.
+def opened(
+    load: Callable[[], list[Entry]],
+    kind: str = LOCAL,
+    workers: int | None = None,
+    scheduler: str | None = None,
+) -> Iterator[tuple[Engine, list[Entry]] | None]:
+    """Read a project, and give an engine for it.
 
     Parameters
     ----------
+    load : callable
+        Reads the project, before anything is begun; of the processes of MPI the first one does.
+    kind : {"local", "dask", "mpi"}
+        Which engine.
     workers : int, optional
-        How many; by default one for each core. Cores that are left over are shared.
+        How many processes of this machine work; by default one for each core. There are no more
+        than contacts.
+    scheduler : str, optional
+        Address of the scheduler of a Dask cluster; without it, one of this machine is started.
 
     Yields
     ------
-    Engine
-        Its processes are begun as they are needed, live on from contact to contact, and end with
-        the block within a second.
+    Engine, list of Entry
+        What the project is worked through on, and its contacts. None in those processes of MPI
+        that work: they have ended when the block begins.
+
+    Raises
+    ------
+    InputError
+        If the engine cannot be had, or what was given does not fit it, and as ``load``.
     """
-    cores = default_workers()
-    several = workers or cores
-    executor = LocalExecutor(several)
-    stop = partial(executor.shutdown, cancel_futures=True)
-    try:
-        yield Engine(executor, lambda: several, max(1, cores // several), stop)
-    finally:
-        stop()
+    if scheduler is not None and (kind != DASK or workers is not None):
+        raise InputError(
+            "is that of a cluster with workers of its own: it needs ", Mention("engine", DASK),
+            " and goes without ", Mention("workers"), argument="scheduler",
+        )  # fmt: skip
+    if kind == MPI:
+        if workers is not None:
+            raise InputError(
+                "goes without ", Mention("engine", MPI), "; mpiexec -n says how many",
+                argument="workers",
+            )  # fmt: skip
+        from roughcontact.fleet import ranks
+
+        with ranks.first() as engine:
+            yield None if engine is None else (engine, load())
+        return
+    entries = load()
+    several = _at_once(entries, workers)
+    if kind == DASK:
+        from roughcontact.fleet import cluster
+
+        with cluster.connected(scheduler, several) as engine:
+            yield engine, entries
+    else:
+        with processes(several) as engine:
+            yield engine, entries
+
+
+def _at_once(entries: list[Entry], workers: int | None = None) -> int:
+    """Return how many processes of this machine have something to do."""
+    contacts = len({entry.contact for entry in entries})
+    return max(1, min(workers or default_workers(), contacts))
 
 
 def run(
@@ -90,7 +102,7 @@ def run(
     told : callable
         Called with each `Report` as it comes.
     engine : Engine, optional
-        What does the work; by default `local`, with no more processes than contacts.
+        What does the work; by default `processes`, with no more processes than contacts.
 
     Returns
     -------
@@ -100,8 +112,7 @@ def run(
     """
     with ExitStack() as stack:
         if engine is None:
-            contacts = len({entry.contact for entry in entries})
-            engine = stack.enter_context(local(max(1, min(default_workers(), contacts))))
+            engine = stack.enter_context(processes(_at_once(entries)))
         folders = {entry.summary.parent for entry in entries}
         marks = {}
         for folder in folders:

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any, ParamSpec, TypeVar
 
-from roughcontact import processes
+from roughcontact import processes as own
+from roughcontact.fleet.engine import Engine
+from roughcontact.halfspace.fft import default_workers
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -57,7 +61,7 @@ class LocalExecutor(Executor):
     def _end(self) -> None:
         with self._lock:
             self._closed = True
-        processes.end(self._begun)
+        own.end(self._begun)
 
     def _called(self, task: Any) -> Any:
         """Have the process of this thread work, and return what it found."""
@@ -68,19 +72,19 @@ class LocalExecutor(Executor):
         except (EOFError, OSError):
             del self._own.process
             pipe.close()
-            raise LostWorkerError(processes.lost(process)) from None
+            raise LostWorkerError(own.lost(process)) from None
         if failed:
             raise found
         return found
 
     def _process(self) -> tuple[SpawnProcess, Connection]:
         if not hasattr(self._own, "process"):
-            here, there = processes.pipe(duplex=True)
-            process = processes.made(_work, there)
+            here, there = own.pipe(duplex=True)
+            process = own.made(_work, there)
             with self._lock:
                 if self._closed:
                     raise RuntimeError("the processes have been ended")
-                processes.start(process)
+                own.start(process)
                 self._begun.append(process)
             # The only other end is the process's own: it is closed when that ends.
             there.close()
@@ -89,12 +93,35 @@ class LocalExecutor(Executor):
         return found
 
 
+@contextmanager
+def processes(workers: int) -> Iterator[Engine]:
+    """Give processes of this machine.
+
+    Parameters
+    ----------
+    workers : int
+        How many. Cores that are left over are shared.
+
+    Yields
+    ------
+    Engine
+        Its processes are begun as they are needed, live on from contact to contact, and end with
+        the block within a second.
+    """
+    executor = LocalExecutor(workers)
+    stop = partial(executor.shutdown, cancel_futures=True)
+    try:
+        yield Engine(executor, lambda: workers, max(1, default_workers() // workers), stop)
+    finally:
+        stop()
+
+
 # In a process of its own
 
 
 def _work(pipe: Connection) -> None:
     """Carry out tasks until no more can come."""
-    with processes.following():
+    with own.following():
         while True:
             try:
                 function, args, kwargs = pipe.recv()

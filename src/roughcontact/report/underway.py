@@ -37,3 +37,34 @@ def _step(step: Step) -> str:
 def _look(look: Look) -> str:
     load = units.engineering(look.load, "N")
     return f"at {load}: iteration {look.iteration}, residual {look.residual:.1e}"
+
+
+def left(done: int, to_do: int, seconds: float) -> str:
+    """Return how long it will take until all of many like things are done.
+
+    Parameters
+    ----------
+    done : int
+        How many were done in these seconds.
+    to_do : int
+        How many are left.
+    seconds : float
+        Time since the first was begun [s].
+
+    Returns
+    -------
+    str
+        Words to go on with; none as long as nothing is known.
+
+    Examples
+    --------
+    >>> left(3, 40, 9.0)
+    ', about 2 min left'
+    """
+    if not done or not to_do:
+        return ""
+    guess = seconds / done * to_do
+    for unit, size in (("h", 3600), ("min", 60)):
+        if guess >= 1.5 * size:
+            return f", about {guess / size:.0f} {unit} left"
+    return f", about {max(1.0, guess):.0f} s left"

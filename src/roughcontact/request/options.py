@@ -17,6 +17,7 @@ from roughcontact.request import (
     comparison_options,
     desk_options,
     estimate_options,
+    fleet_options,
     joint_options,
     parsing,
     surface_options,
@@ -46,8 +47,8 @@ from roughcontact.request.option import (
     Option as Option,
 )
 
-GENERATE, DESK = surface_options.GENERATE, desk_options.DESK
-RUN, VERIFY, INFO, MATERIALS, DEMO = "run", "verify", "info", "materials", "demo"
+GENERATE, DESK, RUN = surface_options.GENERATE, desk_options.DESK, fleet_options.RUN
+VERIFY, INFO, MATERIALS, DEMO = "verify", "info", "materials", "demo"
 COMMANDS = (*TASKS, ESTIMATE, GENERATE, RUN, DESK, VERIFY, INFO, MATERIALS, DEMO)
 
 Given = Mapping[str, str | bool | list[str]]
@@ -69,6 +70,7 @@ _UNITS = {
 OPTIONS = (
     *surface_options.OPTIONS,
     *desk_options.OPTIONS,
+    *fleet_options.OPTIONS,
     *comparison_options.MAPS,
     *joint_options.MAPS,
     Option(

@@ -1,0 +1,129 @@
+"""Contacts on a Dask cluster: one of other machines, or one that is started here."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from typing import TYPE_CHECKING
+
+from roughcontact import processes
+from roughcontact.errors import InputError
+from roughcontact.fleet.engine import Engine
+from roughcontact.halfspace.fft import default_workers
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+# Seconds within which a scheduler must answer, at first and where it was lost.
+_PATIENCE = 30
+_LARGE = "distributed.admin.large-graph-warning-threshold"
+# Seconds for which the number of workers is taken as known.
+_KNOWN = 1.0
+
+
+@contextmanager
+def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
+    """Give a Dask cluster.
+
+    Parameters
+    ----------
+    scheduler : str or None
+        Address of its scheduler; each thread of its workers works on one contact. Without it, a
+        cluster is started on this machine, which ends with the block.
+    workers : int
+        Processes of the cluster that is started. Cores that are left over are shared.
+
+    Yields
+    ------
+    Engine
+        The cluster.
+
+    Raises
+    ------
+    InputError
+        If Dask is not installed, or the scheduler does not answer.
+    """
+    try:
+        import dask
+        from distributed import Client
+        from distributed.utils import silence_logging_cmgr
+    except ImportError:
+        raise InputError(
+            "dask needs Dask; run pip install 'roughcontact[cluster]'", argument="engine"
+        ) from None
+    with ExitStack() as stack:
+        # One sentence tells what matters of what Dask logs; files that travel are meant to.
+        stack.enter_context(silence_logging_cmgr(logging.CRITICAL))
+        stack.enter_context(
+            dask.config.set({"distributed.admin.large-graph-warning-threshold": "1GiB"})
+        )
+        address = scheduler or stack.enter_context(_started(workers))
+        try:
+            client = stack.enter_context(Client(address, timeout=_PATIENCE))
+        except (OSError, ValueError) as error:
+            raise InputError(
+                f"does not answer at {scheduler!r} ({' '.join(str(error).split())}); is it the "
+                "address that dask scheduler has printed?", argument="scheduler",
+                value=scheduler,
+            ) from None  # fmt: skip
+        executor = client.get_executor(pure=False)
+        yield Engine(
+            executor,
+            _slots(client),
+            1 if scheduler else max(1, default_workers() // workers),
+            stop=partial(executor.shutdown, wait=False),
+            far=scheduler is not None,
+            lost=partial(_lost, f"the scheduler at {address}"),
+            dashboard=client.dashboard_link or "",
+        )
+
+
+@contextmanager
+def _started(workers: int) -> Iterator[str]:
+    """Give the address of a cluster of processes of this machine."""
+    from distributed import LocalCluster
+
+    # Its processes do not hear Ctrl-C, which this one answers.
+    with processes.deaf():
+        cluster = LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            # The program asks for the memory itself, before it begins with a contact.
+            memory_limit=0,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL,
+        )
+    with cluster:
+        yield cluster.scheduler_address
+
+
+def _slots(client: Client) -> Callable[[], int]:
+    """Return what tells how many threads the workers have, which come and go."""
+    known = [0, -_KNOWN]
+
+    def slots() -> int:
+        if time.monotonic() - known[1] > _KNOWN and client.status == "running":
+            known[:] = sum(client.nthreads().values()), time.monotonic()
+        return int(known[0])
+
+    return slots
+
+
+def _lost(scheduler: str, error: BaseException) -> str:
+    """Return why a contact has no answer."""
+    from distributed import KilledWorker
+
+    if isinstance(error, KilledWorker):
+        return (
+            f"its worker ended {error.allowed_failures + 1} times, the last time at "
+            f"{error.last_worker.address}; is there enough memory?"
+        )
+    if isinstance(error, CancelledError):
+        return f"{scheduler} was lost while it was under way"
+    return f"{type(error).__name__} ({' '.join(str(error).split())}) from {scheduler}"

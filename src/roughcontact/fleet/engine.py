@@ -1,0 +1,38 @@
+"""What calls functions in other processes, here or on other machines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Engine:
+    """An executor, and what is to be known of it.
+
+    Parameters
+    ----------
+    executor : Executor
+        The calls.
+    slots : callable
+        Returns how many go on at a time, now.
+    threads : int
+        Cores for each.
+    stop : callable
+        Ends what is under way, as far as that can be done.
+    far : bool
+        Whether workers may have another working folder, or other files.
+    lost : callable
+        Says why a call has no answer, for what it raised.
+    dashboard : str
+        Where a browser shows what goes on; empty where there is no such page.
+    """
+
+    executor: Executor
+    slots: Callable[[], int]
+    threads: int
+    stop: Callable[[], None]
+    far: bool = False
+    lost: Callable[[BaseException], str] = str
+    dashboard: str = ""
