@@ -6,7 +6,7 @@ import logging
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -77,7 +77,8 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
             1 if scheduler else max(1, default_workers() // workers),
             stop=partial(executor.shutdown, wait=False),
             far=scheduler is not None,
-            lost=partial(_lost, f"the scheduler at {address}"),
+            is_gone=partial(_is_gone, client),
+            lost=partial(_lost, client, f"the scheduler at {address}"),
             dashboard=client.dashboard_link or "",
         )
 
@@ -109,13 +110,19 @@ def _slots(client: Client) -> Callable[[], int]:
 
     def slots() -> int:
         if time.monotonic() - known[1] > _KNOWN and client.status == "running":
-            known[:] = sum(client.nthreads().values()), time.monotonic()
+            # Where the scheduler is just being lost, that is told otherwise.
+            with suppress(OSError):
+                known[:] = sum(client.nthreads().values()), time.monotonic()
         return int(known[0])
 
     return slots
 
 
-def _lost(scheduler: str, error: BaseException) -> str:
+def _is_gone(client: Client) -> bool:
+    return client.status not in ("running", "connecting")
+
+
+def _lost(client: Client, scheduler: str, error: BaseException) -> str:
     """Return why a contact has no answer."""
     from distributed import KilledWorker
 
@@ -124,6 +131,8 @@ def _lost(scheduler: str, error: BaseException) -> str:
             f"its worker ended {error.allowed_failures + 1} times, the last time at "
             f"{error.last_worker.address}; is there enough memory?"
         )
+    if _is_gone(client):
+        return f"{scheduler} is gone"
     if isinstance(error, CancelledError):
         return f"{scheduler} was lost while it was under way"
     return f"{type(error).__name__} ({' '.join(str(error).split())}) from {scheduler}"

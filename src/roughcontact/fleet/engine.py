@@ -23,6 +23,8 @@ class Engine:
         Ends what is under way, as far as that can be done.
     far : bool
         Whether workers may have another working folder, or other files.
+    is_gone : callable
+        Returns whether no call will have an answer any more.
     lost : callable
         Says why a call has no answer, for what it raised.
     dashboard : str
@@ -34,5 +36,6 @@ class Engine:
     threads: int
     stop: Callable[[], None]
     far: bool = False
+    is_gone: Callable[[], bool] = bool
     lost: Callable[[BaseException], str] = str
     dashboard: str = ""

@@ -124,6 +124,10 @@ def run(
         return _Run(entries, told, engine, marks).reports()
 
 
+# Seconds after which it is looked whether an engine that is silent is there.
+_LOOKS = 5.0
+
+
 class _Run:
     """The contacts of a project that are under way, and how those ended that are not."""
 
@@ -149,7 +153,11 @@ class _Run:
                 self._fill(waiting)
                 if not self._under_way:
                     break
-                ended, _ = wait(self._under_way, return_when=FIRST_COMPLETED)
+                ended, _ = wait(self._under_way, _LOOKS, FIRST_COMPLETED)
+                if not ended and self._engine.is_gone():
+                    ended = set(self._under_way)
+                    for future in ended:
+                        future.cancel()
                 for future in ended:
                     self._take(future, *self._under_way.pop(future))
         except KeyboardInterrupt:
@@ -218,7 +226,7 @@ class _Run:
             self._end(task, refused(task, f"{type(error).__name__}: {error}"))
         except Exception as error:
             # Whatever an engine says that takes no more.
-            self._end(task, refused(task, f"not begun: {self._engine.lost(error)}"))
+            self._end(task, refused(task, self._engine.lost(error)))
 
     def _packed(self, task: Task) -> Task:
         """Return a task with the content of those of its files that not all workers see."""
