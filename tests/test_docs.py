@@ -131,3 +131,18 @@ def test_every_check_of_a_joint_names_a_test_that_exists() -> None:
     assert len(named) >= 9
     for path, name in named:
         assert f"def {name}(" in (DOCS.parent / path).read_text("utf-8"), (path, name)
+
+
+def test_links_that_lead_nowhere_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(DOCS))
+    built = importlib.import_module("built")
+    (tmp_path / "other.html").write_text('<h1 id="here">Here</h1>', encoding="utf-8")
+    page = tmp_path / "page.html"
+    good = '<a href="other.html#here"><a href="#own"><p id="own"><a href="https://elsewhere.org">'
+    page.write_text(good, encoding="utf-8")
+    assert built.dead(tmp_path) == []
+    page.write_text(f'{good}<img src="a.png"><a href="other.html#there">', encoding="utf-8")
+    assert built.dead(tmp_path) == [
+        "page.html: a.png does not exist",
+        "page.html: no place other.html#there",
+    ]

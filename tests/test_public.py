@@ -1,4 +1,5 @@
 import ast
+import inspect
 import re
 import subprocess
 import sys
@@ -78,12 +79,54 @@ def test_every_error_is_an_error_of_this_package() -> None:
     assert all(issubclass(error, rc.RoughcontactError) for error in errors)
 
 
-def test_everything_public_is_documented() -> None:
+def callables() -> dict[str, object]:
+    """Return all that is public and called, the methods of classes included."""
+    found: dict[str, object] = {}
     for name in rc.__all__:
         value = getattr(rc, name)
-        if isinstance(value, type) or callable(value):
-            assert value.__doc__, name
-            assert not value.__doc__.startswith(f"{name}("), name
+        if not callable(value):
+            continue
+        found[name] = value
+        if isinstance(value, type):
+            for member, function in vars(value).items():
+                if not member.startswith("_") and isinstance(
+                    function, types.FunctionType | classmethod | staticmethod | property
+                ):
+                    found[f"{name}.{member}"] = function
+    return found
+
+
+@pytest.mark.parametrize(("name", "value"), callables().items(), ids=callables())
+def test_everything_public_is_documented(name: str, value: object) -> None:
+    documentation = inspect.getdoc(value)
+    assert documentation
+    # What `dataclass` writes of its own accord.
+    assert not documentation.startswith(f"{name}(")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        name
+        for name, value in callables().items()
+        if "." not in name and not (isinstance(value, type) and issubclass(value, Exception))
+    ],
+)
+def test_every_parameter_of_what_is_public_is_documented(name: str) -> None:
+    value = getattr(rc, name)
+    parameters = list(inspect.signature(value).parameters)
+    (section,) = re.findall(
+        r"^Parameters\n-+\n(.*?)(?=^\w[^\n]*\n-{3,}|\Z)",
+        f"{inspect.getdoc(value)}\n",
+        re.MULTILINE | re.DOTALL,
+    ) or [""]
+    told = {
+        word.strip(" *")
+        for line in section.replace("\\\n", " ").splitlines()
+        if line[:1].strip()
+        for word in line.partition(" : ")[0].split(",")
+    }
+    assert set(parameters) <= told
 
 
 def example() -> str:

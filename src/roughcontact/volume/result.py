@@ -213,6 +213,8 @@ class ElastoplasticResult(Shown):
         ``"converged"``, or why the path was left.
     seconds : float
         Wall time.
+    version : str
+        Of the program.
     largest_pressure : ndarray, optional
         Pressure at the largest load [Pa], shape (ny, nx), where the path ends at a lower one.
     """
