@@ -151,7 +151,7 @@ def test_the_chapters_are_there_and_in_the_contents(whole: tuple[ContactResult, 
         "Input and preparation", "Roughness of the prepared surface", "Materials and load",
         "What is assumed", "Results", "Sections through the highest peak", "Contact spots",
         "Elastic beside ceiling", "Load curve", "Grid <study>", "How exactly it is solved",
-        "How to repeat it",
+        "How to repeat it", "References",
     ]  # fmt: skip
     heads = [text.strip() for text in page.texts["h2"]]
     assert heads == [
@@ -354,7 +354,7 @@ def test_a_script_stands_in_for_the_command() -> None:
     assert 'surface = rc.read_surface("ground.opd").leveled()' in page.texts["code"][0]
     assert "Leveled: least-squares plane subtracted." in page.words
     page = Page(report.render(solved(surface), command="roughcontact solve"))
-    assert page.texts["code"] == ["roughcontact solve"]
+    assert page.texts["code"][0] == "roughcontact solve"
     # A map that was an array in memory.
     assert "supply it as surface.npy" in Page(report.render(solved())).texts["code"][0]
 
@@ -436,7 +436,9 @@ def test_the_result_writes_its_own_report(tmp_path: Path) -> None:
     result = solved()
     result.report(path, "roughcontact solve a.opd")
     page = Page(path.read_text(encoding="utf-8"))
-    assert page.texts["code"] == ["roughcontact solve a.opd"]
+    command, works = page.texts["code"]
+    assert command == "roughcontact solve a.opd"
+    assert works.strip() == result.references().bibtex.strip()
     both = [engineering(r.max_pressure, "Pa") for r in (result.elastic(), result)]
     assert ["Largest pressure", *both] in page.cells
 

@@ -78,6 +78,7 @@ def test_answer_first_then_chapters_in_the_order_of_the_other_report(pressed) ->
         "Input and preparation", "Roughness of the prepared surface", "Materials and load",
         "What is assumed", "Results", "Plastic strain and stress", "Path of loads",
         "Contact spots", "How exactly it is solved", "How to repeat it",
+            "References",
     ]  # fmt: skip
     assert "Swift hardening, 1.24 GPa (30 + 1e6 e)^0.085" in page
     assert "0 N → 350 mN" in page

@@ -21,6 +21,7 @@ from roughcontact.contact.loads import GivenLoad, Load
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, require_count
+from roughcontact.references import References
 from roughcontact.shown import Shown
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
@@ -305,6 +306,12 @@ class LoadHistory(Shown):
         from roughcontact.report import results
 
         return results.summary(self)
+
+    def references(self) -> References:
+        """Return the papers behind what was used for it, as text and as BibTeX."""
+        from roughcontact.report import sources
+
+        return sources.of(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the steps to a table.

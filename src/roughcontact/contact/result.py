@@ -22,6 +22,7 @@ from roughcontact.contact.spots import Spots
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
+from roughcontact.references import References
 from roughcontact.shown import Shown
 from roughcontact.surface.surface import Surface
 
@@ -345,6 +346,12 @@ class ContactResult(Shown):
         from roughcontact.report import results
 
         return results.summary(self)
+
+    def references(self) -> References:
+        """Return the papers behind what was used for it, as text and as BibTeX."""
+        from roughcontact.report import sources
+
+        return sources.of(self)
 
     def save(self, path: str | Path) -> None:
         """Write the result in the format that the suffix of the file names.

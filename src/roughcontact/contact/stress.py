@@ -17,6 +17,7 @@ from roughcontact.errors import InputError
 from roughcontact.halfspace import stress_summary
 from roughcontact.halfspace.tensors import COMPONENTS, von_mises
 from roughcontact.material.material import Material
+from roughcontact.references import References
 from roughcontact.shown import Shown
 
 if TYPE_CHECKING:
@@ -175,6 +176,12 @@ class StressResult(Shown):
         from roughcontact.report import results
 
         return results.summary(self)
+
+    def references(self) -> References:
+        """Return the papers behind what was used for it, as text and as BibTeX."""
+        from roughcontact.report import sources
+
+        return sources.of(self)
 
     def save(self, path: str | Path) -> None:
         """Write everything to a NetCDF file.

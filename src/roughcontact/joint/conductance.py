@@ -22,6 +22,7 @@ from roughcontact.joint.series import of_one_pair
 from roughcontact.joint.spread import greenwood
 from roughcontact.material import catalogue
 from roughcontact.material.conductor import Conductor
+from roughcontact.references import References
 from roughcontact.shown import Shown
 from roughcontact.theory import constriction
 from roughcontact.units import Quantity, quantity
@@ -232,6 +233,12 @@ class Conductance(Shown):
         from roughcontact.report import results
 
         return results.summary(self)
+
+    def references(self) -> References:
+        """Return the papers behind what was used for it, as text and as BibTeX."""
+        from roughcontact.report import sources
+
+        return sources.of(self)
 
 
 def conductance(

@@ -16,6 +16,7 @@ from roughcontact.joint import formulas
 from roughcontact.joint.formulas import CONTACT, GAP, SATURATED, VOLUME, Groups
 from roughcontact.material.hardening import Linear, Perfect
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material, contact_modulus
+from roughcontact.references import References
 from roughcontact.shown import Shown
 from roughcontact.surface.surface import Surface
 from roughcontact.theory.persson import persson_fractions
@@ -129,6 +130,12 @@ class Estimate(Shown):
         from roughcontact.report import results
 
         return results.summary(self)
+
+    def references(self) -> References:
+        """Return the papers behind what was used for it, as text and as BibTeX."""
+        from roughcontact.report import sources
+
+        return sources.of(self)
 
 
 def estimate(

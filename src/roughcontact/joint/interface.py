@@ -22,6 +22,7 @@ from roughcontact.joint.law_curve import ERROR, Curve
 from roughcontact.joint.law_judgment import Resolved
 from roughcontact.joint.window import Window
 from roughcontact.material.conductor import Conductor
+from roughcontact.references import References
 from roughcontact.shown import Shown
 from roughcontact.statistics import Mean
 from roughcontact.surface import roughness
@@ -448,6 +449,12 @@ class InterfaceLaw(Shown):
         from roughcontact.report import results
 
         return results.summary(self)
+
+    def references(self) -> References:
+        """Return the papers behind what was used for it, as text and as BibTeX."""
+        from roughcontact.report import sources
+
+        return sources.of(self)
 
 
 def _curve(pressure: Array, separation: Array, stiffness: Array | None, touch: float) -> Curve:

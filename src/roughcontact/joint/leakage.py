@@ -19,6 +19,7 @@ from roughcontact.joint import leakage_judgment
 from roughcontact.joint.flow import Flow, flow
 from roughcontact.joint.percolation import Constriction, constriction
 from roughcontact.joint.series import of_one_pair
+from roughcontact.references import References
 from roughcontact.shown import Shown
 from roughcontact.units import Quantity, quantity
 
@@ -247,6 +248,12 @@ class Leakage(Shown):
         from roughcontact.report import results
 
         return results.summary(self)
+
+    def references(self) -> References:
+        """Return the papers behind what was used for it, as text and as BibTeX."""
+        from roughcontact.report import sources
+
+        return sources.of(self)
 
 
 def leakage(

@@ -7,7 +7,7 @@ from roughcontact.contact.stress import StressResult
 from roughcontact.joint.conductance import Conductance
 from roughcontact.joint.interface import InterfaceLaw
 from roughcontact.joint.leakage import Leakage
-from roughcontact.report import figures, results
+from roughcontact.report import figures, results, sources
 from roughcontact.report.page import Addition, sentence
 from roughcontact.units import engineering
 
@@ -24,7 +24,8 @@ def of_stress(stress: StressResult, onset: StressResult | None = None) -> Additi
         *(sentence(c.text) for c in own),
     )
     drawn = figures.drawn(figures.of_stress(stress), stress)
-    return Addition("Stress below the surface", text, rows, drawn, cautions=own)
+    works = sources.added(stress)
+    return Addition("Stress below the surface", text, rows, drawn, cautions=own, references=works)
 
 
 def of_loads(loads: FoundLoads) -> Addition:
@@ -54,4 +55,7 @@ def of_joint(found: Conductance | InterfaceLaw | Leakage) -> Addition:
         f"The report is on the largest of the loads, {engineering(found.largest.load, 'N')}.",
     )
     drawn = figures.drawn(figures.of_joint(found), found)
-    return Addition(results.title(found), text, (head, *rows), drawn, cautions=own)
+    return Addition(
+        results.title(found), text, (head, *rows), drawn, cautions=own,
+        references=sources.added(found),
+    )  # fmt: skip

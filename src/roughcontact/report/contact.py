@@ -28,6 +28,7 @@ from roughcontact.report import (
     regimes,
     results,
     script,
+    sources,
     sureness,
     tables,
 )
@@ -95,6 +96,7 @@ def render(
     found += [chapters.added(addition) for addition in additions]
     lines = script.repeating(result)
     found += [exactness(result), chapters.repetition(result.version, command, lines)]
+    found.append(sources.chapter(sources.of(result), curve, additions))
     return page.render(
         found,
         title=_title(result),

@@ -19,6 +19,7 @@ from roughcontact.contact.cautions import Caution, Kind, Severity
 from roughcontact.errors import InputError, Sentence, Spell, parts_of, worded
 from roughcontact.plots import sharing
 from roughcontact.plots.style import DPI
+from roughcontact.references import NO_REFERENCES, References
 
 if TYPE_CHECKING:
     import jinja2
@@ -53,6 +54,8 @@ class Addition:
         Rows of a table without a head.
     cautions : tuple of Caution
         What the summary tells besides those of the result.
+    references : References
+        What the list of works tells besides those of the result.
     """
 
     title: str
@@ -61,6 +64,7 @@ class Addition:
     figures: tuple[tuple[str, Figure], ...] = ()
     facts: tuple[Cells, ...] = ()
     cautions: tuple[Caution, ...] = ()
+    references: References = NO_REFERENCES
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from roughcontact.report import (
     profile as of_profile,
     regimes,
     results,
+    sources,
     tables,
 )
 from roughcontact.report.page import Cells, Chapter, Table
@@ -68,11 +69,10 @@ def render_curve(
     spots = last.spots()
     stated = chapters.stated(last, spots)
     under = f"under {engineering(last.load, last.pair.load_unit)}"
-    given = [row for row in results.rows(last, PROBLEM)]
     found = [
         chapters.load_curve(curve),
         *chapters.prepared(last),
-        chapters.problem(last, given, "ceiling"),
+        chapters.problem(last, results.rows(last, PROBLEM), "ceiling"),
         chapters.assumed(stated, curve.cautions),
         _titled(contact.results_chapter(last, None), f"The contact {under}"),
         *chapters.smooth_beside_rough(last),
@@ -85,6 +85,7 @@ def render_curve(
     found += [
         _titled(exact, f"{exact.title} {under}"),
         chapters.repetition(last.version, command, ""),
+        sources.chapter(sources.of(last), curve),
     ]
     return page.render(
         found,
@@ -144,6 +145,7 @@ def render_history(
         chapters.assumed(stated, history.cautions),
         _titled(exact, f"{exact.title} {under}"),
         chapters.repetition(largest.version, command, ""),
+        sources.chapter(sources.of(history)),
     ]
     return page.render(
         found,

@@ -20,6 +20,7 @@ from roughcontact.report import (
     regimes,
     results,
     script,
+    sources,
     tables,
 )
 from roughcontact.report.page import Addition, Cells, Chapter, Table
@@ -78,6 +79,7 @@ def render(
     found += [chapters.added(addition) for addition in additions]
     lines = script.repeating_volume(result)
     found += [_certificate(result), chapters.repetition(result.version, command, lines)]
+    found.append(sources.chapter(sources.of(result), None, additions))
     return page.render(
         found,
         title=_title(result),

@@ -17,6 +17,7 @@ from roughcontact.contact.cautions import Caution
 from roughcontact.contact.result import ContactResult
 from roughcontact.halfspace import tensors
 from roughcontact.material.material import Material
+from roughcontact.references import References
 from roughcontact.shown import Shown
 from roughcontact.volume.path import PathPoint
 from roughcontact.volume.profiles import DepthProfile, DepthSection, LayerProfile
@@ -342,6 +343,12 @@ class ElastoplasticResult(Shown):
         from roughcontact.report import results
 
         return results.summary(self)
+
+    def references(self) -> References:
+        """Return the papers behind what was used for it, as text and as BibTeX."""
+        from roughcontact.report import sources
+
+        return sources.of(self)
 
     def save(self, path: str | Path) -> None:
         """Write the result in the format that the suffix of the file names.

@@ -19,6 +19,7 @@ from roughcontact.errors import InputError, require_count
 from roughcontact.halfspace import tensors
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
+from roughcontact.references import References
 from roughcontact.solvers.progress import Tell
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
@@ -130,6 +131,12 @@ class Rolling:
         if kind is Shakedown.UNSETTLED:
             return f"not settled after {len(self.passes)}: ask for more passes"
         return str(kind)
+
+    def references(self) -> References:
+        """Return the papers behind what was used for it, as text and as BibTeX."""
+        from roughcontact.report import sources
+
+        return sources.of(self)
 
 
 def roll(

@@ -1,0 +1,232 @@
+"""The papers behind a result: those of what was used for it, and no others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from roughcontact.contact.curve import LoadCurve
+from roughcontact.contact.history import LoadHistory
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.smooth import ELLIPSE
+from roughcontact.contact.stress import StressResult
+from roughcontact.formats import instruments
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.joint.conductance import Conductance
+from roughcontact.joint.estimate import Estimate
+from roughcontact.joint.interface import InterfaceLaw
+from roughcontact.joint.leakage import Leakage
+from roughcontact.material.hardening import Hardening, Kinematic, Swift
+from roughcontact.references import NO_REFERENCES, Reference, References, cited
+from roughcontact.report.page import Addition, Chapter
+from roughcontact.surface.provenance import Operation, Provenance
+from roughcontact.surface.surface import Surface
+from roughcontact.volume.result import ElastoplasticResult
+from roughcontact.volume.rolling import Rolling
+
+Uses = Iterator[tuple[str, tuple[Reference, ...]]]
+
+# The response of the half-space to pressure, by boundary; of a profile that of plane strain.
+_KERNELS = {
+    Boundary.FREE: ("Johnson1985", "Love1929"),
+    Boundary.PERIODIC: ("Johnson1985", "Stanley1997"),
+    Boundary.PERIODIC_X: ("Johnson1985", "DLMF"),
+    Boundary.PERIODIC_Y: ("Johnson1985", "DLMF"),
+}
+
+# What was done to a map, by method of `Surface` or what made it.
+_STEPS = {
+    "filtered": ("filter of the map", "ISO16610-61"),
+    "filled": ("missing points of the map", "Vanek1996"),
+    "generate": ("generated surface", "Schreiber1996", "Grigoriu1984", "JohnsonNL1949"),
+    "reference_map": ("generated surface", "Persson2005", "Jacobs2017"),
+}
+
+
+def of(result: Any) -> References:
+    """Return the works behind a result, by what they were used for.
+
+    Parameters
+    ----------
+    result : object
+        A contact, one with plasticity of the volume, passes, stress, a history, or what a joint
+        does.
+
+    Returns
+    -------
+    `References`
+        Kernel, solver, ceiling, reader, parameters, and so on, each with its works.
+    """
+    return _gathered(_uses(result))
+
+
+def chapter(
+    works: References, curve: LoadCurve | None = None, additions: Sequence[Addition] = ()
+) -> Chapter:
+    """Return the chapter of a report that lists its works, as text and as BibTeX.
+
+    Parameters
+    ----------
+    works : References
+        Those of the result that the report is on.
+    curve : LoadCurve, optional
+        A load curve with a chapter of its own.
+    additions : sequence of Addition
+        Further chapters with works of their own.
+
+    Returns
+    -------
+    Chapter
+        A list for each use, each work in one line.
+    """
+    if curve is not None and not curve.is_profile:
+        works += References((cited("area at small loads", "Bush1975", "Persson2001", "Hyun2004"),))
+    for addition in additions:
+        works += addition.references
+    found = Chapter("References")
+    found.add("text", "The works behind what was used here, by what they were used for.")
+    for purpose, listed in works.uses:
+        found.add("text", f"{purpose[:1].upper()}{purpose[1:]}:")
+        found.add("steps", [work.text for work in listed])
+    found.add("text", "The same for BibTeX:")
+    found.add("code", works.bibtex.rstrip())
+    return found
+
+
+def _gathered(uses: Uses) -> References:
+    found = NO_REFERENCES
+    for use in uses:
+        found += References((use,))
+    return found
+
+
+def _uses(result: Any) -> Uses:
+    match result:
+        case ContactResult():
+            yield from _of_contact(result)
+        case ElastoplasticResult():
+            yield from _of_volume(result)
+        case Rolling():
+            yield from _of_volume(result.result)
+            yield cited("passes and shakedown", "Johnson1985", "Boucly2007")
+        case StressResult():
+            yield from _of_contact(result.solution)
+            yield from _of_stress(result)
+        case LoadHistory():
+            yield from _of_contact(result.under_largest)
+        case Estimate():
+            yield cited("formulas of nominally flat contact", "Persson2001", "Yang2008")
+        case Conductance() | InterfaceLaw() | Leakage():
+            yield from _of_contact(result.largest)
+            yield from of_joint(result)
+        case _:
+            raise TypeError(f"there are no references for a {type(result).__name__}")
+
+
+def added(result: StressResult | Conductance | InterfaceLaw | Leakage) -> References:
+    """Return what a further chapter of a report cites besides the contact that it is of."""
+    return _gathered(_of_stress(result) if isinstance(result, StressResult) else of_joint(result))
+
+
+def of_joint(result: Conductance | InterfaceLaw | Leakage) -> Uses:
+    """Yield what a joint does by, besides the contact that it is of."""
+    match result:
+        case Conductance():
+            yield cited("conductance from the stiffness", "Barber2003")
+            yield cited("resistance of the spots", "Holm1967", "Greenwood1966")
+            yield cited("correlations of flat joints", "Cooper1969", "Mikic1974")
+        case InterfaceLaw():
+            yield cited("separation by theory", "Persson2007", "Yang2008", "Almqvist2011")
+            if result.bodies is not None:
+                yield cited("conductance from the stiffness", "Barber2003")
+        case Leakage():
+            yield cited("flow through the gap", "Patir1978")
+            yield cited("equations of the flow", "Notay2010")
+            yield cited("narrowest place of the gap", "Persson2008", "Dapp2012")
+
+
+def _of_contact(result: ContactResult) -> Uses:
+    yield from _elastic(result)
+    if result.ceiling is not None:
+        yield cited("ceiling of the pressure", "EngineeringModel", "Almqvist2007", "Tabor1951")
+    if result.recommended is not None:
+        yield cited("recommended ceiling", "Jackson2005")
+    if result.smooth is not None:
+        ellipse = result.smooth.shape.kind == ELLIPSE
+        yield cited("smooth bodies beside it", "Johnson1985", *(["Carlson1995"] * ellipse))
+    if result.estimate is not None:
+        yield cited("formulas of nominally flat contact", "Persson2001", "Yang2008")
+
+
+def _elastic(result: ContactResult) -> Uses:
+    """Yield what any contact is solved by, with or without a ceiling."""
+    pair = result.pair
+    for surface in (pair.surface, pair.counter_surface):
+        if surface is not None:
+            yield from _of_surface(surface)
+    kernel = ("Johnson1985",) if pair.is_profile else _KERNELS[result.boundary]
+    yield cited("response of the half-space", *kernel)
+    yield cited("principle of minimum", "Kalker1977")
+    yield cited(
+        "solver", "Polonsky1999", "Hintermueller2003", "Pardalos1990", "Birgin2000", "More1991",
+        "Golub1999",
+    )  # fmt: skip
+    if result.moments is not None:
+        yield cited("bodies that tilt", "Nocedal2006", "Gilbert1988")
+    if pair.softer is not None and pair.softer.yield_strength is not None:
+        yield cited("first yield", "Green2005" if pair.is_profile else "Jackson2005")
+    if not pair.is_profile:
+        yield cited("contact area without the excess of its rim", "Yastrebov2017")
+    yield cited("arrays, transforms and linear algebra", "Harris2020", "Virtanen2020")
+
+
+def _of_surface(surface: Surface) -> Uses:
+    yield from _of_provenance(surface.provenance)
+    if surface.is_profile:
+        yield cited("parameters of the profile", "ISO21920-2", "ISO4287")
+    else:
+        yield cited("parameters of the map", "ISO25178-2")
+
+
+def _of_provenance(provenance: Provenance) -> Uses:
+    origin = provenance.origin
+    made = () if origin is None else (origin,)
+    for step in (*made, *provenance.operations):
+        yield from _of_step(step)
+
+
+def _of_step(step: Operation) -> Uses:
+    if step.method in _STEPS:
+        yield cited(*_STEPS[step.method])
+    name = step.found.get("format")
+    if step.method == "read_surface" and name in instruments.SUFFIXES:
+        norm = ("ISO25178-72",) if name == "x3p" else ()
+        yield cited("reader of the file", "Rottger2022", *norm)
+    for other in step.arguments.values():
+        if isinstance(other, Provenance):
+            yield from _of_provenance(other)
+
+
+def _of_stress(result: StressResult) -> Uses:
+    free = () if result.solution.boundary.periodic_axes else ("Love1929", "Liu2002")
+    yield cited("stress below the surface", "Johnson1985", *free)
+    if result.friction:
+        yield cited("stress by friction", "Johnson1985", "Hamilton1983")
+
+
+def _of_volume(result: ElastoplasticResult) -> Uses:
+    yield from _elastic(result.solution)
+    yield cited("plasticity of the volume", "Jacq2002", "Nelias2006", "Frerot2019", "Simo1998")
+    yield cited("acceleration of the loop", "Anderson1965")
+    if result.travelled:
+        yield cited("bodies that move", "Boucly2007")
+    for body in result.bodies:
+        yield from _of_law(body.material.hardening)
+
+
+def _of_law(law: Hardening | None) -> Uses:
+    if isinstance(law, Kinematic):
+        yield cited("kinematic hardening", "Prager1955", "Simo1998")
+        law = law.isotropic
+    if isinstance(law, Swift):
+        yield cited("hardening law", "Swift1952")

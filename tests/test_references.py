@@ -1,0 +1,235 @@
+"""The works that results cite are those of the theory page, and the ones that were used."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.contact.load_history import load_history
+from roughcontact.formats.read import FORMATS
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.joint.leakage import leakage
+from roughcontact.material.hardening import Kinematic, Swift
+from roughcontact.references import NO_REFERENCES, REFERENCES, Reference, References, cited
+from roughcontact.report import sources
+from roughcontact.surface.provenance import Operation, Provenance
+
+PAGE = Path(__file__).parents[1] / "docs" / "theory.md"
+STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
+
+
+def halves() -> tuple[str, str]:
+    """Return the theory page before its list of sources, in one line, and the list."""
+    body, _, listed = PAGE.read_text(encoding="utf-8").partition("## Sources")
+    return re.sub(r"\s+", " ", body), listed
+
+
+def rough(boundary: str = "free", **options: object) -> rc.ContactResult:
+    heights, pixel = rc.reference_map(32)
+    chosen = {"load": 1.0, "material": STEEL, "boundary": boundary, **options}
+    return rc.solve(rc.Surface(heights, pixel), **chosen)  # type: ignore[arg-type]
+
+
+def keys(works: References) -> set[str]:
+    return {work.key for work in works}
+
+
+def first_name(work: Reference) -> str:
+    return work.authors[0].partition(",")[0] if work.authors else work.short
+
+
+# --- the table and the theory page ----------------------------------------------------------------
+
+
+def test_the_list_of_the_theory_page_is_the_table() -> None:
+    listed = [line for line in halves()[1].splitlines() if line.startswith("- ")]
+    assert listed == [f"- {work.text}" for work in REFERENCES.values()]
+
+
+@pytest.mark.parametrize("key", REFERENCES)
+def test_the_theory_page_cites_every_work_of_the_table(key: str) -> None:
+    work = REFERENCES[key]
+    pattern = rf"{first_name(work)}[^;:]{{0,60}}?\b{work.year}" if work.authors else work.short
+    assert re.search(pattern, halves()[0]), f"docs/theory.md does not cite {work.short}"
+
+
+def test_every_work_that_the_theory_page_cites_is_in_the_table() -> None:
+    body = halves()[0]
+    for year in re.finditer(r"(?<![\d./])(?:18|19|20)\d\d(?!\w)", body):
+        before = body[max(0, year.start() - 80) : year.start()]
+        known = [w for w in REFERENCES.values() if w.year == int(year[0])]
+        assert any(first_name(work) in before for work in known), f"{before[-40:]}{year[0]}"
+    for number in re.findall(r"ISO \d+(?:-\d+)?", body):
+        assert number.replace(" ", "") in REFERENCES, number
+
+
+def test_every_name_in_the_room_that_chooses_is_in_the_table() -> None:
+    text = Path(sources.__file__).read_text(encoding="utf-8")
+    named = set(re.findall(r'"([A-Z][A-Za-z]+\d{4}|ISO\d+(?:-\d+)?|DLMF|EngineeringModel)"', text))
+    assert named <= set(REFERENCES)
+    # What only the theory page cites: closed forms that no result rests on.
+    closed = {"Love1939", "Sneddon1965", "Westergaard1939", "JohnsonGreenwood1985", "ISO18265"}
+    assert set(REFERENCES) - named == closed
+
+
+def test_works_are_in_order_and_complete() -> None:
+    names = [work.authors[0].casefold() for work in REFERENCES.values() if work.authors]
+    plain = str.maketrans("éöüěá", "eouea")
+    assert [n.translate(plain) for n in names] == sorted(n.translate(plain) for n in names)
+    for work in REFERENCES.values():
+        assert work.title
+        assert re.fullmatch(r"10\.\d{4,}/\S+", work.doi or "10.1000/none")
+        assert bool(work.volume) == bool(work.pages)
+
+
+# --- how they are written -------------------------------------------------------------------------
+
+
+def test_a_paper_in_words_and_for_bibtex() -> None:
+    work = REFERENCES["Polonsky1999"]
+    assert work.short == "Polonsky and Keer 1999"
+    assert work.text == (
+        "Polonsky, I. A. and Keer, L. M. (1999). A numerical method for solving rough contact "
+        "problems based on the multi-level multi-summation and conjugate gradient techniques. "
+        "Wear 231, 206–219. doi:10.1016/S0043-1648(99)00113-1."
+    )
+    assert work.bibtex.splitlines()[0] == "@article{Polonsky1999,"
+    assert "  author = {Polonsky, I. A. and Keer, L. M.}," in work.bibtex
+    assert "  pages = {206--219}," in work.bibtex
+
+
+def test_books_standards_and_works_without_authors() -> None:
+    assert REFERENCES["Johnson1985"].bibtex.startswith("@book{Johnson1985,")
+    assert "publisher = {Cambridge University Press}" in REFERENCES["Johnson1985"].bibtex
+    assert REFERENCES["Harris2020"].text.startswith("Harris, C. R. et al. (2020). Array")
+    assert REFERENCES["Harris2020"].short == "Harris et al. 2020"
+    assert "author = {Harris, C. R. and others}" in REFERENCES["Harris2020"].bibtex
+    assert REFERENCES["ISO25178-2"].short == "ISO 25178-2"
+    assert "author = {{ISO}}" in REFERENCES["ISO25178-2"].bibtex
+    assert "author" not in REFERENCES["EngineeringModel"].bibtex
+
+
+def test_entries_are_balanced_and_each_stands_once() -> None:
+    found = rough().references()
+    text = found.bibtex
+    assert text.count("{") == text.count("}")
+    entries = re.findall(r"^@\w+\{([^,]+),$", text, re.MULTILINE)
+    assert len(entries) == len(set(entries)) == len(found)
+
+
+def test_they_are_saved_by_suffix(tmp_path: Path) -> None:
+    found = References((cited("one", "Tabor1951", "Johnson1985"), cited("two", "Johnson1985")))
+    found.save(tmp_path / "works.bib")
+    found.save(tmp_path / "works.txt")
+    assert (tmp_path / "works.bib").read_text(encoding="utf-8") == found.bibtex
+    assert (tmp_path / "works.txt").read_text(encoding="utf-8") == f"{found!r}\n"
+    assert found.text.startswith("One\n  Tabor, D. (1951). The Hardness of Metals.")
+    assert len(found) == 2
+    with pytest.raises(rc.InputError, match=r"\.bib"):
+        found.save(tmp_path / "works.ris")
+
+
+def test_uses_of_one_name_are_joined() -> None:
+    both = References((cited("one", "Tabor1951"),)) + References(
+        (cited("one", "Tabor1951", "Holm1967"), cited("two", "Holm1967"))
+    )
+    assert both.uses == (cited("one", "Tabor1951", "Holm1967"), cited("two", "Holm1967"))
+    assert list(NO_REFERENCES) == []
+
+
+# --- what was used, and nothing else --------------------------------------------------------------
+
+
+def test_kernel_and_ceiling_are_those_of_the_contact() -> None:
+    free, elastic = keys(rough().references()), keys(rough("periodic", ceiling=None).references())
+    assert {"Love1929", "EngineeringModel", "Almqvist2007", "Tabor1951"} <= free
+    assert "Stanley1997" not in free
+    assert {"Stanley1997", "Persson2001"} <= elastic
+    assert not {"Love1929", "EngineeringModel", "Tabor1951"} & elastic
+    assert "DLMF" in keys(rough("periodic-x").references())
+    assert {"Polonsky1999", "Kalker1977", "ISO25178-2", "Yastrebov2017"} <= free & elastic
+
+
+def test_every_boundary_has_its_kernel() -> None:
+    assert set(sources._KERNELS) == set(Boundary)
+
+
+def test_without_a_strength_nothing_yields() -> None:
+    soft = rough(material=rc.Material(210e9, 0.3), ceiling=None)
+    assert "Jackson2005" not in keys(soft.references())
+
+
+def test_a_profile_has_the_norms_and_the_yield_of_profiles() -> None:
+    x = np.linspace(-1, 1, 64)
+    profile = rc.Surface(-1e-6 * x[None, :] ** 2, (1.0, 1e-6))
+    found = keys(rc.solve(profile, load=rc.LineLoad(1e3), material=STEEL).references())
+    assert {"ISO21920-2", "Green2005"} <= found
+    assert not {"ISO25178-2", "Jackson2005", "Yastrebov2017", "Love1929"} & found
+
+
+@pytest.mark.parametrize(("name", "norm"), [("x3p", True), ("sur", False), ("npy", None)])
+def test_the_reader_is_cited_where_it_was_one(name: str, norm: bool | None) -> None:
+    assert name in {known.name for known in FORMATS}
+    read = Operation("read_surface", {"path": f"a.{name}"}, {"format": name})
+    result = rough()
+    surface = replace(result.surface, provenance=Provenance(f"a.{name}", origin=read))
+    found = keys(replace(result, pair=replace(result.pair, surface=surface)).references())
+    assert ("Rottger2022" in found) == (norm is not None)
+    assert ("ISO25178-72" in found) == bool(norm)
+
+
+def test_what_was_done_to_the_map_is_cited_also_of_its_form() -> None:
+    result = rough()
+    form = Provenance("form", operations=[Operation("filled", {}, {"missing": 3})])
+    steps = [Operation("filtered", {"s": 1e-6, "l": None}), Operation("with_form", {"form": form})]
+    surface = replace(result.surface, provenance=Provenance("a", operations=steps))
+    found = replace(result, pair=replace(result.pair, surface=surface)).references()
+    assert {"ISO16610-61", "Vanek1996"} <= keys(found)
+    assert not {"ISO16610-61", "Vanek1996"} & keys(result.references())
+
+
+def test_smooth_bodies_are_hertz_and_tilt_and_friction_are_told() -> None:
+    from roughcontact.surface import nominal
+
+    ball = nominal.ellipsoid(radii=(1e-3, 2e-3), shape=(32, 32), pixel=(1e-6, 1e-6))
+    result = rc.solve(ball, load=0.1, material=STEEL, moments=(0.0, 0.0))
+    found = keys(result.references())
+    assert {"Carlson1995", "Nocedal2006", "Gilbert1988"} <= found
+    stress = rc.subsurface_stress(result, friction=0.1, depths=[1e-6])
+    assert {"Liu2002", "Hamilton1983"} <= keys(stress.references()) - found
+
+
+def test_plasticity_of_the_volume_has_its_own(pressed: rc.ElastoplasticResult) -> None:
+    found = keys(pressed.references())
+    assert {"Jacq2002", "Frerot2019", "Anderson1965", "Swift1952"} <= found
+    assert not {"EngineeringModel", "Prager1955", "Boucly2007"} & found
+    body = pressed.bodies[0]
+    law = Kinematic(Swift(1240e6, 30, 0.085), 1e9)
+    other = replace(body, material=replace(body.material, hardening=law))
+    assert {"Prager1955", "Swift1952"} <= keys(replace(pressed, bodies=(other,)).references())
+    rolled = rc.volume.rolling.Rolling(pressed, ()).references()
+    assert "Boucly2007" in keys(rolled)
+
+
+def test_what_a_joint_does_has_its_own() -> None:
+    result = rough("periodic")
+    copper = rc.Conductor(resistivity=1.7e-8, conductivity=400.0)
+    assert {"Barber2003", "Greenwood1966", "Mikic1974"} <= keys(
+        rc.conductance(result, copper, copper).references()
+    )
+    assert {"Patir1978", "Notay2010", "Dapp2012"} <= keys(leakage(result).references())
+    assert "Barber2003" not in keys(leakage(result).references())
+    assert keys(result.estimate.references()) == {"Persson2001", "Yang2008"}
+
+
+def test_a_history_cites_its_contact_and_others_are_refused() -> None:
+    result = rough()
+    history = load_history(result.surface, [1.0, 0.5], material=STEEL)
+    assert keys(history.references()) == keys(history.under_largest.references())
+    with pytest.raises(TypeError, match="no references for a str"):
+        sources.of("a text")
