@@ -83,6 +83,7 @@ def test_the_extras_hold_what_is_said() -> None:
     assert any(entry.startswith("SurfaceTopography") for entry in extras["io"])
     assert any(entry.startswith("ducc0") for entry in extras["fast"])
     assert any(entry.startswith("panel") for entry in extras["desk"])
+    assert any(entry.startswith("mpi4py") for entry in extras["mpi"])
     assert set(extras["all"]) == {"roughcontact[desk,fast,io]"}
     # What is under the GPL is never needed.
     assert not any(entry.startswith("ducc0") for entry in PROJECT["dependencies"])
