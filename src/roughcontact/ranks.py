@@ -206,9 +206,11 @@ class Ranks:
             self.communicator.Send(np.ascontiguousarray(part), 0)
         return part
 
-    def told(self, value: Any) -> Any:
-        """Return what the first rank gives."""
-        return self.communicator.bcast(value)
+    def told(self, value: bool | None) -> bool:
+        """Return whether the first rank gives True; what the others give does not matter."""
+        flag = np.array([bool(value)], np.int8)
+        self.wait(self.communicator.Ibcast(flag))
+        return bool(flag[0])
 
     def agreed(self, task: Callable[[], Result]) -> Result:
         """Return what a task gives that each rank does for itself, or raise on all what one raises.
@@ -223,6 +225,8 @@ class Ranks:
             found = task()
         except _EXPECTED as raised:
             error = raised
+        # Whoever is done first leaves its core to the others.
+        self.wait(self.communicator.Ibarrier())
         errors = [other for other in self.communicator.allgather(error) if other is not None]
         if errors:
             raise error or errors[0]

@@ -20,7 +20,7 @@ MPIEXEC = MPIEXEC if MPIEXEC.exists() else shutil.which("mpiexec")
 pytestmark = pytest.mark.mpi
 
 
-def mpiexec(count, *words, timeout=80):
+def mpiexec(count, *words, timeout=300):
     """Run a command of Python on so many ranks."""
     pytest.importorskip("mpi4py", reason="mpi4py is not installed")
     if MPIEXEC is None:
