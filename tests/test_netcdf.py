@@ -1,14 +1,18 @@
 """NetCDF files that contradict themselves are refused before anything of them is read."""
 
+import shutil
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
+import xarray
 
 import roughcontact as rc
+from roughcontact import netcdf
 
 
 @pytest.fixture
@@ -69,3 +73,33 @@ def test_other_hdf5_is_refused_without_a_warning(tmp_path: Path) -> None:
         with pytest.raises(rc.FormatError, match="expected a NetCDF file"):
             rc.read_surface(path)
     assert heard == []
+
+
+def streamed(values: np.ndarray, packed: bool = False) -> netcdf.Streamed:
+    parts = (values[:2], values[2:])
+    return netcdf.Streamed("gap", "<f8", values.shape, iter(parts), {"units": "m"}, packed)
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_map_in_parts_is_sealed_as_one(tmp_path: Path, packed: bool) -> None:
+    values = np.random.default_rng(0).normal(size=(5, 4))
+    frame = xarray.Dataset(coords={"y": np.arange(5.0), "x": np.arange(4.0)}, attrs={"load": 1.0})
+    whole = frame.assign(gap=(("y", "x"), values, {"units": "m"}))
+    netcdf.write_streamed(frame, [streamed(values, packed)], tmp_path / "parts.nc")
+    netcdf.write(whole, tmp_path / "whole.nc")
+    for name in ("parts", "whole"):
+        with netcdf.opened(tmp_path / f"{name}.nc") as found:
+            np.testing.assert_array_equal(found["gap"].values, values)
+            assert netcdf.mismatches(found) == ()
+            assert found.attrs[netcdf.CHECKSUM] == netcdf.sealed(whole).attrs[netcdf.CHECKSUM]
+
+
+def test_a_disk_without_room_is_told_before_anything_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=100))
+    frame = xarray.Dataset(coords={"y": np.arange(5.0), "x": np.arange(4.0)})
+    with pytest.raises(OSError, match="No space left") as error:
+        netcdf.write_streamed(frame, [streamed(np.ones((5, 4)))], tmp_path / "out.nc")
+    assert error.value.filename == str(tmp_path / "out.nc")
+    assert list(tmp_path.iterdir()) == []
