@@ -56,6 +56,7 @@ DELEGATIONS: dict[str, set[str]] = {
         "volume.depth",
         "volume.judgment",
     },
+    "volume.rolling": {"report.results", "report.rolling"},
 }
 
 

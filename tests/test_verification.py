@@ -146,7 +146,7 @@ def test_bodies_apart_have_nothing_to_certify() -> None:
     ],
 )
 def test_no_checksum_is_needed_to_refuse_what_no_volume_can_be(name: str, value: object) -> None:
-    dataset, _ = volume_archive._to_dataset(yielded(0.3))
+    dataset, _ = volume_archive.to_dataset(yielded(0.3))
     if name in dataset:
         values = dataset[name].values.copy()
         values.ravel()[-1] = value
@@ -154,7 +154,7 @@ def test_no_checksum_is_needed_to_refuse_what_no_volume_can_be(name: str, value:
     else:
         dataset.attrs[name] = value
     with pytest.raises(rc.InputError):
-        volume_archive._from_dataset(dataset)
+        volume_archive.from_dataset(dataset)
 
 
 # The command --------------------------------------------------------------------------------------

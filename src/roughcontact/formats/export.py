@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from roughcontact.formats.fields import Result
     from roughcontact.joint.interface import InterfaceLaw
     from roughcontact.surface.surface import Surface
+    from roughcontact.volume.rolling import Rolling
 
 Target = str | os.PathLike[str]
 Writer = Callable[[Any, Target], None]
@@ -31,6 +32,7 @@ class Kind(Enum):
     CONTACT = "a result"
     VOLUME = "a result with its volume"
     LAW = "the law of an interface"
+    ROLLING = "repeated passes"
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,23 @@ def _volume(result: Any, path: Target) -> None:
     from roughcontact.volume.archive import save_elastoplastic
 
     save_elastoplastic(result, path)
+
+
+def _rolling(rolling: Any, path: Target) -> None:
+    from roughcontact.volume.passes_archive import save_rolling
+
+    save_rolling(rolling, path)
+
+
+def _last(write: Writer) -> Writer:
+    """Return what writes the state after the last pass."""
+    return lambda rolling, path: write(rolling.result, path)
+
+
+def _pvd(rolling: Any, path: Target) -> None:
+    from roughcontact.formats import vtk_series
+
+    vtk_series.save_pvd(rolling, path)
 
 
 def _npz(surface: Any, path: Target) -> None:
@@ -143,6 +162,7 @@ FORMATS = (
         Kind.SURFACE: Content("heights and provenance, every bit", _netcdf),
         Kind.CONTACT: Content("everything", _contact),
         Kind.VOLUME: Content("everything", _volume),
+        Kind.ROLLING: Content("everything", _rolling),
     }),
     OutputFormat(".npz", {
         Kind.SURFACE: Content("heights and pixel, every bit", _npz),
@@ -155,10 +175,15 @@ FORMATS = (
     }),
     OutputFormat(".vtr", {
         Kind.VOLUME: Content("strain and stress of the volume model", _vtr),
+        Kind.ROLLING: Content("strain and stress in the end", _last(_vtr)),
     }),
     OutputFormat(".vti", {
         Kind.SURFACE: Content("heights for ParaView", _vti),
         **_of_results(Content("maps for ParaView", _vti)),
+        Kind.ROLLING: Content("maps in the end", _last(_vti)),
+    }),
+    OutputFormat(".pvd", {
+        Kind.ROLLING: Content("all steps of --folder for ParaView", _pvd),
     }),
     OutputFormat(".csv", {
         Kind.SURFACE: Content("heights as text, every bit", _csv),
@@ -247,17 +272,18 @@ def save_surface(surface: Surface, path: str | os.PathLike[str]) -> None:
     _writer(Kind.SURFACE, path)(surface, path)
 
 
-def save(result: Result | InterfaceLaw, path: str | os.PathLike[str]) -> None:
+def save(result: Result | InterfaceLaw | Rolling, path: str | os.PathLike[str]) -> None:
     """Write a result in the format that the suffix of the file names.
 
     Parameters
     ----------
-    result : ContactResult, ElastoplasticResult or InterfaceLaw
+    result : ContactResult, ElastoplasticResult, InterfaceLaw or Rolling
         The result.
     path : str or path
         File to write: ``.nc`` (everything), ``.vti`` (all maps), ``.csv`` (the pressure),
         ``.json`` (the summary) or, with plasticity of the volume, ``.vtr`` (the volume). A law has
-        ``.csv``, ``.json``, ``.inp`` (Abaqus), ``.ccx`` (CalculiX) and ``.txt`` (lubrication).
+        ``.csv``, ``.json``, ``.inp`` (Abaqus), ``.ccx`` (CalculiX) and ``.txt`` (lubrication);
+        passes have ``.pvd`` (all steps).
 
     Raises
     ------
@@ -271,15 +297,17 @@ def save(result: Result | InterfaceLaw, path: str | os.PathLike[str]) -> None:
     roughcontact.load_result : Reads ``.nc`` again.
     roughcontact.load_elastoplastic : Reads that of an `ElastoplasticResult`.
     """
+    from roughcontact.contact.result import ContactResult
     from roughcontact.joint.interface import InterfaceLaw
     from roughcontact.volume.result import ElastoplasticResult
+    from roughcontact.volume.rolling import Rolling
 
-    if isinstance(result, InterfaceLaw):
-        _writer(Kind.LAW, path)(result, path)
-        return
-    if isinstance(result, ElastoplasticResult):
-        _writer(Kind.VOLUME, path)(result, path)
-        return
+    of_kinds = {InterfaceLaw: Kind.LAW, Rolling: Kind.ROLLING, ElastoplasticResult: Kind.VOLUME}
+    for of, kind in of_kinds.items():
+        if isinstance(result, of):
+            _writer(kind, path)(result, path)
+            return
+    assert isinstance(result, ContactResult)
     _require_kept(result.surface, path)
     _writer(Kind.CONTACT, path)(result, path)
 

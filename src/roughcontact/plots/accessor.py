@@ -11,9 +11,10 @@ from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.stress import StressResult
 from roughcontact.joint.interface import InterfaceLaw
-from roughcontact.plots import curves, laws, maps, profiles, stress, traces, volume
+from roughcontact.plots import curves, laws, maps, profiles, rolling, stress, traces, volume
 from roughcontact.surface.surface import Surface
 from roughcontact.volume.result import ElastoplasticResult
+from roughcontact.volume.rolling import Rolling
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,6 +36,7 @@ _FIGURES: dict[type, tuple[Draw, ...]] = {
         volume.section, volume.profile, volume.layers, volume.path, volume.residual_displacement,
         volume.convergence,
     ),
+    Rolling: (rolling.passes, rolling.depths, rolling.heights),
 }  # fmt: skip
 
 _OF_PROFILES: dict[type, tuple[Draw, ...]] = {
@@ -86,8 +88,8 @@ def of(shown: object) -> Plots:
 
     Parameters
     ----------
-    shown : Surface, ContactResult, LoadCurve, LoadHistory, InterfaceLaw, StressResult or \
-ElastoplasticResult
+    shown : Surface, ContactResult, LoadCurve, LoadHistory, InterfaceLaw, StressResult, \
+ElastoplasticResult or Rolling
         The object.
 
     Raises

@@ -21,7 +21,7 @@ from roughcontact.joint.conductance import Conductance
 from roughcontact.joint.interface import InterfaceLaw
 from roughcontact.joint.leakage import Leakage
 from roughcontact.plots import conduction, curves, laws, leaks, maps, profiles, stress, volume
-from roughcontact.report import traces
+from roughcontact.report import rolled, traces
 from roughcontact.report.scenes import (
     ACCURACY as ACCURACY,
     BODY as BODY,
@@ -40,6 +40,7 @@ from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
 from roughcontact.volume import depth
 from roughcontact.volume.result import ElastoplasticResult
+from roughcontact.volume.rolling import Rolling
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -117,7 +118,10 @@ class VolumeScene:
 
 def _of(attribute: str, inner: Illustration) -> Illustration:
     """Return a figure of a scene within another one."""
-    within = attrgetter(attribute)
+    return _within(attrgetter(attribute), inner)
+
+
+def _within(within: Callable[[Any], Any], inner: Illustration) -> Illustration:
     return replace(
         inner,
         draw=lambda scene: inner.draw(within(scene)),
@@ -402,6 +406,12 @@ VOLUME: Illustrations = (
 )
 """Of an `ElastoplasticResult`."""
 
+ROLLING: Illustrations = (
+    *rolled.FIGURES,
+    *(_within(lambda rolling: VolumeScene(rolling.result), entry) for entry in VOLUME),
+)
+"""Of a `Rolling`."""
+
 
 # Other results
 
@@ -518,6 +528,8 @@ def _scene(result: Any) -> tuple[Illustrations, Any]:
             return of_contact(result), ContactScene(result)
         case ElastoplasticResult():
             return VOLUME, VolumeScene(result)
+        case Rolling():
+            return ROLLING, result
         case StressResult():
             return of_stress(result), result
         case LoadHistory():

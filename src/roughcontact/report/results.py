@@ -17,6 +17,7 @@ from roughcontact.contact.slab_result import SlabResult
 from roughcontact.contact.stress import StressResult
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.files import require_suffix, to_json, write
+from roughcontact.formats import export
 from roughcontact.joint.conductance import Conductance
 from roughcontact.joint.estimate import Estimate
 from roughcontact.joint.interface import InterfaceLaw
@@ -29,6 +30,7 @@ from roughcontact.report import (
     lawful,
     leaking,
     profile,
+    rolled,
     slabs,
     studied,
     tables,
@@ -46,6 +48,7 @@ from roughcontact.report.quantities import (
     stored_columns,
 )
 from roughcontact.volume.result import ElastoplasticResult
+from roughcontact.volume.rolling import Rolling
 
 
 def table_of(result: Any) -> Table:
@@ -55,6 +58,8 @@ def table_of(result: Any) -> Table:
             return profile.CONTACT if result.pair.is_profile else tables.CONTACT
         case ElastoplasticResult():
             return tables.VOLUME
+        case Rolling():
+            return rolled.ROLLING
         case StressResult():
             return profile.STRESS if result.solution.pair.is_profile else tables.STRESS
         case LoadCurve():
@@ -87,6 +92,8 @@ def columns_of(result: Any) -> Columns:
     match result:
         case ElastoplasticResult():
             return tables.INCREMENTS
+        case Rolling():
+            return rolled.PASSES
         case LoadCurve():
             return profile.CURVE_COLUMNS if result.is_profile else tables.CURVE_COLUMNS
         case LoadHistory():
@@ -150,7 +157,8 @@ def save(
     | Conductance
     | Leakage
     | Comparison
-    | SamplingStudy,
+    | SamplingStudy
+    | Rolling,
     path: str | os.PathLike[str],
 ) -> None:
     """Write a result of many loads as a table, or as JSON; see `LoadCurve.save`."""
@@ -158,6 +166,14 @@ def save(
     table = Path(path).suffix.lower() == ".csv"
     text = csv(result) if table else to_json(summary(result)) + "\n"
     write(path, text)
+
+
+def save_rolling(rolling: Rolling, path: str | os.PathLike[str]) -> None:
+    """Write passes as a table or as JSON, or what `formats.export` makes of them."""
+    if Path(path).suffix.lower() in (".csv", ".json"):
+        save(rolling, path)
+    else:
+        export.save(rolling, path)
 
 
 def save_summary(result: Estimate, path: str | os.PathLike[str]) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import datetime
 import os
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from roughcontact.errors import Spell
 from roughcontact.files import write
@@ -30,9 +31,29 @@ from roughcontact.volume import judgment
 from roughcontact.volume.result import ElastoplasticResult
 
 
+@dataclass(frozen=True)
+class Lead:
+    """What a report says first that is on more than a state of the volume.
+
+    Parameters
+    ----------
+    title : str
+        Of the report.
+    key_numbers : list of tuple of str
+        Names, values and remarks.
+    chapter : Chapter
+        The first.
+    """
+
+    title: str
+    key_numbers: list[Cells]
+    chapter: Chapter
+
+
 def render(
     result: ElastoplasticResult,
     *,
+    lead: Lead | None = None,
     additions: Sequence[Addition] = (),
     command: str = "",
     date: datetime.date | None = None,
@@ -45,6 +66,8 @@ def render(
     ----------
     result : ElastoplasticResult
         What the report is on.
+    lead : Lead, optional
+        What it says first, where the result is the end of something.
     additions : sequence of Addition
         Further chapters.
     command : str
@@ -65,7 +88,9 @@ def render(
     contact = result.solution
     spots = contact.spots()
     stated = assumptions_volume.statements(result, spots)
+    lead = lead or Lead(_title(result), _key_numbers(result), Chapter(""))
     found = [
+        *([lead.chapter] if lead.chapter.title else []),
         *chapters.prepared(contact),
         chapters.problem(contact, results.rows(result, PROBLEM), "volume"),
         chapters.assumed(stated, result.cautions),
@@ -82,11 +107,11 @@ def render(
     found.append(sources.chapter(sources.of(result), None, additions))
     return page.render(
         found,
-        title=_title(result),
+        title=lead.title,
         subtitle=chapters.subtitle(contact),
         date=date,
         status=result.status,
-        key_numbers=_key_numbers(result),
+        key_numbers=lead.key_numbers,
         regime=result.regime,
         regime_text=regimes.volume_regime(result),
         certificate=_certificate_in_short(result),

@@ -79,7 +79,7 @@ def save_elastoplastic(
     OSError
         If the file cannot be written; an old file survives.
     """
-    dataset, packed = _to_dataset(result)
+    dataset, packed = to_dataset(result)
     for key, array in (carried or {}).items():
         name = f"{_CARRIED}{key}"
         # HDF5 packs no array without numbers.
@@ -89,7 +89,7 @@ def save_elastoplastic(
     netcdf.write(dataset, path, packed)
 
 
-def _to_dataset(result: ElastoplasticResult) -> tuple[xarray.Dataset, dict[str, Any]]:
+def to_dataset(result: ElastoplasticResult) -> tuple[xarray.Dataset, dict[str, Any]]:
     """Return a result as an xarray dataset, and how its variables are packed."""
     dataset = archive.to_dataset(result.solution)
     unit = {"units": "m", "long_name": "displacement of the surface by plastic strain"}
@@ -214,7 +214,7 @@ def load_step(
     """
     dataset = archive.opened(path)
     with archive.refused(path, "ElastoplasticResult"):
-        return _from_dataset(dataset), _carried(dataset)
+        return from_dataset(dataset), _carried(dataset)
 
 
 def load_result(
@@ -254,7 +254,7 @@ def load_result(
     result: ContactResult | ElastoplasticResult
     if "elastoplastic_status" in dataset.attrs:
         with archive.refused(path, "ElastoplasticResult"):
-            result = _from_dataset(dataset)
+            result = from_dataset(dataset)
     else:
         with archive.refused(path, "ContactResult"):
             result = archive.from_dataset(dataset)
@@ -282,7 +282,8 @@ def verified(result: ContactResult | ElastoplasticResult) -> Verification:
     return verify_contact(result.solution, result.residual_displacement)
 
 
-def _from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
+def from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
+    """Return the result that a dataset of `to_dataset` holds."""
     pressed = archive.from_dataset(dataset)
     attributes = dataset.attrs
     bodies = []

@@ -4,31 +4,31 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from roughcontact import limits
+from roughcontact.contact.cautions import Caution
 from roughcontact.errors import InputError, require_count
-from roughcontact.halfspace import tensors
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
 from roughcontact.references import References
+from roughcontact.shown import Shown
 from roughcontact.solvers.progress import Tell
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
+from roughcontact.volume import archive, passes as passes_of
 from roughcontact.volume.body import law_of
+from roughcontact.volume.passes import Pass as Pass
 from roughcontact.volume.path import PathPoint
 from roughcontact.volume.result import ElastoplasticResult, PlasticBody
 from roughcontact.volume.solve import TOLERANCE, solve_elastoplastic
-
-Array = NDArray[Any]
 
 # Strain that a pass adds, over the yield strain σ_Y/3μ, up to which it counts as none; and what is
 # left of it after the pass, over it, up to which it has gone to and fro.
@@ -47,36 +47,8 @@ class Shakedown(StrEnum):
     UNSETTLED = "not settled"
 
 
-@dataclass(frozen=True)
-class Pass:
-    """What one pass did.
-
-    Parameters
-    ----------
-    flow : float
-        Largest equivalent plastic strain that it added anywhere, there and back counted.
-    gain : float
-        Largest equivalent of the plastic strain that is left of that.
-    max_pressure : float
-        Largest pressure on the way [Pa].
-    max_plastic_strain : float
-        Largest accumulated plastic strain after it.
-    max_residual_stress : float
-        Largest von Mises stress by the plastic strain alone after it [Pa].
-    max_residual_displacement : float
-        Deepest point of the residual displacement after it [m], positive into the bodies.
-    """
-
-    flow: float
-    gain: float
-    max_pressure: float
-    max_plastic_strain: float
-    max_residual_stress: float
-    max_residual_displacement: float
-
-
-@dataclass(frozen=True, eq=False)
-class Rolling:
+@dataclass(frozen=True, eq=False, repr=False)
+class Rolling(Shown):
     """Bodies after repeated passes.
 
     Parameters
@@ -85,10 +57,19 @@ class Rolling:
         The state at the end of the last pass.
     passes : tuple of Pass
         One after the other.
+    direction : float
+        Where the counter-body moved on the first of them [degrees].
+    to_and_fro : bool
+        Whether every other pass went back.
+    folder : path, optional
+        Where the state after every step is kept.
     """
 
     result: ElastoplasticResult
     passes: tuple[Pass, ...]
+    direction: float = 0.0
+    to_and_fro: bool = False
+    folder: Path | None = None
 
     @property
     def shakedown(self) -> Shakedown:
@@ -98,7 +79,7 @@ class Rolling:
         where it adds as much as that before, to 10 %, and less than 2 % of that is left, or 1 % of
         the yield strain; ratchetting where more is left, and as much as of that before.
         """
-        least = _NONE * min(map(_yield_strain, self.result.bodies))
+        least = self.least_strain
         flows, gains = ([getattr(p, name) for p in self.passes] for name in ("flow", "gain"))
         if not any(flows):
             return Shakedown.ELASTIC
@@ -113,11 +94,16 @@ class Rolling:
     @property
     def settled_after(self) -> int | None:
         """Number of passes after which none adds plastic strain, ``None`` if the last one does."""
-        least = _NONE * min(map(_yield_strain, self.result.bodies))
+        least = self.least_strain
         quiet = 0
         while quiet < len(self.passes) and self.passes[-1 - quiet].flow <= least:
             quiet += 1
         return len(self.passes) - quiet if quiet else None
+
+    @property
+    def least_strain(self) -> float:
+        """Plastic strain that a pass adds up to which it counts as none."""
+        return _NONE * min(map(_yield_strain, self.result.bodies))
 
     @property
     def answer(self) -> str:
@@ -138,6 +124,78 @@ class Rolling:
 
         return sources.of(self)
 
+    @property
+    def converged(self) -> bool:
+        """Whether the last pass was followed to its end."""
+        return self.result.converged
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know, the severest first."""
+        return self.result.cautions
+
+    @property
+    def rolled_surface(self) -> Surface:
+        """Heights of the rough body after the passes; see `passes.rolled_surface`."""
+        return passes_of.rolled_surface(self.result)
+
+    def states(self) -> Iterator[tuple[int, int, ElastoplasticResult]]:
+        """Yield number of the pass, number of the step and state of each step that is kept.
+
+        Raises
+        ------
+        InputError
+            If nothing is kept.
+        """
+        if self.folder is None:
+            raise InputError("is needed: the steps of the passes are kept there", argument="folder")
+        for number in range(1, len(self.passes) + 1):
+            files = sorted(_place(self.folder, number).glob("step-*.nc"))
+            for step, file in enumerate(files, 1):
+                yield number, step, archive.load_elastoplastic(file)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the numbers by name, in SI units, ready for JSON."""
+        from roughcontact.report import results
+
+        return results.summary(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the passes in the format that the suffix of the file names.
+
+        Parameters
+        ----------
+        path : str or path
+            File to write; it appears only once it is complete. ``.nc``: the last state and all
+            passes, see `roughcontact.load_rolling`. ``.csv``: a row a pass. ``.json``: the
+            summary. ``.vtr``, ``.vti``: volume and surface of the last state. ``.pvd``: all steps
+            of the folder for ParaView, in a folder of the same name.
+
+        Raises
+        ------
+        InputError
+            If the suffix is none of these, or no steps are kept for ``.pvd``.
+        OSError
+            If the file cannot be written; an old file survives.
+        """
+        from roughcontact.report import results
+
+        results.save_rolling(self, path)
+
+    def report(self, path: str | os.PathLike[str], command: str = "") -> None:
+        """Write a report that needs no other file; see `roughcontact.report.rolling.save`.
+
+        Parameters
+        ----------
+        path : str or path
+            HTML file to write; it appears only once it is complete.
+        command : str
+            What was typed to get this result.
+        """
+        from roughcontact.report import rolling
+
+        rolling.save(self, path, command=command)
+
 
 def roll(
     surface: Surface,
@@ -150,6 +208,7 @@ def roll(
     way: Quantity | None = None,
     direction: float = 0.0,
     to_and_fro: bool = False,
+    centered: bool = False,
     friction: float = 0.0,
     counter_material: Material = RIGID,
     boundary: str = "free",
@@ -160,6 +219,7 @@ def roll(
     precision: str = "single",
     folder: str | os.PathLike[str] | None = None,
     progress: Tell = None,
+    each: Callable[[int, int, ElastoplasticResult], object] | None = None,
 ) -> Rolling:
     """Pass a counter-body over a body again and again, both of which may yield.
 
@@ -182,12 +242,18 @@ precision, progress
         Where the counter-body moves [degrees], counter-clockwise from x as seen in the map.
     to_and_fro : bool
         Whether every other pass goes back, instead of beginning anew at the start.
+    centered : bool
+        Whether the way lies half before and half behind the place of the counter-surface, in place
+        of all of it before.
     friction : float
         Coefficient μ of full sliding; the traction on the rough body points to where the
         counter-body moves.
     folder : path, optional
         Where the state after every step is kept, in one folder a pass; the same call goes on from
         there and ends with the same numbers.
+    each : callable, optional
+        ``each(number, step, state)`` is called after each step of each pass, with those that stand
+        in the folder, too; a state is made for it alone where none is kept.
 
     Returns
     -------
@@ -224,7 +290,8 @@ precision, progress
     require_count(1, limits.STEPS, passes=passes)
     require_count(1, limits.STEPS, steps=steps)
     length = _length(quantity(way, "length", "way"), surface, Boundary(boundary), direction)
-    there = _pass(quantity(load, "force", "load"), length, steps, direction, friction)
+    stops = [length * (step + centered / 2) / steps - centered * length / 2 for step in range(steps)]
+    there = _pass(quantity(load, "force", "load"), stops, direction, friction)
     back = [
         PathPoint(point.load, point.offset, friction, direction + 180) for point in reversed(there)
     ]
@@ -234,7 +301,9 @@ precision, progress
         max_iterations=max_iterations, precision=precision, progress=progress,
     )  # fmt: skip
     ways = [back if to_and_fro and number % 2 else there for number in range(passes)]
-    return _rolled(solved, {"depth": depth, "layers": layers}, ways, folder)
+    result, done = _rolled(solved, {"depth": depth, "layers": layers}, ways, folder, each)
+    place = None if folder is None else Path(folder)
+    return Rolling(result, done, float(direction), to_and_fro, place)
 
 
 def _rolled(
@@ -242,17 +311,24 @@ def _rolled(
     volume: Mapping[str, Any],
     ways: Sequence[Sequence[PathPoint]],
     folder: str | os.PathLike[str] | None,
-) -> Rolling:
+    each: Callable[[int, int, ElastoplasticResult], object] | None,
+) -> tuple[ElastoplasticResult, tuple[Pass, ...]]:
     """Go the passes one after the other; the first needs to know its volume."""
     result: ElastoplasticResult | None = None
     done: list[Pass] = []
     for number, path in enumerate(ways, 1):
         before = result
-        place = None if folder is None else Path(folder, f"pass-{number:04d}")
-        result = solved(path=path, start=before, folder=place, **({} if before else volume))
-        done.append(_told(result, before))
+        given = {"folder": None if folder is None else _place(folder, number)}
+        look = None if each is None else partial(each, number)
+        result = solved(path=path, start=before, each=look, **given, **({} if before else volume))
+        done.append(passes_of.told(result, before, ways[0][0].direction))
     assert result is not None
-    return Rolling(result, tuple(done))
+    return result, tuple(done)
+
+
+def _place(folder: str | os.PathLike[str], number: int) -> Path:
+    """Return where the steps of a pass are kept."""
+    return Path(folder, f"pass-{number:04d}")
 
 
 def _length(way: float | None, surface: Surface, boundary: Boundary, direction: float) -> float:
@@ -274,42 +350,11 @@ def _length(way: float | None, surface: Surface, boundary: Boundary, direction: 
 
 
 def _pass(
-    load: float, length: float, steps: int, direction: float, friction: float
+    load: float, stops: Sequence[float], direction: float, friction: float
 ) -> list[PathPoint]:
     angle = math.radians(direction)
     y, x = round(math.sin(angle), 15), round(math.cos(angle), 15)
-    stops = (length * step / steps for step in range(steps))
     return [PathPoint(load, (y * stop, x * stop), friction, direction) for stop in stops]
-
-
-def _told(result: ElastoplasticResult, before: ElastoplasticResult | None) -> Pass:
-    """Return what the pass between two states did."""
-    flow = gain = 0.0
-    for number, body in enumerate(result.bodies):
-        old = None if before is None else before.bodies[number]
-        flow = max(flow, float((body.accumulated - _at(old, body, "accumulated")).max()))
-        strain = body.plastic_strain - _at(old, body, "plastic_strain")
-        gain = max(gain, 2 / 3 * float(tensors.equivalent(strain.swapaxes(0, 1)).max()))
-    first = 0 if before is None else len(before.increments)
-    return Pass(
-        flow=flow,
-        gain=gain,
-        max_pressure=max(step.max_pressure for step in result.increments[first:]),
-        max_plastic_strain=result.max_plastic_strain,
-        max_residual_stress=max(float(b.residual_von_mises.max()) for b in result.bodies),
-        max_residual_displacement=float(result.residual_displacement.max()),
-    )
-
-
-def _at(old: PlasticBody | None, new: PlasticBody, name: str) -> Array:
-    """Return a field of a state before, on the layers and points that there are by now."""
-    wide: Array = np.zeros_like(getattr(new, name))
-    if old is not None:
-        field = getattr(old, name)
-        ny, nx = field.shape[-2:]
-        top, left = ((n - m) // 2 for n, m in zip(wide.shape[-2:], (ny, nx), strict=True))
-        wide[: len(field), ..., top : top + ny, left : left + nx] = field
-    return wide
 
 
 def _alike(values: list[float]) -> bool:

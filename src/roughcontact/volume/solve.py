@@ -68,6 +68,7 @@ def solve_elastoplastic(
     on_failure: str = "raise",
     folder: str | os.PathLike[str] | None = None,
     progress: Tell = None,
+    each: Callable[[int, ElastoplasticResult], object] | None = None,
 ) -> ElastoplasticResult:
     """Press bodies together that yield in their volume, along a path of loads.
 
@@ -124,6 +125,9 @@ def solve_elastoplastic(
         ``True`` draws a bar on standard error; a function is
         called with a `Progress` after every iteration, and once for what stood in the folder; its
         ``step`` is a `roughcontact.volume.loop.Look`.
+    each : callable, optional
+        ``each(number, state)`` is called at every load asked for, with those that stand in the
+        folder, too; a state is made for it alone where none is kept.
 
     Returns
     -------
@@ -184,7 +188,7 @@ def solve_elastoplastic(
     layered = [extent.margin, layers is None, *extent.thickness]
     loop_in = partial(Loop, problem, solver, workspace, deepen=layers is None)
     with kept(folder, problem, points, start, layered, automatic=automatic) as steps:
-        run = _Run(problem, points, automatic, steps, progress, began)
+        run = _Run(problem, points, automatic, steps, progress, began, each)
         result = run.finished(start, extent, loop_in)
     return _judged(_told(result, given), on_failure, folder)
 
@@ -236,6 +240,8 @@ class _Run:
         Called after every iteration.
     began : float
         When, by `time.perf_counter`; what the loads took that were kept comes before.
+    each : callable, optional
+        Called with number and state at every load.
     """
 
     problem: Problem
@@ -244,6 +250,7 @@ class _Run:
     steps: Steps
     progress: Tell
     began: float
+    each: Callable[[int, ElastoplasticResult], object] | None = None
 
     def finished(
         self, start: ElastoplasticResult | None, extent: Extent, loop_in: Callable[[Extent], Loop]
@@ -264,6 +271,8 @@ class _Run:
             self.began -= before.seconds
             if callable(self.progress):
                 self.progress(Progress(number, len(self.path), None, kept=True))
+            for done, state in self.steps.states(number) if self.each else ():
+                self._show(done, state)
             if number == len(self.path) and before.result is not None:
                 return before.result
         elif start is not None:
@@ -289,15 +298,20 @@ class _Run:
             # The pressure under the largest load is kept for those who look at what it left.
             lowered = any(p.load < point.load for p in self.path[number + 1 : number + 2])
             whole = self.steps.whole(number)
-            if whole or lowered:
+            if whole or lowered or self.each:
                 result = _result(loop, done, status, self.began, largest)
                 largest = result.largest
+                self._show(number + 1, result)
             if whole and result is not None:
                 self.steps.save(number, result, loop.carried())
             elif self.steps:
                 seconds = time.perf_counter() - self.began
                 self.steps.note(number, loop.going(done, largest, seconds))
         return result or _result(loop, done, status, self.began, largest)
+
+    def _show(self, number: int, state: ElastoplasticResult) -> None:
+        if self.each is not None:
+            self.each(number, state)
 
     def _watch(self, number: int) -> Callable[[float, int, float], None]:
         """Return what tells of iterations at one load of the path."""

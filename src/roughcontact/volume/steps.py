@@ -164,6 +164,12 @@ class Steps:
             raise FormatError(f"{file} is a step of another run; remove it to solve it again")
         return replace(going, carried=carried)
 
+    def states(self, count: int) -> Iterator[tuple[int, ElastoplasticResult]]:
+        """Yield number and state of those of the first loads that are held whole."""
+        for number, file in enumerate(self._files[:count], 1):
+            if file.exists():
+                yield number, archive.load_step(file)[0]
+
     def _rows(self, count: int) -> Array:
         """Return the first points of the path as numbers."""
         path = self._path[:count]

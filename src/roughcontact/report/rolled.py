@@ -1,0 +1,188 @@
+"""What is told of repeated passes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from roughcontact._version import __version__
+from roughcontact.plots import rolling as plots
+from roughcontact.report.quantities import PROBLEM, Column, Columns, Quantity, Table, stored_columns
+from roughcontact.report.scenes import RESULTS, Illustration, Illustrations
+from roughcontact.units import engineering, percent
+from roughcontact.volume.rolling import Rolling, Shakedown
+
+
+def counted(rolling: Rolling) -> str:
+    """Return how many passes there were, in words."""
+    count = len(rolling.passes)
+    return f"{count} {'pass' if count == 1 else 'passes'}"
+
+
+def _way(rolling: Rolling) -> str:
+    steps = max(one.steps for one in rolling.passes)
+    way = "to and fro" if rolling.to_and_fro else "each from the same start"
+    return f"{counted(rolling)}, {way}, {steps} steps each at most"
+
+
+def strain(value: float) -> str:
+    """Return a strain, of which small ones count, too."""
+    return "0" if not value else f"{value:.2e}" if abs(value) < _SMALL else percent(value)
+
+
+_SMALL = 1e-4
+
+
+def _last(key: str) -> Callable[[Rolling], Any]:
+    return lambda rolling: getattr(rolling.passes[-1], key)
+
+
+def _profile(key: str) -> Callable[[Rolling], Any]:
+    return lambda rolling: getattr(rolling.passes[-1], key).tolist()
+
+
+def _ran_in(key: str) -> Callable[[Rolling], str]:
+    def text(rolling: Rolling) -> str:
+        surface = rolling.result.solution.surface
+        before, after = (
+            engineering(value, "m", 3)
+            for value in (surface.roughness()[key], getattr(rolling.passes[-1], key))
+        )
+        return f"{before} before, {after} after"
+
+    return text
+
+
+def _friction(rolling: Rolling) -> float:
+    return rolling.result.increments[-1].friction
+
+
+ROLLING: Table = (
+    Quantity("passes", "passes", of=lambda r: len(r.passes), text=_way, part=PROBLEM),
+    Quantity(
+        "direction", "direction", unit="degree", form=lambda v: f"{v:g}°", part=PROBLEM,
+        meaning="where the counter-body moves, from x, counter-clockwise",
+    ),
+    Quantity(
+        "friction", "friction", symbol="μ", of=_friction, part=PROBLEM,
+        meaning="of full sliding", when=lambda r: bool(_friction(r)),
+    ),
+    Quantity("to_and_fro"),
+    Quantity(
+        "shakedown", "passes come to", of=lambda r: str(r.shakedown), text=lambda r: r.answer,
+    ),
+    Quantity("settled_after"),
+    Quantity(
+        "flow", "strain by the last pass", of=_last("flow"), form=strain,
+        meaning="plastic, largest, there and back counted",
+    ),
+    Quantity("gain", "left of it", of=_last("gain"), form=strain, meaning="largest"),
+    Quantity(
+        "shear", "shear by the last pass", symbol="γ", of=_last("largest_shear"), form=strain,
+        meaning="largest of all layers, towards where the counter-body moved on the first pass",
+    ),
+    Quantity("least_strain", "counts as none", form=strain, meaning="1 % of the yield strain"),
+    Quantity(
+        "in_plane_stress", "residual stress in the plane", unit="Pa", of=_last("in_plane_stress"),
+        meaning="largest of all layers along and across the pass; tension is positive",
+    ),
+    Quantity("Sq", "Sq", unit="m", of=_last("Sq"), text=_ran_in("Sq")),
+    Quantity("Spk", "Spk", unit="m", of=_last("Spk"), text=_ran_in("Spk")),
+    Quantity("depth", unit="m", of=lambda r: r.result.bodies[0].depth.tolist()),
+    Quantity("shear_over_depth", of=_profile("shear")),
+    Quantity("residual_along", unit="Pa", of=_profile("residual_along")),
+    Quantity("residual_across", unit="Pa", of=_profile("residual_across")),
+    Quantity("each", of=lambda r: stored_columns(PASSES, r)),
+    Quantity("volume", of=lambda r: r.result.summary()),
+    Quantity("warnings", of=lambda r: list(r.result.warnings)),
+    Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
+    Quantity("version", of=lambda _: __version__),
+)  # fmt: skip
+"""Of a `Rolling`."""
+
+HEADLINES = ("shakedown", "flow", "shear", "in_plane_stress", "Sq")
+"""What a report on passes says first."""
+
+
+def _column(key: str, name: str = "", unit: str = "1", **told: Any) -> Column:
+    return Column(key, name, unit=unit, steps="passes", **told)
+
+
+PASSES: Columns = (
+    Column("number", "pass", of=lambda r: range(1, len(r.passes) + 1)),
+    _column("flow", "strain", form=strain),
+    _column("gain", "left of it", form=strain),
+    _column("largest_shear", "shear", form=strain),
+    _column("max_plastic_strain", "in all", form=strain),
+    _column("max_pressure", "largest pressure", "Pa"),
+    _column("contact_area", "contact area", "m²"),
+    _column("approach", "approach", "m", brief=False),
+    _column("max_residual_stress", "residual von Mises", "Pa", brief=False),
+    _column("in_plane_stress", "residual stress in the plane", "Pa", digits=3),
+    _column("Sq", "Sq", "m", digits=3),
+    _column("Spk", "Spk", "m", digits=3),
+    _column("max_residual_displacement", "deepest", "m", brief=False),
+    _column("steps", "steps", brief=False),
+)  # fmt: skip
+"""Of the passes of a `Rolling`."""
+
+
+_CRITERIA = {
+    Shakedown.ELASTIC: "No pass added any plastic strain.",
+    Shakedown.SHAKEN_DOWN: (
+        "The last pass added less than {least}, 1 % of the yield strain σ_Y/(3μ): residual stress "
+        "and hardening now bear the load without flow."
+    ),
+    Shakedown.ALTERNATING: (
+        "The last pass added as much plastic strain as that before, to 10 %, and less than 2 % of "
+        "it is left: the metal flows to and fro, and fatigue is to be feared."
+    ),
+    Shakedown.RATCHETTING: (
+        "The last pass added as much plastic strain as that before, and what is left of it is "
+        "alike, both to 10 %: each pass drags the metal on."
+    ),
+    Shakedown.UNSETTLED: (
+        "The strain that passes add still changes by more than 10 % from one to the next, and is "
+        "above {least}, 1 % of the yield strain σ_Y/(3μ)."
+    ),
+}
+
+
+def criterion(rolling: Rolling) -> str:
+    """Return by what the passes are judged, in one sentence."""
+    return _CRITERIA[rolling.shakedown].format(least=strain(rolling.least_strain))
+
+
+_ALT = "What each pass adds to the plastic strain, largest pressure, contact area, Sq and Spk."
+
+FIGURES: Illustrations = (
+    Illustration(
+        "passes",
+        plots.passes,
+        _ALT,
+        "Pass by pass: the plastic strain that it adds, the largest of all points, and what is "
+        "left of it when flow there and back are set off; the mean shear; the largest pressure and "
+        "contact area on the way; Sq and Spk of the rough body without load.",
+        RESULTS,
+    ),
+    Illustration(
+        "depths",
+        plots.depths,
+        "Shear strain that passes add, and residual stress after them, over the depth.",
+        "Over the depth: the shear strain that passes add, positive where the surface is dragged "
+        "to where the counter-body moved on the first pass; the residual normal stress along the "
+        "pass and across it. Means along the axes along which the map is periodic, the largest "
+        "values along others.",
+        RESULTS,
+    ),
+    Illustration(
+        "heights",
+        plots.heights,
+        "Heights along x and y before the passes and after them.",
+        "Heights of the rough body without load through the deepest residual displacement, before "
+        "the passes and after them: what is gone has been pressed in.",
+        RESULTS,
+    ),
+)  # fmt: skip
+"""Of a `Rolling`, besides those of its last state."""
+
