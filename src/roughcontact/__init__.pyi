@@ -104,8 +104,8 @@ from .volume.comparison import (
     ModelComparison as ModelComparison,
     compare_models as compare_models,
 )
-from .volume.path import PathPoint as PathPoint
 from .volume.passes_archive import load_rolling as load_rolling
+from .volume.path import PathPoint as PathPoint
 from .volume.result import ElastoplasticResult as ElastoplasticResult
 from .volume.rolling import (
     Rolling as Rolling,

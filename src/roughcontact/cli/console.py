@@ -15,7 +15,16 @@ from rich.table import Table
 from rich.text import Text
 
 from roughcontact.cli import terminal
-from roughcontact.request.options import COMPARE, ESTIMATE, FIND, HISTORY, SOLVE, STRESS, SWEEP
+from roughcontact.request.options import (
+    COMPARE,
+    ESTIMATE,
+    FIND,
+    HISTORY,
+    ROLL,
+    SOLVE,
+    STRESS,
+    SWEEP,
+)
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
@@ -40,6 +49,7 @@ if TYPE_CHECKING:
     from roughcontact.request.run import Outcome
     from roughcontact.surface.surface import Surface
     from roughcontact.volume.result import ElastoplasticResult
+    from roughcontact.volume.rolling import Rolling
     from roughcontact.volume.verification import Checked
 
 Cells = tuple[str, ...]
@@ -57,6 +67,8 @@ def show(outcome: Outcome) -> None:
         show_curve(outcome.curve, outcome.written)
     elif outcome.history is not None:
         show_history(outcome.history, outcome.written)
+    elif outcome.rolling is not None:
+        show_rolling(outcome.rolling, outcome.written)
     elif outcome.loads is not None:
         show_loads(outcome.loads, outcome.written)
     elif outcome.joint is not None:
@@ -164,6 +176,20 @@ def show_volume(volume: ElastoplasticResult, written: Sequence[Path]) -> None:
     """Print problem, answer and trust of a contact with plasticity of the volume."""
     _print_table(_problem(volume, volume.solution), *_answers(volume))
     _print_cautions(volume.cautions, SOLVE)
+    _print_written(written)
+
+
+def show_rolling(rolling: Rolling, written: Sequence[Path]) -> None:
+    """Print problem, passes and answer, then how exactly the last state is solved."""
+    from roughcontact.report import results
+    from roughcontact.report.quantities import PROBLEM, TRUST
+
+    state = rolling.result
+    asked = _cells(results.rows(rolling, PROBLEM, brief=True))
+    _print_table(_problem(state, state.solution), asked)
+    _print_steps(rolling)
+    _print_table(_cells(results.rows(state, TRUST, brief=True)))
+    _print_cautions(rolling.cautions, ROLL)
     _print_written(written)
 
 
@@ -426,7 +452,13 @@ def _print_lines(text: str) -> None:
 
 
 def _print_steps(
-    result: LoadCurve | LoadHistory | FoundLoads | Joint | ResolutionStudy | SamplingStudy,
+    result: LoadCurve
+    | LoadHistory
+    | Rolling
+    | FoundLoads
+    | Joint
+    | ResolutionStudy
+    | SamplingStudy,
 ) -> None:
     """Print one row a step, and what is told of all steps together."""
     from roughcontact.report import results

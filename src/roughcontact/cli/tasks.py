@@ -9,6 +9,7 @@ from roughcontact.request.options import (
     HISTORY,
     LAW,
     LEAK,
+    ROLL,
     SOLVE,
     STRESS,
     SWEEP,
@@ -50,6 +51,17 @@ The ceiling acts as perfect plasticity of the surface: what it indents stays ind
 Example:
 roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 \\
     --holes fill --output history.csv --residual indented.x3p
+""",
+    ROLL: """Pass a roller, ball or map over a body again and again: does it shake down?
+
+Every step is solved with plasticity of the volume: seconds each, minutes on larger maps. With
+--folder every step is saved at once, and the same command goes on where it was interrupted.
+
+\b
+Example:
+roughcontact roll ground.opd --counter-body "cylinder 5 mm 90 deg" \\
+    --hertz "2.5 GPa" --boundary periodic --passes 5 --material 100Cr6 \\
+    --holes fill --report rolled.html
 """,
     FIND: """Find the loads at which a contact has the values asked for, each with its bracket.
 

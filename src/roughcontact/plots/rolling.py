@@ -59,29 +59,25 @@ def passes(rolling: Rolling) -> Figure:
     grid = figure.subplots(2, 2, sharex=True)
     number = np.arange(1, len(rolling.passes) + 1)
     _draw_strains(grid[0, 0], rolling, number)
-    for axes, names, unit, label in (
-        (grid[0, 1], {"max_pressure": ""}, "Pa", "largest pressure"),
-        (grid[1, 0], {"contact_area": ""}, "m²", "largest contact area"),
-        (grid[1, 1], {"Sq": "Sq", "Spk": "Spk"}, "m", "roughness after the pass"),
+    for axes, keys, unit, label in (
+        (grid[0, 1], ("max_pressure",), "Pa", "largest pressure"),
+        (grid[1, 0], ("contact_area",), "m²", "largest contact area"),
+        (grid[1, 1], ("Sq", "Spk"), "m", "Sq, dashed Spk, after the pass"),
     ):
-        lines = {
-            name: np.array([getattr(one, key) for one in rolling.passes])
-            for key, name in names.items()
-        }
-        top = max(float(values.max()) for values in lines.values())
+        lines = [np.array([getattr(one, key) for one in rolling.passes]) for key in keys]
+        top = max(float(values.max()) for values in lines)
         factor, shown = prefixed_area(top or 1.0) if unit == "m²" else prefixed(top, unit)
-        for line, (name, values) in enumerate(lines.items()):
-            axes.plot(number, values * factor, _STYLES[line], color=SERIES[line], label=name)
+        for values, line, colour in zip(lines, _STYLES, SERIES, strict=False):
+            axes.plot(number, values * factor, line, color=colour)
         axes.set_ylabel(f"{label} [{shown}]", fontsize=LABEL)
         axes.set_ylim(0, 1.1 * top * factor or 1.0)
-        if len(lines) > 1:
-            axes.legend(fontsize=TICK, frameon=False)
     for axes in grid.ravel():
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         plain_axes(axes)
     for axes in grid[1]:
         axes.set_xlabel("pass", fontsize=LABEL)
         axes.set_xlim(0.5, number[-1] + 0.5)
+    shared_legend(figure, grid)
     figure.suptitle(f"{_counted(rolling)}: {rolling.answer}", fontsize=TITLE)
     return figure
 
@@ -100,9 +96,8 @@ def _draw_strains(axes: Axes, rolling: Rolling, number: Array) -> None:
     axes.axhline(least, color=NEUTRAL, linewidth=1.2, linestyle="-.", label="counts as none")
     axes.set_yscale("log")
     top = max(one.flow for one in rolling.passes)
-    axes.set_ylim(least / 100, 30 * max(top, least))
+    axes.set_ylim(least / 100, 3 * max(top, least))
     axes.set_ylabel("plastic strain by the pass", fontsize=LABEL)
-    axes.legend(fontsize=TICK, frameon=False, loc="upper right", ncols=2)
 
 
 def heights(rolling: Rolling) -> Figure:

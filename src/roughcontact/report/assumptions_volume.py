@@ -48,7 +48,7 @@ def statements(result: ElastoplasticResult, spots: Spots) -> tuple[Statement, ..
         slopes(contact),
         _small_deformations(result),
         _hardening(result),
-        FRICTIONLESS,
+        _rolling(result) if result.travelled else FRICTIONLESS,
         _layers(result),
         resolution(contact, spots, result) if contact.load else Statement("", ""),
         holes(contact),
@@ -78,7 +78,7 @@ def _yielding_half_spaces(result: ElastoplasticResult) -> str:
 
 
 def _small_deformations(result: ElastoplasticResult) -> Statement:
-    slope, strain = judgment.slope_under(result), result.max_plastic_strain
+    slope, strain = judgment.slope_under(result), judgment.largest_strain(result)
     text = (
         "Equilibrium is that of bodies that keep their shape, and strains are small: those of "
         "elasticity and plastic flow add up. The largest plastic strain is "
@@ -157,17 +157,28 @@ def _of_steps(result: ElastoplasticResult) -> str:
 def _way(result: ElastoplasticResult) -> str:
     if not result.travelled:
         return "The bodies are pressed together without tilting or sliding."
-    text = (
+    return (
         "The counter-surface moved over the body without tilting, and plastic strain stays at its "
         "place in both bodies, as where one rolls over the other without slip."
     )
+
+
+def _rolling(result: ElastoplasticResult) -> Statement:
+    """Return what is taken for granted where the counter-surface moved or pulled."""
     largest = max(step.friction for step in result.increments)
-    if largest:
-        text += (
-            f" It pulls with up to {largest:.3g} of the pressure, at full sliding; that a traction "
-            "also moves surfaces up and down where the bodies differ is left out."
-        )
-    return text
+    pull = (
+        f"The counter-surface pulls with up to {largest:.3g} of the pressure, at full sliding "
+        "everywhere in the contact. That a traction also moves surfaces up and down where the "
+        "bodies differ in their elastic constants is left out."
+        if largest
+        else "The counter-surface rolls freely: there is no traction at all in the contact."
+    )
+    return Statement(
+        "Rolling and sliding",
+        f"{pull} A contact that sticks in one part and slips in another, as under a driving or "
+        "braking torque, and the spin of a ball about the normal are left out. Nor are there "
+        "inertia, a lubricant or heat. The bodies do not attract each other.",
+    )
 
 
 def _path(result: ElastoplasticResult) -> Statement:

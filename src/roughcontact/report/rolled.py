@@ -9,7 +9,7 @@ from roughcontact._version import __version__
 from roughcontact.plots import rolling as plots
 from roughcontact.report.quantities import PROBLEM, Column, Columns, Quantity, Table, stored_columns
 from roughcontact.report.scenes import RESULTS, Illustration, Illustrations
-from roughcontact.units import engineering, percent
+from roughcontact.units import engineering
 from roughcontact.volume.rolling import Rolling, Shakedown
 
 
@@ -27,10 +27,7 @@ def _way(rolling: Rolling) -> str:
 
 def strain(value: float) -> str:
     """Return a strain, of which small ones count, too."""
-    return "0" if not value else f"{value:.2e}" if abs(value) < _SMALL else percent(value)
-
-
-_SMALL = 1e-4
+    return f"{100 * value:.3g} %"
 
 
 def _last(key: str) -> Callable[[Rolling], Any]:
@@ -113,12 +110,12 @@ PASSES: Columns = (
     _column("flow", "strain", form=strain),
     _column("gain", "left of it", form=strain),
     _column("largest_shear", "shear", form=strain),
-    _column("max_plastic_strain", "in all", form=strain),
-    _column("max_pressure", "largest pressure", "Pa"),
-    _column("contact_area", "contact area", "m²"),
+    _column("max_plastic_strain", "in all", form=strain, brief=False),
+    _column("max_pressure", "largest pressure", "Pa", digits=3),
+    _column("contact_area", "contact area", "m²", brief=False),
     _column("approach", "approach", "m", brief=False),
-    _column("max_residual_stress", "residual von Mises", "Pa", brief=False),
-    _column("in_plane_stress", "residual stress in the plane", "Pa", digits=3),
+    _column("max_residual_stress", "residual von Mises stress", "Pa", brief=False),
+    _column("in_plane_stress", "residual stress", "Pa", digits=3),
     _column("Sq", "Sq", "m", digits=3),
     _column("Spk", "Spk", "m", digits=3),
     _column("max_residual_displacement", "deepest", "m", brief=False),
@@ -185,4 +182,3 @@ FIGURES: Illustrations = (
     ),
 )  # fmt: skip
 """Of a `Rolling`, besides those of its last state."""
-

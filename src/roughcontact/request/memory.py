@@ -10,6 +10,7 @@ from roughcontact.request.options import (
     FIND,
     HISTORY,
     LEAK,
+    ROLL,
     STRESS,
     SWEEP,
     VOLUME,
@@ -62,7 +63,7 @@ def require(request: Request, shape: tuple[int, int]) -> None:
     counter = any(request[name] is not None for name in ("counter-surface", "counter-body"))
     bodies = 2 if counter else 1
     boundary, precision = Boundary(request["boundary"]), request["precision"]
-    if request.kind == VOLUME:
+    if request.kind in (VOLUME, ROLL):
         from roughcontact.volume import extent, memory as volume
 
         volume.require(

@@ -9,8 +9,9 @@ from typing import Any
 from roughcontact.request import parsing
 
 SOLVE, SWEEP, STRESS, HISTORY, FIND = "solve", "sweep", "stress", "history", "find"
+ROLL = "roll"
 COMPARE, CONDUCTANCE, LAW, LEAK = "compare", "conductance", "law", "leak"
-SINGLE = (SOLVE, SWEEP, STRESS, HISTORY, FIND, CONDUCTANCE, LAW, LEAK)
+SINGLE = (SOLVE, SWEEP, STRESS, HISTORY, ROLL, FIND, CONDUCTANCE, LAW, LEAK)
 """Tasks on one contact."""
 JOINTS = (CONDUCTANCE, LAW, LEAK)
 """Tasks on what a joint does, of which several may be asked of one contact."""
@@ -20,6 +21,8 @@ SEVERAL = (LAW, COMPARE)
 """Tasks that take several maps."""
 TASKS = (*SINGLE, COMPARE)
 """What a run can be asked for; each is a command, and a ``task`` of a project file."""
+CAPPED = tuple(task for task in TASKS if task != ROLL)
+"""Those whose pressure has a ceiling."""
 ESTIMATE = "estimate"
 PREPARED = (*TASKS, ESTIMATE)
 """Commands that prepare a map and know two bodies."""

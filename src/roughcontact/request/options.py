@@ -20,10 +20,12 @@ from roughcontact.request import (
     fleet_options,
     joint_options,
     parsing,
+    rolling_options,
     surface_options,
 )
 from roughcontact.request.option import (
     BODIES,
+    CAPPED,
     COMPARE as COMPARE,
     CONDUCTANCE as CONDUCTANCE,
     ESTIMATE as ESTIMATE,
@@ -37,6 +39,7 @@ from roughcontact.request.option import (
     PICTURES as PICTURES,
     PREPARED,
     PRESSURE,
+    ROLL as ROLL,
     SINGLE,
     SOLVE as SOLVE,
     SOLVER,
@@ -159,9 +162,14 @@ OPTIONS = (
         "--hertz or --approach.", parsing.load, fits=(SOLVE, STRESS),
     ),
     Option(
+        "load", BODIES, "LOAD",
+        'Normal load on the whole way, such as "1 N" or "20 MPa" or "600 N/mm", as for solve; this '
+        "or --hertz.", parsing.load, fits=(ROLL,),
+    ),
+    Option(
         "hertz", BODIES, "PRESSURE",
         "Load under which the nominal bodies, smooth, have this peak pressure, such as "
-        '"1.5 GPa".', parsing.peak, fits=(SOLVE, STRESS),
+        '"1.5 GPa".', parsing.peak, fits=(SOLVE, STRESS, ROLL),
     ),
     Option(
         "approach", BODIES, "LENGTH", 'Approach of the bodies from first touch, such as "1 um".',
@@ -223,6 +231,7 @@ OPTIONS = (
         'Shift (y, x) of the counter-body from pass to pass, such as "0 um, 5 um"; default: none.',
         parsing.offset, fits=(HISTORY,), default=(0.0, 0.0),
     ),
+    *rolling_options.WAYS,
     Option(
         "load-point", BODIES, "LENGTHS",
         'Let the bodies tilt until the load acts at this offset (y, x) from the middle of the map, '
@@ -304,7 +313,7 @@ OPTIONS = (
         "smaller yield strength, or else the hardness; recommended: that which gives the contact "
         "area of plasticity in the volume, found by solving again; none: purely elastic; default: "
         "auto.",
-        parsing.ceiling, default="auto", model=CEILING,
+        parsing.ceiling, default="auto", fits=CAPPED, model=CEILING,
     ),
     Option(
         "model", BODIES, f"{CEILING}|{VOLUME}",
@@ -329,7 +338,7 @@ OPTIONS = (
         'n of B (C + 1e6 e)^n); "kinematic 10 GPa", alone or after one of these and a comma, for '
         "metal that yields earlier on its way back; for the volume model, and for the ceiling "
         "that is recommended.",
-        parsing.hardening, fits=(SOLVE, ESTIMATE),
+        parsing.hardening, fits=(SOLVE, ROLL, ESTIMATE),
     ),
     Option(
         "boundary", BODIES, "KIND",
@@ -397,9 +406,11 @@ OPTIONS = (
         "Solve again on coarser and finer grids, with filters and other ceilings, and tell what "
         "depends on them.", fits=(SOLVE,), default=False, model=CEILING,
     ),
+    *rolling_options.SOLVERS,
     *comparison_options.FILES,
     *joint_options.FILES,
     *estimate_options.FILES,
+    *rolling_options.FILES,
     Option(
         "output", OUTPUT, "FILE",
         f"Write the result: {export.told(Kind.CONTACT, Kind.VOLUME)}; may be repeated.",

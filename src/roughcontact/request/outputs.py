@@ -12,6 +12,7 @@ from roughcontact.request.options import (
     ALL_RESULTS,
     PICTURES,
     RESULTS,
+    ROLL,
     SOLVE,
     STRESS,
     VOLUME,
@@ -28,7 +29,10 @@ def figure_names(kind: str) -> tuple[str, ...]:
     # Imported late: the report brings much that a refused command never needs.
     from roughcontact.report import figures
 
-    several = {SOLVE: figures.CONTACT, VOLUME: figures.VOLUME, STRESS: figures.STRESS}
+    several = {
+        SOLVE: figures.CONTACT, VOLUME: figures.VOLUME, STRESS: figures.STRESS,
+        ROLL: figures.ROLLING,
+    }  # fmt: skip
     return figures.names(several.get(kind, ()))
 
 

@@ -22,6 +22,7 @@ from roughcontact.request.options import (
     HISTORY,
     LAW,
     LEAK,
+    ROLL,
     SWEEP,
     VOLUME,
     Given,
@@ -88,6 +89,8 @@ class Request:
             self._check_conductance()
         elif "load" in offered(self.task):
             self._check_load()
+        if self.task == ROLL:
+            self._check_roll()
         self._check_model()
         if self["load-point"] is not None and (self.load[0] is None or self["study"]):
             raise InputError(
@@ -219,7 +222,9 @@ class Request:
     @property
     def places(self) -> tuple[tuple[str, Path], ...]:
         """The files that are written, each with the argument that asks for it, in their order."""
-        single = [(name, self[name]) for name in ("residual", "report") if self[name] is not None]
+        single = [
+            (name, self[name]) for name in ("residual", "film", "report") if self[name] is not None
+        ]
         return (
             *(("output", path) for path in self.outputs),
             *single,
@@ -257,12 +262,29 @@ class Request:
             )  # fmt: skip
 
     def _check_load(self) -> None:
-        given = [name for name in ("load", "hertz", "approach") if self[name] is not None]
-        if len(given) != 1:
+        names = [name for name in ("load", "hertz", "approach") if name in offered(self.task)]
+        if sum(self[name] is not None for name in names) != 1:
+            *most, last = (Mention(name) for name in names)
+            words = [part for mention in most for part in (mention, ", ")]
             raise InputError(
-                "give one of ", Mention("load"), ", ", Mention("hertz"), " and ",
-                Mention("approach"), ", and no more than one, such as ", Mention("load", "1 N"),
+                "give one of ", *words[:-1], " and ", last, ", and no more than one, such as ",
+                Mention("load", "1 N"),
             )  # fmt: skip
+
+    def _check_roll(self) -> None:
+        if self["counter-body"] is None and self["counter-surface"] is None:
+            raise InputError(
+                "is needed: what passes over the body, such as ",
+                Mention("counter_body", "cylinder 5 mm 90 deg"), "; or a ",
+                Mention("counter_surface"), argument="counter_body",
+            )  # fmt: skip
+        self._require_yield(Mention("task", ROLL))
+        if not 0 <= self["friction"] < math.inf:
+            raise InputError(
+                f"must not be negative, got {self.given['friction']!r}", argument="friction"
+            )
+        if self["folder"] is None and any(path.suffix == ".pvd" for path in self.outputs):
+            raise InputError("is needed for .pvd, which holds its steps", argument="folder")
 
     def _check_sweep(self) -> None:
         for name in ("from", "to"):
@@ -415,9 +437,13 @@ class Request:
             if model == CEILING:
                 raise InputError("needs ", mention, argument=option.argument)
             raise InputError("goes with ", mention, f", not with {model}", argument=option.argument)
-        if model == VOLUME and all(body.yield_strength is None for body in self.bodies()):
+        if model == VOLUME:
+            self._require_yield(Mention("model", VOLUME))
+
+    def _require_yield(self, asked: Mention) -> None:
+        if all(body.yield_strength is None for body in self.bodies()):
             raise InputError(
-                Mention("model", VOLUME), " needs a ", Mention("yield_strength"),
+                asked, " needs a ", Mention("yield_strength"),
                 " such as '1 GPa', or a ", Mention("material"),
                 " that has one: otherwise nothing can yield",
             )  # fmt: skip

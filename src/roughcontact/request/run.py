@@ -15,12 +15,13 @@ from roughcontact.errors import InputError, RoughcontactError, Sentence, parts_o
 from roughcontact.formats import tables
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import default_workers
-from roughcontact.request import joints, memory, outputs, problem
+from roughcontact.request import joints, memory, outputs, problem, rolling
 from roughcontact.request.maps import prepared_by, resolution_notes, surfaces
 from roughcontact.request.options import (
     COMPARE,
     FIND,
     HISTORY,
+    ROLL,
     SOLVE,
     STRESS,
     SWEEP,
@@ -41,7 +42,9 @@ if TYPE_CHECKING:
     from roughcontact.contact.stress import StressResult
     from roughcontact.contact.study import ResolutionStudy
     from roughcontact.surface.surface import Surface
+    from roughcontact.volume.passes import Frame
     from roughcontact.volume.result import ElastoplasticResult
+    from roughcontact.volume.rolling import Rolling
 
 Look = Callable[[Progress], None]
 
@@ -58,8 +61,10 @@ class Outcome:
         The contact: the solution or the best found, that of the volume model, that below which the
         stress is, the last of a history, that under the largest load found; none of a sweep or a
         comparison.
-    volume, stress, curve, history, loads, joint, comparison : optional
+    volume, stress, curve, history, rolling, loads, joint, comparison : optional
         What the task found besides.
+    frames : tuple of Frame
+        Pictures of the passes, if a film was asked for.
     study : ResolutionStudy or None
         The same on other grids, if it was asked for.
     first_yield : StressResult or None
@@ -78,6 +83,8 @@ class Outcome:
     stress: StressResult | None = None
     curve: LoadCurve | None = None
     history: LoadHistory | None = None
+    rolling: Rolling | None = None
+    frames: tuple[Frame, ...] = ()
     loads: FoundLoads | None = None
     joint: joints.Joint | None = None
     comparison: Comparison | SamplingStudy | None = None
@@ -91,8 +98,8 @@ class Outcome:
     def found(self) -> Any:
         """What was asked for."""
         whole = (
-            self.volume, self.stress, self.curve, self.history, self.loads, self.joint,
-            self.comparison,
+            self.rolling, self.volume, self.stress, self.curve, self.history, self.loads,
+            self.joint, self.comparison,
         )  # fmt: skip
         return next((found for found in whole if found is not None), self.result)
 
@@ -148,7 +155,9 @@ class Outcome:
     def record(self) -> dict[str, Any]:
         """Return all numbers by name, in SI units, ready for JSON."""
         told: dict[str, Any]
-        several = (self.curve, self.history, self.loads, self.joint, self.comparison)
+        several = (
+            self.curve, self.history, self.rolling, self.loads, self.joint, self.comparison,
+        )  # fmt: skip
         whole = next((found for found in several if found is not None), None)
         if whole is not None:
             told = whole.summary()
@@ -295,6 +304,8 @@ def _remarked(outcome: Outcome, remarks: tuple[Caution, ...]) -> Outcome:
         for name, whole in (("volume", outcome.volume), ("stress", outcome.stress)):
             if whole is not None:
                 changed[name] = replace(whole, solution=result)
+        if outcome.rolling is not None:
+            changed["rolling"] = replace(outcome.rolling, result=changed["volume"])
         if outcome.history is not None:
             changed["history"] = replace(outcome.history, last=result, remarks=remarks)
         if outcome.loads is not None:
@@ -365,6 +376,16 @@ def _volume(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> 
     found = replace(found, solution=replace(found.solution, given=given))
     # The last of them is told of.
     return Outcome(request, found.solution, volume=found, reused=max(reused, default=0))
+
+
+def _roll(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
+    with _kept(request, "pass-*/step-*.nc", look) as (watch, reused):
+        found, given, frames = rolling.rolled(request, maps, watch)
+    last = replace(found.result, solution=replace(found.result.solution, given=given))
+    found = replace(found, result=last)
+    return Outcome(
+        request, last.solution, volume=last, rolling=found, frames=frames, reused=sum(reused)
+    )
 
 
 def _stress(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
@@ -461,6 +482,7 @@ _TASKS: dict[str, Callable[[Request, Sequence[Surface], Say, Look], Outcome]] = 
     STRESS: _stress,
     SWEEP: _sweep,
     HISTORY: _history,
+    ROLL: _roll,
     FIND: _find,
 }
 
@@ -502,6 +524,10 @@ def _files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
         yield path, found.save
     if outcome.history is not None and request["residual"] is not None:
         yield request["residual"], outcome.history.residual.save
+    if outcome.frames and outcome.rolling is not None:
+        from roughcontact.plots import film
+
+        yield request["film"], partial(film.save, outcome.rolling, outcome.frames)
     if request["report"] is not None:
         yield request["report"], partial(_report, outcome, maps)
     if outcome.comparison is not None:
@@ -520,7 +546,7 @@ def _files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
 
 def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
     """Write the report on an outcome."""
-    from roughcontact.report import additions, comparison, contact, steps, volume
+    from roughcontact.report import additions, comparison, contact, rolling, steps, volume
 
     request = outcome.request
     told = _telling(request)
@@ -540,6 +566,8 @@ def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
         below = additions.of_stress(outcome.stress, outcome.first_yield)
         solution = outcome.stress.solution
         contact.save_compared(solution, path, additions=[below], study=None, **told)
+    elif outcome.rolling is not None:
+        rolling.save(outcome.rolling, path, **told)
     elif outcome.volume is not None:
         volume.save(outcome.volume, path, **told)
     elif outcome.result is not None:

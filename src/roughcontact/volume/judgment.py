@@ -10,6 +10,7 @@ from roughcontact.contact import judgment
 from roughcontact.contact.cautions import Caution, Kind, careful, ordered, warned
 from roughcontact.contact.judgment import LARGE_STRAIN
 from roughcontact.errors import Mention, parts_of
+from roughcontact.halfspace import tensors
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated
 from roughcontact.volume.body import law_of
 from roughcontact.volume.result import GUARD, Array, ElastoplasticResult, PlasticBody
@@ -104,6 +105,28 @@ def slope_under(result: ElastoplasticResult) -> float:
     return math.sqrt(float(known.mean())) if known.size else math.nan
 
 
+def largest_strain(result: ElastoplasticResult) -> float:
+    """Return the largest plastic strain of a state: what counts against the small ones assumed.
+
+    Metal that flows to and fro accumulates without end what it takes back.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        A state of the volume.
+
+    Returns
+    -------
+    float
+        Equivalent of the plastic strain where bodies have travelled; else the accumulated one,
+        which is the same on a way up.
+    """
+    if not result.travelled:
+        return result.max_plastic_strain
+    strains = (tensors.equivalent(body.plastic_strain.swapaxes(0, 1)) for body in result.bodies)
+    return 2 / 3 * max(float(strain.max()) for strain in strains)
+
+
 def perfectly_plastic(result: ElastoplasticResult) -> bool:
     """Return whether a body that yields does not harden."""
     return any(
@@ -175,7 +198,7 @@ def _bottom(result: ElastoplasticResult) -> Caution | None:
 
 
 def _deformations(result: ElastoplasticResult) -> Caution | None:
-    strain = result.max_plastic_strain
+    strain = largest_strain(result)
     if strain > LARGE_STRAIN:
         return careful(
             Kind.PLASTIC_STRAINS,

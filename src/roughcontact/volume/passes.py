@@ -95,7 +95,9 @@ def told(result: ElastoplasticResult, before: ElastoplasticResult | None, direct
         Where the counter-body moved on the first pass [degrees].
     """
     flow = gain = 0.0
-    shear, along, across = [], [], []
+    shear: list[Array] = []
+    along: list[Array] = []
+    across: list[Array] = []
     for number, body in enumerate(result.bodies):
         old = None if before is None else before.bodies[number]
         flow = max(flow, float((body.accumulated - _at(old, body, "accumulated")).max()))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -20,7 +20,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
 from roughcontact.references import References
 from roughcontact.shown import Shown
-from roughcontact.solvers.progress import Tell
+from roughcontact.solvers.progress import Progress, Tell
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
 from roughcontact.volume import archive, passes as passes_of
@@ -290,18 +290,17 @@ precision, progress
     require_count(1, limits.STEPS, passes=passes)
     require_count(1, limits.STEPS, steps=steps)
     length = _length(quantity(way, "length", "way"), surface, Boundary(boundary), direction)
-    stops = [length * (step + centered / 2) / steps - centered * length / 2 for step in range(steps)]
-    there = _pass(quantity(load, "force", "load"), stops, direction, friction)
-    back = [
-        PathPoint(point.load, point.offset, friction, direction + 180) for point in reversed(there)
-    ]
+    begin = -length / 2 if centered else 0.0
+    there = _pass(quantity(load, "force", "load"), length, begin, steps, direction, friction)
+    back = [replace(point, direction=direction + 180) for point in reversed(there)]
     solved = partial(
         solve_elastoplastic, surface, counter_surface=counter_surface, material=material,
         counter_material=counter_material, boundary=boundary, tolerance=tolerance,
-        max_iterations=max_iterations, precision=precision, progress=progress,
+        max_iterations=max_iterations, precision=precision,
     )  # fmt: skip
     ways = [back if to_and_fro and number % 2 else there for number in range(passes)]
-    result, done = _rolled(solved, {"depth": depth, "layers": layers}, ways, folder, each)
+    volume = {"depth": depth, "layers": layers}
+    result, done = _rolled(solved, volume, ways, folder, _labelled(progress, passes), each)
     place = None if folder is None else Path(folder)
     return Rolling(result, done, float(direction), to_and_fro, place)
 
@@ -311,6 +310,7 @@ def _rolled(
     volume: Mapping[str, Any],
     ways: Sequence[Sequence[PathPoint]],
     folder: str | os.PathLike[str] | None,
+    tell: Callable[[int], Tell],
     each: Callable[[int, int, ElastoplasticResult], object] | None,
 ) -> tuple[ElastoplasticResult, tuple[Pass, ...]]:
     """Go the passes one after the other; the first needs to know its volume."""
@@ -318,12 +318,27 @@ def _rolled(
     done: list[Pass] = []
     for number, path in enumerate(ways, 1):
         before = result
-        given = {"folder": None if folder is None else _place(folder, number)}
-        look = None if each is None else partial(each, number)
-        result = solved(path=path, start=before, each=look, **given, **({} if before else volume))
+        result = solved(
+            path=path,
+            start=before,
+            folder=None if folder is None else _place(folder, number),
+            progress=tell(number),
+            each=None if each is None else partial(each, number),
+            **({} if before else volume),
+        )
         done.append(passes_of.told(result, before, ways[0][0].direction))
     assert result is not None
     return result, tuple(done)
+
+
+def _labelled(progress: Tell, count: int) -> Callable[[int], Tell]:
+    """Return what gives, by the number of a pass, what is told of its steps."""
+
+    def told(number: int, at: Progress) -> None:
+        assert callable(progress)
+        progress(replace(at, label=f"pass {number} of {count}"))
+
+    return lambda number: partial(told, number) if callable(progress) else progress
 
 
 def _place(folder: str | os.PathLike[str], number: int) -> Path:
@@ -350,10 +365,13 @@ def _length(way: float | None, surface: Surface, boundary: Boundary, direction: 
 
 
 def _pass(
-    load: float, stops: Sequence[float], direction: float, friction: float
+    load: float, length: float, begin: float, steps: int, direction: float, friction: float
 ) -> list[PathPoint]:
+    """Return the points of a pass; half a step lies before and behind a way with two ends."""
     angle = math.radians(direction)
     y, x = round(math.sin(angle), 15), round(math.cos(angle), 15)
+    part = length / steps
+    stops = (begin + part * (step + (0.5 if begin else 0.0)) for step in range(steps))
     return [PathPoint(load, (y * stop, x * stop), friction, direction) for stop in stops]
 
 

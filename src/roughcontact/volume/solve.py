@@ -183,14 +183,13 @@ def solve_elastoplastic(
     forces = quantity(loads, "force", "loads")
     points = checks.path_of(problem, (force, forces, path), increments, start)
     automatic = increments == AUTO and path is None
-    workspace = Workspace()
-    solver, extent = _prepared(problem, points, *volume, start, workspace)
+    solver, extent = _prepared(problem, points, *volume, start, workspace := Workspace())
     layered = [extent.margin, layers is None, *extent.thickness]
     loop_in = partial(Loop, problem, solver, workspace, deepen=layers is None)
     with kept(folder, problem, points, start, layered, automatic=automatic) as steps:
         run = _Run(problem, points, automatic, steps, progress, began, each)
-        result = run.finished(start, extent, loop_in)
-    return _judged(_told(result, given), on_failure, folder)
+        result = _told(run.finished(start, extent, loop_in), given)
+    return _judged(result, on_failure, folder)
 
 
 def _told(result: ElastoplasticResult, given: GivenLoad | None) -> ElastoplasticResult:
