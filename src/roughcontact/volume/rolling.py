@@ -290,17 +290,16 @@ precision, progress
     require_count(1, limits.STEPS, passes=passes)
     require_count(1, limits.STEPS, steps=steps)
     length = _length(quantity(way, "length", "way"), surface, Boundary(boundary), direction)
-    begin = -length / 2 if centered else 0.0
-    there = _pass(quantity(load, "force", "load"), length, begin, steps, direction, friction)
-    back = [replace(point, direction=direction + 180) for point in reversed(there)]
+    stops = _stops(length, steps, centered)
+    there = _pass(quantity(load, "force", "load"), stops, direction, friction)
+    both = there, [replace(point, direction=direction + 180) for point in reversed(there)]
     solved = partial(
         solve_elastoplastic, surface, counter_surface=counter_surface, material=material,
         counter_material=counter_material, boundary=boundary, tolerance=tolerance,
         max_iterations=max_iterations, precision=precision,
     )  # fmt: skip
-    ways = [back if to_and_fro and number % 2 else there for number in range(passes)]
-    volume = {"depth": depth, "layers": layers}
-    result, done = _rolled(solved, volume, ways, folder, _labelled(progress, passes), each)
+    ways, tell = [both[n % 2 * to_and_fro] for n in range(passes)], _labelled(progress, passes)
+    result, done = _rolled(solved, {"depth": depth, "layers": layers}, ways, folder, tell, each)
     place = None if folder is None else Path(folder)
     return Rolling(result, done, float(direction), to_and_fro, place)
 
@@ -364,14 +363,17 @@ def _length(way: float | None, surface: Surface, boundary: Boundary, direction: 
     return surface.size[axis]
 
 
+def _stops(length: float, steps: int, centered: bool) -> list[float]:
+    """Return the places of a pass [m]; half a step lies before and behind a way with two ends."""
+    first = (0.5 / steps - 0.5) * centered
+    return [length * (step / steps + first) for step in range(steps)]
+
+
 def _pass(
-    load: float, length: float, begin: float, steps: int, direction: float, friction: float
+    load: float, stops: Sequence[float], direction: float, friction: float
 ) -> list[PathPoint]:
-    """Return the points of a pass; half a step lies before and behind a way with two ends."""
     angle = math.radians(direction)
     y, x = round(math.sin(angle), 15), round(math.cos(angle), 15)
-    part = length / steps
-    stops = (begin + part * (step + (0.5 if begin else 0.0)) for step in range(steps))
     return [PathPoint(load, (y * stop, x * stop), friction, direction) for stop in stops]
 
 

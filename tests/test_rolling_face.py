@@ -1,0 +1,276 @@
+"""Repeated passes from the command line to their files: what is told, kept, drawn and filmed."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.cli import app
+from roughcontact.contact.cautions import Kind
+from roughcontact.plots import film
+from roughcontact.report import rolled
+from roughcontact.report.rolling import render
+from roughcontact.surface import nominal
+from roughcontact.volume import judgment, passes
+from roughcontact.volume.rolling import Shakedown
+
+GRID: Any = {"shape": (8, 24), "pixel": (8e-6, 8e-6)}
+STEEL = rc.Material(young=210e9, poisson=0.3, hardening=rc.Linear("1 GPa", "20 GPa"))
+WORDS = (
+    "roll", "--body", "flat", "--points", "8x24", "--size", "64 um x 192 um", "--counter-body",
+    "cylinder 1.5 mm 90 deg", "--hertz", "2.2 GPa", "--young", "210 GPa", "--poisson", "0.3",
+    "--yield-strength", "1 GPa", "--hardening", "linear 20 GPa", "--boundary", "periodic",
+    "--steps", "3", "--quiet",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("passes")
+
+
+@pytest.fixture(scope="module")
+def seen() -> list[tuple[int, int, float]]:
+    return []
+
+
+@pytest.fixture(scope="module")
+def found(folder: Path, seen: list[tuple[int, int, float]]) -> rc.Rolling:
+    """Two passes of a roller that pulls with a tenth of its pressure."""
+    return rc.roll(
+        nominal.flat(**GRID), counter_surface=nominal.cylinder(radius=1.5e-3, angle=90.0, **GRID),
+        material=STEEL, load=5.0, passes=2, steps=3, boundary="periodic", friction=0.1,
+        folder=folder / "kept",
+        each=lambda number, step, state: seen.append((number, step, state.max_plastic_strain)),
+    )  # fmt: skip
+
+
+def test_each_step_is_shown_once_and_in_order(
+    found: rc.Rolling, seen: list[tuple[int, int, float]]
+) -> None:
+    assert [place[:2] for place in seen] == [(n, k) for n in (1, 2) for k in (1, 2, 3)]
+    assert seen[-1][2] == found.result.max_plastic_strain
+    # What stands in the folder is shown, too, as it was.
+    again = [(n, k, state.max_plastic_strain) for n, k, state in found.states()]
+    assert again == seen
+
+
+def test_a_pass_tells_what_its_state_holds(found: rc.Rolling) -> None:
+    last, state = found.passes[-1], found.result
+    (body,) = state.bodies
+    after = passes.rolled_surface(state)
+    np.testing.assert_array_equal(after.heights, -state.residual_displacement)
+    values = after.roughness()
+    assert last.Sq == pytest.approx(values["Sq"])
+    assert last.Spk == pytest.approx(values["Spk"], abs=1e-15)
+    assert [one.steps for one in found.passes] == [3, 3]
+    assert last.max_pressure == max(step.max_pressure for step in state.increments[3:])
+    assert last.contact_area == max(step.contact_area for step in state.increments[3:])
+    # What passes add is what there is: γ = 2 ε, the mean of each layer.
+    total = sum(one.shear[0] for one in found.passes)
+    np.testing.assert_allclose(total, -2 * body.plastic_strain[:, 3].mean(axis=(1, 2)), atol=1e-9)
+    # The normal stresses of a layer, from the tensor that sections have.
+    section = state.section("x", 3)
+    for along, axis in ((last.residual_along, 0), (last.residual_across, 1)):
+        normal = section.residual_stress[..., axis, axis].mean(axis=1)
+        np.testing.assert_allclose(along[0], normal, rtol=1e-3, atol=1e-3 * np.abs(normal).max())
+
+
+def test_friction_drags_the_surface_along(found: rc.Rolling) -> None:
+    assert found.passes[0].largest_shear > 0
+
+
+def test_profiles_turn_with_the_direction(found: rc.Rolling) -> None:
+    there = passes.told(found.result, None, 0.0)
+    back, aside = (passes.told(found.result, None, angle) for angle in (180.0, 90.0))
+    np.testing.assert_allclose(back.shear, -there.shear, atol=1e-12)
+    np.testing.assert_allclose(aside.residual_across, there.residual_along, rtol=1e-5)
+
+
+def test_passes_are_loaded_as_they_were_saved(found: rc.Rolling, folder: Path) -> None:
+    found.save(folder / "out.nc")
+    loaded = rc.load_rolling(folder / "out.nc")
+    assert loaded.passes == found.passes
+    assert (loaded.answer, loaded.direction) == (found.answer, found.direction)
+    for old, new in zip(found.passes, loaded.passes, strict=True):
+        for name in ("shear", "residual_along", "residual_across"):
+            np.testing.assert_array_equal(getattr(new, name), getattr(old, name))
+    np.testing.assert_array_equal(
+        rc.load_elastoplastic(folder / "out.nc").bodies[0].plastic_strain,
+        found.result.bodies[0].plastic_strain,
+    )
+    found.result.save(folder / "state.nc")
+    with pytest.raises(rc.FormatError, match=r"state\.nc cannot be read .* Rolling\.save"):
+        rc.load_rolling(folder / "state.nc")
+
+
+def test_numbers_are_told_alike(found: rc.Rolling, folder: Path) -> None:
+    found.save(folder / "out.json")
+    found.save(folder / "out.csv")
+    told = json.loads((folder / "out.json").read_text())
+    assert told["shakedown"] == str(found.shakedown)
+    assert told["each"]["flow"] == [one.flow for one in found.passes]
+    assert told["volume"]["max_plastic_strain"] == found.result.max_plastic_strain
+    assert len(told["shear_over_depth"][0]) == len(told["depth"])
+    head, *rows = (folder / "out.csv").read_text().splitlines()
+    assert head.startswith("number [1],flow [1],gain [1],largest_shear [1]")
+    assert [float(row.split(",")[1]) for row in rows] == told["each"]["flow"]
+    assert found.answer in repr(found)
+
+
+def test_paraview_plays_every_step(found: rc.Rolling, folder: Path) -> None:
+    found.save(folder / "out.pvd")
+    named = re.findall(
+        r'timestep="(\d)" part="(\d)" file="([^"]+)"', (folder / "out.pvd").read_text()
+    )
+    assert [place[:2] for place in named] == [(str(t), p) for t in range(1, 7) for p in "01"]
+    assert all((folder / file).stat().st_size for *_, file in named)
+    with pytest.raises(rc.InputError, match=r"^folder is needed"):
+        replace(found, folder=None).save(folder / "none.pvd")
+    assert not (folder / "none.pvd").exists()
+
+
+def test_a_film_has_a_picture_a_step(found: rc.Rolling, folder: Path) -> None:
+    from PIL import Image
+
+    frames = [passes.frame(state, n, k, "x") for n, k, state in found.states()]
+    np.testing.assert_allclose(
+        frames[-1].strain, found.result.bodies[0].accumulated.max(axis=1), rtol=1e-6
+    )
+    film.save(found, frames, folder / "film.gif")
+    with Image.open(folder / "film.gif") as shown:
+        # Pictures that are alike would be one.
+        assert shown.n_frames == len(frames) == 6
+        assert shown.info["loop"] == 0
+    with pytest.raises(rc.InputError, match=r"\.gif"):
+        film.save(found, frames, folder / "film.mp4")
+
+
+def test_long_films_leave_steps_out(
+    found: rc.Rolling, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from PIL import Image
+
+    monkeypatch.setattr(film, "MOST_FRAMES", 3)
+    frames = [passes.frame(state, n, k, "x") for n, k, state in found.states()]
+    film.save(found, frames, folder / "short.gif")
+    with Image.open(folder / "short.gif") as shown:
+        assert shown.n_frames == 3
+
+
+@pytest.mark.parametrize(
+    ("direction", "along"), [(0, "x"), (45, "x"), (90, "y"), (180, "x"), (-80, "y")]
+)
+def test_films_follow_the_nearer_axis(direction: float, along: str) -> None:
+    assert film.along_of(direction) == along
+
+
+def test_the_report_begins_with_the_passes(found: rc.Rolling) -> None:
+    text = render(found)
+    chapters = re.findall(r"<h2[^>]*>(.*?)</h2>", text, re.DOTALL)
+    assert "Passes" in chapters[next(i for i, c in enumerate(chapters) if "Contents" in c) + 1]
+    assert rolled.criterion(found) in " ".join(text.split())
+    assert "sticks in one part and slips in another" in " ".join(text.split())
+    assert f"2 passes over {found.result.solution.surface.provenance.source}" in text
+
+
+def test_every_answer_has_its_criterion(found: rc.Rolling) -> None:
+    for kind in Shakedown:
+        assert rolled._CRITERIA[kind].format(least="x")
+
+
+def test_strain_that_is_taken_back_is_not_large(found: rc.Rolling) -> None:
+    (body,) = found.result.bodies
+    worn = replace(found.result, bodies=(replace(body, accumulated=body.accumulated + 0.5),))
+    assert judgment.largest_strain(worn) < 0.1 < worn.max_plastic_strain
+    assert Kind.PLASTIC_STRAINS not in {caution.kind for caution in worn.cautions}
+    torn = replace(found.result, bodies=(replace(body, plastic_strain=100 * body.plastic_strain),))
+    assert judgment.largest_strain(torn) > 0.1
+    assert Kind.PLASTIC_STRAINS in {caution.kind for caution in torn.cautions}
+
+
+def test_a_way_with_two_ends_lies_around_the_counter_body() -> None:
+    elastic = rc.roll(
+        nominal.flat(**GRID), counter_surface=nominal.sphere(radius=1e-3, **GRID), material=STEEL,
+        load=0.05, passes=2, steps=4, way="32 um", centered=True, to_and_fro=True,
+    )  # fmt: skip
+    offsets = [step.offset[1] for step in elastic.result.increments]
+    ahead = [-12e-6, -4e-6, 4e-6, 12e-6]
+    assert offsets == pytest.approx([*ahead, *ahead[::-1]])
+    assert elastic.answer == "elastic"
+
+
+# The command
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path  # type: ignore[return-value]
+
+
+def test_the_command_writes_all_and_goes_on(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = [word for word in WORDS if word != "--quiet"]
+    files = ("--output", "out.nc", "--output", "out.csv", "--film", "out.gif")
+    asked = [*words, "--passes", "2", "--folder", "kept", *files]
+    assert app.main([*asked, "--passes", "1"]) == app.SOLVED
+    capsys.readouterr()
+    assert app.main(asked) == app.SOLVED
+    out = capsys.readouterr().out
+    assert max(map(len, out.splitlines())) <= 80
+    assert "solved by an earlier run: 3 loads" in out
+    loaded = rc.load_rolling("out.nc")
+    assert loaded.answer in " ".join(out.split())
+    assert len(Path("out.csv").read_text().splitlines()) == 3
+    # The same in one go.
+    fresh = rc.roll(
+        nominal.flat(**GRID), counter_surface=nominal.cylinder(radius=1.5e-3, angle=90.0, **GRID),
+        material=STEEL, load=loaded.result.solution.load, passes=2, steps=3, boundary="periodic",
+    )  # fmt: skip
+    assert fresh.passes == loaded.passes
+
+
+def test_a_project_rolls(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("project.toml").write_text(
+        'write = ["csv", "nc"]\n[[contact]]\nname = "roller"\ntask = "roll"\nbody = "flat"\n'
+        'points = "8x24"\nsize = "64 um x 192 um"\ncounter-body = "cylinder 1.5 mm 90 deg"\n'
+        'hertz = "1 GPa"\nyoung = "210 GPa"\npoisson = 0.3\nyield-strength = "1 GPa"\n'
+        'boundary = "periodic"\nsteps = 2\npasses = 1\n',
+        encoding="utf-8",
+    )
+    assert app.main(["run", "project.toml"]) == app.SOLVED
+    assert rc.load_rolling("project/roller.nc").shakedown is Shakedown.ELASTIC
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"--counter-body": None}, "--counter-body is needed: what passes over the body"),
+        ({"--hertz": None}, "give one of --load and --hertz, and no more than one"),
+        ({"--load": "1 N"}, "give one of --load and --hertz, and no more than one"),
+        ({"--friction": "-0.1"}, "--friction must not be negative, got '-0.1'"),
+        ({"--yield-strength": None, "--hardening": None}, "needs a --yield-strength"),
+        ({"--output": "out.pvd"}, "--folder is needed for .pvd"),
+        ({"--film": "out.mp4"}, "--film needs a name that ends in .gif"),
+        ({"--boundary": "free"}, "--way is needed where the map is not periodic"),
+        ({"--passes": "0"}, "--passes"),
+    ],
+)
+def test_what_cannot_be_rolled_is_refused(
+    changed: dict[str, str | None], said: str, home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = dict(zip(WORDS[1:-1:2], WORDS[2:-1:2], strict=True)) | changed
+    words = [word for name, value in given.items() if value for word in (name, value)]
+    assert app.main(["roll", *words]) == app.BAD_INPUT
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert said in err
+    assert not list(home.iterdir())
