@@ -352,6 +352,8 @@ def test_surfaces_that_move() -> None:
     ball = nominal.sphere(radius=1e-3, shape=(9, 9), pixel=PIXEL)
     exact = nominal.sphere(radius=1e-3, shape=(9, 9), pixel=PIXEL, center=(4.3, 3.6))
     np.testing.assert_allclose(shifted(ball, (0.3e-6, -0.4e-6)).heights, exact.heights, atol=1e-20)
+    # It does not end where the map does.
+    assert not shifted(ball, (3e-6, -2e-6)).missing
     x = np.arange(48) * 2 * math.pi / 48
     wave = rc.Surface(np.tile(np.sin(x), (4, 1)), PIXEL)
     half = shifted(wave, (0.0, 0.5e-6), (0, 1)).heights

@@ -26,8 +26,13 @@ def _way(rolling: Rolling) -> str:
 
 
 def strain(value: float) -> str:
-    """Return a strain, of which small ones count, too."""
-    return f"{100 * value:.3g} %"
+    """Return a strain, of which small ones count, too; below a part in two millions it is 0."""
+    if abs(value) < _NOTHING:
+        return "0 %"
+    return f"{100 * value:.{2 if abs(value) < _SMALL else 3}g} %"
+
+
+_SMALL, _NOTHING = 1e-4, 5e-7
 
 
 def _last(key: str) -> Callable[[Rolling], Any]:

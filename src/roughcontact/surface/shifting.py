@@ -32,8 +32,8 @@ def shifted(
     way : (float, float)
         How far along ``(y, x)`` [m].
     periodic_axes : tuple of int
-        Axes along which what goes out at one edge comes in at the other. Along the others the map
-        ends: what comes in is unknown, and never touches.
+        Axes along which what goes out at one edge comes in at the other. Along the others a
+        measured map ends: what comes in is unknown, and never touches; a nominal body goes on.
 
     Returns
     -------
@@ -52,6 +52,9 @@ def shifted(
     rest = [
         part - n if abs(part - n) > _WHOLE else 0.0 for part, n in zip(pixels, whole, strict=True)
     ]
+    if _is_nominal(surface):
+        for axis in {0, 1} - set(periodic_axes):
+            whole[axis], rest[axis] = 0, pixels[axis]
     if any(rest):
         heights = _by_parts(surface, rest, periodic_axes)
     else:
@@ -64,14 +67,17 @@ def shifted(
     return Surface(heights, surface.pixel, about, holes_masked=masked)
 
 
-def _by_parts(surface: Surface, rest: list[float], periodic_axes: tuple[int, ...]) -> Array:
-    """Return heights moved by less than a pixel."""
+def _is_nominal(surface: Surface) -> bool:
+    """Return whether a surface is a form that can be made anew at another place."""
     made = surface.provenance.origin
-    if (
-        made is not None
-        and made.method.startswith("nominal.")
-        and not surface.provenance.operations
-    ):
+    nominally = made is not None and made.method.startswith("nominal.")
+    return nominally and not surface.provenance.operations
+
+
+def _by_parts(surface: Surface, rest: list[float], periodic_axes: tuple[int, ...]) -> Array:
+    """Return heights moved by parts of a pixel, or a nominal body moved."""
+    made = surface.provenance.origin
+    if made is not None and _is_nominal(surface):
         again: dict[str, Any] = dict(made.arguments)
         middle = [(n - 1) / 2 for n in surface.shape]
         center = again.pop("center", None) or middle

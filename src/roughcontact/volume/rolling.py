@@ -315,6 +315,7 @@ def _rolled(
     """Go the passes one after the other; the first needs to know its volume."""
     result: ElastoplasticResult | None = None
     done: list[Pass] = []
+    seconds = 0.0
     for number, path in enumerate(ways, 1):
         before = result
         result = solved(
@@ -325,9 +326,10 @@ def _rolled(
             each=None if each is None else partial(each, number),
             **({} if before else volume),
         )
+        seconds += result.seconds
         done.append(passes_of.told(result, before, ways[0][0].direction))
     assert result is not None
-    return result, tuple(done)
+    return replace(result, seconds=seconds), tuple(done)
 
 
 def _labelled(progress: Tell, count: int) -> Callable[[int], Tell]:
