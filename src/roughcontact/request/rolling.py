@@ -46,7 +46,11 @@ def rolled(
     along = along_of(request["direction"])
 
     def picture(number: int, step: int, state: Any) -> None:
-        frames.append(frame(state, number, step, along))
+        if request["film"] is not None:
+            frames.append(frame(state, number, step, along))
+
+    # What is shown is kept whole, as a series for ParaView needs it.
+    shown = request["film"] is not None or any(path.suffix == ".pvd" for path in request.outputs)
 
     found = roll(
         maps[0],
@@ -61,6 +65,6 @@ def rolled(
         friction=request["friction"],
         folder=request["folder"],
         progress=look,
-        each=None if request["film"] is None else picture,
+        each=picture if shown else None,
     )
     return found, given, tuple(frames)

@@ -75,7 +75,7 @@ FILES = (
         suffixes=(*export.suffixes(Kind.ROLLING), *TABLES),
     ),
     Option(
-        "folder", OUTPUT, "FOLDER", "Where the state after every step is kept, to go on later.",
+        "folder", OUTPUT, "FOLDER", "Where every step is kept, to go on later.",
         parsing.path, fits=_ONLY,
     ),
     Option(

@@ -140,7 +140,9 @@ class Rolling(Shown):
         return passes_of.rolled_surface(self.result)
 
     def states(self) -> Iterator[tuple[int, int, ElastoplasticResult]]:
-        """Yield number of the pass, number of the step and state of each step that is kept.
+        """Yield number of the pass, number of the step and state of each step that is kept whole.
+
+        Those are the last ones of passes, and all of them where ``each`` of `roll` was given.
 
         Raises
         ------
@@ -151,8 +153,8 @@ class Rolling(Shown):
             raise InputError("is needed: the steps of the passes are kept there", argument="folder")
         for number in range(1, len(self.passes) + 1):
             files = sorted(_place(self.folder, number).glob("step-*.nc"))
-            for step, file in enumerate(files, 1):
-                yield number, step, archive.load_elastoplastic(file)
+            for file in files:
+                yield number, int(file.stem[5:]), archive.load_elastoplastic(file)
 
     def summary(self) -> dict[str, Any]:
         """Return the numbers by name, in SI units, ready for JSON."""
@@ -168,8 +170,8 @@ class Rolling(Shown):
         path : str or path
             File to write; it appears only once it is complete. ``.nc``: the last state and all
             passes, see `roughcontact.load_rolling`. ``.csv``: a row a pass. ``.json``: the
-            summary. ``.vtr``, ``.vti``: volume and surface of the last state. ``.pvd``: all steps
-            of the folder for ParaView, in a folder of the same name.
+            summary. ``.vtr``, ``.vti``: volume and surface of the last state. ``.pvd``: the
+            steps that the folder keeps whole for ParaView, in a folder of the same name.
 
         Raises
         ------
@@ -253,7 +255,7 @@ precision, progress
         there and ends with the same numbers.
     each : callable, optional
         ``each(number, step, state)`` is called after each step of each pass, with those that stand
-        in the folder, too; a state is made for it alone where none is kept.
+        whole in the folder, too. The folder then keeps all of them whole.
 
     Returns
     -------

@@ -126,8 +126,8 @@ def solve_elastoplastic(
         called with a `Progress` after every iteration, and once for what stood in the folder; its
         ``step`` is a `roughcontact.volume.loop.Look`.
     each : callable, optional
-        ``each(number, state)`` is called at every load asked for, with those that stand in the
-        folder, too; a state is made for it alone where none is kept.
+        ``each(number, state)`` is called at every load asked for, with those that stand whole in
+        the folder, too. The folder then keeps all of them whole.
 
     Returns
     -------
@@ -296,7 +296,7 @@ class _Run:
                 break
             # The pressure under the largest load is kept for those who look at what it left.
             lowered = any(p.load < point.load for p in self.path[number + 1 : number + 2])
-            whole = self.steps.whole(number)
+            whole = self.steps.whole(number, every=self.each is not None)
             if whole or lowered or self.each:
                 result = _result(loop, done, status, self.began, largest)
                 largest = result.largest

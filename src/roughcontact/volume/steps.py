@@ -104,9 +104,9 @@ class Steps:
         """Whether anything is kept."""
         return bool(self._files)
 
-    def whole(self, number: int) -> bool:
-        """Whether the state after a load is to be saved whole."""
-        return bool(self) and (not self._travels or number == len(self._files) - 1)
+    def whole(self, number: int, every: bool) -> bool:
+        """Whether the state after a load is to be saved whole, which every one may have to be."""
+        return bool(self) and (every or not self._travels or number == len(self._files) - 1)
 
     def latest(self) -> tuple[int, Going | None]:
         """Return how many loads are done, and what the next starts from."""
