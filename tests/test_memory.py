@@ -429,6 +429,7 @@ TASKS = {
     "sweep": ("sweep", "--from", "1 mN", "--to", "1 N"),
     "history": ("history", "--path", "1 N, 0 N"),
     "stress": ("stress", "--load", "1 N"),
+    "roll": ("roll", "--load", "1 N", "--counter-body", "sphere 10 mm"),
     "leak": ("leak", "--load", "1 N"),
     "conductance": (
         "conductance", "--load", "1 N", "--conductivity", "40 W/m/K", "--counter-conductivity",

@@ -60,7 +60,8 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
         The file. ``folder`` and ``write`` (a list of suffixes) say what is written where;
         ``[materials.NAME]`` holds constants; ``[defaults]`` and each ``[[contact]]`` hold the
         options of its ``task`` (``"solve"``, the default, ``"sweep"``, ``"stress"``,
-        ``"history"``, ``"find"``, ``"conductance"``, ``"law"``, ``"leak"`` or ``"compare"``) under
+        ``"history"``, ``"roll"``, ``"find"``, ``"conductance"``, ``"law"``, ``"leak"`` or
+        ``"compare"``) under
         the names that the command of that name gives them, and a contact its ``name`` and
         ``file``; one of task ``"law"`` may have ``files``, a list, and one of task ``"compare"``
         has these, or ``groups``, a table of lists by name. A list of tasks on a joint asks all of
