@@ -47,7 +47,6 @@ DELEGATIONS: dict[str, set[str]] = {
     "joint.leakage": {"report.results", "report.sources"},
     "shown": {"plots.accessor", "report.glance"},
     "surface.surface": {"desk.explore", "formats.export"},
-    "volume.rolling": {"report.sources"},
     "volume.result": {
         "formats.export",
         "report.results",
@@ -56,7 +55,7 @@ DELEGATIONS: dict[str, set[str]] = {
         "volume.depth",
         "volume.judgment",
     },
-    "volume.rolling": {"report.results", "report.rolling"},
+    "volume.rolling": {"report.results", "report.rolling", "report.sources"},
 }
 
 
