@@ -90,3 +90,16 @@ def test_ctrl_c_ends_what_was_not_asked_to_return():
         rc.solve(rough(), material=STEEL, load=0.5, on_interrupt="stop")
     # The session goes on as if nothing had been.
     assert rc.solve(rough(), material=STEEL, load=0.5).converged
+
+
+def test_a_part_that_was_kept_counts_as_whole():
+    stream = io.StringIO()
+    Bar(stream)(Progress(1, 2, None, kept=True))
+    assert stream.getvalue().count("█") * 2 == _width(stream.getvalue())
+    assert "kept from before" in stream.getvalue()
+
+
+def _width(line):
+    stream = io.StringIO()
+    Bar(stream)(Progress(2, 2, None, kept=True))
+    return stream.getvalue().count("█")

@@ -168,3 +168,10 @@ def test_first_way_is_that_of_the_sum_of_both_moduli() -> None:
     strain = np.linspace(0, 0.05, 7)
     split = flow_stress(Kinematic(Linear(1e9, 5e9), 15e9), strain)
     np.testing.assert_allclose(split, flow_stress(Linear(1e9, 20e9), strain), rtol=1e-15)
+
+
+def test_beyond_its_last_point_a_table_is_perfectly_plastic() -> None:
+    law = Tabulated((0.0, 0.01, 0.02), (1e9, 1.1e9, 1.15e9))
+    strain = np.array([0.0, 0.005, 0.01, 0.02, 0.5])
+    assert law.slope(strain).tolist() == pytest.approx([1e10, 1e10, 5e9, 0.0, 0.0], abs=1e-3)
+    assert law.strength(strain)[-1] == 1.15e9

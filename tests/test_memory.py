@@ -589,3 +589,13 @@ def test_estimate_is_the_peak_that_is_measured(
         (n, n), boundary=boundary, precision=precision, contact_fraction=fraction
     )
     assert 0.5 * estimate < measured < estimate
+
+
+def test_a_map_needs_eight_bytes_a_point(monkeypatch):
+    from roughcontact.surface import memory as of_maps
+
+    asked = []
+    monkeypatch.setattr(memory, "require", lambda needed, *what, advice: asked.append(needed))
+    of_maps.require((2048, 1024), 3)
+    of_maps.require((64, 64), 3)
+    assert asked == [8 * 3 * 2048 * 1024]

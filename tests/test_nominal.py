@@ -172,3 +172,10 @@ def test_no_text_makes_another_error(text: str) -> None:
     except InputError:
         return
     assert callable(body)
+
+
+def test_only_points_beyond_a_body_are_masked() -> None:
+    grid = {"shape": (8, 8), "pixel": (1e-6, 1e-6)}
+    assert not nominal.flat(**grid).holes_masked
+    assert not nominal.sphere(radius=1e-3, **grid).holes_masked
+    assert nominal.punch(radius=2e-6, **grid).holes_masked

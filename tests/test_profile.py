@@ -248,3 +248,12 @@ def test_the_roughness_of_a_file_is_without_waves_beyond_the_cutoff():
     assert found["Rsm"] == pytest.approx(8e-5, rel=1e-2)
     assert found["Rz"] == pytest.approx(2e-6, rel=5e-2)
     assert inputs.primary(surface)["Pq"] > 3e-6
+
+
+@pytest.mark.parametrize("phase", [0.1, 0.4, 1.3])
+def test_elements_are_measured_between_points(phase):
+    # Two crossings of few points each: a share of a point that is missed is seen.
+    points = 10.37
+    heights = 1e-6 * np.sin(2 * np.pi * np.arange(26) / points + phase)
+    found = profile.element_width(heights, 1e-6, 1e-8)
+    assert found == pytest.approx(points * 1e-6, rel=3e-3)

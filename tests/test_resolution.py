@@ -307,3 +307,7 @@ def test_the_waves_of_a_surface_are_looked_for_once(monkeypatch: pytest.MonkeyPa
     surface = Surface(np.zeros((4, 4)), PIXEL)
     assert surface.resolution_notes() == surface.resolution_notes() == ("a note",)
     assert len(looks) == 1
+
+
+def test_a_spectrum_whose_last_wave_is_beyond_the_noise_ends_there() -> None:
+    assert resolution._crossing(np.array([2.0]), np.array([1.0]), 0.5) == pytest.approx(math.pi)

@@ -226,3 +226,16 @@ def test_depths_that_leave_the_surface_out_are_told():
     found = rc.subsurface_stress(result, PIXEL * np.array([3.0, 10.0, 30.0]), friction=0.5)
     assert any("nearer to the surface" in text for text in found.warnings)
     assert Kind.SHALLOW not in {caution.kind for caution in rc.subsurface_stress(result).cautions}
+
+
+def test_nothing_lies_beyond_the_edges_and_everything_within() -> None:
+    from types import SimpleNamespace
+
+    from roughcontact.halfspace import rims
+
+    values = np.arange(1.0, 13.0).reshape(3, 4)
+    rows, columns = np.array([-1, 0, 2, 3, 0, 0]), np.array([0, 0, 3, 0, -1, 4])
+    free = SimpleNamespace(pressure=values, periodic=False)
+    wrapped = SimpleNamespace(pressure=values, periodic=True)
+    assert rims.Sliding.at(free, values, rows, columns).tolist() == [0, 1, 12, 0, 0, 0]
+    assert rims.Sliding.at(wrapped, values, rows, columns).tolist() == [9, 1, 12, 1, 4, 1]

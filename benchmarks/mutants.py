@@ -1,0 +1,372 @@
+"""Whether the tests notice a wrong operator, number or branch: a sample of mutants, one by one.
+
+    pip install cosmic-ray coverage pytest-cov     # besides what the tests need
+    python benchmarks/mutants.py cover FOLDER      # which test runs which line
+    python benchmarks/mutants.py run FOLDER        # 300 mutants; goes on where it stopped
+    python benchmarks/mutants.py tell FOLDER       # how many were killed, and which were not
+
+cosmic-ray says what can be mutated and mutates it. The sample is one of places in the code, all
+alike, with one of the mutants of each: an operator has eleven, a number two. A mutant is tried in a
+copy of the tree by the tests that run its statement, the quickest first, and by the examples in its
+module. It is killed by the first test that fails, or by taking far longer than they do. Annotations
+are no code here, and are left alone. ``docs/mutants.md`` tells what came out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import difflib
+import functools
+import importlib
+import json
+import os
+import random
+import resource
+import shutil
+import subprocess
+import sys
+import traceback
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "src" / "roughcontact"
+WINGS = ("material", "theory", "halfspace", "solvers", "surface")
+COPIED = ("src", "tests", "benchmarks", "docs", "pyproject.toml", "README.md", "CHANGELOG.md")
+# What needs no physics, a browser, or other processes.
+ELSEWHERE = ("desk", "cli", "docs", "examples", "howto", "killed_runs", "latency", "signals")
+# Tests that a mutant is given at first; seconds of all; processor time over that, and the least.
+FEW, MOST, PATIENCE, LEAST_PATIENCE = 12, 60.0, 4.0, 40.0
+# What tests import, and takes time.
+IMPORTED = ("pytest", "numpy", "scipy.special", "scipy.optimize", "scipy.ndimage",
+            "scipy.interpolate", "scipy.sparse.linalg", "scipy.fft", "xarray", "h5py", "pint",
+            "matplotlib.figure", "cosmic_ray.mutating")  # fmt: skip
+
+
+@dataclass(frozen=True, order=True)
+class Mutant:
+    """A place and what is done there."""
+
+    module: str
+    operator: str
+    occurrence: int
+    place: tuple[int, int]
+    first: int
+    last: int
+
+
+def pytest_sessionfinish(session: Any) -> None:
+    """Write how long each test took: pytest loads this module as a plugin in `cover`."""
+    if not hasattr(session.config, "workerinput"):
+        Path(os.environ["MUTANTS_TIMES"]).write_text(json.dumps(_times), encoding="utf-8")
+
+
+def pytest_runtest_logreport(report: Any) -> None:
+    """Keep how long a test took."""
+    _times[report.nodeid] = _times.get(report.nodeid, 0.0) + report.duration
+
+
+_times: dict[str, float] = {}
+
+
+def cover(folder: Path, extra: list[str]) -> None:
+    """Run the tests once, and keep which of them ran which line, and for how long."""
+    folder.mkdir(parents=True, exist_ok=True)
+    rules = folder / "coverage.ini"
+    rules.write_text(f"[run]\nsource = {PACKAGE}\ndata_file = {folder / 'coverage'}\n")
+    files = [
+        str(path.relative_to(ROOT))
+        for path in sorted((ROOT / "tests").rglob("test_*.py"))
+        if path.parent.name != "desk" and path.stem.removeprefix("test_") not in ELSEWHERE
+    ]
+    command = [
+        sys.executable, "-m", "pytest", "-q", "-n", "auto", "-p", "mutants", "--cov",
+        f"--cov-config={rules}", "--cov-context=test", "--cov-report=", *extra, *files,
+    ]  # fmt: skip
+    subprocess.run(command, cwd=ROOT, env=_surroundings(ROOT, folder), check=False)
+
+
+def _surroundings(tree: Path, folder: Path) -> dict[str, str]:
+    path = os.pathsep.join([str(tree / "src"), str(tree / "benchmarks"), *sys.path[1:]])
+    return {**os.environ, "PYTHONPATH": path, "MUTANTS_TIMES": str(folder / "times.json")}
+
+
+# --- the mutants ----------------------------------------------------------------------------------
+
+
+def all_mutants(modules: Iterable[str]) -> Iterator[Mutant]:
+    """Yield every mutant of some modules, annotations left out."""
+    from cosmic_ray.ast import ast_nodes, get_ast_from_path
+    from cosmic_ray.plugins import get_operator, operator_names
+
+    for module in modules:
+        tree = get_ast_from_path(ROOT / module)
+        spared = _annotations(module)
+        for name in sorted(operator_names()):
+            operator = get_operator(name)
+            if operator.arguments() or name == "core/NoOp":
+                continue
+            places = (
+                place for node in ast_nodes(tree) for place in operator().mutation_positions(node)
+            )
+            for occurrence, (start, _) in enumerate(places):
+                if not any(a <= start < b for a, b in spared):
+                    first, last = _statement(module, start[0])
+                    yield Mutant(module, name, occurrence, start, first, last)
+
+
+@functools.cache
+def _tree(module: str) -> ast.Module:
+    return ast.parse((ROOT / module).read_text(encoding="utf-8"))
+
+
+@functools.cache
+def _annotations(module: str) -> tuple[tuple[tuple[int, int], tuple[int, int]], ...]:
+    """Return where annotations, aliases of types, and imports for types stand."""
+    found: list[ast.AST | None] = []
+    for node in ast.walk(_tree(module)):
+        if isinstance(node, ast.arg | ast.AnnAssign):
+            found.append(node.annotation)
+        elif isinstance(node, ast.FunctionDef):
+            found.append(node.returns)
+        elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            found.append(node)
+    return tuple(
+        ((node.lineno, node.col_offset), (node.end_lineno, node.end_col_offset))  # type: ignore[attr-defined]
+        for node in found
+        if node is not None
+    )
+
+
+@functools.cache
+def _statement(module: str, line: int) -> tuple[int, int]:
+    """Return the lines of the innermost statement at a line, without what it holds."""
+    best = (line, line)
+    smallest = sys.maxsize
+    for node in ast.walk(_tree(module)):
+        if isinstance(node, ast.stmt):
+            body = getattr(node, "body", None)
+            last = body[0].lineno - 1 if body else node.end_lineno or node.lineno
+            if node.lineno <= line <= last and last - node.lineno < smallest:
+                best, smallest = (node.lineno, last), last - node.lineno
+    return best
+
+
+def sample(size: int, seed: int) -> list[Mutant]:
+    """Return the same mutants of the same code again."""
+    modules = [
+        str(path.relative_to(ROOT))
+        for wing in WINGS
+        for path in sorted((PACKAGE / wing).glob("*.py"))
+    ]
+    places: dict[tuple[str, tuple[int, int]], list[Mutant]] = {}
+    for mutant in sorted(all_mutants(modules)):
+        places.setdefault((mutant.module, mutant.place), []).append(mutant)
+    count = sum(map(len, places.values()))
+    print(f"{count} mutants at {len(places)} places in {len(modules)} modules")
+    draw = random.Random(seed)
+    return [draw.choice(places[one]) for one in draw.sample(sorted(places), min(size, len(places)))]
+
+
+# --- their tests ----------------------------------------------------------------------------------
+
+
+class Covered:
+    """Which tests run which lines, and how long they take."""
+
+    def __init__(self, folder: Path) -> None:
+        from coverage import CoverageData
+
+        self.data = CoverageData(str(folder / "coverage"))
+        self.data.read()
+        self.times: dict[str, float] = json.loads((folder / "times.json").read_text("utf-8"))
+        self.files = {
+            Path(name).as_posix().partition("/src/roughcontact/")[2]: name
+            for name in self.data.measured_files()
+        }
+
+    def tests(self, mutant: Mutant) -> list[str]:
+        """Return the tests that run a mutant's statement, the quickest first, to a limit."""
+        name = self.files.get(mutant.module.removeprefix("src/roughcontact/"), "")
+        by_line = self.data.contexts_by_lineno(name)
+        lines = range(mutant.first, mutant.last + 1)
+        found = {_test(context) for line in lines for context in by_line.get(line, ())} - {""}
+        if not found:
+            # Run as the module is imported.
+            found = {_test(one) for contexts in by_line.values() for one in contexts} - {""}
+        # Tests of the module itself before others.
+        own = f"test_{Path(mutant.module).stem}.py"
+        ordered = sorted(found, key=lambda test: (own not in test, self.times.get(test, MOST)))
+        chosen, seconds = [], 0.0
+        for test in ordered:
+            seconds += self.times.get(test, MOST)
+            if seconds > MOST and chosen:
+                break
+            chosen.append(test)
+        return chosen
+
+    def patience(self, tests: list[str]) -> float:
+        """Return the seconds of a processor after which they count as stuck."""
+        return LEAST_PATIENCE + PATIENCE * sum(self.times.get(test, MOST) for test in tests)
+
+
+def _test(context: str) -> str:
+    return context.rpartition("|")[0] if "|" in context else context
+
+
+# --- trying them ----------------------------------------------------------------------------------
+
+
+class Watch:
+    """What pytest tells: the first test or module that fails."""
+
+    def __init__(self) -> None:
+        self.failed = ""
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        if report.failed:
+            self.failed = self.failed or report.nodeid
+
+    pytest_collectreport = pytest_runtest_logreport
+
+
+def begun(mutant: Mutant, tree: Path, tests: list[list[str]], patience: float, told: Path) -> int:
+    """Mutate a copy of the tree and try it in a fork; return its process.
+
+    What all tests import was imported before, which is most of the time of a mutant. Its time is
+    limited by that of the processor, for other programs may be at work.
+    """
+    from cosmic_ray.mutating import mutate_code
+    from cosmic_ray.plugins import get_operator
+
+    path = tree / mutant.module
+    whole = (ROOT / mutant.module).read_text(encoding="utf-8")
+    changed = mutate_code(whole, get_operator(mutant.operator)(), mutant.occurrence)
+    process = os.fork()
+    if process:
+        return process
+    status = 1
+    try:
+        resource.setrlimit(resource.RLIMIT_CPU, (int(patience), int(patience) + 5))
+        path.write_text(changed, encoding="utf-8")
+        found = {**asdict(mutant), "diff": _difference(whole, changed), "by": ""}
+        found["tests"] = sum(map(len, tests)) - 1
+        # Kept before it is known: a fork that is ended for its time leaves this.
+        told.write_text(json.dumps({**found, "by": "takes too long"}), encoding="utf-8")
+        found["by"] = _killer(tree, tests)
+        told.write_text(json.dumps(found, ensure_ascii=False), encoding="utf-8")
+        status = 0
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stderr.flush()
+        os._exit(status)
+
+
+def _killer(tree: Path, tests: list[list[str]]) -> str:
+    import pytest
+
+    os.chdir(tree)
+    sys.path[:0] = [str(tree / "src"), str(tree / "benchmarks"), str(tree / "tests")]
+    os.environ["PYTHONPATH"] = os.pathsep.join(sys.path)
+    with (tree / "output").open("w", encoding="utf-8") as output:
+        os.dup2(output.fileno(), 1)
+        os.dup2(output.fileno(), 2)
+    for part in tests:
+        watch = Watch()
+        status = pytest.main(["-q", "-x", "-p", "no:cacheprovider", *part], [watch])
+        # 5: a module without examples, and no test beside it.
+        if status not in (0, 5):
+            return watch.failed or f"exit status {int(status)}"
+    return ""
+
+
+def _difference(old: str, new: str) -> list[str]:
+    lines = difflib.unified_diff(old.splitlines(), new.splitlines(), n=0, lineterm="")
+    return [line for line in lines if line[:1] in "+-" and line[:3] not in ("+++", "---")]
+
+
+def run(folder: Path, size: int, seed: int, processes: int) -> None:
+    """Try a sample, some at a time, and keep each result at once."""
+    sys.dont_write_bytecode = True
+    for name in IMPORTED:
+        importlib.import_module(name)
+    covered = Covered(folder)
+    results = folder / "results.jsonl"
+    done = {(one["module"], one["operator"], one["occurrence"]) for one in _kept(results)}
+    left = [
+        mutant
+        for mutant in sample(size, seed)
+        if (mutant.module, mutant.operator, mutant.occurrence) not in done
+    ]
+    free = [_copied(folder / f"tree{number}") for number in range(processes)]
+    at_work: dict[int, tuple[Mutant, Path]] = {}
+    while left or at_work:
+        if left and free:
+            mutant, tree = left.pop(0), free.pop()
+            tests = covered.tests(mutant)
+            parts = [part for part in ([mutant.module, *tests[:FEW]], tests[FEW:]) if part]
+            process = begun(mutant, tree, parts, covered.patience(tests), tree / "told.json")
+            at_work[process] = mutant, tree
+            continue
+        process, status = os.wait()
+        mutant, tree = at_work.pop(process)
+        if os.waitstatus_to_exitcode(status) > 0:
+            raise SystemExit(f"not tried: {mutant}; see {tree / 'output'}")
+        shutil.copy(ROOT / mutant.module, tree / mutant.module)
+        with results.open("a", encoding="utf-8") as file:
+            file.write((tree / "told.json").read_text(encoding="utf-8") + "\n")
+        free.append(tree)
+
+
+def _copied(tree: Path) -> Path:
+    shutil.rmtree(tree, ignore_errors=True)
+    tree.mkdir(parents=True)
+    for name in COPIED:
+        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+        copy(ROOT / name, tree / name)
+    return tree
+
+
+def _kept(results: Path) -> list[dict[str, Any]]:
+    if not results.exists():
+        return []
+    return [json.loads(line) for line in results.read_text(encoding="utf-8").splitlines()]
+
+
+def tell(folder: Path) -> None:
+    """Print how many were killed in each wing, and the survivors."""
+    found = _kept(folder / "results.jsonl")
+    for wing in WINGS:
+        of = [one for one in found if f"/{wing}/" in one["module"]]
+        print(f"{wing}: {sum(bool(one['by']) for one in of)} of {len(of)} killed")
+    killed = sum(bool(one["by"]) for one in found)
+    print(f"all: {killed} of {len(found)} killed, {100 * killed / max(len(found), 1):.1f} %")
+    for one in found:
+        if not one["by"]:
+            print(f"\n{one['module']}:{one['first']} {one['operator']}, {one['tests']} tests")
+            print("\n".join(one["diff"]))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("task", choices=("cover", "run", "tell"))
+    parser.add_argument("folder", type=Path, help="where coverage and results are kept")
+    parser.add_argument("--size", type=int, default=300, help="mutants of the sample")
+    parser.add_argument("--seed", type=int, default=1, help="of the sample")
+    parser.add_argument("--processes", type=int, default=2, help="mutants tried at a time")
+    given, extra = parser.parse_known_args()
+    folder = given.folder.resolve()
+    if given.task == "cover":
+        cover(folder, extra)
+    elif given.task == "run":
+        run(folder, given.size, given.seed, given.processes)
+    else:
+        tell(folder)
+
+
+if __name__ == "__main__":
+    main()
