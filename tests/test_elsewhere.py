@@ -1,0 +1,103 @@
+"""What other systems lack is not needed: each is taken away, and the work is done all the same."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import roughcontact as rc
+from house import rooms
+
+SOURCE = Path(rc.__file__).parents[1]
+ROOT = SOURCE.parent
+# Names that Windows keeps for devices, and characters that its paths do not have.
+RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?|.*[<>:\"|?*\\].*|.*[. ]")
+
+# What is missing: on macOS, on Windows. No child begins with these gone, so that nothing but
+# this program meets them.
+MACOS = "del os.sched_getaffinity"
+WINDOWS = """
+import signal
+for name in ("fork", "sched_getaffinity", "O_NONBLOCK", "getuid", "geteuid", "killpg", "setsid"):
+    if hasattr(os, name):
+        delattr(os, name)
+for name in ("SIGHUP", "SIGKILL", "SIGALRM", "SIGUSR1", "pthread_sigmask", "setitimer"):
+    if hasattr(signal, name):
+        delattr(signal, name)
+for name in ("fcntl", "resource", "pwd", "grp", "termios"):
+    sys.modules[name] = None
+class Locks:
+    LK_NBLCK, LK_UNLCK, held = 1, 0, []
+    def locking(self, number, mode, count):
+        self.held.append((mode, count))
+sys.modules["msvcrt"] = Locks()
+sys.platform = "win32"
+"""
+
+WORK = """
+import roughcontact as rc
+from roughcontact.report import contact
+heights, pixel = rc.reference_map(32)
+surface = rc.Surface(heights, pixel)
+steel = rc.Material(210e9, 0.3, 1e9)
+result = rc.solve(surface, load=1.0, material=steel)
+for name in ("out.nc", "out.vti", "out.csv", "out.json"):
+    result.save(name)
+assert rc.load_result("out.nc").load == result.load
+contact.save(result, "out.html", processes=2)
+surface.save("map.npz")
+assert rc.read_surface("map.npz").shape == (32, 32)
+curve = rc.load_curve(surface, loads=[0.1, 1.0], material=steel, folder="sweep")
+curve.save("curve.csv")
+print("done")
+"""
+
+
+@pytest.mark.parametrize("gone", [MACOS, WINDOWS], ids=["macos", "windows"])
+@pytest.mark.skipif(sys.platform == "win32", reason="nothing to take away here")
+def test_the_work_is_done_without_what_others_lack(gone: str, tmp_path: Path) -> None:
+    # What is imported first is not ours, and knows its system.
+    first = "import sys, os, tempfile, subprocess, asyncio, numpy, scipy.sparse, matplotlib.figure"
+    code = f"{first}\nimport h5py, xarray, psutil, multiprocessing.connection\n{gone}\n{WORK}"
+    run = subprocess.run(
+        [sys.executable, "-W", "error::DeprecationWarning", "-c", code], cwd=tmp_path,
+        capture_output=True, text=True, check=False, env={"PYTHONPATH": str(SOURCE)},
+    )  # fmt: skip
+    assert (run.returncode, run.stdout.strip()) == (0, "done"), run.stderr[-2000:]
+    written = [path.relative_to(tmp_path) for path in tmp_path.rglob("*")]
+    assert len(written) > 8
+    assert not [path for path in written if any(map(RESERVED.fullmatch, path.parts))]
+
+
+def test_no_file_of_the_tree_has_a_name_that_windows_lacks() -> None:
+    paths = [
+        path.relative_to(ROOT)
+        for folder in ("src", "tests", "docs", "benchmarks", "scripts")
+        for path in (ROOT / folder).rglob("*")
+    ]
+    assert not [path for path in paths if any(map(RESERVED.fullmatch, path.parts))]
+    # Two names that differ in their letters' case alone are one there.
+    folded = [path.as_posix().casefold() for path in paths]
+    assert len(folded) == len(set(folded))
+
+
+@pytest.mark.parametrize("room", sorted(rooms()))
+def test_processes_are_begun_in_the_way_that_every_system_has(room: str) -> None:
+    tree = ast.parse(rooms()[room].read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "get_context":
+            assert ast.unparse(node.args[0]) == "'spawn'", room
+        # Only where the system has it, which `plots.sharing` asks first.
+        if isinstance(node, ast.Attribute) and ast.unparse(node) == "os.fork":
+            assert room == "plots.sharing"
+
+
+@pytest.mark.parametrize("name", ["con", "NUL.txt", "a:b", "what?", "end.", "COM1.nc"])
+def test_names_that_windows_lacks_are_known(name: str) -> None:
+    assert RESERVED.fullmatch(name)
+    assert not RESERVED.fullmatch("console.nc")
