@@ -128,3 +128,26 @@ def test_the_public_forge_would_run_every_version_on_every_system() -> None:
     text = (ROOT / ".github/workflows/test.yml").read_text(encoding="utf-8")
     for name in ("ubuntu", "macos", "windows", '"3.11"', '"3.12"', '"3.13"', '"3.14"'):
         assert name in text
+
+
+def test_the_paper_cites_what_its_list_holds_and_the_times_that_were_measured() -> None:
+    from roughcontact.references import REFERENCES
+
+    text = (ROOT / "paper/paper.md").read_text(encoding="utf-8")
+    listed = (ROOT / "paper/paper.bib").read_text(encoding="utf-8")
+    cited = set(re.findall(r"@([A-Z]\w+\d{4})", text))
+    assert cited == set(re.findall(r"^@\w+\{(\w+),$", listed, re.MULTILINE))
+    assert all(REFERENCES[key].bibtex in listed for key in cited & set(REFERENCES))
+    measured = (ROOT / "docs/performance.md").read_text(encoding="utf-8")
+    for case, program, shown in (
+        ("rough-1024-ceiling", "contactmechanics", "947 s"),
+        ("rough-1024-elastic", "contactmechanics", "36.5 s"),
+        ("rough-1024-elastic", "tamaas", "30.3 s"),
+    ):
+        assert f"| {case} | {program} | {shown} |" in measured
+        assert shown in text
+    for case, seconds in (("1024-ceiling", "0.51"), ("1024-elastic", "0.59")):
+        found = re.search(rf"\| rough-{case} \| roughcontact \| ([\d.]+) s", measured)
+        assert found is not None
+        assert f"{float(found[1]):.2f}" == seconds
+        assert f"{seconds} s here" in text
