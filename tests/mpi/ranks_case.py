@@ -92,10 +92,30 @@ def apply(folder, ranks):
         inverse = alone.approximate_inverse()(pressure)
         found = whole.approximate_inverse()(pressure)
         np.testing.assert_allclose(found, inverse, rtol=0, atol=3e-6 * np.abs(inverse).max())
+    reduces(ranks)
     tilted = heights("free, ceiling") + 1e-7 * np.arange(75) - 3e-8 * np.arange(96)[:, None]
     level = rc.Slab(tilted[rows], shape, PIXEL, ranks).leveled()
     expected = rc.Surface(tilted, PIXEL).leveled().heights[rows]
     np.testing.assert_allclose(level.heights, expected, rtol=0, atol=1e-19)
+
+
+def reduces(ranks):
+    """Blocks of pixels are those of the whole map, also where the last of them is a part."""
+    shape = (1031, 130)
+    values = np.random.default_rng(2).normal(size=shape)
+    slab = rc.Slab(values[rc.slab_rows(shape, ranks)], shape, PIXEL, ranks)
+    mean, largest = slab.reduced(slab.heights), slab.reduced(slab.heights, largest=True)
+    if not ranks.first:
+        assert mean is largest is None
+        return
+    edge = -(-shape[1] // mean.shape[1])
+    assert edge > 1
+    for found, of in ((mean, np.mean), (largest, np.max)):
+        expected = [
+            [of(values[y : y + edge, x : x + edge]) for x in range(0, shape[1], edge)]
+            for y in range(0, shape[0], edge)
+        ]
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
 
 
 def die_solving(folder, ranks):

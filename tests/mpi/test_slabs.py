@@ -2,6 +2,8 @@
 
 import json
 import os
+import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -141,6 +143,29 @@ def test_the_command_reads_solves_and_writes_by_slabs(tmp_path, folder, suffix):
     page = report.read_text(encoding="utf-8")
     assert page.count("data:image/png") == 3
     assert "2 ranks" in page
+
+
+def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
+    text = (HERE.parents[1] / "docs" / "howto" / "mpi.md").read_text(encoding="utf-8")
+    (words,) = re.findall(r"```sh\nmpiexec -n 4 roughcontact (.*?)```", text, re.DOTALL)
+    (script,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    rng = np.random.default_rng(3)
+    # Rough enough, in um over 2 mm, that 10 N press only some of it flat.
+    np.save(tmp_path / "map.npy", rng.normal(size=(64, 64)))
+    monkeypatch.chdir(tmp_path)
+    run = command(2, *shlex.split(words.replace("\\\n", " ")))
+    assert run.returncode == 0, run.stderr
+    assert "ranks" in run.stdout
+    first = rc.load_result("contact.nc", verify=True)
+    assert Path("contact.html").exists()
+    Path("script.py").write_text(script)
+    run = mpiexec(2, "-m", "mpi4py", "script.py")
+    assert run.returncode == 0, run.stderr
+    again = rc.load_result("contact.nc", verify=True)
+    # One line, of the first rank; 100Cr6 is harder.
+    assert len(run.stdout.splitlines()) == 1
+    assert float(run.stdout.split()[0]) == again.max_pressure
+    assert again.contact_area >= first.contact_area > 0
 
 
 def refused(run, sentence):

@@ -38,7 +38,12 @@ def carry_out(ask: Callable[[], Request], as_json: bool, quiet: bool) -> None:
         if ranks.first:
             raise
         raise typer.Exit(_BAD_INPUT) from None
-    except (typer.Exit, KeyboardInterrupt):
+    except KeyboardInterrupt:
+        # All hear it, one says so.
+        if not ranks.first:
+            terminal.discard_errors()
+        raise
+    except typer.Exit:
         raise
     except BaseException:
         terminal.complain(f"error: rank {ranks.number} failed, and with it all others")

@@ -119,6 +119,11 @@ def discard_output() -> None:
         _discard(sys.stdout)
 
 
+def discard_errors() -> None:
+    """Turn standard error away: another process says what there is to say."""
+    _discard(sys.stderr)
+
+
 def _discard(stream: TextIO) -> None:
     with contextlib.suppress(OSError, ValueError, AttributeError):
         null = os.open(os.devnull, os.O_WRONLY)

@@ -235,10 +235,14 @@ class Slab:
         Returns
         -------
         ndarray or None
-            At most 512 points along each side; None on the other ranks.
+            About 512 points along the longer side, more where bands are narrow; None on the
+            other ranks.
         """
         edge = 1
-        while max(self.shape) > _REDUCED * edge and all(e % (2 * edge) == 0 for e in self.edges):
+        # The last block of all may be a part of one.
+        while max(self.shape) > _REDUCED * edge and all(
+            first % (2 * edge) == 0 for first in self.edges[:-1]
+        ):
             edge *= 2
         take = np.fmax if largest else np.add
         blocks = [range(0, points, edge) for points in values.shape]

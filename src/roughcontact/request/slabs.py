@@ -109,7 +109,8 @@ def run(
     from roughcontact.contact.slabs import solve_slab
 
     check(request)
-    ranks.agreed(request.check_places)
+    # The others need not see where the first writes.
+    ranks.agreed(lambda: request.check_places() if ranks.first else None)
     slab = _read(request, ranks, say)
     material, counter = request.bodies()
     result = solve_slab(
