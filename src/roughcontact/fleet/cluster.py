@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from roughcontact import processes
 from roughcontact.errors import InputError
-from roughcontact.fleet.engine import Engine
+from roughcontact.fleet.engine import AWAY, GONE, THERE, Engine
 from roughcontact.halfspace.fft import default_workers
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
             1 if scheduler else max(1, default_workers() // workers),
             stop=partial(executor.shutdown, wait=False),
             far=scheduler is not None,
-            is_gone=partial(_is_gone, client),
+            state=partial(_state, client),
             lost=partial(_lost, client, f"the scheduler at {address}"),
             dashboard=client.dashboard_link or "",
         )
@@ -109,7 +109,7 @@ def _slots(client: Client) -> Callable[[], int]:
     known = [0, -_KNOWN]
 
     def slots() -> int:
-        if time.monotonic() - known[1] > _KNOWN and client.status == "running":
+        if time.monotonic() - known[1] > _KNOWN:
             # Where the scheduler is just being lost, that is told otherwise.
             with suppress(OSError):
                 known[:] = sum(client.nthreads().values()), time.monotonic()
@@ -118,8 +118,8 @@ def _slots(client: Client) -> Callable[[], int]:
     return slots
 
 
-def _is_gone(client: Client) -> bool:
-    return client.status not in ("running", "connecting")
+def _state(client: Client) -> str:
+    return {"running": THERE, "connecting": AWAY}.get(client.status, GONE)
 
 
 def _lost(client: Client, scheduler: str, error: BaseException) -> str:
@@ -131,7 +131,7 @@ def _lost(client: Client, scheduler: str, error: BaseException) -> str:
             f"its worker ended {error.allowed_failures + 1} times, the last time at "
             f"{error.last_worker.address}; is there enough memory?"
         )
-    if _is_gone(client):
+    if _state(client) == GONE:
         return f"{scheduler} is gone"
     if isinstance(error, CancelledError):
         return f"{scheduler} was lost while it was under way"

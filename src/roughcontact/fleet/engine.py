@@ -6,6 +6,8 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
+THERE, AWAY, GONE = "there", "away", "gone"
+
 
 @dataclass(frozen=True)
 class Engine:
@@ -23,8 +25,9 @@ class Engine:
         Ends what is under way, as far as that can be done.
     far : bool
         Whether workers may have another working folder, or other files.
-    is_gone : callable
-        Returns whether no call will have an answer any more.
+    state : callable
+        Returns whether calls are taken: `THERE`, `AWAY` for now, or `GONE` for good with all
+        that is under way.
     lost : callable
         Says why a call has no answer, for what it raised.
     dashboard : str
@@ -36,6 +39,6 @@ class Engine:
     threads: int
     stop: Callable[[], None]
     far: bool = False
-    is_gone: Callable[[], bool] = bool
+    state: Callable[[], str] = lambda: THERE
     lost: Callable[[BaseException], str] = str
     dashboard: str = ""

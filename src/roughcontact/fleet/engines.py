@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import ExitStack, contextmanager
@@ -11,7 +13,7 @@ from pathlib import Path
 from roughcontact import files
 from roughcontact.errors import InputError, Mention
 from roughcontact.fleet import plan
-from roughcontact.fleet.engine import Engine
+from roughcontact.fleet.engine import AWAY, GONE, Engine
 from roughcontact.fleet.local import processes
 from roughcontact.fleet.plan import FAILED, KEPT, SOLVED, Entry, Report
 from roughcontact.fleet.work import MOST, Answer, Journey, Part, Task, done, refused, too_large
@@ -125,7 +127,9 @@ def run(
 
 
 # Seconds after which it is looked whether an engine that is silent is there.
-_LOOKS = 5.0
+_LOOKS = 2.0
+# Seconds from look to look at one that is away.
+_PAUSE = 0.1
 
 
 class _Run:
@@ -140,6 +144,8 @@ class _Run:
     ) -> None:
         self._entries, self._told, self._engine, self._marks = entries, told, engine, marks
         self._found: dict[int, Report] = {}
+        self._waiting = deque(_contacts(entries))
+        self._again: deque[tuple[Task, int]] = deque()
         self._under_way: dict[Future[Answer], tuple[Task, int]] = {}
         # Files that some worker does not see are sent to all of them.
         self._sent: set[Path] = set()
@@ -147,30 +153,32 @@ class _Run:
 
     def reports(self) -> list[Report]:
         """Work through all contacts."""
-        waiting = iter(_contacts(self._entries))
         try:
-            while True:
-                self._fill(waiting)
+            while self._waiting or self._again or self._under_way:
+                state = self._engine.state()
+                if state != AWAY:
+                    self._fill()
                 if not self._under_way:
-                    break
+                    time.sleep(_PAUSE if state == AWAY else 0)
+                    continue
                 ended, _ = wait(self._under_way, _LOOKS, FIRST_COMPLETED)
-                if not ended and self._engine.is_gone():
+                if state == GONE:
                     ended = set(self._under_way)
-                    for future in ended:
-                        future.cancel()
                 for future in ended:
+                    future.cancel()
                     self._take(future, *self._under_way.pop(future))
         except KeyboardInterrupt:
             self._engine.stop()
             raise UnfinishedError(self._complete()) from None
         return [self._found[number] for number in range(len(self._entries))]
 
-    def _fill(self, waiting: Iterator[list[tuple[int, Entry]]]) -> None:
+    def _fill(self) -> None:
         """Hand out contacts, twice as many as go on at a time: nobody waits for the next one."""
         most = 2 * max(1, self._engine.slots())
-        while len(self._under_way) < most and (contact := next(waiting, None)) is not None:
-            task = self._left(contact)
-            if task is not None:
+        while len(self._under_way) < most and (self._again or self._waiting):
+            if self._again:
+                self._hand_out(*self._again.popleft())
+            elif (task := self._left(self._waiting.popleft())) is not None:
                 self._hand_out(task)
 
     def _left(self, contact: list[tuple[int, Entry]]) -> Task | None:
@@ -245,13 +253,13 @@ class _Run:
             answer = future.result()
         except CancelledError as error:
             if tries < _TRIES:
-                return self._hand_out(task, tries + 1)
+                return self._again.append((task, tries + 1))
             answer = refused(task, self._engine.lost(error))
         except Exception as error:
             answer = refused(task, self._engine.lost(error))
         if answer.lacking:
             self._sent.update(answer.lacking)
-            return self._hand_out(task, tries)
+            return self._again.append((task, tries))
         return self._end(task, answer)
 
     def _end(self, task: Task, answer: Answer) -> None:
