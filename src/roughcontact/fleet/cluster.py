@@ -109,9 +109,9 @@ def _slots(client: Client) -> Callable[[], int]:
     known = [0, -_KNOWN]
 
     def slots() -> int:
-        if time.monotonic() - known[1] > _KNOWN:
+        if time.monotonic() - known[1] > _KNOWN and _state(client) == THERE:
             # Where the scheduler is just being lost, that is told otherwise.
-            with suppress(OSError):
+            with suppress(OSError, AttributeError):
                 known[:] = sum(client.nthreads().values()), time.monotonic()
         return int(known[0])
 

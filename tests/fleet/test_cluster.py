@@ -1,0 +1,213 @@
+"""Projects on a Dask cluster of real processes: the same bits, and what fails alone."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import psutil
+import pytest
+
+import roughcontact as rc
+from fleets import ABSENT, ended, items, wait_for, write_project
+from roughcontact.cli import app
+
+pytest.importorskip("distributed", reason="Dask is absent")
+
+Capture = pytest.CaptureFixture[str]
+Start = Callable[..., "subprocess.Popen[str]"]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(rc.__file__).parents[1])}
+
+
+@dataclass
+class Cluster:
+    """A scheduler and workers that know nothing of the folder of the tests."""
+
+    start: Start
+    folder: Path
+    address: str = ""
+    scheduler: subprocess.Popen[str] | None = None
+    workers: list[subprocess.Popen[str]] = field(default_factory=list)
+
+    def begin(self) -> None:
+        """Start a scheduler, where there was one under its address."""
+        told = self.folder / f"scheduler-{os.urandom(4).hex()}.json"
+        port = self.address.rpartition(":")[2] or "0"
+        self.scheduler = self.start(
+            "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", port,
+            "--no-dashboard", "--scheduler-file", told, cwd="/",
+        )  # fmt: skip
+        assert wait_for(lambda: told.exists() and told.read_text())
+        self.address = json.loads(told.read_text())["address"]
+
+    def add(self, *words: str) -> None:
+        """Start a worker of one thread, by other words if there are any."""
+        command = ("-m", "distributed.cli.dask_worker", self.address, "--nthreads", "1",
+                   "--no-dashboard", "--local-directory", self.folder)  # fmt: skip
+        self.workers.append(self.start(*(words or command), cwd="/", env=ENVIRONMENT))
+
+    def run(self, project: Path, *words: str) -> subprocess.Popen[str]:
+        """Start to work through a project."""
+        given = ("run", project.name, "--engine", "dask", "--scheduler", self.address, *words)
+        return self.start(
+            "-c", "import sys; from roughcontact.fleet import cluster; cluster._PATIENCE = 20; "
+            "from roughcontact.cli import app; sys.exit(app.main(sys.argv[1:]))",
+            *given, cwd=project.parent, env=ENVIRONMENT,
+        )  # fmt: skip
+
+
+@pytest.fixture
+def cluster(start: Start, tmp_path: Path) -> Cluster:
+    (tmp_path / "scratch").mkdir()
+    found = Cluster(start, tmp_path / "scratch")
+    found.begin()
+    return found
+
+
+def solved(project: Path) -> int:
+    return len(list((project.parent / "results").glob("*.json")))
+
+
+def hidden(folder: Path) -> list[str]:
+    return [file.name for file in folder.rglob(".*")]
+
+
+def test_a_cluster_gives_the_bits_of_local_processes_and_one_bad_file_fails_alone(
+    cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    cluster.add()
+    far = write_project(tmp_path / "far", 5, ABSENT)
+    run = cluster.run(far, "--quiet")
+    err = run.communicate(timeout=120)[1]
+    assert run.returncode == app.NOT_CONVERGED
+    assert err.count("\n") == 1
+    assert "error: bad: " in err
+    assert "absent.npy does not exist" in err
+    near = write_project(tmp_path / "near", 5, ABSENT)
+    monkeypatch.chdir(near.parent)
+    assert app.main(["run", near.name, "--quiet", "--workers", "1"]) == app.NOT_CONVERGED
+    capsys.readouterr()
+    told, same = items(near.parent), items(far.parent)
+    assert told.keys() == same.keys()
+    assert [name for name in told if told[name] != same[name]] == []
+    assert hidden(far.parent) == []
+    # What is done is not done again, whatever engine did it.
+    stamps = {file: file.stat().st_mtime_ns for file in (far.parent / "results").iterdir()}
+    monkeypatch.chdir(far.parent)
+    assert app.main(["run", far.name, "--quiet"]) == app.NOT_CONVERGED
+    assert stamps == {file: file.stat().st_mtime_ns for file in stamps}
+
+
+def test_workers_that_are_killed_lose_nothing(cluster: Cluster, tmp_path: Path) -> None:
+    cluster.add()
+    cluster.add()
+    path = write_project(tmp_path / "far", 12)
+    run = cluster.run(path, "--quiet")
+    assert wait_for(lambda: solved(path) >= 3)
+    # The nanny of the first begins another.
+    for worker in psutil.Process(cluster.workers[0].pid).children(recursive=True):
+        worker.kill()
+    # The second is gone with its nanny.
+    for worker in psutil.Process(cluster.workers[1].pid).children(recursive=True):
+        worker.kill()
+    cluster.workers[1].kill()
+    err = run.communicate(timeout=120)[1]
+    assert (run.returncode, err) == (app.SOLVED, "")
+    assert solved(path) == 13
+    assert hidden(path.parent) == []
+
+
+def test_a_scheduler_that_is_gone_and_one_that_comes_back(cluster: Cluster, tmp_path: Path) -> None:
+    cluster.add()
+    path = write_project(tmp_path / "far", 20)
+    run = cluster.run(path, "--quiet")
+    assert wait_for(lambda: solved(path) >= 2)
+    assert cluster.scheduler is not None
+    cluster.scheduler.kill()
+    cluster.scheduler.wait()
+    cluster.begin()
+    cluster.add()
+    before = solved(path)
+    assert wait_for(lambda: solved(path) >= before + 3)
+    cluster.scheduler.kill()
+    err = run.communicate(timeout=120)[1]
+    assert run.returncode == app.NOT_CONVERGED
+    assert err.count("\n") == 1
+    assert f"the scheduler at {cluster.address} is gone" in err
+    left = solved(path)
+    assert before + 3 <= left < 21
+    # The same command does the rest, on whatever engine.
+    assert app.main(["run", str(path), "--quiet"]) == app.SOLVED
+    assert solved(path) == 21
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_a_cluster_of_this_machine_ends_with_the_run(
+    number: int, start: Start, tmp_path: Path
+) -> None:
+    path = write_project(tmp_path, 200)
+    run = start(
+        "-c", "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
+        "from roughcontact.cli import app; sys.exit(app.main(sys.argv[1:]))",
+        "run", path, "--engine", "dask", "--workers", "2", cwd=tmp_path, env=ENVIRONMENT,
+    )  # fmt: skip
+    assert wait_for(lambda: solved(path) >= 2)
+    children = [child.pid for child in psutil.Process(run.pid).children(recursive=True)]
+    assert len(children) >= 2
+    run.send_signal(number)
+    assert wait_for(lambda: run.poll() is not None, 15)
+    assert wait_for(lambda: all(map(ended, children)), 5)
+    if number == signal.SIGINT:
+        err = run.communicate()[1]
+        assert run.returncode == 128 + number
+        assert err.count("\n") == 1
+        assert "interrupted; only" in err
+        assert hidden(tmp_path) == []
+    assert 2 <= solved(path) < 201
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--scheduler", "tcp://127.0.0.1:1"),
+         "--scheduler is that of a cluster with workers of its own: it needs --engine dask"),
+        (("--engine", "dask", "--scheduler", "tcp://127.0.0.1:1", "--workers", "2"),
+         "goes without --workers"),
+        (("--engine", "mpi", "--workers", "2"), "--workers goes without --engine mpi"),
+        (("--engine", "dask", "--scheduler", "tcp://127.0.0.1:1"), "does not answer at"),
+        (("--engine", "dask", "--scheduler", "nowhere"), "--scheduler"),
+        (("--workers", "0"), "--workers must be a whole number from 1"),
+        (("--engine", "slurm"), "--engine must be one of local, dask, mpi"),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_is_refused(
+    words: tuple[str, ...], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: Capture,
+) -> None:  # fmt: skip
+    monkeypatch.setattr("roughcontact.fleet.cluster._PATIENCE", 1)
+    path = write_project(tmp_path, 1)
+    assert app.main(["run", str(path), *words]) == app.BAD_INPUT
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert told in err
+
+
+@pytest.mark.parametrize(("engine", "module"), [("dask", "distributed"), ("mpi", "mpi4py")])
+def test_a_missing_library_is_named(
+    engine: str, module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.setitem(sys.modules, module, None)
+    path = write_project(tmp_path, 1)
+    assert app.main(["run", str(path), "--engine", engine]) == app.BAD_INPUT
+    err = capsys.readouterr().err
+    extra = "cluster" if engine == "dask" else "mpi"
+    assert f"run pip install 'roughcontact[{extra}]'" in err
+    assert err.count("\n") == 1

@@ -1,0 +1,74 @@
+"""Processes that live on from task to task, and of which one may die alone."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Iterator
+from concurrent.futures import wait
+
+import pytest
+
+from fleets import ended, wait_for
+from roughcontact.errors import InputError
+from roughcontact.fleet.local import LocalExecutor, LostWorkerError
+
+
+@pytest.fixture
+def pool() -> Iterator[LocalExecutor]:
+    executor = LocalExecutor(2)
+    yield executor
+    executor.shutdown(cancel_futures=True)
+
+
+def test_processes_live_on(pool: LocalExecutor) -> None:
+    found = [pool.submit(os.getpid) for _ in range(20)]
+    assert os.getpid() not in {future.result() for future in found}
+    assert len({future.result() for future in found}) <= 2
+
+
+def test_one_that_dies_takes_its_own_task_with_it_alone(pool: LocalExecutor) -> None:
+    before = [pool.submit(abs, -number) for number in range(4)]
+    dead = pool.submit(os._exit, 7)
+    after = [pool.submit(abs, -number) for number in range(8)]
+    with pytest.raises(LostWorkerError, match="status 7; is there enough memory"):
+        dead.result()
+    assert [future.result() for future in (*before, *after)] == [0, 1, 2, 3, *range(8)]
+
+
+def test_one_that_is_killed_is_begun_again(pool: LocalExecutor) -> None:
+    first = pool.submit(os.getpid).result()
+    os.kill(first, signal.SIGKILL)
+    # What waits for it learns of it with the next task.
+    found = [pool.submit(os.getpid) for _ in range(8)]
+    lost = [future for future in found if future.exception() is not None]
+    assert len(lost) <= 1
+    assert first not in {future.result() for future in found if future not in lost}
+
+
+def test_an_error_of_a_task_is_raised_with_its_argument(pool: LocalExecutor) -> None:
+    from roughcontact.errors import require_positive
+
+    with pytest.raises(InputError, match="load must be positive") as caught:
+        pool.submit(require_positive, load=-1.0).result()
+    assert caught.value.argument == "load"
+
+
+def test_an_end_is_within_a_second_and_fails_what_is_under_way() -> None:
+    pool = LocalExecutor(2)
+    pids = {pool.submit(os.getpid).result() for _ in range(4)}
+    tasks = [pool.submit(time.sleep, 60) for _ in range(5)]
+    time.sleep(0.2)
+    begun = time.monotonic()
+    pool.shutdown(cancel_futures=True)
+    assert time.monotonic() - begun < 5
+    assert wait_for(lambda: all(map(ended, pids)), 1.0)
+    assert wait(tasks, 0).not_done == set()
+    assert all(task.cancelled() or isinstance(task.exception(), Exception) for task in tasks)
+
+
+def test_an_end_after_the_tasks_lets_them_end() -> None:
+    with LocalExecutor(1) as pool:
+        tasks = [pool.submit(abs, -number) for number in range(3)]
+    assert [task.result() for task in tasks] == [0, 1, 2]

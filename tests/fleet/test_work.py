@@ -1,0 +1,156 @@
+"""A contact on a worker that sees its files, or has them sent."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor, Future
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fleets import items, write_project
+from roughcontact.fleet import engines, plan, project, work
+from roughcontact.fleet.engine import Engine
+from roughcontact.fleet.plan import FAILED, KEPT, SOLVED
+
+
+class Elsewhere(Executor):
+    """Calls at once, on a machine of another root: what lies in one folder is not there."""
+
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        self._folder, self._patch = folder.resolve(), monkeypatch
+        self.tasks: list[work.Task] = []
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        self.tasks.append(args[0])
+        hidden = self._folder.with_name("hidden")
+        self._folder.rename(hidden)
+        try:
+            future: Future[Any] = Future()
+            future.set_result(fn(*args, **kwargs))
+        finally:
+            # Whatever was written here is lost.
+            assert not self._folder.exists()
+            hidden.rename(self._folder)
+        return future
+
+
+GROUPS = """
+[[contact]]
+name = "compared"
+task = "compare"
+load = "1 MPa"
+groups = { a = ["maps/r*.npy"], b = ["maps/rough.npy", "maps/rough.npy"] }
+"""
+
+
+def states(reports: list[plan.Report]) -> list[str]:
+    return [report.state for report in reports]
+
+
+def test_files_that_are_sent_give_the_same_bits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here, there = tmp_path / "here", tmp_path / "there"
+    for folder in (here, there):
+        write_project(folder, 2, GROUPS)
+        text = (folder / "project.toml").read_text(encoding="utf-8")
+        text = text.replace('"csv"]', '"csv", "svg"]')
+        (folder / "project.toml").write_text(text, encoding="utf-8")
+    # Paths as they are given on a command line.
+    monkeypatch.chdir(here)
+    assert states(engines.run(project.load("project.toml"), lambda report: None)) == [SOLVED] * 4
+    monkeypatch.chdir(there)
+    far = Elsewhere(there, monkeypatch)
+    engine = Engine(far, lambda: 1, 1, far.shutdown, far=True)
+    entries = project.load("project.toml")
+    assert states(engines.run(entries, lambda report: None, engine)) == [SOLVED] * 4
+    told, same = items(here), items(there)
+    assert told.keys() == same.keys()
+    assert len(told) > 15
+    assert [name for name in told if told[name] != same[name]] == []
+    # What waits already is asked for its files; then they go along at once.
+    sent = [bool(task.journey.content) for task in far.tasks if task.journey is not None]
+    assert sent == sorted(sent)
+    assert sent.count(False) == 2
+    assert states(engines.run(entries, lambda report: None, engine)) == [KEPT] * 4
+
+
+def test_the_steps_of_a_sweep_are_sent_and_come_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_project(tmp_path / "there", 1)
+    far = Elsewhere(tmp_path / "there", monkeypatch)
+    engine = Engine(far, lambda: 1, 1, far.shutdown, far=True)
+    entries = project.load(path)[1:]
+    engines.run(entries, lambda report: None, engine)
+    steps = tmp_path / "there" / "kept" / "curve"
+    first = steps / "step-0001.npz"
+    stamp, before = first.stat().st_mtime_ns, first.read_bytes()
+    (steps / "step-0002.npz").unlink()
+    (tmp_path / "there" / "results" / "curve.csv").unlink()
+    assert states(engines.run(entries, lambda report: None, engine)) == [SOLVED]
+    assert (first.stat().st_mtime_ns, first.read_bytes()) == (stamp, before)
+    assert (steps / "step-0002.npz").exists()
+
+
+def test_what_is_too_large_to_be_sent_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_project(tmp_path / "there", 1)
+    far = Elsewhere(tmp_path / "there", monkeypatch)
+    engine = Engine(far, lambda: 1, 1, far.shutdown, far=True)
+    monkeypatch.setattr(engines, "MOST", 1000)
+    (report,) = engines.run(project.load(path)[:1], lambda report: None, engine)
+    assert report.state == FAILED
+    assert "put the project where all workers see it" in report.reason
+    monkeypatch.setattr(engines, "MOST", 2**20)
+    monkeypatch.setattr(work, "MOST", 1000)
+    (report,) = engines.run(project.load(path)[:1], lambda report: None, engine)
+    assert "the files that it leaves have" in report.reason
+
+
+@pytest.fixture
+def task(tmp_path: Path) -> work.Task:
+    """One contact, and what a worker of another machine has to know of it."""
+    entry = project.load(write_project(tmp_path, 1))[0]
+    entry.summary.parent.mkdir()
+    (tmp_path / "mark").touch()
+    sums = {path: str(plan.content_of(path)) for path in entry.request.inputs}
+    places = tuple(str(path) for _, path in entry.request.places)
+    part = work.Part(0, entry, plan.digest_of(entry), places)
+    return work.Task((part,), 1, work.Journey(tmp_path / "mark", sums))
+
+
+def test_a_file_of_other_content_is_another_file(task: work.Task) -> None:
+    (path,) = task.parts[0].entry.request.inputs
+    content = path.read_bytes()
+    path.write_bytes(content[:-1] + b"\0")
+    assert task.journey is not None
+    assert work.done(task).lacking == (path,)
+    sent = work.Journey(task.journey.mark, task.journey.sums, (), {path: content[:-1] + b"\1"})
+    answer = work.done(work.Task(task.parts, 1, sent))
+    assert "changed while the project ran; run it again" in answer.reports[0].reason
+    path.write_bytes(content)
+    assert work.done(task).reports[0].state == SOLVED
+
+
+def test_a_worker_of_another_version_refuses(task: work.Task) -> None:
+    other = work.Task(task.parts, 1, None, "0.0.1")
+    assert "not 0.0.1; install the same" in work.done(other).reports[0].reason
+    assert not task.parts[0].entry.summary.exists()
+
+
+def test_a_contact_keeps_to_its_cores(task: work.Task, monkeypatch: pytest.MonkeyPatch) -> None:
+    from roughcontact.halfspace import fft
+
+    monkeypatch.setattr(fft.os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
+    monkeypatch.setattr(fft.os, "cpu_count", lambda: 8)
+    assert fft.default_workers() == 8
+    with fft.at_most(3):
+        with fft.at_most(2):
+            assert fft.default_workers() == 2
+        assert fft.Workspace().workers == 3
+    with fft.at_most(99):
+        assert fft.default_workers() == 8
+    assert fft.default_workers() == 8

@@ -1,0 +1,83 @@
+"""Projects that are worked through by real processes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import psutil
+
+from items import items_of_file, normal
+
+PROJECT = """\
+folder = "results"
+write = ["nc", "csv"]
+
+[defaults]
+unit = "um"
+size = "0.1 mm x 0.2 mm"
+material = "bearing steel"
+
+[[contact]]
+name = "one"
+file = "maps/rough.npy"
+load = [{loads}]
+
+[[contact]]
+name = "curve"
+task = "sweep"
+file = "maps/rough.npy"
+from = "1 mN"
+to = "10 mN"
+steps = 2
+folder = "kept"
+"""
+
+
+def write_project(folder: Path, loads: int, more: str = "") -> Path:
+    """Write a map and a project of so many loads, and of a sweep that keeps its steps."""
+    (folder / "maps").mkdir(parents=True, exist_ok=True)
+    y, x = np.mgrid[:40, :64] / 40
+    noise = np.random.default_rng(3).standard_normal(y.shape)
+    np.save(folder / "maps" / "rough.npy", np.cos(7 * y) * np.cos(5 * x) + 0.1 * noise)
+    listed = ", ".join(f'"{load} mN"' for load in range(1, loads + 1))
+    text = PROJECT.format(loads=listed) + more
+    (folder / "project.toml").write_text(text, encoding="utf-8")
+    return folder / "project.toml"
+
+
+ABSENT = """
+[[contact]]
+name = "bad"
+file = "absent.npy"
+load = "1 N"
+"""
+
+
+def wait_for(happened: Callable[[], object], seconds: float = 60.0) -> bool:
+    """Wait for something, and return whether it came in time."""
+    last = time.monotonic() + seconds
+    while not happened() and time.monotonic() < last:
+        time.sleep(0.02)
+    return bool(happened())
+
+
+def ended(pid: int) -> bool:
+    """Return whether a process is gone, or only waits to be asked how it ended."""
+    try:
+        return psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return True
+
+
+def items(folder: Path) -> dict[str, dict[str, str]]:
+    """Return what all files below a folder hold, without times."""
+    return {
+        str(file.relative_to(folder)): {
+            name: normal(text, folder.resolve()) for name, text in items_of_file(file).items()
+        }
+        for file in sorted(folder.rglob("*"))
+        if file.is_file()
+    }
