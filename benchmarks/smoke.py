@@ -34,6 +34,7 @@ def main() -> None:
         ("memory.py", "--quick"),
         ("desk.py", "--quick"),
         ("leak.py", "--points", "128"),
+        ("fleet.py", "--quick"),
         ("latency.py", "--runs", "1", "--points", "48x64", "--only", "info"),
         ("robustness.py", "--problems", "10", "--files", "100", "--kills", "5"),
     ):

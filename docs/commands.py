@@ -207,7 +207,7 @@ def prepare(folder: Path) -> None:
     subprocess.run(
         [sys.executable, str(HERE / "howto" / "maps.py")], cwd=folder, check=True, timeout=300
     )
-    for name in ("project.toml", "memory.py"):
+    for name in ("project.toml", "cluster.toml", "memory.py"):
         shutil.copy(HERE / "howto" / name, folder)
     (folder / "maps").mkdir()
 

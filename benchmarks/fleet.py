@@ -1,0 +1,216 @@
+"""Many contacts: what a second worker gains, what a contact costs beside its solve, and the bits.
+
+``python benchmarks/fleet.py [--quick] [--json FILE]``. All workers are processes of this machine,
+those of Dask reached through a scheduler of its own. Times say something on a machine that does
+nothing else: the load of the last minute is printed beside them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import numpy as np
+import psutil
+
+from items import items_of_file, normal
+from roughcontact.fleet import cluster, engines, local, plan, project, work
+from roughcontact.fleet.engine import Engine
+from roughcontact.surface.synthetic import reference_map
+
+SOURCE = str(Path(engines.__file__).parents[2])
+
+HEAD = """\
+folder = "results"
+write = ["nc"]
+[defaults]
+unit = "um"
+size = "0.1 mm"
+young = "210 GPa"
+poisson = 0.3
+yield-strength = "1 GPa"
+"""
+
+
+def written(folder: Path, sizes: list[int], loads: int) -> Path:
+    """Write a project: one map of each size, under so many loads each."""
+    folder.mkdir(parents=True)
+    text = HEAD
+    for size in sizes:
+        heights, _ = reference_map(size)
+        np.save(folder / f"rough-{size}.npy", heights * 1e6)
+        listed = ", ".join(f'"{round(100 + 900 * k / loads, 3)} mN"' for k in range(loads))
+        text += f'[[contact]]\nname = "{size}"\nfile = "rough-{size}.npy"\nload = [{listed}]\n'
+    (folder / "project.toml").write_text(text, encoding="utf-8")
+    return folder / "project.toml"
+
+
+@contextmanager
+def here(workers: int) -> Iterator[Engine]:
+    """Give local processes of one thread each, which have imported what they need."""
+    with local.processes(workers) as engine:
+        # Every one of them: each task takes long enough for the others to be given away.
+        calls = [engine.executor.submit(_warm) for _ in range(workers)]
+        assert [call.result() for call in calls] == [None] * workers
+        yield dataclasses.replace(engine, threads=1)
+
+
+def _warm() -> None:
+    time.sleep(1.0)
+
+
+@contextmanager
+def dask(workers: int, watch: list[psutil.Process] | None = None) -> Iterator[Engine]:
+    """Give a Dask cluster: a scheduler and workers, each a program of its own."""
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        told = folder / "scheduler.json"
+        run = [sys.executable, "-m"]
+        about = {"env": {**os.environ, "PYTHONPATH": SOURCE}, "stderr": subprocess.DEVNULL}
+        begun = [subprocess.Popen(
+            [*run, "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0",
+             "--no-dashboard", "--scheduler-file", str(told)], **about,
+        )]  # fmt: skip
+        stack.callback(lambda: [process.terminate() for process in reversed(begun)])
+        while not told.exists() or not told.read_text():
+            time.sleep(0.05)
+        address = json.loads(told.read_text())["address"]
+        begun += [subprocess.Popen(
+            [*run, "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-dashboard",
+             "--local-directory", str(folder)], **about,
+        ) for _ in range(workers)]  # fmt: skip
+        if watch is not None:
+            watch.append(psutil.Process(begun[0].pid))
+        with cluster.connected(address, workers) as engine:
+            while engine.slots() < workers:
+                time.sleep(0.1)
+            yield engine
+
+
+def timed(path: Path, engine: Engine, backwards: bool = False) -> list[float]:
+    """Work through a project; return the seconds after which each contact was done."""
+    entries = project.load(path)
+    begun = time.perf_counter()
+    at: list[float] = []
+    reports = engines.run(
+        entries[::-1] if backwards else entries, lambda _: at.append(time.perf_counter() - begun),
+        engine,
+    )  # fmt: skip
+    failed = [report.reason for report in reports if report.state == plan.FAILED]
+    assert not failed, failed[0]
+    return at
+
+
+def bits(path: Path) -> dict[str, dict[str, str]]:
+    """Return what a project left, without times."""
+    folder = (path.parent / "results").resolve()
+    return {
+        file.name: {name: normal(text, folder) for name, text in items_of_file(file).items()}
+        for file in sorted(folder.iterdir())
+    }
+
+
+def throughput(folder: Path, sizes: list[int], loads: int) -> dict[str, float]:
+    """Return contacts per second on one worker and on two, and whether the bits are the same."""
+    ways = {
+        "one worker": (lambda: here(1), False),
+        "two workers": (lambda: here(2), True),
+        "Dask, two workers": (lambda: dask(2), False),
+    }
+    found, left = {}, {}
+    for name, (opened, backwards) in ways.items():
+        path = written(folder / name.replace(" ", "-"), sizes, loads)
+        with opened() as engine:
+            at = timed(path, engine, backwards)
+        found[name] = len(at) / at[-1]
+        left[name] = bits(path)
+    first = left["one worker"]
+    for name, same in left.items():
+        assert same == first, f"{name} left other bits"
+    found["gain of the second, of twice"] = found["two workers"] / found["one worker"] / 2
+    return found
+
+
+def overhead(folder: Path, contacts: int) -> dict[str, float]:
+    """Return the seconds that a contact takes on engines beyond what it takes without one."""
+    entries = project.load(written(folder / "alone", [32], contacts))
+    entries[0].summary.parent.mkdir()
+    tasks = [
+        work.Task((work.Part(k, one, "", tuple(str(p) for _, p in one.request.places)),), 1)
+        for k, one in enumerate(entries)
+    ]
+    work.done(tasks[0])
+    begun = time.perf_counter()
+    for task in tasks:
+        work.done(task)
+    alone = (time.perf_counter() - begun) / contacts
+    found = {"alone": alone}
+    for name, opened in (("local", lambda: here(1)), ("Dask", lambda: dask(1))):
+        path = written(folder / name, [32], contacts)
+        with opened() as engine:
+            at = timed(path, engine)
+        # The first contacts make the worker import what it needs.
+        skip = contacts // 10
+        found[name] = (at[-1] - at[skip]) / (contacts - skip - 1) - alone
+    return found
+
+
+def many(folder: Path, contacts: int) -> dict[str, float]:
+    """Return how a scheduler bears many tiny contacts: its memory, and their pace at the ends."""
+    watch: list[psutil.Process] = []
+    path = written(folder / "many", [32], contacts)
+    largest = 0
+    with dask(2, watch) as engine:
+        entries = project.load(path)
+        begun, at = time.perf_counter(), []
+
+        def told(report: plan.Report) -> None:
+            nonlocal largest
+            at.append(time.perf_counter() - begun)
+            if len(at) % 100 == 0:
+                largest = max(largest, watch[0].memory_info().rss)
+
+        engines.run(entries, told, engine)
+    part = contacts // 10
+    return {
+        "scheduler [MB]": largest / 1e6,
+        "second tenth [1/s]": part / (at[2 * part - 1] - at[part - 1]),
+        "last tenth [1/s]": part / (at[-1] - at[-1 - part]),
+    }
+
+
+def main() -> None:
+    """Print what was measured."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="few and small contacts")
+    parser.add_argument("--json", type=Path, help="write the numbers into a file")
+    asked = parser.parse_args()
+    sizes, loads = ([64, 96], 4) if asked.quick else ([256, 384, 512, 768, 1024], 40)
+    few, tiny = (20, 100) if asked.quick else (200, 10_000)
+    found = {}
+    with tempfile.TemporaryDirectory(prefix="roughcontact-fleet-") as name:
+        folder = Path(name)
+        for what, measured in (
+            ("throughput [1/s]", lambda: throughput(folder, sizes, loads)),
+            (f"overhead of {few} contacts [s]", lambda: overhead(folder, few)),
+            (f"{tiny} contacts", lambda: many(folder, tiny)),
+        ):
+            found[what] = measured()
+            load = psutil.getloadavg()[0]
+            told = ", ".join(f"{key} {value:.3g}" for key, value in found[what].items())
+            print(f"{what}: {told} (load {load:.1f})", flush=True)
+    if asked.json:
+        asked.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
