@@ -56,7 +56,7 @@ load = "1 N"
 """
 
 
-def wait_for(happened: Callable[[], object], seconds: float = 60.0) -> bool:
+def wait_for(happened: Callable[[], object], seconds: float = 180.0) -> bool:
     """Wait for something, and return whether it came in time."""
     last = time.monotonic() + seconds
     while not happened() and time.monotonic() < last:

@@ -84,7 +84,7 @@ def test_a_cluster_gives_the_bits_of_local_processes_and_one_bad_file_fails_alon
     cluster.add()
     far = write_project(tmp_path / "far", 5, ABSENT)
     run = cluster.run(far, "--quiet")
-    err = run.communicate(timeout=120)[1]
+    err = run.communicate(timeout=300)[1]
     assert run.returncode == app.NOT_CONVERGED
     assert err.count("\n") == 1
     assert "error: bad: " in err
@@ -117,7 +117,7 @@ def test_workers_that_are_killed_lose_nothing(cluster: Cluster, tmp_path: Path) 
     for worker in psutil.Process(cluster.workers[1].pid).children(recursive=True):
         worker.kill()
     cluster.workers[1].kill()
-    err = run.communicate(timeout=120)[1]
+    err = run.communicate(timeout=300)[1]
     assert (run.returncode, err) == (app.SOLVED, "")
     assert solved(path) == 13
     assert hidden(path.parent) == []
@@ -136,7 +136,7 @@ def test_a_scheduler_that_is_gone_and_one_that_comes_back(cluster: Cluster, tmp_
     before = solved(path)
     assert wait_for(lambda: solved(path) >= before + 3)
     cluster.scheduler.kill()
-    err = run.communicate(timeout=120)[1]
+    err = run.communicate(timeout=300)[1]
     assert run.returncode == app.NOT_CONVERGED
     assert err.count("\n") == 1
     assert f"the scheduler at {cluster.address} is gone" in err

@@ -28,7 +28,7 @@ def test_ranks_give_the_bits_of_local_processes(
     done = subprocess.run(
         [str(MPIEXEC), "-n", "3", sys.executable, "-m", "roughcontact", "run", far.name,
          "--engine", "mpi", "--quiet"],
-        cwd=far.parent, capture_output=True, text=True, timeout=120, check=False,
+        cwd=far.parent, capture_output=True, text=True, timeout=300, check=False,
     )  # fmt: skip
     assert done.returncode == app.NOT_CONVERGED
     assert done.stderr.count("roughcontact: error: bad: ") == 1
@@ -43,7 +43,7 @@ def test_ranks_give_the_bits_of_local_processes(
     done = subprocess.run(
         [str(MPIEXEC), "-n", "2", sys.executable, "-m", "roughcontact", "run", far.name,
          "--engine", "mpi"],
-        cwd=far.parent, capture_output=True, text=True, timeout=60, check=False,
+        cwd=far.parent, capture_output=True, text=True, timeout=180, check=False,
     )  # fmt: skip
     assert done.returncode == app.BAD_INPUT
     assert done.stderr.count("no [[contact]]") == 1
@@ -56,7 +56,7 @@ def test_one_process_alone_is_told_how_to_start(tmp_path: Path) -> None:
     path = write_project(tmp_path, 1)
     done = subprocess.run(
         [sys.executable, "-m", "roughcontact", "run", str(path), "--engine", "mpi"],
-        capture_output=True, text=True, timeout=60, check=False,
+        capture_output=True, text=True, timeout=180, check=False,
     )  # fmt: skip
     assert done.returncode == app.BAD_INPUT
     assert "mpiexec -n 3 roughcontact run" in done.stderr
