@@ -234,8 +234,12 @@ def test_resample_refuses() -> None:
     with pytest.raises(InputError, match="bandlimited, spline, got 'linear'"):
         filters.resample(heights, (4, 4), "linear")
     for shape in ((1, 5), (4,), (4, 4.0), 4, (True, 4)):
-        with pytest.raises(InputError, match="shape must be two integers"):
+        with pytest.raises(
+            InputError, match=r"shape must be two integers \(ny, nx\) of at least 2"
+        ):
             filters.resample(heights, shape)
+    with pytest.raises(InputError, match=r"two integers \(ny, nx\) of a profile \(1, nx\)"):
+        filters.resample(heights[:1], (2, 6))
     with pytest.raises(InputError, match="4 × 4 points, got 3 × 6"):
         filters.resample(heights[:3], (4, 4), "spline")
     heights[2, 2] = np.nan

@@ -309,5 +309,15 @@ def test_the_waves_of_a_surface_are_looked_for_once(monkeypatch: pytest.MonkeyPa
     assert len(looks) == 1
 
 
+def test_the_shortest_wave_is_the_filters_where_the_map_is_large_enough_to_tell() -> None:
+    heights = filters.gaussian(rough(5, 0.8, shortest=2.0000001), PIXEL, 8 * NM)
+    cutoff = resolution.smoothing_cutoff(heights, PIXEL)
+    assert resolution.shortest_wave(heights, PIXEL) == pytest.approx(cutoff, rel=0.05)
+    assert resolution.shortest_wave(heights[:31], PIXEL) == 2 * NM
+    white = np.random.default_rng(1).normal(size=(256, 256))
+    assert resolution.shortest_wave(white, PIXEL) > 4 * NM
+    assert resolution.shortest_wave(white[:31], (1 * NM, 2 * NM)) == 4 * NM
+
+
 def test_a_spectrum_whose_last_wave_is_beyond_the_noise_ends_there() -> None:
     assert resolution._crossing(np.array([2.0]), np.array([1.0]), 0.5) == pytest.approx(math.pi)

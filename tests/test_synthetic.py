@@ -157,3 +157,11 @@ def test_reference_map_does_not_change_unnoticed():
 def test_bad_spectrum_is_refused(change, message):
     with pytest.raises(InputError, match=message):
         make((64, 64), (1e-4, 1e-4), **change)
+
+
+def test_amplitudes_go_down_to_two_pixels():
+    waves = synthetic.drawn((64, 64), (1e-6, 1e-6), np.random.default_rng(3))
+    # 2.2 pixels: 29 periods on a side of 64.
+    assert waves[0, 29] != 0
+    assert waves[29, 0] != 0
+    assert waves[0, 0] == 0

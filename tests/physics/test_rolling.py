@@ -360,3 +360,14 @@ def test_surfaces_that_move() -> None:
     np.testing.assert_allclose(half, np.tile(np.sin(x - math.pi / 48), (4, 1)), atol=1e-5)
     with pytest.raises(InputError, match="missing points"):
         shifted(out, (0.5e-6, 0.0))
+
+
+def test_a_map_that_moves_by_part_of_a_pixel_is_a_cubic_spline():
+    from scipy.interpolate import make_interp_spline
+
+    heights = np.random.default_rng(2).normal(size=(6, 16))
+    moved = shifted(rc.Surface(heights, (1e-6, 1e-6)), (0.0, 0.3e-6), (0, 1)).heights
+    x = np.arange(17)
+    for row, found in zip(heights, moved, strict=True):
+        spline = make_interp_spline(x, np.append(row, row[0]), k=3, bc_type="periodic")
+        np.testing.assert_allclose(found, spline((x[:16] - 0.3) % 16), atol=1e-9)
