@@ -35,6 +35,9 @@ Array = NDArray[Any]
 _LINES = 6
 _LIGHTEST = 0.3
 
+# Part of the largest value down to which profiles are drawn, and how much deeper.
+_LEAST, _MORE = 0.03, 1.4
+
 _STYLES = ("o-", "s--", "^:")
 
 
@@ -201,10 +204,20 @@ def depths(rolling: Rolling, body: int = 0) -> Figure:
         plain_axes(axes)
         axes.xaxis.set_major_locator(MaxNLocator(5))
     grid[0].set_ylabel(f"depth [{length_unit}]", fontsize=LABEL)
-    grid[0].set_ylim(float(faces[-1]) * length, 0)
+    grid[0].set_ylim(_shown(rolling, body, faces) * length, 0)
     shared_legend(figure, grid)
     figure.suptitle(_over_depth(rolling), fontsize=TITLE)
     return figure
+
+
+def _shown(rolling: Rolling, body: int, faces: Array) -> float:
+    """Return how deep to draw [m]: somewhat below where values have died out."""
+    deepest = 0
+    for key in ("shear", "residual_along", "residual_across"):
+        values = np.abs(getattr(rolling.passes[-1 if "res" in key else 0], key)[body])
+        held = np.flatnonzero(values > _LEAST * values.max(initial=0.0))
+        deepest = max(deepest, int(held.max(initial=0)) + 1)
+    return min(_MORE * float(faces[deepest]), float(faces[-1]))
 
 
 def _chosen(count: int) -> Sequence[tuple[int, Any]]:

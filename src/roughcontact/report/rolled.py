@@ -25,14 +25,14 @@ def _way(rolling: Rolling) -> str:
     return f"{counted(rolling)}, {way}, {steps} steps each at most"
 
 
+_SMALL, _TINY = 1e-4, 1e-5
+
+
 def strain(value: float) -> str:
-    """Return a strain, of which small ones count, too; below a part in two millions it is 0."""
-    if abs(value) < _NOTHING:
-        return "0 %"
+    """Return a strain in per cent, of which those of shakedown are small."""
+    if 0 < abs(value) < _TINY:
+        return "<0.001 %"
     return f"{100 * value:.{2 if abs(value) < _SMALL else 3}g} %"
-
-
-_SMALL, _NOTHING = 1e-4, 5e-7
 
 
 def _last(key: str) -> Callable[[Rolling], Any]:
