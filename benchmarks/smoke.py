@@ -35,6 +35,7 @@ def main() -> None:
         ("desk.py", "--quick"),
         ("leak.py", "--points", "128"),
         ("fleet.py", "--quick"),
+        ("mpi.py", "--quick"),
         ("latency.py", "--runs", "1", "--points", "48x64", "--only", "info"),
         ("robustness.py", "--problems", "10", "--files", "100", "--kills", "5"),
     ):

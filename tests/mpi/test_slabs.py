@@ -72,13 +72,16 @@ def test_any_number_of_ranks_finds_the_same(tmp_path, problems, alone, count):
     assert run.returncode == 0, run.stderr
     for name, expected in alone.items():
         found = rc.load_result(tmp_path / f"{name}.nc", verify=True)
+        # Single precision promises a certificate of 1e-4, and that all the same.
+        loose = 1e6 if name == "single" else 1
         np.testing.assert_array_equal(found.contact, expected.contact)
         np.testing.assert_array_equal(found.saturated, expected.saturated)
         largest = expected.max_pressure
-        np.testing.assert_allclose(found.pressure, expected.pressure, rtol=0, atol=1e-9 * largest)
-        assert found.approach == pytest.approx(expected.approach, rel=1e-9)
+        near = 1e-9 * loose
+        np.testing.assert_allclose(found.pressure, expected.pressure, rtol=0, atol=near * largest)
+        assert found.approach == pytest.approx(expected.approach, rel=near)
         load = problems.PROBLEMS[name].get("load")
-        assert judge.faults(found, load, problems.TIGHT) == []
+        assert judge.faults(found, load, problems.asked(name)["tolerance"]) == []
         assert found.regime == expected.regime
         # The last steps are those of rounding.
         assert found.convolutions <= expected.convolutions + 4
@@ -88,7 +91,7 @@ def test_any_number_of_ranks_finds_the_same(tmp_path, problems, alone, count):
             expected.contact_area, expected.corrected_contact_area, expected.mean_gap,
             expected.residual_indentation.max(), *(edge or [0.0]),
         ]  # fmt: skip
-        np.testing.assert_allclose(told, numbers, rtol=1e-8, atol=1e-18)
+        np.testing.assert_allclose(told, numbers, rtol=10 * near, atol=1e-18)
 
 
 @pytest.mark.parametrize("count", [1, 3])
