@@ -23,6 +23,7 @@ for folder in ("tests", "tests/data/peers"):
         sys.path.append(str(ROOT / folder))
 
 import indentation  # noqa: E402
+import passage  # noqa: E402
 import problems  # noqa: E402
 
 import judge  # noqa: E402 - found beside the tests
@@ -173,9 +174,8 @@ class Indent:
     profile: float
 
 
-def around_nodes(grid: str) -> Array:
+def around_nodes(nodes: int) -> Array:
     """Return thicknesses of layers that reach half-way from each node to the next."""
-    nodes = indentation.GRIDS[grid][0]
     thickness = np.full(nodes, indentation.DEPTH / (nodes - 1))
     thickness[[0, -1]] /= 2
     return thickness
@@ -195,7 +195,7 @@ def indent(grid: str) -> list[rc.ElastoplasticResult]:
                 increments=1,
                 loads=[load],
                 boundary="periodic",
-                layers=None if start else around_nodes(grid),
+                layers=None if start else around_nodes(indentation.GRIDS[grid][0]),
                 tolerance=STRAIN_TOLERANCE,
                 precision="double",
                 start=start,
@@ -209,7 +209,7 @@ def compare_indentations(grids: tuple[str, ...] = tuple(indentation.GRIDS)) -> l
     rows = []
     about, answers = indentation.load("tamaas")
     for grid in grids:
-        answer, weight = answers[grid], around_nodes(grid)[:, None, None]
+        answer, weight = answers[grid], around_nodes(indentation.GRIDS[grid][0])[:, None, None]
         middle = indentation.GRIDS[grid][1] // 2
         for number, result in enumerate(indent(grid)):
             theirs, pressure = answer.pressure[number], result.contact.pressure
@@ -231,6 +231,99 @@ def compare_indentations(grids: tuple[str, ...] = tuple(indentation.GRIDS)) -> l
                 )
             )  # fmt: skip
     return rows
+
+
+@dataclass(frozen=True)
+class Place:
+    """One place of the stored passage of a sphere beside that of this program.
+
+    Parameters
+    ----------
+    peer : str
+        Whose answer.
+    place : int
+        How far the sphere has moved, in points.
+    error, residual : float
+        Of the peer's loop, and of the plastic strain of this program.
+    pressure, peak, strain : float
+        As for `Indent`.
+    touching, contact : int
+        As for `Indent`.
+    """
+
+    peer: str
+    place: int
+    error: float
+    residual: float
+    pressure: float
+    peak: float
+    strain: float
+    touching: int
+    contact: int
+
+
+def pass_over() -> list[rc.ElastoplasticResult]:
+    """Return this program's answer to the passage, place by place."""
+    pixel = (indentation.SIDE / passage.POINTS,) * 2
+    law = Linear(indentation.YIELD, indentation.HARDENING)
+    results: list[rc.ElastoplasticResult] = []
+    for place in passage.PLACES:
+        start = results[-1] if results else None
+        results.append(
+            rc.solve_elastoplastic(
+                rc.Surface(np.zeros((passage.POINTS,) * 2), pixel),
+                counter_surface=rc.Surface(passage.heights(0), pixel),
+                material=rc.Material(indentation.YOUNG, indentation.POISSON, hardening=law),
+                path=[rc.PathPoint(passage.LOAD, (0.0, place * pixel[1]))],
+                boundary="periodic",
+                layers=None if start else around_nodes(passage.NODES),
+                tolerance=STRAIN_TOLERANCE,
+                precision="double",
+                start=start,
+            )
+        )
+    return results
+
+
+def compare_passage() -> tuple[list[Place], float]:
+    """Return a row for every place, and ∫|e - e_peer| / ∫ e_peer after the last."""
+    about, answer = passage.load("tamaas")
+    rows = []
+    results = pass_over()
+    for number, result in enumerate(results):
+        theirs, pressure = answer.pressure[number], result.contact.pressure
+        rows.append(
+            Place(
+                about["program"],
+                passage.PLACES[number],
+                error=float(answer.error[number]),
+                residual=result.increments[-1].residual,
+                pressure=float(np.abs(pressure - theirs).sum() / theirs.sum()),
+                peak=float(abs(pressure.max() / theirs.max() - 1)),
+                strain=float(abs(result.max_plastic_strain / answer.largest[number] - 1)),
+                touching=int(np.count_nonzero(result.contact.contact)),
+                contact=int(np.count_nonzero((theirs > 0) != result.contact.contact)),
+            )
+        )
+    weight = around_nodes(passage.NODES)[:, None, None]
+    apart = weight * np.abs(results[-1].bodies[0].accumulated - answer.strain)
+    return rows, float(apart.sum() / (weight * answer.strain).sum())
+
+
+def passage_table(rows: list[Place]) -> str:
+    """Return the rows as Markdown."""
+    lines = [
+        "| program | place | its error | residual of this program | difference of the pressures "
+        "| of the peaks | of the largest plastic strain | points that touch "
+        "| of them not in both |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {row.peer} | {row.place} | {row.error:.0e} | {row.residual:.0e} | {row.pressure:.2%} "
+        f"| {row.peak:.2%} | {row.strain:.2%} | {row.touching} | {row.contact} |"
+        for row in rows
+    ]
+    return "\n".join(lines)
 
 
 def indentation_table(rows: list[Indent]) -> str:
@@ -281,6 +374,14 @@ def indentation_page(rows: list[Indent]) -> str:
     return f"Stored answers: {made}.\n\n{indentation_table(rows)}"
 
 
+def passage_page(rows: list[Place], field: float) -> str:
+    """Return the part on a passage that a run renews."""
+    about = passage.load("tamaas")[0]
+    made = f"{about['program']} {about['version']} (NumPy {about['numpy']}): {about['settings']}"
+    after = f"After the last place the fields of the accumulated strain differ by {field:.1%}."
+    return f"Stored answers: {made}. {after}\n\n{passage_table(rows)}"
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(
@@ -288,7 +389,11 @@ def main() -> None:
     )
     parser.add_argument("--write", action="store_true", help=f"renew {PAGE.name}")
     options = parser.parse_args()
-    parts = page(compare()), indentation_page(compare_indentations())
+    parts = (
+        page(compare()),
+        indentation_page(compare_indentations()),
+        passage_page(*compare_passage()),
+    )
     print(*parts, sep="\n\n")
     if options.write:
         # Between the marks, one part after the other.

@@ -31,6 +31,7 @@ def main() -> None:
     for script, *options in (
         ("peers.py", "--cases", "smoke"),
         ("volume.py", "--quick"),
+        ("rolling.py", "--quick"),
         ("memory.py", "--quick"),
         ("desk.py", "--quick"),
         ("leak.py", "--points", "128"),

@@ -2,6 +2,7 @@
 
 import indentation
 import numpy as np
+import passage
 import problems
 import pytest
 
@@ -82,6 +83,8 @@ def test_the_documentation_holds_every_row(rows):
     for grid in indentation.GRIDS:
         for load in indentation.LOADS:
             assert f"| tamaas | {grid} | {load:g} |" in text
+    for place in passage.PLACES:
+        assert f"| tamaas | {place} |" in text
 
 
 def test_indentation_of_a_hardening_half_space() -> None:
@@ -107,6 +110,27 @@ def test_indentation_on_half_the_grid() -> None:
     assert max(row.pressure for row in rows) < 0.015
     assert max(row.strain for row in rows) < 0.02
     assert max(row.contact for row in rows) == 0
+
+
+def test_passage_over_a_hardening_half_space() -> None:
+    rows, field = cross_code.compare_passage()
+    assert [row.place for row in rows] == list(passage.PLACES)
+    for row in rows:
+        assert row.pressure < 0.015
+        assert row.strain < 0.01
+        assert row.contact == 0
+        assert row.residual <= cross_code.STRAIN_TOLERANCE
+    # Of a value at a node and the average over the layer around it.
+    assert field < 0.03
+
+
+def test_stored_passage_carries_its_load() -> None:
+    answer = passage.load("tamaas")[1]
+    mean = answer.pressure.mean(axis=(1, 2)) * indentation.SIDE**2
+    np.testing.assert_allclose(mean, passage.LOAD, rtol=1e-9)
+    assert answer.error.max() < 1e-4
+    assert (np.diff(answer.largest) > 0).all()
+    assert answer.strain.max() == np.float32(answer.largest[-1])
 
 
 def test_stored_indentations_carry_their_loads() -> None:

@@ -1,14 +1,9 @@
-"""A roller that passes over a body that yields, against laws and Johnson's shakedown limits.
-
-Johnson, Contact Mechanics (1985), section 9.2: without friction a line contact shakes down up to a
-Hertz pressure of 4.00 k, k = σ_Y/√3, and beyond it every pass adds the same shear.
-"""
+"""A roller that passes over a body that yields, against what must hold; see `test_shakedown`."""
 
 from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,73 +12,14 @@ import pytest
 from numpy.typing import NDArray
 
 import roughcontact as rc
+from rollers import PIXEL, STRENGTH, Line
 from roughcontact.errors import InputError
 from roughcontact.halfspace import tensors
-from roughcontact.material.hardening import Hardening, Kinematic, Linear, Perfect
+from roughcontact.material.hardening import Kinematic, Linear, Perfect
 from roughcontact.report import script
 from roughcontact.surface import nominal
 from roughcontact.surface.shifting import shifted
 from roughcontact.volume.rolling import Pass, Rolling, Shakedown
-
-STRENGTH, YOUNG, POISSON = 1e9, 210e9, 0.3
-SHEAR = STRENGTH / math.sqrt(3)
-PIXEL = (1e-6, 1e-6)
-
-
-class Line:
-    """A roller on a flat, one period of a row of rollers.
-
-    Parameters
-    ----------
-    peak : float
-        Hertz pressure over the shear strength k.
-    half_width : int
-        Of the contact, in pixels.
-    """
-
-    def __init__(
-        self,
-        peak: float,
-        half_width: int = 7,
-        points: int = 64,
-        law: Hardening | None = None,
-    ) -> None:
-        shape, pressure, width = (8, points), peak * SHEAR, half_width * PIXEL[1]
-        modulus = YOUNG / (1 - POISSON**2)
-        radius = width * modulus / (2 * pressure)
-        self.load = math.pi / 2 * width * pressure * shape[0] * PIXEL[0]
-        self.points, self.width = points, width
-        self.steel = rc.Material(YOUNG, POISSON, None if law else STRENGTH, hardening=law)
-        self.flat = rc.Surface(np.zeros(shape), PIXEL)
-        self.roller = nominal.cylinder(radius=radius, angle=90.0, shape=shape, pixel=PIXEL)
-        self.layers = np.full(16, 3 * width / 16)
-
-    def at(self, x: float, friction: float = 0.0, direction: float = 0.0) -> rc.PathPoint:
-        """Return the point with the roller moved by ``x`` pixels."""
-        return rc.PathPoint(self.load, (0.0, x * PIXEL[1]), friction, direction)
-
-    def solved(
-        self,
-        path: Sequence[rc.PathPoint],
-        start: rc.ElastoplasticResult | None = None,
-        precision: str = "double",
-        tolerance: float = 1e-4,
-        folder: Path | None = None,
-    ) -> rc.ElastoplasticResult:
-        return rc.solve_elastoplastic(
-            self.flat, material=self.steel, counter_surface=self.roller, path=path,
-            boundary="periodic", precision=precision, tolerance=tolerance, start=start,
-            layers=None if start else self.layers, folder=folder,
-        )  # fmt: skip
-
-    def passes(self, count: int, stride: int = 2, friction: float = 0.0) -> list[float]:
-        """Return by how much the largest accumulated strain has grown in each of some passes."""
-        result, strains = None, [0.0]
-        for _ in range(count):
-            path = [self.at(x, friction) for x in range(0, self.points, stride)]
-            result = self.solved(path, result, "single", 1e-3)
-            strains.append(result.max_plastic_strain)
-        return np.diff(strains).tolist()
 
 
 def strain_of(result: rc.ElastoplasticResult) -> NDArray[np.float64]:
@@ -196,24 +132,6 @@ def test_what_is_told_of_a_path(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         again, result.bodies[0].plastic_strain, atol=2e-3 * result.max_plastic_strain
     )
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("peak", "shakes"), [(3.88, True), (4.12, False)])
-def test_shakedown_limit_of_a_line_contact(peak: float, shakes: bool) -> None:
-    grown = Line(peak, half_width=14, points=128).passes(5)
-    # A period of 9 a adds the stress of the mean pressure, which is the same all along.
-    assert (grown[-1] < 0.02 * grown[0]) == shakes
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("peak", "shakes"), [(2.3, True), (2.7, False)])
-def test_much_friction_sets_the_limit_at_the_surface(peak: float, shakes: bool) -> None:
-    """From a friction of 0.37 on the limit is p₀ = k/μ (Johnson 1985, figure 9.3)."""
-    line = Line(peak, half_width=14, points=128)
-    line.layers = np.concatenate([np.full(8, line.width / 40), np.full(16, 2.8 * line.width / 16)])
-    found = rolled(line, 5, steps=32, friction=0.4)
-    assert found.shakedown is (Shakedown.SHAKEN_DOWN if shakes else Shakedown.RATCHETTING)
 
 
 @pytest.mark.slow
