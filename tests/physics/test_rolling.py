@@ -162,11 +162,6 @@ def test_paths_that_no_model_has() -> None:
     options = dict(material=line.steel, boundary="periodic")
     with pytest.raises(InputError, match="moves a counter-surface, and there is none"):
         rc.solve_elastoplastic(line.flat, path=[line.at(1)], **options)
-    with pytest.raises(InputError, match="slides a counter-body that yields"):
-        rc.solve_elastoplastic(
-            line.flat, counter_surface=line.roller, counter_material=line.steel,
-            path=[line.at(0, 0.1)], **options,
-        )  # fmt: skip
     with pytest.raises(InputError, match="load must be finite and not negative"):
         rc.PathPoint(-1.0)
     with pytest.raises(InputError, match="offset must be two finite numbers"):

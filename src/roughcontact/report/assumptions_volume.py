@@ -159,7 +159,7 @@ def _way(result: ElastoplasticResult) -> str:
         return "The bodies are pressed together without tilting or sliding."
     return (
         "The counter-surface moved over the body without tilting, and plastic strain stays at its "
-        "place in both bodies, as where one rolls over the other without slip."
+        "place in each body: where nothing pulls, one rolls over the other without slip."
     )
 
 

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.halfspace import tensors
-from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace import fft, tensors
+from roughcontact.halfspace.fft import Workspace, frequencies, half_frequencies
 from roughcontact.halfspace.layers import Pull
 from roughcontact.halfspace.plastic import HalfSpace
 from roughcontact.material.hardening import Hardening, Perfect, back_modulus, plastic_increment
@@ -18,6 +18,10 @@ from roughcontact.solvers.anderson import Parts
 from roughcontact.volume.result import PlasticBody
 
 Array = NDArray[Any]
+Way = tuple[float, float]
+
+# Share of a pixel within which a way counts as a whole number of them.
+_WHOLE = 1e-6
 
 
 class Held(NamedTuple):
@@ -44,6 +48,8 @@ class Body:
     ) -> None:
         # Which way a traction on the rough body pulls this one.
         self._pulled = pulled
+        # How far it has slid over the map, in pixels: its fields stay at their place in it.
+        self.slid: Way = (0.0, 0.0)
         self.material, self.pixel = material, pixel
         self.boundary, self.precision, self._workspace = boundary, precision, workspace
         self.law = law_of(material)
@@ -87,8 +93,11 @@ class Body:
 
     def resume(self, strain: Array, accumulated: Array) -> None:
         """Take over a plastic strain and how much it was in all."""
-        self.strain[...] = strain
-        self.accumulated[...] = accumulated.reshape(self.accumulated.shape)
+        y, x = self._whole_way
+        self.strain[...] = np.roll(strain, (-y, -x), (-2, -1))
+        self.accumulated[...] = np.roll(accumulated, (-y, -x), (-2, -1)).reshape(
+            self.accumulated.shape
+        )
         self._hardened(range(len(self.strain)))
 
     def held(self) -> Held:
@@ -133,7 +142,26 @@ class Body:
                 return slice(low, high)
             return slice(min(low, rows.start), max(high, rows.stop))
 
-        return self.operator.displacement(fill, trace=trace)
+        return carried(self.operator.displacement(fill, trace=trace), self.slid)
+
+    def _under(self, pressure: Array) -> Array:
+        """Return a pressure on the map as this body feels it, at its own places."""
+        y, x = self.slid
+        return carried(pressure, (-y, -x))
+
+    @property
+    def _whole_way(self) -> tuple[int, int]:
+        return round(self.slid[0]), round(self.slid[1])
+
+    def on_map(self) -> tuple[Array, Array]:
+        """Return plastic strain and how much it was in all, as they lie over the map."""
+        accumulated = self.accumulated.reshape(-1, *self.shape)
+        if not any(self._whole_way):
+            return self.strain, accumulated
+        strain, accumulated = (
+            np.roll(field, self._whole_way, (-2, -1)) for field in (self.strain, accumulated)
+        )
+        return strain, accumulated
 
     def _pull(self, pull: Pull) -> Pull:
         return self._pulled * pull[0], self._pulled * pull[1]
@@ -181,7 +209,7 @@ class Body:
             factor = self.real(1.5) * step / np.where(q > 0, q, 1)
             new_places[layer], flowed[layer] = place, trial[:, place] * factor
 
-        self.operator.stress(pressure, visit, self._pull(pull))
+        self.operator.stress(self._under(pressure), visit, self._pull(pull))
         return new_places, flowed
 
     def _recall(self, stress: Array, layer: int) -> None:
@@ -218,17 +246,42 @@ class Body:
             q = tensors.equivalent(values).ravel()
             excess[layer] = np.sqrt((q * q / self._square_strength[layer]).max()) - 1
 
-        nothing, pull = np.zeros(fields[1:]), self._pull(pull)
+        nothing, pull, pressure = np.zeros(fields[1:]), self._pull(pull), self._under(pressure)
         self.operator.stress(pressure, keep, pull)
         self.operator.mean_stress(pressure, lambda layer, v: np.copyto(mean[layer], v), pull)
         self.operator.stress(nothing, lambda layer, v: np.copyto(residual[layer], v))
         self.operator.mean_stress(nothing, lambda layer, v: np.copyto(mean_residual[layer], v))
         dy, dx = self.pixel
+        if any(self._whole_way):
+            stress, mean, residual, mean_residual = (
+                np.roll(field, self._whole_way, (-2, -1))
+                for field in (stress, mean, residual, mean_residual)
+            )
         body = PlasticBody(
-            self.material, dy * dx, margin, self.thickness, self.strain,
-            self.accumulated.reshape(fields), stress, mean, residual, mean_residual,
+            self.material, dy * dx, margin, self.thickness, *self.on_map(),
+            stress, mean, residual, mean_residual,
         )  # fmt: skip
         return body, float(excess.max())
+
+
+def carried(field: NDArray[np.float64], way: Way) -> NDArray[np.float64]:
+    """Return a field of a periodic map, moved by pixels along y and x.
+
+    Parameters
+    ----------
+    field : ndarray, shape (ny, nx)
+        Values.
+    way : (float, float)
+        Pixels along y and x; by parts of them as a sum of waves.
+    """
+    if not any(way):
+        return field
+    whole = round(way[0]), round(way[1])
+    if max(abs(part - n) for part, n in zip(way, whole, strict=True)) < _WHOLE:
+        return np.roll(field, whole, (0, 1))
+    y, x = frequencies(field.shape[0])[:, None], half_frequencies(field.shape[1])
+    waves = fft.rfft2(field) * np.exp(-2j * math.pi * (y * way[0] + x * way[1]))
+    return fft.irfft2(waves, field.shape)
 
 
 def law_of(body: Material) -> Hardening:

@@ -164,7 +164,7 @@ def path_of(
 
 
 def _check_path(problem: Problem, points: Sequence[PathPoint]) -> None:
-    """Refuse a path on which a counter-surface moves that cannot, or slides and yields."""
+    """Refuse a path on which a counter-surface moves that cannot, or slides off and yields."""
     pair = problem.pair
     if pair.counter_surface is None and any(any(point.offset) for point in points):
         raise InputError(
@@ -172,10 +172,11 @@ def _check_path(problem: Problem, points: Sequence[PathPoint]) -> None:
             argument="path",
         )
     yields = pair.counter_material.yield_strength is not None
-    if yields and any(point.friction for point in points):
+    if yields and pair.boundary.free_axes and any(point.friction for point in points):
         raise InputError(
-            "slides a counter-body that yields, whose strain would move over the other body: that "
-            "is not in the model; leave out its yield strength or the friction",
+            "slides a counter-body that yields over a map that ends, and its strain with it: that "
+            "is not in the model; give a periodic boundary, or leave out its yield strength or "
+            "the friction",
             argument="path",
         )
 

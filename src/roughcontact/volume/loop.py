@@ -14,6 +14,7 @@ the contact, which starts each time from the pressure before.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
@@ -27,7 +28,7 @@ from roughcontact.halfspace.layers import Pull
 from roughcontact.solvers.anderson import Mixer, Parts, embedded
 from roughcontact.solvers.problem import Loaded
 from roughcontact.volume import memory
-from roughcontact.volume.body import Body, Held, equivalent_strain
+from roughcontact.volume.body import Body, Held, Way, equivalent_strain
 from roughcontact.volume.contact_solver import ContactSolver
 from roughcontact.volume.extent import Extent
 from roughcontact.volume.going import Going
@@ -117,12 +118,14 @@ class Loop:
         self._deepen, self._widen = deepen, bool(problem.pair.boundary.free_axes)
         pair = problem.pair
         both = (pair.material, 1.0), (pair.counter_material, -1.0)
+        yielding = [(body, sign) for body, sign in both if body.yield_strength is not None]
         self.bodies = [
             Body(material, pair.pixel, pair.boundary, problem.precision, workspace, pulled=sign)
-            for material, sign in both
-            if material.yield_strength is not None
+            for material, sign in yielding
         ]
-        self._point = PathPoint(0.0)
+        # The counter-body takes its strain along where it slides.
+        self._sliding = [number for number, (_, sign) in enumerate(yielding) if sign < 0]
+        self._point, self._slid = PathPoint(0.0), (0.0, 0.0)
         self._resize(extent)
 
     def _resize(self, extent: Extent) -> None:
@@ -164,12 +167,16 @@ class Loop:
         self, done: Sequence[Increment], largest: tuple[float, Array | None], seconds: float
     ) -> Going:
         """Return what the next point starts from, as long as none is visited."""
-        bodies = [(body.strain, body.accumulated.reshape(-1, *body.shape)) for body in self.bodies]
+        bodies = [body.on_map() for body in self.bodies]
         pressure = self.solver.pressure[self.solver.inside]
         return Going(self.extent, bodies, pressure, tuple(done), largest, seconds, self.carried())
 
     def resume(self, before: Going) -> None:
         """Go on from what a run had come to."""
+        points = [step.point for step in before.increments]
+        for start, end in itertools.pairwise(points):
+            self._slid = self._slid_to(start, end)
+        self._slide(self._slid)
         for yielding, old in zip(self.bodies, before.bodies, strict=True):
             yielding.resume(*old)
         self.solver.resume(before.pressure)
@@ -245,6 +252,18 @@ class Loop:
             self.solver.place(self.problem.gap_at(point.offset), way)
         self._point = point
 
+    def _slid_to(self, before: PathPoint, point: PathPoint) -> Way:
+        """Return how far the counter-body has slid at a point, in pixels."""
+        if not point.friction:
+            return self._slid
+        ways = zip(self._slid, point.offset, before.offset, self.problem.pair.pixel, strict=True)
+        y, x = (slid + (end - start) / edge for slid, end, start, edge in ways)
+        return y, x
+
+    def _slide(self, way: Way) -> None:
+        for number in self._sliding:
+            self.bodies[number].slid = way
+
     def _way(self, before: PathPoint, point: PathPoint) -> tuple[int, int]:
         """Return the way between two points to the nearest pixel."""
         edges, ends = self.problem.pair.pixel, zip(before.offset, point.offset, strict=True)
@@ -277,9 +296,12 @@ class Loop:
             point = todo[-1]
             kept = self.solver.loaded
             self._go(point)
+            slid = self._slid_to(before, point)
+            self._slide(slid)
             found = self._relax(before, watch)
             if found is None:
                 self._go(before)
+                self._slide(self._slid)
                 self.solver.loaded = kept
                 self._forget()
                 if cuts == _CUTS or (not done and point.load == 0):
@@ -289,12 +311,13 @@ class Loop:
                 continue
             if self._enlarged():
                 self._go(before)
+                self._slide(self._slid)
                 continue
             todo.pop()
             cuts = max(0, cuts - 1)
             self._accept()
             self._stride = Stride(point.load - before.load, *self._way(before, point))
-            before = point
+            before, self._slid = point, slid
             done.append(self._increment(*found))
         return CONVERGED
 
@@ -390,6 +413,8 @@ class Loop:
         elif any(stride[1:]):
             # The same way again: what flows goes along with the contact.
             for number, body in enumerate(self.bodies):
+                if number in self._sliding and self._point.friction:
+                    continue
                 for layer in range(len(body.strain)):
                     self._carry(number, layer, stride)
         elif last.load * stride.load > 0:

@@ -85,9 +85,10 @@ def solve_elastoplastic(
     loads : sequence of float
         Loads one after the other [N]; zero separates the bodies.
     path : sequence of PathPoint
-        Loads one after the other, with the place of the counter-surface and full sliding. Plastic
-        strain stays where it is in both bodies, as without slip: the counter-surface is a form
-        that rolls over them, or what slides and does not yield. Points are visited as they are,
+        Loads one after the other, with the place of the counter-surface and full sliding. To a
+        point without friction the counter-body rolls, without slip: plastic strain stays where it
+        is in both bodies, and the counter-surface is a form. To a point with friction it slides,
+        and takes along what has yielded in it, on a periodic map. Points are visited as they are,
         with ``increments`` left alone.
     counter_surface : Surface, optional
         Heights of the counter-body on the same grid; a flat without it.
