@@ -54,7 +54,7 @@ def of(result: Any) -> References:
 
     Returns
     -------
-    `References`
+    works : References
         Kernel, solver, ceiling, reader, parameters, and so on, each with its works.
     """
     return _gathered(_uses(result))
