@@ -62,7 +62,7 @@ CASES = {
     "volume steps": ([*BALL, "--folder", "box/kept"], "kept/step-0001.nc", True),
     "run": (["run", "project.toml", "--quiet"], "out.nc", False),
     "run summary": (["run", "bare.toml", "--quiet"], "out.json", False),
-    "demo": (["demo", "--folder", "box/demo", "--points", "32"], "demo/elastic.nc", False),
+    "demo": (["demo", "--folder", "box/demo", "--points", "32"], "demo/ground.x3p", False),
 }  # fmt: skip
 
 # Drawing takes time, and fails alike.

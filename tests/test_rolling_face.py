@@ -1,4 +1,4 @@
-"""Repeated passes from the command line to their files: what is told, kept, drawn and filmed."""
+"""Repeated passes from the command line to their files: what is told, kept, drawn and shown."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import pytest
 import roughcontact as rc
 from roughcontact.cli import app
 from roughcontact.contact.cautions import Kind
-from roughcontact.plots import film
+from roughcontact.plots import movie
 from roughcontact.report import rolled
 from roughcontact.report.rolling import render
 from roughcontact.surface import nominal
@@ -138,30 +138,30 @@ def test_paraview_plays_every_step(found: rc.Rolling, folder: Path) -> None:
     assert not (folder / "none.pvd").exists()
 
 
-def test_a_film_has_a_picture_a_step(found: rc.Rolling, folder: Path) -> None:
+def test_a_movie_has_a_picture_a_step(found: rc.Rolling, folder: Path) -> None:
     from PIL import Image
 
     frames = [passes.frame(state, n, k, "x") for n, k, state in found.states()]
     np.testing.assert_allclose(
         frames[-1].strain, found.result.bodies[0].accumulated.max(axis=1), rtol=1e-6
     )
-    film.save(found, frames, folder / "film.gif")
-    with Image.open(folder / "film.gif") as shown:
+    movie.save(found, frames, folder / "movie.gif")
+    with Image.open(folder / "movie.gif") as shown:
         # Pictures that are alike would be one.
         assert shown.n_frames == len(frames) == 6
         assert shown.info["loop"] == 0
     with pytest.raises(rc.InputError, match=r"\.gif"):
-        film.save(found, frames, folder / "film.mp4")
+        movie.save(found, frames, folder / "movie.mp4")
 
 
-def test_long_films_leave_steps_out(
+def test_long_movies_leave_steps_out(
     found: rc.Rolling, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from PIL import Image
 
-    monkeypatch.setattr(film, "MOST_FRAMES", 3)
+    monkeypatch.setattr(movie, "MOST_FRAMES", 3)
     frames = [passes.frame(state, n, k, "x") for n, k, state in found.states()]
-    film.save(found, frames, folder / "short.gif")
+    movie.save(found, frames, folder / "short.gif")
     with Image.open(folder / "short.gif") as shown:
         assert shown.n_frames == 3
 
@@ -169,8 +169,8 @@ def test_long_films_leave_steps_out(
 @pytest.mark.parametrize(
     ("direction", "along"), [(0, "x"), (45, "x"), (90, "y"), (180, "x"), (-80, "y")]
 )
-def test_films_follow_the_nearer_axis(direction: float, along: str) -> None:
-    assert film.along_of(direction) == along
+def test_movies_follow_the_nearer_axis(direction: float, along: str) -> None:
+    assert movie.along_of(direction) == along
 
 
 def test_the_report_begins_with_the_passes(found: rc.Rolling) -> None:
@@ -219,7 +219,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 def test_the_command_writes_all_and_goes_on(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = [word for word in WORDS if word != "--quiet"]
-    files = ("--output", "out.nc", "--output", "out.csv", "--film", "out.gif")
+    files = ("--output", "out.nc", "--output", "out.csv", "--movie", "out.gif")
     asked = [*words, "--passes", "2", "--folder", "kept", *files]
     assert app.main([*asked, "--passes", "1"]) == app.SOLVED
     capsys.readouterr()
@@ -259,7 +259,7 @@ def test_a_project_rolls(home: Path, capsys: pytest.CaptureFixture[str]) -> None
         ({"--friction": "-0.1"}, "--friction must not be negative, got '-0.1'"),
         ({"--yield-strength": None, "--hardening": None}, "needs a --yield-strength"),
         ({"--output": "out.pvd"}, "--folder is needed for .pvd"),
-        ({"--film": "out.mp4"}, "--film needs a name that ends in .gif"),
+        ({"--movie": "out.mp4"}, "--movie needs a name that ends in .gif"),
         ({"--boundary": "free"}, "--way is needed where the map is not periodic"),
         ({"--passes": "0"}, "--passes"),
     ],

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from roughcontact import ranks, units
+from roughcontact import units
 from roughcontact._version import __version__
 from roughcontact.cli import guide, tasks, terminal
 from roughcontact.errors import ConvergenceError, Mention, RoughcontactError, Sentence
@@ -282,6 +282,7 @@ _MAPS = _argument(list[Path] | None, "FILE...", "Measured height maps, of one su
 
 def _carry_out(task: str, subject: Subject, given: Given) -> None:
     """Carry out a task, and show what it gave."""
+    from roughcontact import ranks
     from roughcontact.request.request import from_text
 
     as_json, quiet = (given.pop(name, False) for name in SHOWN)

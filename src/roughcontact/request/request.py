@@ -223,7 +223,7 @@ class Request:
     def places(self) -> tuple[tuple[str, Path], ...]:
         """The files that are written, each with the argument that asks for it, in their order."""
         single = [
-            (name, self[name]) for name in ("residual", "film", "report") if self[name] is not None
+            (name, self[name]) for name in ("residual", "movie", "report") if self[name] is not None
         ]
         return (
             *(("output", path) for path in self.outputs),

@@ -33,9 +33,9 @@ def rolled(
     Returns
     -------
     (Rolling, GivenLoad or None, tuple of Frame)
-        The passes, how their load was given, and the pictures of a film if one is wanted.
+        The passes, how their load was given, and the pictures of a movie if one is wanted.
     """
-    from roughcontact.plots.film import along_of
+    from roughcontact.plots.movie import along_of
     from roughcontact.volume.passes import frame
     from roughcontact.volume.rolling import roll
 
@@ -46,11 +46,11 @@ def rolled(
     along = along_of(request["direction"])
 
     def picture(number: int, step: int, state: Any) -> None:
-        if request["film"] is not None:
+        if request["movie"] is not None:
             frames.append(frame(state, number, step, along))
 
     # What is shown is kept whole, as a series for ParaView needs it.
-    shown = request["film"] is not None or any(path.suffix == ".pvd" for path in request.outputs)
+    shown = request["movie"] is not None or any(path.suffix == ".pvd" for path in request.outputs)
 
     found = roll(
         maps[0],

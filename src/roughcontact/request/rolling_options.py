@@ -79,7 +79,7 @@ FILES = (
         parsing.path, fits=_ONLY,
     ),
     Option(
-        "film", OUTPUT, "FILE.gif",
+        "movie", OUTPUT, "FILE.gif",
         "Film pressure and plastic strain, step by step, as an animated GIF.", parsing.path,
         fits=_ONLY, suffixes=(".gif",),
     ),

@@ -64,7 +64,7 @@ class Outcome:
     volume, stress, curve, history, rolling, loads, joint, comparison : optional
         What the task found besides.
     frames : tuple of Frame
-        Pictures of the passes, if a film was asked for.
+        Pictures of the passes, if a movie was asked for.
     study : ResolutionStudy or None
         The same on other grids, if it was asked for.
     first_yield : StressResult or None
@@ -525,9 +525,9 @@ def _files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
     if outcome.history is not None and request["residual"] is not None:
         yield request["residual"], outcome.history.residual.save
     if outcome.frames and outcome.rolling is not None:
-        from roughcontact.plots import film
+        from roughcontact.plots import movie
 
-        yield request["film"], partial(film.save, outcome.rolling, outcome.frames)
+        yield request["movie"], partial(movie.save, outcome.rolling, outcome.frames)
     if request["report"] is not None:
         yield request["report"], partial(_report, outcome, maps)
     if outcome.comparison is not None:

@@ -1,4 +1,4 @@
-"""A film of repeated passes: the pressure and the strain below it, step by step."""
+"""A movie of repeated passes: the pressure and the strain below it, step by step."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from roughcontact.plots.style import LABEL, OPEN, TICK, TITLE, layout, listed, p
 from roughcontact.volume.passes import Frame
 from roughcontact.volume.rolling import Rolling
 
-# Pictures of a film at most, the time of each [ms] and of the last, and their dots an inch.
+# Pictures of a movie at most, the time of each [ms] and of the last, and their dots an inch.
 MOST_FRAMES = 240
 _SHOWN, _LAST = 100, 1500
 _DPI = 72
 
 
 def save(rolling: Rolling, frames: Sequence[Frame], path: str | os.PathLike[str]) -> None:
-    """Write a film of passes as an animated GIF, which every browser plays.
+    """Write a movie of passes as an animated GIF, which every browser plays.
 
     Parameters
     ----------
