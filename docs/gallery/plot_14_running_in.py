@@ -11,7 +11,7 @@ surface alone, in a tenth of the time: it stands beside it.
 
 # %%
 # A strip of ground steel with its lay along the axis of the roller. It is generated here, and
-# periodic; `rc.read_surface` takes a measured one. The yield strength is that of a hardened bearing
+# periodic; `read_surface` takes a measured one. The yield strength is that of a hardened bearing
 # steel, 1.7 GPa, and grows by 20 GPa times the plastic strain.
 
 import math
@@ -94,7 +94,7 @@ compression = rolled.passes[-1].in_plane_stress
 
 # %%
 # Beside it the ceiling, three times the yield strength, 5.1 GPa: what would carry more is pressed
-# in until it does not. `rc.load_history` follows the same places.
+# in until it does not. `load_history` follows the same places.
 
 stages = [Stage(load, shift=(0.0, LENGTH * step / STEPS)) for step in range(STEPS)]
 capped, surface = [], ground

@@ -26,7 +26,7 @@ class Engine:
     far : bool
         Whether workers may have another working folder, or other files.
     state : callable
-        Returns whether calls are taken: `THERE`, `AWAY` for now, or `GONE` for good with all
+        Returns whether calls are taken: ``THERE``, ``AWAY`` for now, or ``GONE`` for good with all
         that is under way.
     lost : callable
         Says why a call has no answer, for what it raised.

@@ -34,7 +34,7 @@ class LocalExecutor(Executor):
 
     Notes
     -----
-    `concurrent.futures.ProcessPoolExecutor` gives up all tasks where one process dies; here that
+    ``concurrent.futures.ProcessPoolExecutor`` gives up all tasks where one process dies; here that
     task alone fails, with `LostWorkerError`. The processes end within a second of this one,
     however it ends.
     """
