@@ -33,6 +33,7 @@ def main() -> None:
         ("volume.py", "--quick"),
         ("rolling.py", "--quick"),
         ("memory.py", "--quick"),
+        ("record.py", "--quick"),
         ("desk.py", "--quick"),
         ("leak.py", "--points", "128"),
         ("fleet.py", "--quick"),
