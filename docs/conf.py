@@ -41,7 +41,10 @@ nitpicky = True
 # Types in docstrings are words, and inventories of other projects would need the network: what
 # is left to resolve are the names of this package.
 nitpick_ignore_regex = [
-    ("py:.*", r"(numpy|np|matplotlib|xarray|typer|pathlib|enum|collections|concurrent|typing|io)\..*"),
+    (
+        "py:.*",
+        r"(numpy|np|matplotlib|xarray|typer|pathlib|enum|collections|concurrent|typing|io)\..*",
+    ),
     ("py:.*", r"(panel|bokeh|tornado)\..*"),
     ("py:.*", r"(ValueError|MemoryError|RuntimeError|Exception|NamedTuple|Protocol|Enum|Path)"),
 ]
