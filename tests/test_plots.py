@@ -26,6 +26,7 @@ from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.material.material import Material
 from roughcontact.plots import saving, style
 from roughcontact.surface import bearing
+from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.units import percent
 
@@ -845,7 +846,7 @@ def curve(
     )  # fmt: skip
     return LoadCurve(
         steps=steps, control="load", nominal_area=1e-8, contact_modulus=1e11, rms_gradient=0.02,
-        ceiling=ceiling, boundary="free", source="", preparation=(),
+        ceiling=ceiling, boundary="free", origins=(Provenance(),),
     )  # fmt: skip
 
 

@@ -11,12 +11,15 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.contact.load_history import load_history
+from roughcontact.contact.sampling import SamplingStudy
+from roughcontact.contact.slab_result import SlabResult
 from roughcontact.formats.read import FORMATS
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.joint.leakage import leakage
 from roughcontact.material.hardening import Kinematic, Swift
 from roughcontact.references import NO_REFERENCES, REFERENCES, Reference, References, cited
-from roughcontact.report import sources
+from roughcontact.report import comparison, sources
+from roughcontact.shown import Shown
 from roughcontact.surface.provenance import Operation, Provenance
 
 PAGE = Path(__file__).parents[1] / "docs" / "theory.md"
@@ -233,3 +236,88 @@ def test_a_history_cites_its_contact_and_others_are_refused() -> None:
     assert keys(history.references()) == keys(history.under_largest.references())
     with pytest.raises(TypeError, match="no references for a str"):
         sources.of("a text")
+
+
+@pytest.fixture(scope="module")
+def compared() -> rc.Comparison:
+    heights, pixel = rc.reference_map(64)
+    maps = {
+        name: [rc.Surface(factor * heights, pixel, Provenance(f"{name}.npy"))] * 2
+        for name, factor in (("ground", 1.0), ("lapped", 0.5), ("honed", 0.8))
+    }
+    return rc.compare(maps, material=STEEL, pressure="50 MPa", steps=1)
+
+
+def test_every_kind_of_result_has_them(compared: rc.Comparison) -> None:
+    # A study of the resolution is told with its contact, and a surface by its parameters.
+    shown = {kind.__name__ for kind in Shown.__subclasses__() if hasattr(kind, "references")}
+    assert {kind.__name__ for kind in Shown.__subclasses__()} - shown == {
+        "ResolutionStudy", "Surface"
+    }  # fmt: skip
+    assert callable(SlabResult.references)
+    # What cites itself is known to the room that chooses, too.
+    text = Path(sources.__file__).read_text(encoding="utf-8")
+    assert {name for name in shown if not re.search(rf"\b{name}\(\)", text)} == set()
+
+
+def test_a_curve_cites_what_its_contacts_do_and_its_laws() -> None:
+    heights, pixel = rc.reference_map(32)
+    read = Operation("read_surface", {"path": "a.x3p"}, {"format": "x3p"})
+    surface = rc.Surface(heights, pixel, Provenance("a.x3p", origin=read))
+    curve = rc.load_curve(surface, loads=[0.1, 1.0], material=STEEL)
+    single = rc.solve(surface, load=1.0, material=STEEL).references()
+    assert keys(curve.references()) - keys(single) == {
+        "Bush1975", "Persson2001", "Hyun2004", "Barber2003"
+    }  # fmt: skip
+    assert keys(single) <= keys(curve.references())
+    soft = rc.load_curve(surface, loads=[0.1], material=rc.Material(210e9, 0.3), ceiling=None)
+    assert not {"Jackson2005", "EngineeringModel"} & keys(soft.references())
+    advised = rc.load_curve(surface, loads=[1.0], material=STEEL, ceiling="recommended")
+    assert "recommended ceiling" in dict(advised.references().uses)
+    assert "recommended ceiling" not in dict(curve.references().uses)
+
+
+def test_a_counter_surface_of_a_curve_is_cited() -> None:
+    heights, pixel = rc.reference_map(32)
+    flat = rc.Surface(np.zeros((32, 32)), pixel, Provenance("b", operations=[
+        Operation("filtered", {"s": 1e-6, "l": None})
+    ]))  # fmt: skip
+    surface = rc.Surface(heights, pixel)
+    for counter, cited_too in ((flat, True), (None, False)):
+        curve = rc.load_curve(surface, loads=[0.1], material=STEEL, counter_surface=counter)
+        assert ("ISO16610-61" in keys(curve.references())) == cited_too
+
+
+def test_a_profile_has_the_norms_of_profiles_as_a_curve() -> None:
+    x = np.linspace(-1, 1, 64)
+    profile = rc.Surface(-1e-6 * x[None, :] ** 2, (1.0, 1e-6))
+    found = keys(rc.load_curve(profile, loads=[1e3], material=STEEL).references())
+    assert {"ISO21920-2", "Green2005"} <= found
+    assert not {"ISO25178-2", "Jackson2005", "Bush1975"} & found
+
+
+def test_loads_that_are_found_cite_the_stress_where_yield_was_asked_for() -> None:
+    heights, pixel = rc.reference_map(32)
+    surface = rc.Surface(heights, pixel)
+    loose = rc.find_load(surface, material=STEEL, contact=0.05)
+    assert keys(loose.references()) == keys(loose.largest.references())
+    yielded = rc.find_load(surface, material=STEEL, first_yield=True)
+    assert "stress below the surface" in dict(yielded.references().uses)
+
+
+def test_a_comparison_cites_its_intervals(compared: rc.Comparison) -> None:
+    found = compared.references()
+    assert {"Student1908", "Games1976", "Searle1992", "EngineeringModel"} <= keys(found)
+    assert "Welch1947" not in keys(found)
+    two = replace(compared, groups=compared.groups[:2]).references()
+    assert "Welch1947" in keys(two)
+    assert "Games1976" not in keys(two)
+    pairs = replace(compared, groups=compared.groups[:2], paired=True).references()
+    assert not {"Welch1947", "Games1976", "Searle1992"} & keys(pairs)
+    alone = replace(compared, groups=compared.groups[:1]).references()
+    assert not {"Welch1947", "Games1976", "Searle1992"} & keys(alone)
+    study = SamplingStudy(compared.groups[0].samples[0], {})
+    assert keys(study.references()) == keys(alone)
+    text = comparison.render(compared)
+    assert "References" in text
+    assert all(f"@article{{{key}," in text for key in ("Student1908", "Games1976"))

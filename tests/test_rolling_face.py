@@ -180,6 +180,7 @@ def test_the_report_begins_with_the_passes(found: rc.Rolling) -> None:
     assert rolled.criterion(found) in " ".join(text.split())
     assert "sticks in one part and slips in another" in " ".join(text.split())
     assert f"2 passes over {found.result.solution.surface.provenance.source}" in text
+    assert "Passes and shakedown:" in text
 
 
 def test_every_answer_has_its_criterion(found: rc.Rolling) -> None:

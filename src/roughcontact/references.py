@@ -239,6 +239,12 @@ _TABLE: tuple[Reference, ...] = (
         "10.1016/j.cma.2019.04.006",
     ),
     Reference(
+        "Games1976", ("Games, P. A.", "Howell, J. F."), 1976,
+        "Pairwise multiple comparison procedures with unequal n's and/or variances: a Monte Carlo "
+        "study",
+        "Journal of Educational Statistics", "1", "113–125", "10.3102/10769986001002113",
+    ),
+    Reference(
         "Gilbert1988", ("Gilbert, E. G.", "Johnson, D. W.", "Keerthi, S. S."), 1988,
         "A fast procedure for computing the distance between complex objects in three-dimensional "
         "space",
@@ -260,6 +266,12 @@ _TABLE: tuple[Reference, ...] = (
         "British Journal of Applied Physics", "17", "1621–1632", "10.1088/0508-3443/17/12/310",
     ),
     Reference(
+        "Greenwood1970", ("Greenwood, J. A.", "Tripp, J. H."), 1970,
+        "The contact of two nominally flat rough surfaces",
+        "Proceedings of the Institution of Mechanical Engineers", "185", "625–633",
+        "10.1243/PIME_PROC_1970_185_069_02",
+    ),
+    Reference(
         "Grigoriu1984", ("Grigoriu, M.",), 1984,
         "Crossings of non-Gaussian translation processes",
         "Journal of Engineering Mechanics", "110", "610–620",
@@ -276,7 +288,7 @@ _TABLE: tuple[Reference, ...] = (
         "Nature", "585", "357–362", "10.1038/s41586-020-2649-2",
     ),
     Reference(
-        "Hintermueller2003", ("Hintermüller, M.", "Ito, K.", "Kunisch, K."), 2003,
+        "Hintermueller2002", ("Hintermüller, M.", "Ito, K.", "Kunisch, K."), 2002,
         "The primal-dual active set strategy as a semismooth Newton method",
         _OPTIM, "13", "865–888", "10.1137/S1052623401383558",
     ),
@@ -375,6 +387,10 @@ _TABLE: tuple[Reference, ...] = (
         _OPTIM, "1", "93–113", "10.1137/0801008",
     ),
     Reference(
+        "Nayak1971", ("Nayak, P. R.",), 1971, "Random process model of rough surfaces",
+        _LUBRICATION, "93", "398–407", "10.1115/1.3451608",
+    ),
+    Reference(
         "Nelias2006", ("Nélias, D.", "Boucly, V.", "Brunet, M."), 2006,
         "Elastic-plastic contact between rough surfaces: proposal for a wear or running-in model",
         _TRIBOLOGY, "128", "236–244", "10.1115/1.2163360",
@@ -445,6 +461,10 @@ _TABLE: tuple[Reference, ...] = (
         "Physical Review Letters", "77", "635–638", "10.1103/PhysRevLett.77.635",
     ),
     Reference(
+        "Searle1992", ("Searle, S. R.", "Casella, G.", "McCulloch, C. E."), 1992,
+        "Variance Components", "Wiley", doi="10.1002/9780470316856",
+    ),
+    Reference(
         "Simo1998", ("Simo, J. C.", "Hughes, T. J. R."), 1998, "Computational Inelasticity",
         "Springer", doi="10.1007/b98904",
     ),
@@ -461,6 +481,10 @@ _TABLE: tuple[Reference, ...] = (
         _TRIBOLOGY, "119", "481–485", "10.1115/1.2833523",
     ),
     Reference(
+        "Student1908", ("Student",), 1908, "The probable error of a mean",
+        "Biometrika", "6", "1–25", "10.1093/biomet/6.1.1",
+    ),
+    Reference(
         "Swift1952", ("Swift, H. W.",), 1952, "Plastic instability under plane stress",
         _SOLIDS, "1", "1–18", "10.1016/0022-5096(52)90002-1",
     ),
@@ -474,6 +498,12 @@ _TABLE: tuple[Reference, ...] = (
         "Virtanen2020", ("Virtanen, P.", _OTHERS), 2020,
         "SciPy 1.0: fundamental algorithms for scientific computing in Python",
         "Nature Methods", "17", "261–272", "10.1038/s41592-019-0686-2",
+    ),
+    Reference(
+        "Welch1947", ("Welch, B. L.",), 1947,
+        "The generalization of ‘Student’s’ problem when several different population variances are "
+        "involved",
+        "Biometrika", "34", "28–35", "10.1093/biomet/34.1-2.28",
     ),
     Reference(
         "Westergaard1939", ("Westergaard, H. M.",), 1939, "Bearing pressures and cracks",

@@ -15,6 +15,7 @@ from roughcontact.contact.cautions import Caution, Kind, careful, noted, ordered
 from roughcontact.contact.sample import CURVES, NUMBERS, Sample
 from roughcontact.contact.sampling import SamplingStudy
 from roughcontact.errors import Mention
+from roughcontact.references import References
 from roughcontact.shown import Shown
 from roughcontact.statistics import Components, Difference, Mean
 from roughcontact.units import counted, engineering
@@ -224,6 +225,12 @@ class Comparison(Shown):
             numbers=number,
             pairs=pairs,
         )
+
+    def references(self) -> References:
+        """Return the papers behind what was used for it, as text and as BibTeX."""
+        from roughcontact.report import sources
+
+        return sources.of(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the means and differences to a table.

@@ -15,7 +15,10 @@ from roughcontact.contact.cautions import Caution, ordered
 from roughcontact.contact.loads import GivenLoad
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.material.material import Material
+from roughcontact.references import References
 from roughcontact.shown import Shown
+from roughcontact.surface.provenance import Provenance
 from roughcontact.theory import persson
 
 Array = NDArray[np.float64]
@@ -104,10 +107,10 @@ class LoadCurve(Shown):
         Largest pressure allowed [Pa]; where each load has its own, the steps hold it.
     boundary : Boundary
         What lies beyond the edges of the map.
-    source : str
-        Where the map came from.
-    preparation : tuple of str
-        What was done to it.
+    origins : tuple of Provenance
+        Where the maps came from and what was done to them, the counter-body's last.
+    softer : Material or None
+        The body with the smaller ceiling; None where no strength is known.
     found : tuple of Caution
         What the contacts under these loads give cause for.
     remarks : tuple of Caution
@@ -125,12 +128,22 @@ class LoadCurve(Shown):
     rms_gradient: float
     ceiling: float | NDArray[np.float64] | str | None
     boundary: Boundary
-    source: str
-    preparation: tuple[str, ...]
+    origins: tuple[Provenance, ...]
+    softer: Material | None = None
     found: tuple[Caution, ...] = ()
     remarks: tuple[Caution, ...] = ()
     is_profile: bool = False
     given: tuple[GivenLoad, ...] = ()
+
+    @property
+    def source(self) -> str:
+        """Where the map came from."""
+        return self.origins[0].source
+
+    @property
+    def preparation(self) -> tuple[str, ...]:
+        """What was done to it, one sentence each."""
+        return self.origins[0].steps
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
@@ -198,6 +211,12 @@ class LoadCurve(Shown):
                 )
         table = np.array(pairs).reshape(-1, 2) * self.nominal_area
         return table[:, 0], table[:, 1]
+
+    def references(self) -> References:
+        """Return the papers behind what was used for it, as text and as BibTeX."""
+        from roughcontact.report import sources
+
+        return sources.of(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the curve to a table.

@@ -9,6 +9,7 @@ from typing import Any
 from roughcontact.contact.cautions import Caution, ordered
 from roughcontact.contact.judgment import over_loads
 from roughcontact.contact.result import ContactResult
+from roughcontact.references import References
 from roughcontact.shown import Shown
 
 CONTACT, SATURATED, APPROACH, GAP, YIELD = (
@@ -126,6 +127,12 @@ class FoundLoads(Shown):
     def warnings(self) -> tuple[str, ...]:
         """The ``cautions``, one sentence each."""
         return tuple(caution.text for caution in self.cautions)
+
+    def references(self) -> References:
+        """Return the papers behind what was used for it, as text and as BibTeX."""
+        from roughcontact.report import sources
+
+        return sources.of(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the answers to a table.

@@ -18,6 +18,7 @@ from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material, contact_modulus, softer
 from roughcontact.solvers.operator import Family
 from roughcontact.surface import roughness
+from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.units import lengths
 
@@ -146,6 +147,12 @@ class Pair:
     def softer(self) -> Material | None:
         """Material with the smaller ceiling, or ``None`` if none is known."""
         return softer(self.material, self.counter_material)
+
+    @property
+    def origins(self) -> tuple[Provenance, ...]:
+        """Where the maps came from and what was done to them, the counter-body's last."""
+        bodies = (self.surface, self.counter_surface)
+        return tuple(body.provenance for body in bodies if body is not None)
 
     @property
     def first_to_yield(self) -> Material | None:

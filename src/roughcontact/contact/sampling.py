@@ -15,6 +15,7 @@ from roughcontact.contact.cautions import Caution, Kind, careful, noted, ordered
 from roughcontact.contact.sample import NAMES, Sample, sample
 from roughcontact.errors import InputError, require_positive
 from roughcontact.material.material import RIGID, Material
+from roughcontact.references import References
 from roughcontact.shown import Shown
 from roughcontact.solvers.bar import drawn
 from roughcontact.solvers.progress import Tell
@@ -190,6 +191,12 @@ class SamplingStudy(Shown):
             "parts of one map tell of other places like this one; they say nothing of a place that "
             "looks different, of another piece or of the instrument",
         )
+
+    def references(self) -> References:
+        """Return the papers behind what was used for it, as text and as BibTeX."""
+        from roughcontact.report import sources
+
+        return sources.of(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the errors to a table; see `Comparison.save`."""

@@ -24,6 +24,7 @@ from roughcontact.errors import (
 )
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
+from roughcontact.references import References
 
 Array = NDArray[np.float64]
 
@@ -180,6 +181,12 @@ iterations, convolutions, seconds, version, given
     def saturated(self) -> NDArray[np.bool_]:
         """Pixels of this rank whose pressure is at the ceiling."""
         return self.pressure >= (math.inf if self.ceiling is None else self.ceiling)
+
+    def references(self) -> References:
+        """Return the papers behind what was used for it, as text and as BibTeX."""
+        from roughcontact.report import sources
+
+        return sources.of(self)
 
     @property
     def warnings(self) -> tuple[str, ...]:

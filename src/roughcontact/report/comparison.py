@@ -14,7 +14,7 @@ from roughcontact.contact.sampling import SamplingStudy
 from roughcontact.errors import Spell
 from roughcontact.files import write
 from roughcontact.plots import samples as plots
-from roughcontact.report import chapters, compared, page, results
+from roughcontact.report import chapters, compared, page, results, sources
 from roughcontact.report.compared import LEVEL, name_of, unit_of
 from roughcontact.report.page import Cells, Chapter, Table
 from roughcontact.report.quantities import PROBLEM, TRUST, capital
@@ -82,7 +82,11 @@ def render(
     else:
         told, first, verdict = _chapters(found), _first(found), _verdict(found)
     return page.render(
-        [*told, chapters.repetition(__version__, command, "")],
+        [
+            *told,
+            chapters.repetition(__version__, command, ""),
+            sources.chapter(sources.of(found)),
+        ],
         title=_title(found),
         subtitle=f"Nominal pressure {engineering(found.pressure, 'Pa')} on every map",
         date=date,

@@ -21,6 +21,7 @@ from roughcontact.contact.study import ResolutionStudy
 from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError, Spell
 from roughcontact.files import write
 from roughcontact.plots import maps, profiles
+from roughcontact.references import NO_REFERENCES
 from roughcontact.report import (
     chapters,
     figures,
@@ -96,7 +97,8 @@ def render(
     found += [chapters.added(addition) for addition in additions]
     lines = script.repeating(result)
     found += [exactness(result), chapters.repetition(result.version, command, lines)]
-    found.append(sources.chapter(sources.of(result), curve, additions))
+    works = sources.of(result) + (NO_REFERENCES if curve is None else sources.of(curve))
+    found.append(sources.chapter(works, additions))
     return page.render(
         found,
         title=_title(result),

@@ -8,7 +8,7 @@ from typing import Any
 
 from roughcontact.errors import Spell
 from roughcontact.files import write
-from roughcontact.report import chapters, page, results, rolled, volume
+from roughcontact.report import chapters, page, results, rolled, sources, volume
 from roughcontact.report.page import Chapter, Table, sentence
 from roughcontact.units import engineering
 from roughcontact.volume.rolling import Rolling
@@ -36,7 +36,12 @@ def render(
     str
         HTML with its figures inside.
     """
-    lead = volume.Lead(_title(rolling), chapters.headlines(rolling, rolled.HEADLINES), _of(rolling))
+    lead = volume.Lead(
+        _title(rolling),
+        chapters.headlines(rolling, rolled.HEADLINES),
+        _of(rolling),
+        sources.of(rolling),
+    )
     return volume.render(
         rolling.result, lead=lead, command=command, date=date, spell=spell, processes=processes
     )

@@ -11,7 +11,7 @@ from roughcontact.contact.slab_result import SlabResult
 from roughcontact.errors import Spell
 from roughcontact.files import write
 from roughcontact.plots import reduced
-from roughcontact.report import page
+from roughcontact.report import page, sources
 from roughcontact.report.page import Chapter
 from roughcontact.report.quantities import (
     ANSWER,
@@ -98,6 +98,7 @@ def save(
             _chapter("Contact", result),
             _pictures(result, maps),
             _trust(result, command),
+            sources.chapter(sources.of(result)),
         ],
         title="Contact of a rough surface",
         subtitle=f"{result.slab.provenance.source}, {result.shape[0]} × {result.shape[1]} points, "

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from roughcontact.contact.advice import RECOMMENDED
+from roughcontact.contact.compared import Comparison
 from roughcontact.contact.curve import LoadCurve
+from roughcontact.contact.found import YIELD, FoundLoads
 from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.sampling import SamplingStudy
+from roughcontact.contact.slab_result import SlabResult
 from roughcontact.contact.smooth import ELLIPSE
 from roughcontact.contact.stress import StressResult
 from roughcontact.formats import instruments
@@ -20,7 +25,6 @@ from roughcontact.material.hardening import Hardening, Kinematic, Swift
 from roughcontact.references import NO_REFERENCES, Reference, References, cited
 from roughcontact.report.page import Addition, Chapter
 from roughcontact.surface.provenance import Operation, Provenance
-from roughcontact.surface.surface import Surface
 from roughcontact.volume.result import ElastoplasticResult
 from roughcontact.volume.rolling import Rolling
 
@@ -42,6 +46,9 @@ _STEPS = {
     "reference_map": ("generated surface", "Persson2005", "Jacobs2017"),
 }
 
+_CEILING = cited("ceiling of the pressure", "EngineeringModel", "Almqvist2007", "Tabor1951")
+_RECOMMENDED = cited("recommended ceiling", "Jackson2005")
+
 
 def of(result: Any) -> References:
     """Return the works behind a result, by what they were used for.
@@ -49,8 +56,8 @@ def of(result: Any) -> References:
     Parameters
     ----------
     result : object
-        A contact, one with plasticity of the volume, passes, stress, a history, or what a joint
-        does.
+        A contact, one with plasticity of the volume, passes, stress, a curve, a history, loads
+        that were found, maps that are compared, or what a joint does.
 
     Returns
     -------
@@ -60,17 +67,13 @@ def of(result: Any) -> References:
     return _gathered(_uses(result))
 
 
-def chapter(
-    works: References, curve: LoadCurve | None = None, additions: Sequence[Addition] = ()
-) -> Chapter:
+def chapter(works: References, additions: Sequence[Addition] = ()) -> Chapter:
     """Return the chapter of a report that lists its works, as text and as BibTeX.
 
     Parameters
     ----------
     works : References
-        Those of the result that the report is on.
-    curve : LoadCurve, optional
-        A load curve with a chapter of its own.
+        Those of what the report is on.
     additions : sequence of Addition
         Further chapters with works of their own.
 
@@ -79,8 +82,6 @@ def chapter(
     Chapter
         A list for each use, each work in one line.
     """
-    if curve is not None and not curve.is_profile:
-        works += References((cited("area at small loads", "Bush1975", "Persson2001", "Hyun2004"),))
     for addition in additions:
         works += addition.references
     found = Chapter("References")
@@ -112,8 +113,21 @@ def _uses(result: Any) -> Uses:
         case StressResult():
             yield from _of_contact(result.solution)
             yield from _of_stress(result)
+        case LoadCurve():
+            yield from _of_curve(result)
         case LoadHistory():
             yield from _of_contact(result.under_largest)
+        case FoundLoads():
+            yield from _of_contact(result.largest)
+            if any(answer.quantity == YIELD for answer in result.answers):
+                yield _below(result.largest.boundary)
+        case Comparison():
+            yield from _of_comparison(result)
+        case SamplingStudy():
+            yield from _of_curve(result.whole.curve)
+            yield cited("intervals of the means", "Student1908")
+        case SlabResult():
+            yield from _of_slab(result)
         case Estimate():
             yield cited("formulas of nominally flat contact", "Persson2001", "Yang2008")
         case Conductance() | InterfaceLaw() | Leakage():
@@ -137,6 +151,7 @@ def of_joint(result: Conductance | InterfaceLaw | Leakage) -> Uses:
             yield cited("correlations of flat joints", "Cooper1969", "Mikic1974")
         case InterfaceLaw():
             yield cited("separation by theory", "Persson2007", "Yang2008", "Almqvist2011")
+            yield cited("asperities", "Greenwood1970", "Nayak1971")
             if result.bodies is not None:
                 yield cited("conductance from the stiffness", "Barber2003")
         case Leakage():
@@ -148,9 +163,9 @@ def of_joint(result: Conductance | InterfaceLaw | Leakage) -> Uses:
 def _of_contact(result: ContactResult) -> Uses:
     yield from _elastic(result)
     if result.ceiling is not None:
-        yield cited("ceiling of the pressure", "EngineeringModel", "Almqvist2007", "Tabor1951")
+        yield _CEILING
     if result.recommended is not None:
-        yield cited("recommended ceiling", "Jackson2005")
+        yield _RECOMMENDED
     if result.smooth is not None:
         ellipse = result.smooth.shape.kind == ELLIPSE
         yield cited("smooth bodies beside it", "Johnson1985", *(["Carlson1995"] * ellipse))
@@ -161,31 +176,70 @@ def _of_contact(result: ContactResult) -> Uses:
 def _elastic(result: ContactResult) -> Uses:
     """Yield what any contact is solved by, with or without a ceiling."""
     pair = result.pair
-    for surface in (pair.surface, pair.counter_surface):
-        if surface is not None:
-            yield from _of_surface(surface)
-    kernel = ("Johnson1985",) if pair.is_profile else _KERNELS[result.boundary]
-    yield cited("response of the half-space", *kernel)
-    yield cited("principle of minimum", "Kalker1977")
-    yield cited(
-        "solver", "Polonsky1999", "Hintermueller2003", "Pardalos1990", "Birgin2000", "More1991",
-        "Golub1999",
-    )  # fmt: skip
+    known = pair.softer is not None and pair.softer.yield_strength is not None
+    yield from _of_maps(pair.origins, pair.is_profile)
+    yield from _solved(result.boundary, pair.is_profile, known)
     if result.moments is not None:
         yield cited("bodies that tilt", "Nocedal2006", "Gilbert1988")
-    if pair.softer is not None and pair.softer.yield_strength is not None:
-        yield cited("first yield", "Green2005" if pair.is_profile else "Jackson2005")
-    if not pair.is_profile:
+
+
+def _of_maps(origins: Iterable[Provenance], is_profile: bool) -> Uses:
+    for origin in origins:
+        yield from _of_provenance(origin)
+    if is_profile:
+        yield cited("parameters of the profile", "ISO21920-2", "ISO4287")
+    else:
+        yield cited("parameters of the map", "ISO25178-2")
+
+
+def _solved(boundary: Boundary, is_profile: bool, yields: bool) -> Uses:
+    """Yield kernel and solver; ``yields`` where a yield strength is known."""
+    yield cited(
+        "response of the half-space", *(("Johnson1985",) if is_profile else _KERNELS[boundary])
+    )
+    yield cited("principle of minimum", "Kalker1977")
+    yield cited(
+        "solver", "Polonsky1999", "Hintermueller2002", "Pardalos1990", "Birgin2000", "More1991",
+        "Golub1999",
+    )  # fmt: skip
+    if yields:
+        yield cited("first yield", "Green2005" if is_profile else "Jackson2005")
+    if not is_profile:
         yield cited("contact area without the excess of its rim", "Yastrebov2017")
     yield cited("arrays, transforms and linear algebra", "Harris2020", "Virtanen2020")
 
 
-def _of_surface(surface: Surface) -> Uses:
-    yield from _of_provenance(surface.provenance)
-    if surface.is_profile:
-        yield cited("parameters of the profile", "ISO21920-2", "ISO4287")
-    else:
-        yield cited("parameters of the map", "ISO25178-2")
+def _of_curve(curve: LoadCurve) -> Uses:
+    known = curve.softer is not None and curve.softer.yield_strength is not None
+    yield from _of_maps(curve.origins, curve.is_profile)
+    yield from _solved(curve.boundary, curve.is_profile, known)
+    if curve.ceiling is not None:
+        yield _CEILING
+    if isinstance(curve.ceiling, str) and curve.ceiling == RECOMMENDED:
+        yield _RECOMMENDED
+    if not curve.is_profile:
+        yield cited("area at small loads", "Bush1975", "Persson2001", "Hyun2004")
+    yield cited("conductance from the stiffness", "Barber2003")
+
+
+def _of_comparison(found: Comparison) -> Uses:
+    for sample in found.samples:
+        yield from _of_curve(sample.curve)
+    yield cited("intervals of the means", "Student1908")
+    if len(found.groups) > 1 and not found.paired:
+        wide = len(found.groups) > 2
+        yield cited("intervals of the differences", "Games1976" if wide else "Welch1947")
+    if any(found.components(name) for name in found.names):
+        yield cited("scatter between groups and within", "Searle1992")
+
+
+def _of_slab(result: SlabResult) -> Uses:
+    pair = result.pair
+    known = pair.softer is not None and pair.softer.yield_strength is not None
+    yield from _of_provenance(result.slab.provenance)
+    yield from _solved(result.boundary, is_profile=False, yields=known)
+    if result.ceiling is not None:
+        yield _CEILING
 
 
 def _of_provenance(provenance: Provenance) -> Uses:
@@ -208,10 +262,14 @@ def _of_step(step: Operation) -> Uses:
 
 
 def _of_stress(result: StressResult) -> Uses:
-    free = () if result.solution.boundary.periodic_axes else ("Love1929", "Liu2002")
-    yield cited("stress below the surface", "Johnson1985", *free)
+    yield _below(result.solution.boundary)
     if result.friction:
         yield cited("stress by friction", "Johnson1985", "Hamilton1983")
+
+
+def _below(boundary: Boundary) -> tuple[str, tuple[Reference, ...]]:
+    free = () if boundary.periodic_axes else ("Love1929", "Liu2002")
+    return cited("stress below the surface", "Johnson1985", *free)
 
 
 def _of_volume(result: ElastoplasticResult) -> Uses:

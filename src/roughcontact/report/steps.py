@@ -85,7 +85,7 @@ def render_curve(
     found += [
         _titled(exact, f"{exact.title} {under}"),
         chapters.repetition(last.version, command, ""),
-        sources.chapter(sources.of(last), curve),
+        sources.chapter(sources.of(last) + sources.of(curve)),
     ]
     return page.render(
         found,

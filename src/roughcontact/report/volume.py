@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from roughcontact.errors import Spell
 from roughcontact.files import write
+from roughcontact.references import References
 from roughcontact.report import (
     assumptions_volume,
     chapters,
@@ -43,11 +44,14 @@ class Lead:
         Names, values and remarks.
     chapter : Chapter
         The first.
+    references : References
+        The works behind it.
     """
 
     title: str
     key_numbers: list[Cells]
     chapter: Chapter
+    references: References
 
 
 def render(
@@ -88,7 +92,7 @@ def render(
     contact = result.solution
     spots = contact.spots()
     stated = assumptions_volume.statements(result, spots)
-    lead = lead or Lead(_title(result), _key_numbers(result), Chapter(""))
+    lead = lead or Lead(_title(result), _key_numbers(result), Chapter(""), sources.of(result))
     found = [
         *([lead.chapter] if lead.chapter.title else []),
         *chapters.prepared(contact),
@@ -104,7 +108,7 @@ def render(
     found += [chapters.added(addition) for addition in additions]
     lines = script.repeating_volume(result)
     found += [_certificate(result), chapters.repetition(result.version, command, lines)]
-    found.append(sources.chapter(sources.of(result), None, additions))
+    found.append(sources.chapter(lead.references, additions))
     return page.render(
         found,
         title=lead.title,

@@ -2,7 +2,7 @@
 
 Minimise ½⟨p, K p⟩ + ⟨h₀, p⟩ over 0 ≤ p ≤ limit, with a given sum of p or a given approach ω.
 How the method differs from its textbook parents (Polonsky and Keer 1999,
-doi:10.1016/S0043-1648(99)00113-1; Hintermüller, Ito and Kunisch 2003,
+doi:10.1016/S0043-1648(99)00113-1; Hintermüller, Ito and Kunisch 2002,
 doi:10.1137/S1052623401383558):
 
 - The set of free pixels is read off the pressure and the gap (active-set, or semi-smooth Newton,
