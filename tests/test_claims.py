@@ -39,7 +39,8 @@ def claims() -> list[Claim]:
 def sentences() -> list[str]:
     """Return the sentences of the README, without its headings, pictures and code."""
     text = re.sub(r"```.*?```|<!--.*?-->", "\n\n", README, flags=re.DOTALL)
-    # Links lead elsewhere from another folder.
+    # Items of a list, and links, which lead elsewhere from another folder.
+    text = re.sub(r"^- ", "\n", text, flags=re.MULTILINE)
     text = re.sub(r"(?<!!)\[([^\]]+)\]\([^)]+\)", r"\1", text)
     paragraphs = (" ".join(part.split()) for part in re.split(r"\n\s*\n", text))
     return [
@@ -84,6 +85,7 @@ def test_the_extras_hold_what_is_said() -> None:
     assert any(entry.startswith("ducc0") for entry in extras["fast"])
     assert any(entry.startswith("panel") for entry in extras["desk"])
     assert any(entry.startswith("mpi4py") for entry in extras["mpi"])
+    assert any(entry.startswith("dask") for entry in extras["cluster"])
     assert set(extras["all"]) == {"roughcontact[desk,fast,io]"}
     # What is under the GPL is never needed.
     assert not any(entry.startswith("ducc0") for entry in PROJECT["dependencies"])
