@@ -261,14 +261,14 @@ def ball() -> Surface:
     [
         (lambda s: s.leveled("robust"), "robust plane"),
         (lambda s: s.leveled("three-point", [(0, 0), (9, 0), (0, 9)]), r"\(9, 0\), \(0, 9\)"),
-        (lambda s: s.without_form("sphere"), r"convex sphere of radius 0\.00\d+ m$"),
-        (lambda s: s.without_form("polynomial", degree=3), "degree 3, .* m rms"),
+        (lambda s: s.without_form("sphere"), r"convex sphere of radius \d+\.\d+ µm$"),
+        (lambda s: s.without_form("polynomial", degree=3), "degree 3, .* [nµ]m rms"),
         (lambda s: s.without_outliers(99), "0 points further than 99 robust.*5 × 5"),
         (lambda s: s.largest_rectangle(), "rows 0:40, columns 0:50"),
         (lambda s: s.rotated(-90), "270 degrees counter-clockwise"),
         (lambda s: s.resampled((20, 30)), "periodic, from 40 × 50 to 20 × 30"),
         (lambda s: s.resampled(pixel=(1e-6, 1e-6), method="spline"), "cubic spline.*80 × 150"),
-        (lambda s: s.filtered(s=8e-6, l=6e-5), "S-filter at 8e-06 m and L-filter at 6e-05 m"),
+        (lambda s: s.filtered(s=8e-6, l=6e-5), "S-filter at 8 µm and L-filter at 60 µm"),
     ],
 )
 def test_every_step_is_a_copy_and_a_sentence(call, words: str) -> None:

@@ -184,7 +184,7 @@ def test_what_no_script_repeats_is_in_the_file_of_the_result(folder: Path) -> No
     step = Operation("indented", found={"depth": 1e-9})
     known = dataclasses.replace(surface, provenance=surface.provenance.then(step))
     told = dataclasses.replace(surface, provenance=rc.Provenance("a.opd", steps=("by\nhand",)))
-    for about, words in ((known, "indented: by up to 1e-09 m"), (told, "by hand")):
+    for about, words in ((known, "indented: by up to 1 nm"), (told, "by hand")):
         result = rc.solve(about, material=STEEL, load=0.1)
         result.save("result.nc")
         text = script.repeating(result)

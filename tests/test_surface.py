@@ -349,7 +349,7 @@ def test_aligned_between_the_quarters_is_between() -> None:
 def test_aligned_without_motion_keeps_the_bits() -> None:
     before = holed()
     after = before.aligned(Surface(np.zeros((6, 9)), PIXEL))
-    assert_prepared(before, after, "aligned: point by point onto 6 × 9 points of 2e-06 × 3e-06 m")
+    assert_prepared(before, after, "aligned: point by point onto 6 × 9 points of 2 µm × 3 µm")
     assert after.heights.tobytes() == before.heights.tobytes()
     assert not after.holes_masked
     assert before.masked().aligned(before).holes_masked
@@ -361,13 +361,13 @@ def test_aligned_says_what_it_did() -> None:
     after = before.aligned(grid, (4e-6, -5e-6), 30, mirrored=True)
     assert after.provenance.steps[-1] == (
         "aligned: mirrored in x, turned by 30 degrees counter-clockwise, shifted by "
-        "(4e-06, -5e-06) m (y, x), by a bicubic spline onto 8 × 8 points of 1.5e-06 × 4e-06 m"
+        "(4 µm, -5 µm) (y, x), by a bicubic spline onto 8 × 8 points of 1.5 µm × 4 µm"
     )
     assert after.shape == grid.shape
     assert after.pixel == grid.pixel
     coarse = before.aligned(Surface(np.zeros((6, 6)), (1.6e-5, 6e-6)))
     assert (
-        "after a Gaussian S-filter at 3.2e-05 m along y and 1.2e-05 m along x onto"
+        "after a Gaussian S-filter at 32 µm along y and 12 µm along x onto"
         in (coarse.provenance.steps[-1])
     )
     assert coarse.provenance.steps[-1].endswith("12 of them off the map")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -216,6 +216,13 @@ def _operation(record: dict[str, Any]) -> Operation:
 _Said = Mapping[str, Any]
 _Words = Callable[[_Said, _Said], tuple[str, ...]]
 
+# Of lengths, so that steps that differ are told apart.
+_DIGITS = 6
+
+
+def _lengths(values: Sequence[float], between: str = " × ") -> str:
+    return between.join(engineering(value, "m", _DIGITS) for value in values)
+
 
 def _read(given: _Said, found: _Said) -> tuple[str, ...]:
     notes: tuple[str, ...] = found.get("notes", ())
@@ -277,10 +284,12 @@ def _leveled(given: _Said, found: _Said) -> tuple[str, ...]:
 def _without_form(given: _Said, found: _Said) -> tuple[str, ...]:
     shape, degree = given["shape"], given["degree"]
     if degree is not None:
-        what = f"polynomial of degree {degree}, {found['removed_rms']:.9g} m rms"
+        rms = engineering(found["removed_rms"], "m", _DIGITS)
+        what = f"polynomial of degree {degree}, {rms} rms"
     else:
         side = "convex" if found["radius"] > 0 else "concave"
-        what = f"{side} {shape} of radius {abs(found['radius']):.9g} m"
+        radius = engineering(abs(found["radius"]), "m", _DIGITS)
+        what = f"{side} {shape} of radius {radius}"
         if shape == "cylinder":
             what += f", axis at {found['angle']:.6g} degrees counter-clockwise from x"
     return (f"form removed: least-squares {what}",)
@@ -325,13 +334,13 @@ def _resampled(given: _Said, found: _Said) -> tuple[str, ...]:
     (old_y, old_x), (ny, nx), (dy, dx) = found["from"], found["to"], found["pixel"]
     return (
         f"resampled: {how}, from {old_y} × {old_x} to {ny} × {nx} points, "
-        f"pixel {dy:.6g} × {dx:.6g} m",
+        f"pixel {_lengths((dy, dx))}",
     )
 
 
 def _filtered(given: _Said, found: _Said) -> tuple[str, ...]:
     parts = [
-        f"{name.upper()}-filter at {given[name]:.6g} m"
+        f"{name.upper()}-filter at {engineering(given[name], 'm', _DIGITS)}"
         for name in ("s", "l")
         if given[name] is not None
     ]
@@ -350,23 +359,24 @@ def _aligned(given: _Said, found: _Said) -> tuple[str, ...]:
         words.append(f"turned by {given['angle']:g} degrees counter-clockwise")
     y, x = given["offset"]
     if y or x:
-        words.append(f"shifted by ({y:.6g}, {x:.6g}) m (y, x)")
+        words.append(f"shifted by ({_lengths((y, x), ', ')}) (y, x)")
     words.append("by a bicubic spline" if found["spline"] else "point by point")
-    lengths = [
-        f"{length:.6g} m along {axis}"
+    smoothed = [
+        f"{engineering(length, 'm', _DIGITS)} along {axis}"
         for axis, length in zip("yx", found["smoothing"], strict=True)
         if length
     ]
-    after = f" after a Gaussian S-filter at {' and '.join(lengths)}" if lengths else ""
+    after = f" after a Gaussian S-filter at {' and '.join(smoothed)}" if smoothed else ""
     grid = given["grid"].origin.arguments
     (ny, nx), (dy, dx) = grid["shape"], grid["pixel"]
     off = f", {found['outside']} of them off the map" if found["outside"] else ""
-    onto = f"onto {ny} × {nx} points of {dy:.6g} × {dx:.6g} m"
+    onto = f"onto {ny} × {nx} points of {_lengths((dy, dx))}"
     return (f"aligned: {', '.join(words)}{after} {onto}{off}",)
 
 
 def _indented(given: _Said, found: _Said) -> tuple[str, ...]:
-    return (f"indented: by up to {found['depth']:.6g} m where the ceiling was reached",)
+    depth = engineering(found["depth"], "m", _DIGITS)
+    return (f"indented: by up to {depth} where the ceiling was reached",)
 
 
 def _said(given: _Said, found: _Said) -> tuple[str, ...]:
