@@ -1,5 +1,6 @@
 import math
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,7 +8,8 @@ from hypothesis import given, settings, strategies as st
 from scipy.ndimage import grey_dilation
 
 from roughcontact import units
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, Mention, parts_of
+from roughcontact.request.maps import resolution_notes
 from roughcontact.surface import blocks, filters, resolution, spectrum, synthetic
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
@@ -303,7 +305,8 @@ def test_units_do_not_matter(seed: int, radius: float, power: float) -> None:
 
 def test_the_waves_of_a_surface_are_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
     looks: list[object] = []
-    monkeypatch.setattr(resolution, "wave_notes", lambda *map: looks.append(map) or ["a note"])
+    limit = resolution.Limit(resolution.Cause.NOISE, NM, "a note")
+    monkeypatch.setattr(resolution, "wave_limits", lambda *map: looks.append(map) or [limit])
     surface = Surface(np.zeros((4, 4)), PIXEL)
     assert surface.resolution_notes() == surface.resolution_notes() == ("a note",)
     assert len(looks) == 1
@@ -321,3 +324,31 @@ def test_the_shortest_wave_is_the_filters_where_the_map_is_large_enough_to_tell(
 
 def test_a_spectrum_whose_last_wave_is_beyond_the_noise_ends_there() -> None:
     assert resolution._crossing(np.array([2.0]), np.array([1.0]), 0.5) == pytest.approx(math.pi)
+
+
+def test_of_several_maps_the_coarsest_limit_is_told_once() -> None:
+    def noted(*maps: Surface) -> tuple[str, ...]:
+        return resolution_notes({"tip-radius": None}, maps)  # type: ignore[arg-type]
+
+    heights = rough(0, shortest=2.0000001)
+    noise = NM * np.random.default_rng(3).normal(size=heights.shape)
+    fine, coarse = (
+        Surface(heights + factor * noise, PIXEL, Provenance(name, "Wyko OPD"))
+        for name, factor in (("fine.opd", 1.0), ("coarse.opd", 2.0))
+    )
+    scales = [resolution.noise_cutoff(one.heights, PIXEL) for one in (fine, coarse)]
+    assert None not in scales
+    assert scales[0] < scales[1]  # type: ignore[operator]
+    for maps in ((fine, coarse), (coarse, fine)):
+        (told,) = noted(*maps)
+        assert told == f"2 of 2 maps, coarse.opd: {coarse.resolution_notes()[0]}"
+    assert noted(fine) == noted(fine, fine) == fine.resolution_notes()
+    # What one of them alone has is told as its own; what was not measured says nothing.
+    plain = replace(fine, heights=heights, provenance=Provenance("plain.opd", "Wyko OPD"))
+    assert noted(plain) == ()
+    assert noted(fine, plain) == (f"fine.opd: {fine.resolution_notes()[0]}",)
+    assert noted(fine, replace(coarse, provenance=Provenance("made"))) == fine.resolution_notes()
+    # A word for an option stays one.
+    probe = Surface(np.zeros((4, 4)), PIXEL, Provenance("scan", "NT-MDT"))
+    (asked,) = noted(probe, plain)
+    assert Mention("tip_radius") in parts_of(asked)

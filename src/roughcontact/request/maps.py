@@ -8,13 +8,14 @@ from functools import partial
 from pathlib import Path
 
 from roughcontact import limits
-from roughcontact.errors import InputError, Mention
+from roughcontact.errors import InputError, Mention, Sentence, parts_of
 from roughcontact.formats import read
 from roughcontact.formats.scale import pixel_of
 from roughcontact.request import memory
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.surface import nominal, registration
+from roughcontact.surface.resolution import Limit
 from roughcontact.surface.surface import Surface
 
 PREPARING = (
@@ -85,10 +86,24 @@ def prepared_by(request: Request) -> str:
 
 
 def resolution_notes(request: Request, maps: Sequence[Surface]) -> tuple[str, ...]:
-    """Return what limits the lateral resolution of the prepared maps, each in one sentence."""
+    """Return what limits the lateral resolution of the prepared maps, each in one sentence.
+
+    Of several maps with the same limit the coarsest is told, with how many they are.
+    """
     measured = [surface for surface in maps if surface.provenance.instrument]
-    notes = (surface.resolution_notes(request["tip-radius"]) for surface in measured)
-    return tuple(dict.fromkeys(note for found in notes for note in found))
+    once: dict[str, list[tuple[Limit, str]]] = {}
+    for surface in measured:
+        for limit in surface.resolution_limits(request["tip-radius"]):
+            once.setdefault(limit.cause, []).append((limit, surface.provenance.source))
+    return tuple(_of_the_coarsest(found, len(measured)) for found in once.values())
+
+
+def _of_the_coarsest(found: Sequence[tuple[Limit, str]], count: int) -> str:
+    coarsest, name = max(found, key=lambda one: one[0].wave)
+    if len(found) == count and len({limit.text for limit, _ in found}) == 1:
+        return coarsest.text
+    whose = f"{len(found)} of {count} maps, {name}: " if len(found) > 1 else f"{name}: "
+    return Sentence(whose, *parts_of(coarsest.text))
 
 
 def _on_form(surface: Surface, form: nominal.Body) -> Surface:

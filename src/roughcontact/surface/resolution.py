@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +18,35 @@ from roughcontact.surface.leveling import level
 from roughcontact.surface.spectrum import radial_spectrum
 
 Array = NDArray[np.float64]
+
+
+class Cause(StrEnum):
+    """What limits the lateral resolution of a map."""
+
+    TIP = "tip"
+    UNKNOWN_TIP = "tip of unknown radius"
+    NOISE = "noise"
+    SMOOTHING = "smoothing"
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A lateral scale below which a map does not show the surface.
+
+    Parameters
+    ----------
+    cause : Cause
+        What limits it.
+    wave : float
+        The scale [m]; 0 where it is not known.
+    text : str
+        It in one sentence.
+    """
+
+    cause: Cause
+    wave: float
+    text: str
+
 
 # Peaks sharper than this share of the tip's curvature are the tip's (Sanner et al. 2022).
 _SAFETY = 0.5
@@ -321,10 +352,10 @@ def _crossing(q: Array, C: Array, value: float) -> float:
     return float(2 * math.pi / math.exp(math.log(q[0]) + part * math.log(q[1] / q[0])))
 
 
-def tip_notes(
+def tip_limits(
     heights: Array, pixel: tuple[float, float], tip_radius: float | None, instrument: str
-) -> list[str]:
-    """Return what the tip hides of a map, each in one sentence.
+) -> list[Limit]:
+    """Return what the tip hides of a map.
 
     Parameters
     ----------
@@ -339,8 +370,8 @@ def tip_notes(
 
     Returns
     -------
-    list of str
-        See `Surface.resolution_notes`.
+    list of Limit
+        See `Surface.resolution_limits`.
 
     Raises
     ------
@@ -350,25 +381,25 @@ def tip_notes(
     if tip_radius is None:
         if max(pixel) > _PROBED or not _SCANNING_PROBE.search(instrument):
             return []
-        return [
-            Sentence(
-                f"measured with a scanning probe ({instrument}): peaks narrower "
-                "than its tip, usually 5 to 20 nm in radius, appear wider, and narrower valleys "
-                "are not reached; give ", Mention("tip_radius"),
-                " for the scale below which the map shows the tip",
-            )
-        ]  # fmt: skip
+        asked = Sentence(
+            f"measured with a scanning probe ({instrument}): peaks narrower "
+            "than its tip, usually 5 to 20 nm in radius, appear wider, and narrower valleys "
+            "are not reached; give ", Mention("tip_radius"),
+            " for the scale below which the map shows the tip",
+        )  # fmt: skip
+        return [Limit(Cause.UNKNOWN_TIP, 0.0, asked)]
     scale = tip_cutoff(heights, pixel, tip_radius)
     if scale is None:
         return []
-    return [
+    told = (
         f"heights below a lateral scale of {_in_pixels(scale, pixel)} reflect the tip of "
         f"radius {units.engineering(tip_radius, 'm', 3)} and not the surface"
-    ]
+    )
+    return [Limit(Cause.TIP, scale, told)]
 
 
-def wave_notes(heights: Array, pixel: tuple[float, float]) -> list[str]:
-    """Return which waves of a map are noise or missing, each in one sentence.
+def wave_limits(heights: Array, pixel: tuple[float, float]) -> list[Limit]:
+    """Return which waves of a map are noise or missing.
 
     Parameters
     ----------
@@ -379,28 +410,30 @@ def wave_notes(heights: Array, pixel: tuple[float, float]) -> list[str]:
 
     Returns
     -------
-    list of str
-        See `Surface.resolution_notes`.
+    list of Limit
+        See `Surface.resolution_limits`.
     """
     try:
         rows, columns = largest_rectangle(heights)
     except InputError:
         return []
     part = heights[slice(*rows), slice(*columns)]
-    notes = []
+    limits = []
     wave = noise_cutoff(part, pixel)
     if wave is not None:
-        notes.append(
+        told = (
             f"waves shorter than {_in_pixels(wave, pixel)} cannot be told from noise: slopes, "
             "curvatures and pressures at that scale are those of the noise"
         )
+        limits.append(Limit(Cause.NOISE, wave, told))
     wave = smoothing_cutoff(part, pixel)
     if wave is not None:
-        notes.append(
+        told = (
             f"the map holds hardly any waves shorter than {_in_pixels(wave, pixel)}: it was "
             "smoothed, or sampled finer than the instrument resolves, or the surface is smooth"
         )
-    return notes
+        limits.append(Limit(Cause.SMOOTHING, wave, told))
+    return limits
 
 
 def _in_pixels(length: float, pixel: tuple[float, float]) -> str:

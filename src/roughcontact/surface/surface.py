@@ -137,7 +137,11 @@ class Surface(Shown):
         return parameters.summary(self.heights, self.pixel)
 
     def resolution_notes(self, tip_radius: Quantity | None = None) -> tuple[str, ...]:
-        """Return what limits the lateral resolution of the map, each in one sentence.
+        """Return the `resolution_limits` of the map, each in one sentence."""
+        return tuple(limit.text for limit in self.resolution_limits(tip_radius))
+
+    def resolution_limits(self, tip_radius: Quantity | None = None) -> tuple[resolution.Limit, ...]:
+        """Return what limits the lateral resolution of the map.
 
         Parameters
         ----------
@@ -146,7 +150,7 @@ class Surface(Shown):
 
         Returns
         -------
-        tuple of str
+        tuple of Limit
             On the tip: where its radius is given, the scale below which the map shows the tip
             (`resolution.tip_cutoff`); where it is not, and the file is a scanning probe's, that
             it is needed. On the waves below which the map holds noise
@@ -160,13 +164,13 @@ class Surface(Shown):
         """
         radius = quantity(tip_radius, "length", "tip_radius")
         instrument = self.provenance.instrument
-        tip = resolution.tip_notes(self.heights, self.pixel, radius, instrument)
-        return (*tip, *self._wave_notes)
+        tip = resolution.tip_limits(self.heights, self.pixel, radius, instrument)
+        return (*tip, *self._wave_limits)
 
     @cached_property
-    def _wave_notes(self) -> list[str]:
+    def _wave_limits(self) -> list[resolution.Limit]:
         # A page asks again for every load.
-        return resolution.wave_notes(self.heights, self.pixel)
+        return resolution.wave_limits(self.heights, self.pixel)
 
     def leveled(
         self, form: str = "plane", points: Sequence[tuple[int, int]] | None = None
