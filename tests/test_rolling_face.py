@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from reading import measurement, needs_reader
 from roughcontact.cli import app
 from roughcontact.contact.cautions import Kind
 from roughcontact.plots import movie
@@ -275,3 +276,28 @@ def test_what_cannot_be_rolled_is_refused(
     assert (out, err.count("\n")) == ("", 1)
     assert said in err
     assert not list(home.iterdir())
+
+
+@needs_reader
+def test_a_measured_map_is_run_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, kept = measurement("x3p-2.x3p"), tmp_path / "rolled.nc"
+    assert app.main([
+        "roll", str(path), "--crop", "300:312, 300:332", "--counter-body", "cylinder 0.5 mm 90 deg",
+        "--load", "5 mN", "--material", "42CrMo4", "--hardening", "linear 20 GPa", "--boundary",
+        "periodic", "--passes", "2", "--steps", "3", "--output", str(kept), "--quiet",
+    ]) == 0  # fmt: skip
+    assert capsys.readouterr().err == ""
+    found = rc.load_rolling(kept)
+    before = rc.read_surface(path).cropped((300, 312), (300, 332)).leveled()
+    surface = found.result.solution.surface
+    np.testing.assert_array_equal(surface.heights, before.heights)
+    assert surface.provenance.source == "x3p-2.x3p"
+    # Its peaks are pressed in, and nothing else: Sq is that of waves that the roller follows.
+    first, last = found.passes
+    assert 0.3 * before.roughness()["Spk"] < last.Spk < first.Spk < 0.6 * before.roughness()["Spk"]
+    assert last.Sq == pytest.approx(before.roughness()["Sq"], rel=0.01)
+    assert last.flow < 0.05 * first.flow
+    pressed = found.rolled_surface.heights - before.heights
+    yielded = found.result.bodies[0].accumulated.max(axis=0) > 0
+    assert pressed[yielded].mean() < pressed[~yielded].mean()
+    assert "Rottger2022" in {work.key for work in found.references()}
