@@ -70,7 +70,9 @@ def test_files_that_are_sent_give_the_same_bits(
     assert len(told) > 15
     assert [name for name in told if told[name] != same[name]] == []
     # What waits already is asked for its files; then they go along at once.
-    sent = [bool(task.journey.content) for task in far.tasks if task.journey is not None]
+    # The comparison needs no file where all of its maps are pressed.
+    ways = [task.journey for task in far.tasks if not task.known]
+    sent = [bool(way.content) for way in ways if way is not None]
     assert sent == sorted(sent)
     assert sent.count(False) == 2
     assert states(engines.run(entries, lambda report: None, engine)) == [KEPT] * 4

@@ -407,7 +407,7 @@ def _run(file: Path | str | None, given: Given) -> None:
 
     asked = {name: value for name, value in parsed(given, RUN).items() if name not in SHOWN}
     with terminal.progress("quiet" in given) as say:
-        reports = _worked_through(str(file), asked, say)
+        reports = _worked_through(str(file), asked, say, "quiet" in given)
     if reports is None:
         return
     if "json" in given:
@@ -425,7 +425,7 @@ def _run(file: Path | str | None, given: Given) -> None:
         raise typer.Exit(NOT_CONVERGED)
 
 
-def _worked_through(file: str, asked: Given, say: Say) -> list[Report] | None:
+def _worked_through(file: str, asked: Given, say: Say, quiet: bool) -> list[Report] | None:
     """Work through a project, and return how its contacts ended; nothing where others tell it."""
     from roughcontact.fleet import engines, plan, project
     from roughcontact.report import underway
@@ -449,7 +449,8 @@ def _worked_through(file: str, asked: Given, say: Say) -> list[Report] | None:
             say(f"{of}, {report.name} {report.state}{left}{at}")
 
         say(f"working through {len(entries)} contacts{at}")
-        return engines.run(entries, told, engine)
+        warn = (lambda text: None) if quiet else terminal.complain
+        return engines.run(entries, told, engine, say=lambda text: say(f"{text}{at}"), warn=warn)
 
 
 @_command(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -92,7 +93,6 @@ def compare(
     >>> found.differences("contact_fraction")[0, 1].value > 0
     True
     """
-    pressures = _pressures(pressure, steps)
     groups = dict(maps) if isinstance(maps, Mapping) else {"": list(maps)}
     problem = {
         "material": material,
@@ -102,18 +102,89 @@ def compare(
         "tolerance": tolerance,
         "max_iterations": max_iterations,
     }
+    wanted = asked(pressure, steps, first_pressure, problem)
+    wanted.check({name: len(surfaces) for name, surfaces in groups.items()}, paired)
+    pressed = {}
+    for name, surfaces in groups.items():
+        labels = _names([surface.provenance.source for surface in surfaces])
+        pressed[name] = [
+            wanted.pressed(surface, label, progress)
+            for surface, label in zip(surfaces, labels, strict=True)
+        ]
+    return wanted.together(pressed, paired)
+
+
+Pressed = tuple[Sample, ...]
+"""What is found of one map: its sample, or those before and after a first loading."""
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """What each map of a comparison is put under, by itself.
+
+    Parameters
+    ----------
+    pressures : tuple of float
+        Nominal pressures [Pa], ascending.
+    before : float or None
+        Nominal pressure [Pa] of a first loading, if there is one.
+    problem : mapping
+        What else `load_curve` takes.
+    """
+
+    pressures: tuple[float, ...]
+    before: float | None
+    problem: Mapping[str, Any]
+
+    def check(self, counts: Mapping[str, int], paired: bool) -> None:
+        """Raise `InputError` for so many maps in each group, if they cannot be compared."""
+        if self.before is not None and len(counts) != 1:
+            raise InputError(
+                "sets each map beside itself after a first loading, and goes with one group of "
+                "maps", argument="first_pressure",
+            )  # fmt: skip
+        if not counts or not all(counts.values()):
+            raise InputError("has a group without maps", argument="maps")
+        numbers = [*counts.values()]
+        if self.before is None and paired and (len(counts) != 2 or numbers[0] != numbers[1]):
+            raise InputError(
+                "needs two groups of as many maps, in the same order; got "
+                + ", ".join(f"{count} of {name!r}" for name, count in counts.items()),
+                argument="paired",
+            )
+        if self.before is None and sum(numbers) < 2:
+            raise InputError(
+                "is a single map, which nothing can be compared with: give a second one, or its "
+                "parts", argument="maps",
+            )  # fmt: skip
+
+    def pressed(self, surface: Surface, name: str, progress: Tell = None) -> Pressed:
+        """Return what is found of one map; as `compare`, with a name for whoever reads along."""
+        surfaces = [surface]
+        if self.before is not None:
+            surfaces.append(_after(surface, self.before, self.problem))
+        return tuple(sample(one, name, self.pressures, self.problem, progress) for one in surfaces)
+
+    def together(self, groups: Mapping[str, Sequence[Pressed]], paired: bool) -> Comparison:
+        """Return the comparison of maps of which all was found, by the names of their groups."""
+        self.check({name: len(maps) for name, maps in groups.items()}, paired)
+        samples = {name: [one[0] for one in maps] for name, maps in groups.items()}
+        if self.before is not None:
+            (maps,) = groups.values()
+            samples = {BEFORE: [one[0] for one in maps], AFTER: [one[1] for one in maps]}
+        found = tuple(Group(name, _named(group)) for name, group in samples.items())
+        return Comparison(found, self.pressures, paired or self.before is not None, self.before)
+
+
+def asked(
+    pressure: Quantity, steps: int, first_pressure: Quantity | None, problem: Mapping[str, Any]
+) -> Asked:
+    """Return what each map is put under; arguments and errors as of `compare`."""
     before = None
     if first_pressure is not None:
         before = float(quantity(first_pressure, "pressure", "first_pressure"))
         require_positive(first_pressure=before)
-        groups = _after(groups, before, problem)
-        paired = True
-    _check(groups, paired)
-    found = tuple(
-        Group(name, tuple(_samples(surfaces, pressures, problem, progress)))
-        for name, surfaces in groups.items()
-    )
-    return Comparison(found, pressures, paired, before)
+    return Asked(_pressures(pressure, steps), before, problem)
 
 
 def _pressures(pressure: Quantity, steps: int) -> tuple[float, ...]:
@@ -125,54 +196,29 @@ def _pressures(pressure: Quantity, steps: int) -> tuple[float, ...]:
     return tuple(spaced(float(last) / _RANGE, float(last), steps))
 
 
-def _check(groups: Mapping[str, Sequence[Surface]], paired: bool) -> None:
-    counts = [len(surfaces) for surfaces in groups.values()]
-    if not counts or not all(counts):
-        raise InputError("has a group without maps", argument="maps")
-    if paired and (len(counts) != 2 or counts[0] != counts[1]):
-        raise InputError(
-            "needs two groups of as many maps, in the same order; got "
-            + ", ".join(f"{len(surfaces)} of {name!r}" for name, surfaces in groups.items()),
-            argument="paired",
-        )
-    if sum(counts) < 2:
-        raise InputError(
-            "is a single map, which nothing can be compared with: give a second one, or its parts",
-            argument="maps",
-        )
+def _named(samples: Sequence[Sample]) -> tuple[Sample, ...]:
+    """Return the samples of a group, each with a name of its own."""
+    names = _names([one.source for one in samples])
+    return tuple(replace(one, name=name) for one, name in zip(samples, names, strict=True))
 
 
-def _samples(
-    surfaces: Sequence[Surface],
-    pressures: Sequence[float],
-    problem: Mapping[str, Any],
-    progress: Tell,
-) -> Iterator[Sample]:
-    """Yield the numbers of the maps of a group, each under a name of its own."""
-    sources = [surface.provenance.source for surface in surfaces]
-    for number, (surface, source) in enumerate(zip(surfaces, sources, strict=True), start=1):
+def _names(sources: Sequence[str]) -> list[str]:
+    """Return what the maps of a group are called."""
+    found = []
+    for number, source in enumerate(sources, start=1):
         alone = source and sources.count(source) == 1
-        name = source if alone else f"{source} {number}" if source else f"map {number}"
-        yield sample(surface, name, pressures, problem, progress)
+        found.append(source if alone else f"{source} {number}" if source else f"map {number}")
+    return found
 
 
-def _after(groups: Maps, pressure: float, problem: Mapping[str, Any]) -> dict[str, list[Surface]]:
-    """Return the maps before and after a first loading."""
-    if len(groups) != 1:
-        raise InputError(
-            "sets each map beside itself after a first loading, and goes with one group of maps",
-            argument="first_pressure",
-        )
-    ((_, before),) = groups.items()
+def _after(surface: Surface, pressure: float, problem: Mapping[str, Any]) -> Surface:
+    """Return what a first loading leaves of a map."""
     terms = {key: value for key, value in problem.items() if key != "tolerance"}
-    after = []
-    for surface in before:
-        load = pressure * surface.size[0] * surface.size[1]
-        history = load_history(surface, [load, 0.0], **terms)
-        if history.indented_body != "surface":
-            raise InputError(
-                "indents the counter-body, which is softer: the map stays as it is; swap the two ",
-                Mention("material"), "s to see what the map keeps", argument="first_pressure",
-            )  # fmt: skip
-        after.append(history.residual)
-    return {BEFORE: list(before), AFTER: after}
+    load = pressure * surface.size[0] * surface.size[1]
+    history = load_history(surface, [load, 0.0], **terms)
+    if history.indented_body != "surface":
+        raise InputError(
+            "indents the counter-body, which is softer: the map stays as it is; swap the two ",
+            Mention("material"), "s to see what the map keeps", argument="first_pressure",
+        )  # fmt: skip
+    return history.residual

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -102,6 +102,33 @@ precision
 contact area, contact area without rim excess, maximum pressure, mean pressure.
     """
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    terms = Terms(load=on(load, pair)[0], ceiling=ceiling, tolerance=tolerance, precision=precision)
+    study = _begun(pair, terms, progress)
+    return together([study.part(name) for name in PARTS])
+
+
+PARTS = ("grids", "cutoffs", "ceilings")
+"""The fields of a study that do not depend on each other."""
+
+
+def part_of(name: str, pair: Pair, terms: Terms, progress: Tell = None) -> ResolutionStudy:
+    """Return a study with one of its `PARTS` alone; errors are those of `resolution_study`."""
+    return _begun(pair, terms, progress).part(name)
+
+
+def together(parts: Sequence[ResolutionStudy]) -> ResolutionStudy:
+    """Return the study of which these are the `PARTS`, in their order."""
+    grids, cutoffs, ceilings = parts
+    return replace(
+        grids,
+        cutoffs=cutoffs.cutoffs,
+        ceilings=ceilings.ceilings,
+        notes=(*grids.notes, *cutoffs.notes, *ceilings.notes),
+    )
+
+
+def _begun(pair: Pair, terms: Terms, progress: Tell) -> _Study:
+    """Return a study, its arguments checked, with the ceiling that all of its solves have."""
     pair.require_map("a study of the resolution")
     if min(pair.shape) < 2 * _FEWEST_POINTS:
         raise InputError(
@@ -109,20 +136,11 @@ contact area, contact area without rim excess, maximum pressure, mean pressure.
             f"resolution needs at least {2 * _FEWEST_POINTS} along each side",
             argument="surface",
         )
-    terms = Terms(load=on(load, pair)[0], ceiling=ceiling, tolerance=tolerance, precision=precision)
     check(pair, terms)
     limit = resolved_ceiling(terms.ceiling, pair)
-    if isinstance(ceiling, str) and ceiling == RECOMMENDED:
+    if isinstance(terms.ceiling, str) and terms.ceiling == RECOMMENDED:
         limit = press(pair, terms).ceiling
-    study = _Study(pair, replace(terms, ceiling=limit), progress)
-    grids = study.grids()
-    return ResolutionStudy(
-        grids=tuple(grid for grid, _ in grids),
-        cutoffs=study.cutoffs(),
-        ceilings=study.ceilings(),
-        at_ceiling=all(saturated for _, saturated in grids[-3:]),
-        notes=tuple(study.notes),
-    )
+    return _Study(pair, replace(terms, ceiling=limit), progress)
 
 
 def coarsened(pair: Pair) -> Pair | None:
@@ -150,6 +168,26 @@ class _Study:
     number: int = 0
     notes: list[str] = field(default_factory=list)
 
+    def part(self, name: str) -> ResolutionStudy:
+        """Return a study with one of `PARTS` alone."""
+        self.number = sum(map(len, self._wanted[: PARTS.index(name)]))
+        self.notes = []
+        found = ResolutionStudy((), (), (), at_ceiling=False)
+        if name == "grids":
+            grids = self.grids()
+            at_ceiling = all(saturated for _, saturated in grids[-3:])
+            found = replace(found, grids=tuple(grid for grid, _ in grids), at_ceiling=at_ceiling)
+        elif name == "cutoffs":
+            found = replace(found, cutoffs=self.cutoffs())
+        else:
+            found = replace(found, ceilings=self.ceilings())
+        return replace(found, notes=tuple(self.notes))
+
+    @property
+    def _wanted(self) -> tuple[Sequence[float], ...]:
+        """What the solves of each part are for."""
+        return self.factors, self.lengths, self.ceiling_factors
+
     @property
     def factors(self) -> list[float]:
         """Pixels of the grids that are fine enough, over that of the map."""
@@ -168,7 +206,7 @@ class _Study:
 
     def pressed(self, label: str, pair: Pair, terms: Terms) -> ContactResult:
         """Return the next solve."""
-        count = len(self.factors) + len(self.lengths) + len(self.ceiling_factors)
+        count = sum(map(len, self._wanted))
         return press(pair, terms, progress=numbered(self.progress, self.number, count, label))
 
     def grids(self) -> list[tuple[Variant, bool]]:

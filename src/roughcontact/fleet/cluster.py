@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 # Seconds within which a scheduler must answer, at first and where it was lost.
 _PATIENCE = 30
+# Seconds for which a scheduler may be without workers.
+_WORKERLESS = 600
 _LARGE = "distributed.admin.large-graph-warning-threshold"
 # Seconds for which the number of workers is taken as known.
 _KNOWN = 1.0
@@ -80,6 +82,8 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
             state=partial(_state, client),
             lost=partial(_lost, client, f"the scheduler at {address}"),
             dashboard=client.dashboard_link or "",
+            workers=f"of the scheduler at {address} (dask worker {address})",
+            patience=_WORKERLESS,
         )
 
 

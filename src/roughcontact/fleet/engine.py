@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -32,6 +33,10 @@ class Engine:
         Says why a call has no answer, for what it raised.
     dashboard : str
         Where a browser shows what goes on; empty where there is no such page.
+    workers : str
+        Whose workers are waited for where there are none, and how they are started.
+    patience : float
+        For how long [s].
     """
 
     executor: Executor
@@ -42,3 +47,5 @@ class Engine:
     state: Callable[[], str] = lambda: THERE
     lost: Callable[[BaseException], str] = str
     dashboard: str = ""
+    workers: str = ""
+    patience: float = math.inf

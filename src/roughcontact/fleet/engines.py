@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
@@ -9,15 +10,17 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from roughcontact import files
 from roughcontact.errors import InputError, Mention
 from roughcontact.fleet import plan
-from roughcontact.fleet.engine import AWAY, GONE, Engine
+from roughcontact.fleet.engine import AWAY, GONE, THERE, Engine
 from roughcontact.fleet.local import processes
 from roughcontact.fleet.plan import FAILED, KEPT, SOLVED, Entry, Report
 from roughcontact.fleet.work import MOST, Answer, Journey, Part, Task, done, refused, too_large
 from roughcontact.halfspace.fft import default_workers
+from roughcontact.request import pieces
 from roughcontact.request.fleet_options import DASK, LOCAL, MPI
 from roughcontact.request.moving import moved
 from roughcontact.request.outputs import UnfinishedError
@@ -88,12 +91,21 @@ def opened(
 
 def _at_once(entries: list[Entry], workers: int | None = None) -> int:
     """Return how many processes of this machine have something to do."""
-    contacts = len({entry.contact for entry in entries})
-    return max(1, min(workers or default_workers(), contacts))
+    tasks = sum(max(1, len(_apart(contact))) for contact in _contacts(entries))
+    return max(1, min(workers or default_workers(), tasks))
+
+
+def _silent(text: str) -> None:
+    """Say nothing."""
 
 
 def run(
-    entries: list[Entry], told: Callable[[Report], None], engine: Engine | None = None
+    entries: list[Entry],
+    told: Callable[[Report], None],
+    engine: Engine | None = None,
+    *,
+    say: Callable[[str], None] = _silent,
+    warn: Callable[[str], None] = _silent,
 ) -> list[Report]:
     """Work through the contacts of a project, several at a time.
 
@@ -105,6 +117,10 @@ def run(
         Called with each `Report` as it comes.
     engine : Engine, optional
         What does the work; by default `processes`, with no more processes than contacts.
+    say : callable, optional
+        Called with a few words where a piece of a contact is found.
+    warn : callable, optional
+        Called with a sentence where there is nobody to do the work.
 
     Returns
     -------
@@ -123,13 +139,23 @@ def run(
             stack.callback(files.clear, folder)
             if engine.far:
                 marks[folder] = _resolved(stack.enter_context(files.marked(folder)))
-        return _Run(entries, told, engine, marks).reports()
+        return _Run(entries, _Tell(told, say, warn), engine, marks).reports()
 
 
 # Seconds after which it is looked whether an engine that is silent is there.
 _LOOKS = 2.0
 # Seconds from look to look at one that is away.
 _PAUSE = 0.1
+# Seconds without workers that are not worth a word: one that has died is begun again.
+_UNNOTICED = 5.0
+
+
+class _Tell(NamedTuple):
+    """Whom to tell how it goes, see `run`."""
+
+    report: Callable[[Report], None]
+    say: Callable[[str], None]
+    warn: Callable[[str], None]
 
 
 class _Run:
@@ -138,14 +164,19 @@ class _Run:
     def __init__(
         self,
         entries: list[Entry],
-        told: Callable[[Report], None],
+        tell: _Tell,
         engine: Engine,
         marks: Mapping[Path, Path],
     ) -> None:
-        self._entries, self._told, self._engine, self._marks = entries, told, engine, marks
+        self._entries, self._tell, self._engine, self._marks = entries, tell, engine, marks
         self._found: dict[int, Report] = {}
         self._waiting = deque(_contacts(entries))
-        self._again: deque[tuple[Task, int]] = deque()
+        # With how often they were handed out before.
+        self._ready: deque[tuple[Task, int]] = deque()
+        # What is found of contacts in pieces of which none has failed, by number and word.
+        self._pieces: dict[int, dict[str, Any]] = {}
+        # Since when there are no workers, whether that was told, and why nobody works any more.
+        self._lonely, self._warned, self._closed = math.inf, False, ""
         self._under_way: dict[Future[Answer], tuple[Task, int]] = {}
         # Files that some worker does not see are sent to all of them.
         self._sent: set[Path] = set()
@@ -154,15 +185,16 @@ class _Run:
     def reports(self) -> list[Report]:
         """Work through all contacts."""
         try:
-            while self._waiting or self._again or self._under_way:
+            while self._waiting or self._ready or self._under_way:
                 state = self._engine.state()
+                self._look_for_workers(state)
                 if state != AWAY:
                     self._fill()
                 if not self._under_way:
                     time.sleep(_PAUSE if state == AWAY else 0)
                     continue
                 ended, _ = wait(self._under_way, _LOOKS, FIRST_COMPLETED)
-                if state == GONE:
+                if state == GONE or self._closed:
                     ended = set(self._under_way)
                 for future in ended:
                     future.cancel()
@@ -172,16 +204,30 @@ class _Run:
             raise UnfinishedError(self._complete()) from None
         return [self._found[number] for number in range(len(self._entries))]
 
+    def _look_for_workers(self, state: str) -> None:
+        """Warn where there are no workers, and end the work where none has come for long."""
+        if state != THERE or self._engine.slots():
+            self._lonely, self._warned = math.inf, False
+            return
+        now = time.monotonic()
+        self._lonely = min(self._lonely, now)
+        whose, patience = self._engine.workers, self._engine.patience
+        if now - self._lonely > patience:
+            self._closed = f"there were no workers {whose} for {patience / 60:.3g} min"
+        elif now - self._lonely > _UNNOTICED and not self._warned:
+            self._tell.warn(f"waiting for workers {whose}, {patience / 60:.3g} min at most")
+            self._warned = True
+
     def _fill(self) -> None:
         """Hand out contacts, twice as many as go on at a time: nobody waits for the next one."""
         most = 2 * max(1, self._engine.slots())
-        while len(self._under_way) < most and (self._again or self._waiting):
-            if self._again:
-                self._hand_out(*self._again.popleft())
-            elif (task := self._left(self._waiting.popleft())) is not None:
-                self._hand_out(task)
+        while len(self._under_way) < most and (self._ready or self._waiting):
+            if self._ready:
+                self._hand_out(*self._ready.popleft())
+            else:
+                self._ready.extend((task, 1) for task in self._left(self._waiting.popleft()))
 
-    def _left(self, contact: list[tuple[int, Entry]]) -> Task | None:
+    def _left(self, contact: Contact) -> list[Task]:
         """Return what is to be done of a contact, and tell of what was done before."""
         parts = []
         for number, entry in contact:
@@ -191,11 +237,14 @@ class _Run:
                 places = tuple(str(path) for _, path in entry.request.places)
                 parts.append(Part(number, entry, digest, places))
             else:
-                self._tell(number, Report(entry.name, KEPT, before))
+                self._told(number, Report(entry.name, KEPT, before))
         if not parts:
-            return None
-        task = Task(tuple(parts), self._engine.threads)
-        return self._equipped(task) if self._engine.far else task
+            return []
+        whole = Task(tuple(parts), self._engine.threads)
+        tasks = [replace(whole, piece=word) for word in _apart(contact)]
+        if tasks:
+            self._pieces[parts[0].number] = {}
+        return [self._equipped(task) for task in tasks or [whole]]
 
     def _content(self, path: Path) -> str | None:
         """Return the checksum of a file, of one that many contacts read once."""
@@ -210,8 +259,10 @@ class _Run:
 
     def _equipped(self, task: Task) -> Task:
         """Return a task with all that a worker needs that may be on another machine."""
+        if not self._engine.far:
+            return task
         entries = [part.entry for part in task.parts]
-        read = {path: _resolved(path) for one in entries for path in one.request.inputs}
+        read = {path: _resolved(path) for path in task.inputs}
         sums = {lies: self._content(path) for path, lies in read.items()}
         folders = {one.request["folder"] for one in entries} - {None}
         kept = (path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file())
@@ -226,7 +277,12 @@ class _Run:
         mark = self._marks[entries[0].summary.parent]
         return replace(task, parts=parts, journey=Journey(mark, known, tuple(map(_resolved, kept))))
 
-    def _hand_out(self, task: Task, tries: int = 1) -> None:
+    def _hand_out(self, task: Task, tries: int) -> None:
+        if task.piece and task.parts[0].number not in self._pieces:
+            # Another piece has failed.
+            return
+        if self._closed:
+            return self._end(task, refused(task, self._closed))
         try:
             task = self._packed(task)
             self._under_way[self._engine.executor.submit(done, task)] = task, tries
@@ -252,18 +308,37 @@ class _Run:
         try:
             answer = future.result()
         except CancelledError as error:
-            if tries < _TRIES:
-                return self._again.append((task, tries + 1))
-            answer = refused(task, self._engine.lost(error))
+            if tries < _TRIES and not self._closed:
+                return self._ready.append((task, tries + 1))
+            answer = refused(task, self._closed or self._engine.lost(error))
         except Exception as error:
             answer = refused(task, self._engine.lost(error))
         if answer.lacking:
             self._sent.update(answer.lacking)
-            return self._again.append((task, tries))
+            return self._ready.append((task, tries))
         return self._end(task, answer)
+
+    def _collect(self, task: Task, found: Any) -> None:
+        """Keep what is found of a piece, and go on with the whole where it was the last one."""
+        (part,) = task.parts
+        words = pieces.of(part.entry.request)
+        known = self._pieces.get(part.number, {})
+        known[task.piece] = found
+        self._tell.say(f"{len(known)} of {len(words)} pieces of {part.entry.name} found")
+        if len(known) == len(words):
+            del self._pieces[part.number]
+            own = replace(part, entry=self._entries[part.number])
+            whole = replace(task, parts=(own,), piece="", known=known)
+            self._ready.appendleft((self._equipped(whole), 1))
 
     def _end(self, task: Task, answer: Answer) -> None:
         """Tell how the parts of a contact ended; what stands complete is solved, told of or not."""
+        if task.piece and self._pieces.get(task.parts[0].number) is None:
+            # Another piece has failed.
+            return
+        if task.piece and not answer.reports:
+            return self._collect(task, answer.found)
+        self._pieces.pop(task.parts[0].number, None)
         try:
             # The summaries last: with them a contact is complete.
             summaries = {part.entry.summary for part in task.parts}
@@ -277,11 +352,11 @@ class _Run:
             if report.state == FAILED:
                 before = plan.complete(self._entries[number], part.digest)
                 report = report if before is None else Report(report.name, SOLVED, before)
-            self._tell(number, report)
+            self._told(number, report)
 
-    def _tell(self, number: int, report: Report) -> None:
+    def _told(self, number: int, report: Report) -> None:
         self._found[number] = report
-        self._told(report)
+        self._tell.report(report)
 
     def _complete(self) -> list[Path]:
         """Return the summaries of what stands complete, told of or not."""
@@ -294,12 +369,21 @@ class _Run:
         return [self._entries[number].summary for number in sorted(done_)]
 
 
-def _contacts(entries: list[Entry]) -> list[list[tuple[int, Entry]]]:
-    """Return the entries with their numbers, contact by contact."""
-    found: dict[int, list[tuple[int, Entry]]] = {}
+Contact = list[tuple[int, Entry]]
+"""The entries of one contact with their numbers."""
+
+
+def _contacts(entries: list[Entry]) -> list[Contact]:
+    """Return the entries, contact by contact."""
+    found: dict[int, Contact] = {}
     for number, entry in enumerate(entries):
         found.setdefault(entry.contact, []).append((number, entry))
     return list(found.values())
+
+
+def _apart(contact: Contact) -> tuple[str, ...]:
+    """Return the pieces of a contact; none of one of which several things are asked."""
+    return pieces.of(contact[0][1].request) if len(contact) == 1 else ()
 
 
 def _resolved(path: Path) -> Path:

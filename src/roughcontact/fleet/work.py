@@ -1,4 +1,4 @@
-"""One contact as a task: what a worker is given, does and tells, on whatever machine."""
+"""A contact or a piece of it as a task: what a worker is given, does and tells, wherever it is."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from roughcontact import checksums, files
 from roughcontact._version import __version__
@@ -14,7 +15,7 @@ from roughcontact.errors import InputError, Mention, RoughcontactError, worded
 from roughcontact.fleet import plan
 from roughcontact.fleet.plan import FAILED, SOLVED, Entry, Report
 from roughcontact.halfspace import fft
-from roughcontact.request import outputs, run as running
+from roughcontact.request import outputs, pieces, run as running
 from roughcontact.request.moving import moved
 
 MOST = 2**28
@@ -67,7 +68,7 @@ class Journey:
 
 @dataclass(frozen=True)
 class Task:
-    """All that is asked of one contact.
+    """All that is asked of one contact, or a piece of it.
 
     Parameters
     ----------
@@ -79,12 +80,25 @@ class Task:
         None for a worker that surely sees the same files in the same folder.
     version : str
         Of the program that asks.
+    piece : str
+        Which of the `request.pieces` of the only part this is; empty for all that is asked.
+    known : mapping
+        What was found of the pieces, by their words, where they were solved before.
     """
 
     parts: tuple[Part, ...]
     threads: int
     journey: Journey | None = None
     version: str = __version__
+    piece: str = ""
+    known: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def inputs(self) -> list[Path]:
+        """The files that it reads."""
+        if self.piece or self.known:
+            return [*pieces.inputs(self.parts[0].entry.request, self.piece)]
+        return [path for part in self.parts for path in part.entry.request.inputs]
 
 
 @dataclass(frozen=True)
@@ -99,11 +113,14 @@ class Answer:
         Files that the worker does not see; then nothing was done.
     content : dict
         The files that were left, by the path wanted, where the worker does not see that.
+    found : object
+        What was found of a piece, if that did not fail.
     """
 
     reports: Mapping[int, Report] = field(default_factory=dict)
     lacking: tuple[Path, ...] = ()
     content: Mapping[Path, bytes] = field(default_factory=dict)
+    found: Any = None
 
 
 def done(task: Task) -> Answer:
@@ -126,7 +143,7 @@ def done(task: Task) -> Answer:
         )
     with fft.at_most(task.threads):
         if task.journey is None:
-            return Answer(_reports(task.parts))
+            return _answered(task)
         try:
             return _away(task, task.journey)
         except (RoughcontactError, OSError) as error:
@@ -138,18 +155,32 @@ def refused(task: Task, reason: str) -> Answer:
     return Answer({part.number: Report(part.entry.name, FAILED, {}, reason) for part in task.parts})
 
 
-def _reports(parts: tuple[Part, ...]) -> dict[int, Report]:
-    """Do all parts of a contact, one after the other."""
-    reports = {}
+def _answered(task: Task) -> Answer:
+    """Do all parts of a contact, one after the other, or one piece."""
+    reports, found = {}, None
     with running.together() as carry_out:
-        for part in parts:
+        for part in task.parts:
             try:
-                reports[part.number] = _done(part, carry_out)
+                if task.piece:
+                    found = pieces.found_of(part.entry.request, task.piece, _nothing, _nothing)
+                else:
+                    reports[part.number] = _done(part, carry_out, task.known)
             except RoughcontactError as error:
                 reports[part.number] = _failed(part, error.worded(_words(part.entry)))
-            except (OSError, MemoryError) as error:
+            except MemoryError as error:
+                reports[part.number] = _failed(part, _starved(error))
+            except OSError as error:
                 reports[part.number] = _failed(part, f"{type(error).__name__}: {error}")
-    return reports
+    return Answer(reports, found=found)
+
+
+def _starved(error: MemoryError) -> str:
+    """Return what to say of a worker whose memory did not suffice."""
+    told = f" ({error})" if str(error) else ""
+    return (
+        f"its worker ran out of memory{told}; give each worker more, with fewer of them on a "
+        "machine, or the map a larger pixel"
+    )
 
 
 def _failed(part: Part, reason: str) -> Report:
@@ -160,9 +191,11 @@ def _words(entry: Entry) -> Callable[[Mention], str]:
     return partial(plan.spell_key, task=entry.request.task)
 
 
-def _done(part: Part, carry_out: Callable[..., running.Outcome]) -> Report:
+def _done(
+    part: Part, carry_out: Callable[..., running.Outcome], known: Mapping[str, Any]
+) -> Report:
     entry = part.entry
-    outcome = carry_out(entry.request, _nothing)
+    outcome = carry_out(entry.request, _nothing, None, known)
     if outcome.failure is not None:
         raise outcome.failure
     if not outcome.converged:
@@ -179,8 +212,8 @@ def _done(part: Part, carry_out: Callable[..., running.Outcome]) -> Report:
     return Report(entry.name, SOLVED, told)
 
 
-def _nothing(text: str) -> None:
-    """Say nothing."""
+def _nothing(of: object) -> None:
+    """Say nothing, and look at nothing."""
 
 
 # Where the files may be those of another machine
@@ -195,16 +228,17 @@ def _away(task: Task, journey: Journey) -> Answer:
     if lacking:
         return Answer(lacking=lacking)
     if seen and not needed:
-        return Answer(_reports(task.parts))
+        return _answered(task)
     with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
         left = None if seen else Path(folder) / "left"
         lie = _unpacked(journey, needed, Path(folder) / "read", left)
-        reports = _reports(tuple(_placed(part, lie, left) for part in task.parts))
-        found = {} if left is None else _packed(left)
-    content = {path: held for path, held in found.items() if journey.content.get(path) != held}
+        parts = tuple(_placed(part, lie, left) for part in task.parts)
+        answer = _answered(replace(task, parts=parts))
+        left_ = {} if left is None else _packed(left)
+    content = {path: held for path, held in left_.items() if journey.content.get(path) != held}
     if (size := sum(map(len, content.values()))) > MOST:
         return refused(task, too_large("the files that it leaves", size))
-    return Answer(reports, content=content)
+    return replace(answer, content=content)
 
 
 def too_large(what: str, size: int) -> str:

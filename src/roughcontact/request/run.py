@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,7 +15,7 @@ from roughcontact.errors import InputError, RoughcontactError, Sentence, parts_o
 from roughcontact.formats import tables
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import default_workers
-from roughcontact.request import joints, memory, outputs, problem, rolling
+from roughcontact.request import comparing, joints, memory, outputs, problem, rolling, studying
 from roughcontact.request.maps import prepared_by, resolution_notes, surfaces
 from roughcontact.request.options import (
     COMPARE,
@@ -176,7 +176,12 @@ class Outcome:
         return {**told, "written": [str(path) for path in self.written]}
 
 
-def run(request: Request, say: Say, look: Look | None = None) -> Outcome:
+def run(
+    request: Request,
+    say: Say,
+    look: Look | None = None,
+    known: Mapping[str, Any] | None = None,
+) -> Outcome:
     """Read, prepare, solve, and write what was asked for.
 
     Parameters
@@ -187,6 +192,8 @@ def run(request: Request, say: Say, look: Look | None = None) -> Outcome:
         Called with a few words before every stage.
     look : callable, optional
         Called with the `Progress` of the solver.
+    known : mapping, optional
+        What was found of each of the `pieces.of` of the request, by their words.
 
     Returns
     -------
@@ -201,9 +208,10 @@ def run(request: Request, say: Say, look: Look | None = None) -> Outcome:
     """
     request.check_places()
     if request.kind == COMPARE:
-        return _written(_compare(request, say, look or _nobody), (), say)
+        found = comparing.compared(request, say, look or _nobody, known)
+        return _written(Outcome(request, comparison=found), (), say)
     maps = _prepared(request, say)
-    return _written(solved(request, maps, say, look), maps, say)
+    return _written(solved(request, maps, say, look, known=known), maps, say)
 
 
 @contextmanager
@@ -217,19 +225,24 @@ def together() -> Iterator[Callable[..., Outcome]]:
         read once, and contacts of which they ask what a joint does are solved once.
     """
     with joints.once() as solve:
-        known: dict[str, list[Surface]] = {}
+        read: dict[str, list[Surface]] = {}
 
-        def carry_out(request: Request, say: Say, look: Look | None = None) -> Outcome:
+        def carry_out(
+            request: Request,
+            say: Say,
+            look: Look | None = None,
+            known: Mapping[str, Any] | None = None,
+        ) -> Outcome:
             if request.kind == COMPARE:
-                return run(request, say, look)
+                return run(request, say, look, known)
             request.check_places()
             words = prepared_by(request)
-            if words in known:
-                memory.require(request, known[words][0].shape)
+            if words in read:
+                memory.require(request, read[words][0].shape)
             else:
-                known[words] = _prepared(request, say)
-            maps = known[words]
-            return _written(solved(request, maps, say, look, solve), maps, say)
+                read[words] = _prepared(request, say)
+            maps = read[words]
+            return _written(solved(request, maps, say, look, solve, known), maps, say)
 
         yield carry_out
 
@@ -246,6 +259,7 @@ def solved(
     say: Say,
     look: Look | None = None,
     solve: joints.Solve = joints.fresh,
+    known: Mapping[str, Any] | None = None,
 ) -> Outcome:
     """Carry out a request on maps that are prepared, and write nothing.
 
@@ -259,6 +273,8 @@ def solved(
         As for `run`.
     solve : callable, optional
         What solves the contacts that are asked what a joint does; see `joints.once`.
+    known : mapping, optional
+        As for `run`.
 
     Returns
     -------
@@ -279,6 +295,10 @@ def solved(
         outcome = Outcome(request, found.largest, joint=found)
     else:
         outcome = _TASKS[request.kind](request, maps, say, look)
+    if request.kind == SOLVE and request["study"] and outcome.converged:
+        assert outcome.result is not None
+        study = studying.studied(request, maps, outcome.result.load, look, known)
+        outcome = replace(outcome, study=study)
     return _remarked(outcome, of_measurement(resolution_notes(request, maps)))
 
 
@@ -338,18 +358,7 @@ def _contact(request: Request, maps: Sequence[Surface], look: Look) -> ContactRe
 
 
 def _solve(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
-    from roughcontact.contact.resolution_study import resolution_study
-
-    result = _contact(request, maps, look)
-    if not result.converged or not request["study"]:
-        return Outcome(request, result)
-    study = resolution_study(
-        maps[0],
-        **problem.arguments(request, maps, "tolerance", "precision"),
-        load=result.load,
-        progress=lambda at: look(replace(at, label=f"study: {at.label}")),
-    )
-    return Outcome(request, result, study=study)
+    return Outcome(request, _contact(request, maps, look))
 
 
 def _volume(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
@@ -455,14 +464,6 @@ def _find(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Ou
         progress=look,
     )
     return Outcome(request, loads.largest, loads=loads)
-
-
-def _compare(request: Request, say: Say, look: Look) -> Outcome:
-    from roughcontact.request.comparing import compared
-
-    options = problem.arguments(request, (), "tolerance", "max-iterations")
-    del options["counter_surface"]
-    return Outcome(request, comparison=compared(request, options, say, look))
 
 
 def _stages(request: Request) -> list[Stage]:

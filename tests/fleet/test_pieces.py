@@ -1,0 +1,163 @@
+"""Comparisons and studies in pieces: the bits of one process, and one failure for all of them."""
+
+from __future__ import annotations
+
+import pickle
+from concurrent.futures import Executor, Future
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from items import items_of_file, normal
+from roughcontact.fleet import engines, plan, project, work
+from roughcontact.fleet.engine import Engine
+from roughcontact.request import pieces
+
+HEAD = """\
+folder = "results"
+write = ["csv"]
+
+[defaults]
+unit = "um"
+size = "0.1 mm"
+material = "bearing steel"
+
+[[contact]]
+name = "one"
+"""
+COMPARED = HEAD + 'task = "compare"\nload = "20 MPa"\nsteps = 2\n'
+PROBLEMS = {
+    "groups": (COMPARED + 'groups = { a = ["r?.npy"], b = ["s0.npy", "s1.npy"] }\n', 5),
+    "quarters and sampling": (
+        COMPARED + 'files = ["r0.npy", "s0.npy"]\nquarters = true\nsampling = true\n', 2,
+    ),
+    "a first loading": (COMPARED + 'files = ["r0.npy", "r1.npy"]\nfirst-load = "2 GPa"\n', 2),
+    "a study": (HEAD + 'file = "r0.npy"\nload = "1 N"\nstudy = true\n', 3),
+}  # fmt: skip
+
+
+class Backwards(Executor):
+    """Calls on what has been sent, the last task first: only when it is asked for an answer."""
+
+    def __init__(self) -> None:
+        self.tasks: list[work.Task] = []
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        self.tasks.append(args[0])
+        future: Future[Any] = Future()
+        sent = pickle.dumps((fn, args, kwargs))
+        waiting.append((future, sent))
+        return future
+
+
+waiting: list[tuple[Future[Any], bytes]] = []
+
+
+def answer() -> int:
+    """Answer what was handed out, and say that one goes on at a time."""
+    while waiting:
+        future, sent = waiting.pop()
+        function, args, kwargs = pickle.loads(sent)
+        future.set_result(pickle.loads(pickle.dumps(function(*args, **kwargs))))
+    return 10
+
+
+def written(folder: Path, text: str, points: int = 64) -> Path:
+    folder.mkdir(parents=True)
+    y, x = np.mgrid[:points, :points] / points
+    for number, name in enumerate(("r0", "r1", "r2", "s0", "s1")):
+        noise = np.random.default_rng(number).standard_normal(y.shape)
+        np.save(folder / f"{name}.npy", np.cos(7 * y + number) * np.cos(5 * x) + 0.03 * noise)
+    (folder / "project.toml").write_text(text, encoding="utf-8")
+    return folder / "project.toml"
+
+
+def bits(folder: Path) -> dict[str, dict[str, str]]:
+    return {
+        file.name: {
+            name: normal(text, folder.resolve()) for name, text in items_of_file(file).items()
+        }
+        for file in sorted((folder / "results").iterdir())
+    }
+
+
+def run(path: Path) -> tuple[list[plan.Report], list[work.Task], list[str]]:
+    far, said = Backwards(), []
+    engine = Engine(far, answer, 1, far.shutdown)
+    reports = engines.run(project.load(path), lambda report: None, engine, say=said.append)
+    return reports, far.tasks, said
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_pieces_in_any_order_give_the_bits_of_the_whole(
+    problem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text, count = PROBLEMS[problem]
+    path = written(tmp_path / "apart", text)
+    reports, tasks, said = run(path)
+    assert [report.state for report in reports] == [plan.SOLVED]
+    words = [task.piece for task in tasks]
+    assert words == [*pieces.of(tasks[0].parts[0].entry.request), ""]
+    assert len(words) == count + 1
+    assert said[-1] == f"{count} of {count} pieces of one found"
+    alone = written(tmp_path / "whole", text)
+    monkeypatch.setattr(pieces, "of", lambda request: ())
+    reports, tasks, _ = run(alone)
+    assert [report.state for report in reports] == [plan.SOLVED]
+    assert [task.piece for task in tasks] == [""]
+    whole, apart = bits(alone.parent), bits(path.parent)
+    assert whole.keys() == apart.keys()
+    assert [name for name in whole if whole[name] != apart[name]] == []
+    assert len(whole) == 2
+    # What is complete is one thing, and is not done again.
+    monkeypatch.undo()
+    reports, tasks, _ = run(path)
+    assert ([report.state for report in reports], tasks) == ([plan.KEPT], [])
+
+
+def test_each_piece_reads_its_own_map(tmp_path: Path) -> None:
+    text, _ = PROBLEMS["groups"]
+    path = written(tmp_path / "here", text)
+    _, tasks, _ = run(path)
+    names = [[file.name for file in task.inputs] for task in tasks]
+    assert names == [["r0.npy"], ["r1.npy"], ["r2.npy"], ["s0.npy"], ["s1.npy"], []]
+
+
+def test_a_piece_that_fails_fails_its_contact_once(tmp_path: Path) -> None:
+    more = '\n[[contact]]\nname = "two"\nfile = "r0.npy"\nload = "1 N"\n'
+    path = written(tmp_path / "here", PROBLEMS["groups"][0] + more)
+    maps = path.with_name("s0.npy"), path.with_name("kept.npy")
+    maps[1].write_bytes(maps[0].read_bytes())
+    maps[0].unlink()
+    (bad, good), tasks, _ = run(path)
+    assert (bad.state, good.state) == (plan.FAILED, plan.SOLVED)
+    assert "s0.npy" in bad.reason
+    # It is not begun as a whole.
+    assert sum(not task.piece for task in tasks) == 1
+    maps[1].replace(maps[0])
+    assert [report.state for report in run(path)[0]] == [plan.SOLVED, plan.KEPT]
+
+
+@pytest.mark.parametrize(
+    "keys",
+    ['load = "1 N"', 'approach = "1 um"\nstudy = true',
+     'load = "1 N"\nceiling = "recommended"\nstudy = true'],
+)  # fmt: skip
+def test_what_waits_for_its_contact_is_one_piece(keys: str, tmp_path: Path) -> None:
+    path = written(tmp_path / "here", HEAD + f'file = "r0.npy"\n{keys}\n')
+    (entry,) = project.load(path)
+    assert pieces.of(entry.request) == ()
+
+
+def test_pieces_are_shared_by_the_processes_of_a_machine(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path / "here", PROBLEMS["groups"][0])
+    counts = []
+    monkeypatch.setattr(engines, "default_workers", lambda: 4)
+    monkeypatch.setattr(engines, "processes", lambda count: pytest.fail(str(counts.append(count))))
+    with pytest.raises(pytest.fail.Exception):
+        engines.run(project.load(path), lambda report: None)
+    assert counts == [4]
