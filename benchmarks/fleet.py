@@ -1,8 +1,8 @@
 """Many contacts: what a second worker gains, what a contact costs beside its solve, and the bits.
 
-``python benchmarks/fleet.py [--quick] [--json FILE]``. All workers are processes of this machine,
-those of Dask reached through a scheduler of its own. Times say something on a machine that does
-nothing else: the load of the last minute is printed beside them.
+``python benchmarks/fleet.py [--quick] [--memory] [--json FILE]``. All workers are processes of this
+machine, those of Dask reached through a scheduler of its own. Times say something on a machine that
+does nothing else: the load of the last minute is printed beside them.
 """
 
 from __future__ import annotations
@@ -188,21 +188,47 @@ def many(folder: Path, contacts: int) -> dict[str, float]:
     }
 
 
+def memory(folder: Path, sizes: list[int]) -> dict[str, float]:
+    """Return the largest memory [MB] of a worker of one thread: idle, and by the points a side."""
+    found = {}
+    for name, opened in (("local", lambda: here(1)), ("Dask", lambda: dask(1))):
+        with opened() as engine:
+            found[f"{name} idle"] = engine.executor.submit(peak).result()
+        for size in sizes:
+            path = written(folder / f"{name}-{size}", [size], 3)
+            with opened() as engine:
+                timed(path, engine)
+                found[f"{name} {size}"] = engine.executor.submit(peak).result()
+    return found
+
+
+def peak() -> float:
+    """Return the most memory that this process has held [MB]; Linux alone keeps it."""
+    lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) * 1024 / 1e6
+
+
 def main() -> None:
     """Print what was measured."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="few and small contacts")
+    parser.add_argument("--memory", action="store_true", help="the memory of a worker alone")
     parser.add_argument("--json", type=Path, help="write the numbers into a file")
     asked = parser.parse_args()
     sizes, loads = ([64, 96], 4) if asked.quick else ([256, 384, 512, 768, 1024], 40)
     few, tiny = (20, 100) if asked.quick else (200, 10_000)
+    held = [64] if asked.quick else [512, 1024, 2048]
     found = {}
     with tempfile.TemporaryDirectory(prefix="roughcontact-fleet-") as name:
         folder = Path(name)
-        for what, measured in (
+        timings = (
             ("throughput [1/s]", lambda: throughput(folder, sizes, loads)),
             (f"overhead of {few} contacts [s]", lambda: overhead(folder, few)),
             (f"{tiny} contacts", lambda: many(folder, tiny)),
+        )
+        for what, measured in (
+            *(() if asked.memory else timings),
+            ("memory of a worker [MB]", lambda: memory(folder / "memory", held)),
         ):
             found[what] = measured()
             load = psutil.getloadavg()[0]

@@ -10,6 +10,8 @@ import numpy as np
 import psutil
 
 from items import items_of_file, normal
+from roughcontact import memory
+from roughcontact.fleet import work
 
 PROJECT = """\
 folder = "results"
@@ -47,6 +49,35 @@ def write_project(folder: Path, loads: int, more: str = "") -> Path:
     (folder / "project.toml").write_text(text, encoding="utf-8")
     return folder / "project.toml"
 
+
+ROOM = 2**26
+"""Bytes of a starved worker beyond what it takes when it begins."""
+
+
+def limited(task: work.Task) -> work.Answer:
+    """Work with little memory, where the estimate of what is needed is wrong."""
+    import resource
+
+    if task.parts[0].entry.name != "large":
+        return work.done(task)
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    free = memory.free
+    try:
+        resource.setrlimit(resource.RLIMIT_AS, (memory.taken() + ROOM, before[1]))
+        memory.free = lambda: 2**40  # type: ignore[assignment]
+        return work.done(task)
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, before)
+        memory.free = free
+
+
+LARGE = """
+[[contact]]
+name = "large"
+file = "large.npy"
+size = "0.1 mm"
+load = "1 N"
+"""
 
 ABSENT = """
 [[contact]]

@@ -11,11 +11,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 import psutil
 import pytest
 
 import roughcontact as rc
-from fleets import ABSENT, ended, items, wait_for, write_project
+from fleets import ABSENT, LARGE, ended, items, wait_for, write_project
 from roughcontact.cli import app
 
 pytest.importorskip("distributed", reason="Dask is absent")
@@ -42,23 +43,29 @@ class Cluster:
         self.scheduler = self.start(
             "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", port,
             "--no-dashboard", "--scheduler-file", told, cwd="/",
+            env={**os.environ, "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"},
         )  # fmt: skip
         assert wait_for(lambda: told.exists() and told.read_text())
         self.address = json.loads(told.read_text())["address"]
 
     def add(self, *words: str) -> None:
-        """Start a worker of one thread, by other words if there are any."""
-        command = ("-m", "distributed.cli.dask_worker", self.address, "--nthreads", "1",
-                   "--no-dashboard", "--local-directory", self.folder)  # fmt: skip
-        self.workers.append(self.start(*(words or command), cwd="/", env=ENVIRONMENT))
+        """Start a worker of one thread."""
+        self.workers.append(
+            self.start(
+                "-m", "distributed.cli.dask_worker", self.address, "--nthreads", "1",
+                "--no-dashboard", "--local-directory", self.folder, *words,
+                cwd="/", env=ENVIRONMENT,
+            )
+        )  # fmt: skip
 
-    def run(self, project: Path, *words: str) -> subprocess.Popen[str]:
+    def run(self, project: Path, *words: str, **more: object) -> subprocess.Popen[str]:
         """Start to work through a project."""
         given = ("run", project.name, "--engine", "dask", "--scheduler", self.address, *words)
         return self.start(
-            "-c", "import sys; from roughcontact.fleet import cluster; cluster._PATIENCE = 20; "
+            "-c", "import sys; from roughcontact.fleet import cluster, engines; "
+            "cluster._PATIENCE = 20; engines._UNNOTICED = 0.5; "
             "from roughcontact.cli import app; sys.exit(app.main(sys.argv[1:]))",
-            *given, cwd=project.parent, env=ENVIRONMENT,
+            *given, cwd=project.parent, env=ENVIRONMENT, **more,
         )  # fmt: skip
 
 
@@ -145,6 +152,39 @@ def test_a_scheduler_that_is_gone_and_one_that_comes_back(cluster: Cluster, tmp_
     # The same command does the rest, on whatever engine.
     assert app.main(["run", str(path), "--quiet"]) == app.SOLVED
     assert solved(path) == 21
+
+
+def test_workers_are_waited_for_and_one_without_memory_loses_no_other_contact(
+    cluster: Cluster, tmp_path: Path, capsys: Capture
+) -> None:
+    path = write_project(tmp_path / "far", 3, LARGE)
+    # The first, so that others wait behind it on the same worker, which dies with all of them.
+    head, _, _ = path.read_text(encoding="utf-8").partition(LARGE)
+    first = head.index("[[contact]]")
+    path.write_text(head[:first] + LARGE.lstrip() + head[first:], encoding="utf-8")
+    heights = np.random.default_rng(1).standard_normal((1536, 1536)).astype(np.float32)
+    np.save(path.parent / "large.npy", heights)
+    run = cluster.run(path, "--json", stdout=subprocess.PIPE)
+    assert run.stderr is not None
+    line = run.stderr.readline()
+    assert line == (
+        f"roughcontact: waiting for workers of the scheduler at {cluster.address} (dask worker "
+        f"{cluster.address}), 10 min at most\n"
+    )
+    cluster.add("--memory-limit", "360MB")
+    out, err = run.communicate(timeout=300)
+    assert run.returncode == app.NOT_CONVERGED
+    assert err.count("\n") == 1
+    assert "error: large: its worker ended 1 time, the last one at tcp://" in err
+    assert "is there enough memory?" in err
+    states = {one["name"]: one["state"] for one in json.loads(out)["contacts"]}
+    assert states.pop("large") == "failed"
+    assert set(states.values()) == {"solved"}
+    assert hidden(path.parent) == []
+    assert app.main(["run", str(path), "--json"]) == app.SOLVED
+    states = {one["name"]: one["state"] for one in json.loads(capsys.readouterr().out)["contacts"]}
+    assert states.pop("large") == "solved"
+    assert set(states.values()) == {"solved before"}
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")

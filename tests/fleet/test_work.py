@@ -156,3 +156,28 @@ def test_a_contact_keeps_to_its_cores(task: work.Task, monkeypatch: pytest.Monke
     with fft.at_most(99):
         assert fft.default_workers() == 8
     assert fft.default_workers() == 8
+
+
+class Nobody(Executor):
+    """Takes calls that no one answers."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        return Future()
+
+
+def test_workers_are_not_waited_for_without_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_project(tmp_path, 3)
+    monkeypatch.setattr(engines, "_LOOKS", 0.02)
+    monkeypatch.setattr(engines, "_UNNOTICED", 0.05)
+    executor, warned = Nobody(), []
+    engine = Engine(
+        executor, lambda: 0, 1, executor.shutdown, workers="of tcp://head:8786", patience=0.3
+    )
+    reports = engines.run(project.load(path), lambda report: None, engine, warn=warned.append)
+    assert {report.reason for report in reports} == {
+        "there were no workers of tcp://head:8786 for 0.005 min"
+    }
+    assert states(reports) == [FAILED] * 4
+    assert warned == ["waiting for workers of tcp://head:8786, 0.005 min at most"]

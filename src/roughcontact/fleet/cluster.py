@@ -14,6 +14,7 @@ from roughcontact import processes
 from roughcontact.errors import InputError
 from roughcontact.fleet.engine import AWAY, GONE, THERE, Engine
 from roughcontact.halfspace.fft import default_workers
+from roughcontact.units import counted
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -81,6 +82,7 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
             far=scheduler is not None,
             state=partial(_state, client),
             lost=partial(_lost, client, f"the scheduler at {address}"),
+            shared=_shared,
             dashboard=client.dashboard_link or "",
             workers=f"of the scheduler at {address} (dask worker {address})",
             patience=_WORKERLESS,
@@ -126,14 +128,22 @@ def _state(client: Client) -> str:
     return {"running": THERE, "connecting": AWAY}.get(client.status, GONE)
 
 
+def _shared(error: BaseException) -> bool:
+    """Return whether what was lost shared its workers: they may have died of something else."""
+    from distributed import KilledWorker
+
+    return isinstance(error, KilledWorker)
+
+
 def _lost(client: Client, scheduler: str, error: BaseException) -> str:
     """Return why a contact has no answer."""
     from distributed import KilledWorker
 
     if isinstance(error, KilledWorker):
+        times = counted(error.allowed_failures + 1, "time")
         return (
-            f"its worker ended {error.allowed_failures + 1} times, the last time at "
-            f"{error.last_worker.address}; is there enough memory?"
+            f"its worker ended {times}, the last one at {error.last_worker.address}; is there "
+            "enough memory?"
         )
     if _state(client) == GONE:
         return f"{scheduler} is gone"

@@ -31,6 +31,8 @@ class Engine:
         that is under way.
     lost : callable
         Says why a call has no answer, for what it raised.
+    shared : callable
+        Returns whether another contact may be to blame, for what the call raised.
     dashboard : str
         Where a browser shows what goes on; empty where there is no such page.
     workers : str
@@ -46,6 +48,7 @@ class Engine:
     far: bool = False
     state: Callable[[], str] = lambda: THERE
     lost: Callable[[BaseException], str] = str
+    shared: Callable[[BaseException], bool] = lambda error: False
     dashboard: str = ""
     workers: str = ""
     patience: float = math.inf

@@ -27,6 +27,8 @@ from roughcontact.request.outputs import UnfinishedError
 
 _TRIES = 3
 """How often a contact is handed out whose scheduler is lost."""
+_ALONE = 0
+"""Stands for the try of a contact beside which there is no other."""
 
 
 @contextmanager
@@ -178,6 +180,8 @@ class _Run:
         # Since when there are no workers, whether that was told, and why nobody works any more.
         self._lonely, self._warned, self._closed = math.inf, False, ""
         self._under_way: dict[Future[Answer], tuple[Task, int]] = {}
+        # Lost with a worker that had others, too: tried again one by one in the end.
+        self._suspects: deque[Task] = deque()
         # Files that some worker does not see are sent to all of them.
         self._sent: set[Path] = set()
         self._checksums: dict[object, str | None] = {}
@@ -185,7 +189,7 @@ class _Run:
     def reports(self) -> list[Report]:
         """Work through all contacts."""
         try:
-            while self._waiting or self._ready or self._under_way:
+            while self._waiting or self._ready or self._under_way or self._suspects:
                 state = self._engine.state()
                 self._look_for_workers(state)
                 if state != AWAY:
@@ -226,6 +230,8 @@ class _Run:
                 self._hand_out(*self._ready.popleft())
             else:
                 self._ready.extend((task, 1) for task in self._left(self._waiting.popleft()))
+        if self._suspects and not self._under_way:
+            self._hand_out(self._suspects.popleft(), _ALONE)
 
     def _left(self, contact: Contact) -> list[Task]:
         """Return what is to be done of a contact, and tell of what was done before."""
@@ -312,6 +318,8 @@ class _Run:
                 return self._ready.append((task, tries + 1))
             answer = refused(task, self._closed or self._engine.lost(error))
         except Exception as error:
+            if tries != _ALONE and self._engine.shared(error):
+                return self._suspects.append(task)
             answer = refused(task, self._engine.lost(error))
         if answer.lacking:
             self._sent.update(answer.lacking)

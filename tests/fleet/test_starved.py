@@ -1,0 +1,65 @@
+"""Contacts that need more memory than their worker has: the rest is done, and says why."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fleets import LARGE, limited, write_project
+from roughcontact.cli import app
+from roughcontact.fleet import engines
+from roughcontact.fleet.engine import Engine
+from roughcontact.fleet.local import LocalExecutor
+
+resource = pytest.importorskip("resource", reason="this system limits no address space")
+
+
+class Narrow(Executor):
+    """A process whose address space has little room for the large contact, which asks for none."""
+
+    def __init__(self) -> None:
+        self._pool = LocalExecutor(1)
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        return self._pool.submit(limited, *args)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        self._pool.shutdown(wait, cancel_futures=cancel_futures)
+
+
+@contextmanager
+def narrow(workers: int) -> Iterator[Engine]:
+    executor = Narrow()
+    stop = partial(executor.shutdown, cancel_futures=True)
+    try:
+        yield Engine(executor, lambda: workers, 1, stop)
+    finally:
+        stop()
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="RLIMIT_AS is heeded on Linux")
+def test_a_contact_that_fills_the_memory_of_a_process_fails_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write_project(tmp_path, 2, LARGE)
+    np.save(tmp_path / "large.npy", np.random.default_rng(1).standard_normal((1024, 1024)))
+    monkeypatch.setattr(engines, "processes", narrow)
+    assert app.main(["run", str(path)]) == app.NOT_CONVERGED
+    out, err = capsys.readouterr()
+    rows = {line.split()[0]: line for line in out.splitlines() if line[:1].isalpha()}
+    assert "failed" in rows["large"]
+    assert [line.split()[2] for line in out.splitlines() if line.startswith("one")] == ["mN"] * 2
+    assert err.count("\n") == 1
+    assert "error: large: its worker ran out of memory (" in err
+    assert "give each worker more" in err
+    monkeypatch.undo()
+    assert app.main(["run", str(path), "--json", "--workers", "1"]) == app.SOLVED
+    assert capsys.readouterr().out.count('"solved before"') == 3
