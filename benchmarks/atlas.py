@@ -4,8 +4,10 @@
     python benchmarks/atlas.py --maps 4        # the first maps of each kind alone
     python benchmarks/atlas.py --fit           # fit and test what is stored
 
-Every case is a line of ``atlas/ceiling.csv`` or ``atlas/volume.csv`` as soon as it is solved; what
-stands there is not solved again. On all cores, one map each at a time. The coefficients go to the
+Every case is a line of ``atlas/ceiling.csv`` or ``atlas/volume.csv`` as soon as its map is done;
+what stands there is not solved again. On all cores, one map each at a time, or on any other engine
+of projects (``--engine``, ``--workers``, ``--scheduler`` as for ``roughcontact run``; workers that
+are started elsewhere need this folder in their ``PYTHONPATH``). The coefficients go to the
 package (``joint/atlas.json``), with scatter and domain; what they miss on maps that took no part
 in the fit is printed. ``--measured FOLDER`` presses the measured maps of a folder, of which numbers
 alone are kept, in ``atlas/measured.csv``.
@@ -16,12 +18,10 @@ from __future__ import annotations
 import argparse
 import csv
 import json
-import os
 import sys
 from collections.abc import Callable, Iterable
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import asdict
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -31,8 +31,9 @@ import numpy as np
 
 import atlas_cases as cases
 import roughcontact as rc
-from roughcontact import processes
+from roughcontact.fleet import engines
 from roughcontact.joint import formulas
+from roughcontact.request.fleet_options import DASK, LOCAL, MPI
 
 FOLDER = Path(__file__).parent / "atlas"
 CEILING, VOLUME = FOLDER / "ceiling.csv", FOLDER / "volume.csv"
@@ -90,26 +91,6 @@ def keep(place: Path, drawn: cases.Map, case: int, row: cases.Row) -> None:
         table.write(line.encode())
 
 
-def ceilings(drawn: cases.Map, done: set[int]) -> str:
-    """Solve the cases of a map that are missing."""
-    surface = cases.made(drawn)
-    about = cases.described(surface)
-    for case, (pressure, index) in enumerate(cases.loads(drawn)):
-        if case not in done:
-            keep(CEILING, drawn, case, about | cases.pressed(surface, pressure, index))
-    return drawn.name
-
-
-def volumes(drawn: cases.Map, done: set[int]) -> str:
-    """Follow the loads of a map with plasticity of the volume, if one is missing."""
-    surface = cases.made(drawn)
-    about = cases.described(surface)
-    for case, row in enumerate(cases.yielded(surface, drawn)):
-        if case not in done:
-            keep(VOLUME, drawn, case, about | row)
-    return drawn.name
-
-
 def measurements(place: Path, name: str) -> str:
     """Solve the cases of a measured map, if it lies in the domain of the formulas."""
     surface, about = cases.measured(place)
@@ -151,37 +132,41 @@ def missing(
     return [(drawn, done) for drawn, done in found if len(done) < wanted]
 
 
-def hold(counter: Any, cores: list[int]) -> None:
-    """Keep a process to one core, as transforms take a thread for each; end with the first one."""
-    processes.following().__enter__()
-    if hasattr(os, "sched_setaffinity"):
-        with counter.get_lock():
-            os.sched_setaffinity(0, {cores[counter.value % len(cores)]})
-            counter.value += 1
+Task = tuple[Path, Callable[..., list[tuple[int, cases.Row]]], cases.Map, set[int]]
 
 
-def compute(most: int | None) -> None:
-    """Solve what is missing, on all cores."""
+def to_do(most: int | None) -> list[Task]:
+    """Return what is missing: the table, what solves it, the map, and what is there of it."""
     volume, ceiling = cases.volume_maps()[:most], [*cases.broad_maps(), *cases.maps()][:most]
-    tasks: list[tuple[Callable[..., str], cases.Map, set[int]]] = []
+    tasks: list[Task] = []
     for place, work, maps, wanted in (
-        (CEILING, ceilings, ceiling, cases.CASES),
-        (VOLUME, volumes, volume, cases.LOADS),
+        (CEILING, cases.ceilings, ceiling, cases.CASES),
+        (VOLUME, cases.volumes, volume, cases.LOADS),
     ):
         begun(place)
-        tasks += [(work, drawn, done) for drawn, done in missing(place, maps, wanted)]
+        tasks += [(place, work, drawn, done) for drawn, done in missing(place, maps, wanted)]
     # Those of both models in turns, as they lie in their lists.
-    tasks.sort(key=lambda task: int(task[1].name[-3:]) / (3 if task[0] is ceilings else 1))
-    cores = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [0]
-    context = get_context("spawn")
-    with ProcessPoolExecutor(
-        len(cores), context, initializer=hold, initargs=(context.Value("i", 0), cores)
-    ) as pool:
-        working = {pool.submit(*task): task[1].name for task in tasks}
+    tasks.sort(key=lambda task: int(task[2].name[-3:]) / (3 if task[0] == CEILING else 1))
+    return tasks
+
+
+def compute(most: int | None, kind: str, workers: int | None, scheduler: str | None) -> bool:
+    """Solve what is missing; return whether this process is the one that goes on."""
+    with engines.opened(lambda: to_do(most), len, kind, workers, scheduler) as opened:
+        if opened is None:
+            return False
+        engine, tasks = opened
+        working = {
+            engine.executor.submit(cases.within, engine.threads, *task[1:]): task for task in tasks
+        }
         for number, one in enumerate(as_completed(working), 1):
+            place, _, drawn, _ = working[one]
             failure = one.exception()
+            for case, row in () if failure else one.result():
+                keep(place, drawn, case, row)
             told = f"failed: {failure}" if failure else "solved"
-            print(f"{number}/{len(working)} {working[one]} {told}", flush=True)
+            print(f"{number}/{len(working)} {drawn.name} {told}", flush=True)
+    return True
 
 
 def fit() -> None:
@@ -211,12 +196,16 @@ def main() -> None:
     parser.add_argument("--maps", type=int, help="the first maps of each kind alone")
     parser.add_argument("--fit", action="store_true", help="fit and test what is stored")
     parser.add_argument("--measured", type=Path, help="press the measured maps of this folder")
+    parser.add_argument("--engine", choices=(LOCAL, DASK, MPI), default=LOCAL, help="what works")
+    parser.add_argument("--workers", type=int, help="processes of this machine")
+    parser.add_argument("--scheduler", help="that of a Dask cluster")
     asked = parser.parse_args()
     if asked.measured is not None:
         measure(asked.measured)
     else:
-        if not asked.fit:
-            compute(asked.maps)
+        given = asked.maps, asked.engine, asked.workers, asked.scheduler
+        if not (asked.fit or compute(*given)):
+            return
         fit()
     # The figures of the page are made from the same cases when it is built.
     import atlas_page

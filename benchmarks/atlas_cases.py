@@ -9,6 +9,7 @@ dimensionless by E* and the RMS gradient.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -273,6 +274,17 @@ MEASURED_LOADS = [
 """Contact fractions of the theory, and E* h′/σ_Y, under which measured maps are pressed."""
 
 
+def ceilings(drawn: Map, done: set[int]) -> list[tuple[int, Row]]:
+    """Return the cases of a map that are missing, by their numbers."""
+    surface = made(drawn)
+    about = described(surface)
+    return [
+        (case, about | pressed(surface, *load))
+        for case, load in enumerate(loads(drawn))
+        if case not in done
+    ]
+
+
 # --- the volume model
 
 
@@ -309,3 +321,24 @@ def yielded(surface: Surface, drawn: Map) -> list[Row]:
             "strain": step.max_plastic_strain,
         })  # fmt: skip
     return rows
+
+
+def volumes(drawn: Map, done: set[int]) -> list[tuple[int, Row]]:
+    """Return the loads of a map with plasticity of the volume that are missing: all of a path."""
+    surface = made(drawn)
+    about = described(surface)
+    rows = enumerate(yielded(surface, drawn))
+    return [(case, about | row) for case, row in rows if case not in done]
+
+
+# --- on a worker
+
+
+def within(
+    threads: int, work: Callable[..., list[tuple[int, Row]]], drawn: Map, done: set[int]
+) -> list[tuple[int, Row]]:
+    """Return what is missing of a map, by `ceilings` or `volumes`, solved on so many cores."""
+    from roughcontact.halfspace import fft
+
+    with fft.at_most(threads):
+        return work(drawn, done)

@@ -430,9 +430,8 @@ def _worked_through(file: str, asked: Given, say: Say, quiet: bool) -> list[Repo
     from roughcontact.fleet import engines, plan, project
     from roughcontact.report import underway
 
-    with engines.opened(
-        functools.partial(project.load, file), asked.pop("engine", LOCAL), **asked
-    ) as begun:
+    load = functools.partial(project.load, file)
+    with engines.opened(load, engines.tasks, asked.pop("engine", LOCAL), **asked) as begun:
         if begun is None:
             return None
         engine, entries = begun

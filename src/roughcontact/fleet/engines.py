@@ -10,7 +10,7 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from roughcontact import files
 from roughcontact.errors import InputError, Mention
@@ -25,6 +25,8 @@ from roughcontact.request.fleet_options import DASK, LOCAL, MPI
 from roughcontact.request.moving import moved
 from roughcontact.request.outputs import UnfinishedError
 
+T = TypeVar("T")
+
 _TRIES = 3
 """How often a contact is handed out whose scheduler is lost."""
 _ALONE = 0
@@ -33,30 +35,33 @@ _ALONE = 0
 
 @contextmanager
 def opened(
-    load: Callable[[], list[Entry]],
+    load: Callable[[], T],
+    count: Callable[[T], int],
     kind: str = LOCAL,
     workers: int | None = None,
     scheduler: str | None = None,
-) -> Iterator[tuple[Engine, list[Entry]] | None]:
-    """Read a project, and give an engine for it.
+) -> Iterator[tuple[Engine, T] | None]:
+    """Read what is to be done, and give an engine for it.
 
     Parameters
     ----------
     load : callable
-        Reads the project, before anything is begun; of the processes of MPI the first one does.
+        Reads it, before anything is begun; of the processes of MPI the first one does.
+    count : callable
+        Returns how many tasks that are, as `tasks` of a project.
     kind : {"local", "dask", "mpi"}
         Which engine.
     workers : int, optional
         How many processes of this machine work; by default one for each core. There are no more
-        than contacts.
+        than tasks.
     scheduler : str, optional
         Address of the scheduler of a Dask cluster; without it, one of this machine is started.
 
     Yields
     ------
-    Engine, list of Entry
-        What the project is worked through on, and its contacts. None in those processes of MPI
-        that work: they have ended when the block begins.
+    Engine, object
+        What works, and what was read. None in those processes of MPI that work: they have ended
+        when the block begins.
 
     Raises
     ------
@@ -79,22 +84,26 @@ def opened(
         with ranks.first() as engine:
             yield None if engine is None else (engine, load())
         return
-    entries = load()
-    several = _at_once(entries, workers)
+    read = load()
+    several = _at_once(count(read), workers)
     if kind == DASK:
         from roughcontact.fleet import cluster
 
         with cluster.connected(scheduler, several) as engine:
-            yield engine, entries
+            yield engine, read
     else:
         with processes(several) as engine:
-            yield engine, entries
+            yield engine, read
 
 
-def _at_once(entries: list[Entry], workers: int | None = None) -> int:
+def _at_once(count: int, workers: int | None = None) -> int:
     """Return how many processes of this machine have something to do."""
-    tasks = sum(max(1, len(_apart(contact))) for contact in _contacts(entries))
-    return max(1, min(workers or default_workers(), tasks))
+    return max(1, min(workers or default_workers(), count))
+
+
+def tasks(entries: list[Entry]) -> int:
+    """Return how many tasks of a project may go on at a time."""
+    return sum(max(1, len(_apart(contact))) for contact in _contacts(entries))
 
 
 def _silent(text: str) -> None:
@@ -132,7 +141,7 @@ def run(
     """
     with ExitStack() as stack:
         if engine is None:
-            engine = stack.enter_context(processes(_at_once(entries)))
+            engine = stack.enter_context(processes(_at_once(tasks(entries))))
         folders = {entry.summary.parent for entry in entries}
         marks = {}
         for folder in folders:
@@ -247,10 +256,10 @@ class _Run:
         if not parts:
             return []
         whole = Task(tuple(parts), self._engine.threads)
-        tasks = [replace(whole, piece=word) for word in _apart(contact)]
-        if tasks:
+        apart = [replace(whole, piece=word) for word in _apart(contact)]
+        if apart:
             self._pieces[parts[0].number] = {}
-        return [self._equipped(task) for task in tasks or [whole]]
+        return [self._equipped(task) for task in apart or [whole]]
 
     def _content(self, path: Path) -> str | None:
         """Return the checksum of a file, of one that many contacts read once."""
