@@ -75,7 +75,7 @@ def write(
 
 @dataclass(frozen=True)
 class Streamed:
-    """A map that is written in parts, as they come.
+    """A map, or a stack of them, that is written in parts, as they come.
 
     Parameters
     ----------
@@ -83,22 +83,25 @@ class Streamed:
         Of the variable.
     kind : str
         Of its numbers, as NumPy writes it, such as ``"<f8"``.
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    parts : iterable of ndarray, shape (rows, nx)
-        Its rows in their order.
+    shape : tuple of int
+        Of the whole, such as ``(ny, nx)``.
+    parts : iterable of ndarray, shape (rows, ...)
+        What stands one below the other along the first axis, in its order.
     attributes : mapping
         What describes it.
     packed : bool
         Whether it is compressed.
+    dims : tuple of str
+        Names of the axes.
     """
 
     name: str
     kind: str
-    shape: tuple[int, int]
+    shape: tuple[int, ...]
     parts: Iterable[NDArray[Any]]
     attributes: Mapping[str, Any]
     packed: bool = False
+    dims: tuple[str, ...] = ("y", "x")
 
 
 def write_streamed(
@@ -109,7 +112,7 @@ def write_streamed(
     Parameters
     ----------
     frame : xarray.Dataset
-        All but the maps: the axes ``(y, x)`` and the attributes.
+        All but the maps: axes such as ``(y, x)`` and the attributes.
     maps : iterable of Streamed
         The maps; one after the other is written.
     path : str or path
@@ -124,6 +127,7 @@ def write_streamed(
     """
     files.require_suffix(path, ".nc")
     import h5netcdf
+    import h5py
 
     maps = list(maps)
     needed = sum(math.prod(one.shape) * np.dtype(one.kind).itemsize for one in maps)
@@ -133,24 +137,31 @@ def write_streamed(
     whole = sealed(frame)
     with files.replacing(path) as stream, h5netcdf.File(stream, "w") as file:
         file.dimensions = dict(whole.sizes)
-        for name, axis in whole.variables.items():
-            file.create_variable(str(name), axis.dims, axis.dtype)[...] = axis.values
-            file.variables[name].attrs.update(axis.attrs)
+        for one in maps:
+            for axis, size in zip(one.dims, one.shape, strict=True):
+                if axis not in file.dimensions:
+                    file.dimensions[axis] = size
+        for name, values in whole.variables.items():
+            # HDF5 knows no texts of a fixed number of letters.
+            kind = h5py.string_dtype() if values.dtype.kind == "U" else values.dtype
+            file.create_variable(str(name), values.dims, kind)[...] = values.values
+            file.variables[name].attrs.update(values.attrs)
         described = _described(whole)
         for one in maps:
             attributes = {**one.attributes, CHECKSUM: _streamed(file, one)}
             file.variables[one.name].attrs.update(attributes)
-            described["variables"][one.name] = [["y", "x"], attributes]
+            described["variables"][one.name] = [list(one.dims), attributes]
         file.attrs.update({**whole.attrs, CHECKSUM: checksums.of_words(described)})
 
 
 def _streamed(file: Any, one: Streamed) -> str:
     """Write a map part by part; return its checksum."""
-    options = {"compression": "gzip", "compression_opts": 1} if one.packed else {}
-    ny, nx = one.shape
+    options = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if one.packed else {}
+    count, *rest = one.shape
     # Rows as they come: chunks of many rows would be packed again and again.
-    chunks = (max(1, min(ny, _CHUNK // nx)), nx) if one.packed else None
-    variable = file.create_variable(one.name, ("y", "x"), one.kind, chunks=chunks, **options)
+    rows = max(1, min(count, _CHUNK // math.prod(rest)))
+    chunks = (rows, *rest) if one.packed else None
+    variable = file.create_variable(one.name, one.dims, one.kind, chunks=chunks, **options)
     found, top = checksums.Running(one.kind, one.shape), 0
     for part in one.parts:
         variable[top : top + len(part)] = part

@@ -232,6 +232,28 @@ class Ranks:
             raise error or errors[0]
         return found
 
+    def by_first(self, task: Callable[[], Result]) -> Result:
+        """Return on all ranks what a task gives that the first does, or raise there what it raises.
+
+        Raises
+        ------
+        RoughcontactError, OSError, MemoryError
+            Of the first rank.
+        """
+        told: tuple[Any, BaseException | None] = None, None
+        if self.first:
+            try:
+                told = task(), None
+            except _EXPECTED as raised:
+                told = None, raised
+        # Whoever waits leaves its core to the first.
+        self.wait(self.communicator.Ibarrier())
+        found, error = self.communicator.bcast(told)
+        if error is not None:
+            raise error
+        result: Result = found
+        return result
+
     def all_end(self) -> bool:
         """Return whether all ranks come here, within a few seconds.
 

@@ -126,14 +126,16 @@ class Images:
         # The transpose under the inner products of both grids: cells times thickness.
         self._down_z = (self._up_z * fine.thickness[:, None]).T / thickness[:, None] / coarse**2
         self._scale = 1 / coarse**2
-        self._parts: dict[int, Array] = {}
+        # Which of the fine layers are here.
+        self._here = fine.share.layers(fine.thickness.size)
+        self._parts: Array = np.zeros((len(self._here), 5, *cells), fine.real)
         self._strain: Array = np.zeros((thickness.size, 5, *cells), fine.real)
         self._stress = np.zeros_like(self._strain)
         self._cells = cells
 
     def clear(self) -> None:
         """Forget the strain."""
-        self._parts.clear()
+        self._parts[...] = 0
 
     def _restricted(self, values: Array) -> Array:
         halfway = self._down_y @ values
@@ -141,14 +143,16 @@ class Images:
         return coarse
 
     def take(self, layer: int, strain: Array) -> None:
-        """Restrict the strain of one layer."""
-        self._parts[layer] = np.stack([self._restricted(values) for values in strain])
+        """Restrict the strain of one layer of those here."""
+        for component, values in enumerate(strain):
+            self._parts[layer, component] = self._restricted(values)
 
     def displacement(self, *, trace: bool) -> Array:
         """Return the correction of the displacement by the strain taken."""
         self._strain[...] = 0
-        # In order: which thread came first must not change the last bits of the sum.
-        for layer, part in sorted(self._parts.items()):
+        parts = self._fine.share.whole(self._parts, self._fine.thickness.size)
+        for layer in np.flatnonzero(parts.any(axis=(1, 2, 3))):
+            part = parts[layer]
             for into in np.flatnonzero(self._down_z[:, layer]):
                 self._strain[into] += self._down_z[into, layer] * part
         rows = slice(0, self._cells[0])
@@ -183,9 +187,10 @@ class Images:
         self._near.mean_stress(coarse, subtract, pull)
 
     def on_layer(self, layer: int, component: int) -> Array:
-        """Return the correction on one fine layer."""
-        near = np.flatnonzero(self._up_z[layer])
-        coarse = np.einsum("z,zyx->yx", self._up_z[layer, near], self._stress[near, component])
+        """Return the correction on one fine layer of those here."""
+        weights = self._up_z[self._here[layer]]
+        near = np.flatnonzero(weights)
+        coarse = np.einsum("z,zyx->yx", weights[near], self._stress[near, component])
         return self._prolonged(coarse.astype(self._fine.real))
 
     def _prolonged(self, coarse: Array) -> Array:

@@ -30,6 +30,7 @@ from roughcontact.halfspace.fft import (
     half_frequencies,
     half_spectrum,
 )
+from roughcontact.halfspace.shares import Alone, Parts, Share, Write
 from roughcontact.halfspace.sweep import Band, Body, Sweep
 
 Array = NDArray[Any]
@@ -107,6 +108,9 @@ class Layers:
         Arithmetic of transforms and sweeps.
     smooth : bool
         Whether short waves are left out, fading from half the Nyquist frequency on.
+    share : Share, optional
+        Which of the layers and of the waves along x are here; by default all. Callbacks count the
+        layers that are here.
 
     Notes
     -----
@@ -132,15 +136,21 @@ class Layers:
         workspace: Workspace,
         precision: str = "double",
         smooth: bool = False,
+        share: Share | None = None,
     ) -> None:
         self.shape, self.thickness, self.padded = shape, thickness, padded
         self.real: type = np.float32 if precision == "single" else np.float64
         self._complex: type = np.complex64 if precision == "single" else np.complex128
         self.body, self._isolated = Body(thickness, shear_modulus, poisson), isolated
-        self._workspace = workspace
+        self._workspace, self.share = workspace, share or Alone(workspace)
         self._quiet = True
         (my, mx), (dy, dx) = padded, pixel
-        self._half, self._width = my // 2 + 1, mx // 2 + 1
+        self._half, self._all_waves = my // 2 + 1, mx // 2 + 1
+        self._waves = self.share.waves(self._all_waves)
+        self._width = self._waves.stop - self._waves.start
+        # Whether the longest wave is among those here, and those at Nyquist along x and along y.
+        self._has_longest = self._waves.start == 0
+        self._has_shortest = mx % 2 == 0 and self._waves.stop == self._all_waves
         qy = 2 * math.pi * frequencies(my, dy)[:, None]
         qx = 2 * math.pi * half_frequencies(mx, dx)
         q = np.hypot(qy, qx)
@@ -150,17 +160,18 @@ class Layers:
         # cos θ, sin θ, cos 2θ, sin 2θ of the wave vector
         self._angles = np.stack(
             [cosine, sine, cosine**2 - sine**2, 2 * cosine * sine], dtype=self.real
-        )
+        )[..., self._waves]
         q[0, 0] = 0
         # The mirrors of a wave at Nyquist: what they turn in opposite ways has no mean.
         self._turns = self._angles.copy()
-        if mx % 2 == 0:
+        if self._has_shortest:
             self._turns[[0, 3], :, -1] = 0
         if my % 2 == 0:
             self._turns[[1, 3], my // 2] = 0
             if mx % 2 == 0:
                 q[my // 2, -1] = 0
-        self._q = q[: self._half].astype(self.real)
+        q = q[: self._half, self._waves]
+        self._q = q.astype(self.real)
         self._fade: Array | None = None
         if smooth:
             from scipy.special import erfc
@@ -168,7 +179,7 @@ class Layers:
             waves = frequencies(my), half_frequencies(mx)
             fade = [erfc(_FADE * (2 * np.abs(wave) - 0.5)) / 2 for wave in waves]
             self._fade = np.outer(*fade).astype(self.real)
-        self._fill_tables(q[: self._half])
+        self._fill_tables(q)
         self._spectra = np.zeros((0, 5, 2, my, self._width), self.real)
         self._trace: Array | None = None
 
@@ -199,13 +210,15 @@ class Layers:
             table[3] = -2 * (1 + nu) / 3 * flat
             # Of the entries with q = 0 the longest wave has a pressure, the corner of the spectrum
             # none.
-            first = table[:, 0, 0].copy()
+            first = table[:, 0, :1].copy()
             table[:, ~waves] = 0
+            if not self._has_longest:
+                return
             first[1] = first[2] = 0
             if not self._isolated:
                 first[0] = -(2 - 4 * nu) / (3 * (1 - nu))
                 first[3] = -(1 + nu) / (3 * (1 - nu))
-            table[:, 0, 0] = first
+            table[:, 0, :1] = first
 
         self._workspace.each(fill, range(nz))
 
@@ -219,7 +232,7 @@ class Layers:
         fill : callable
             ``fill(layer, out)`` writes the strain of one layer into ``out``, shape
             ``(5, ny, nx)``, and returns the rows that are not zero, or ``None`` if none is;
-            called from several threads.
+            called from several threads, with the number of the layer among those here.
         trace : bool
             Whether `mean_stress` will be asked for.
         see : callable, optional
@@ -244,32 +257,30 @@ class Layers:
             if self._trace is not None:
                 self._trace[...] = 0
             return np.zeros(self.shape)
-        mean = self._mean_displacement()
+        mean = self._mean_displacement() if self._has_longest else None
         surface = self._sweep(self._trace if trace else None)
-        surface[0, 0] = mean
+        if mean is not None:
+            surface[0, 0] = mean
+        surface = self.share.columns(surface, self._all_waves)
         return from_half_spectrum(surface, self.shape, self.padded).astype(np.float64)
 
     def _transform(self, fill: Fill, see: Visit | None) -> bool:
         """Keep the spectra of the strain in all layers; return whether there is any."""
-        (my, mx), (ny, nx), nz = self.padded, self.shape, self.thickness.size
+        (my, mx), (ny, nx) = self.padded, self.shape
         scale = 1 / (my * mx)
-        loud = np.zeros(nz, bool)
 
-        def forward(layer: int) -> None:
+        def forward(layer: int, planes: Array) -> bool:
             strain = self._array("strain", (5, ny, nx))
             rows = fill(layer, strain)
             if rows is None:
-                self._spectra[layer] = 0
-                return
-            loud[layer] = True
+                return False
             if see is not None:
                 see(layer, strain)
-            for component in range(5):
-                scratch = self._array("spectrum", (my, self._width), self._complex)
+            for component, plane in enumerate(planes):
+                scratch = self._array("spectrum", (my, self._all_waves), self._complex)
                 spectrum = half_spectrum(strain[component], rows, self.padded, scratch)
                 if self._fade is not None:
                     spectrum *= self._fade
-                plane = self._spectra[layer, component]
                 # Strains xz and yz are kept times i: then every coefficient is real.
                 if component < 3:
                     np.multiply(spectrum.real, scale, out=plane[0])
@@ -277,10 +288,11 @@ class Layers:
                 else:
                     np.multiply(spectrum.imag, -scale, out=plane[0])
                     np.multiply(spectrum.real, scale, out=plane[1])
-                self._take_nyquist(plane, layer, component)
+            return True
 
-        self._workspace.each(forward, range(nz))
-        return bool(loud.any())
+        loud = np.flatnonzero(self.share.spread(forward, self._spectra, self._all_waves))
+        self._workspace.each(self._take_nyquist, loud)
+        return bool(loud.size)
 
     def _mean_displacement(self) -> float:
         """Return the mean displacement by the strain: the adjoint of the longest wave's stress."""
@@ -317,17 +329,19 @@ class Layers:
         waves.down(None)
         return surface
 
-    def _take_nyquist(self, plane: Array, layer: int, component: int) -> None:
+    def _take_nyquist(self, layer: int) -> None:
         """Move what mirrored waves at Nyquist have with opposite signs out of the sweep's way."""
-        my, mx = self.padded
-        if my % 2 == 0 and mx % 2 == 0:
-            self._corner[layer, component] = plane[:, my // 2, -1]
-        for along_x, even, odd in ((True, mx % 2 == 0, (2, 3)), (False, my % 2 == 0, (2, 4))):
-            if even and component in odd:
-                waves = plane[..., -1] if along_x else plane[:, my // 2]
-                place = slice(0, my) if along_x else slice(my, None)
-                self._odd[layer, component, :, 0, place] = waves
-                waves[...] = 0
+        my = self.padded[0]
+        for component, plane in enumerate(self._spectra[layer]):
+            if my % 2 == 0 and self._has_shortest:
+                self._corner[layer, component] = plane[:, my // 2, -1]
+            odd_x, odd_y = (True, self._has_shortest, (2, 3)), (False, my % 2 == 0, (2, 4))
+            for along_x, even, odd in (odd_x, odd_y):
+                if even and component in odd:
+                    waves = plane[..., -1] if along_x else plane[:, my // 2]
+                    place = slice(0, my) if along_x else slice(my, None)
+                    self._odd[layer, component, :, 0, place] = waves
+                    waves[...] = 0
 
     @property
     def _at_nyquist(self) -> Band:
@@ -362,28 +376,43 @@ class Layers:
         if loaded:
             turned += [(1, load * cosine2), (1, load * sine2), (2, load * cosine), (2, load * sine)]
 
-        def backward(layer: int) -> None:
+        def write(layer: int, component: int, parts: Array) -> None:
+            if self._quiet:
+                parts[...] = 0
+            else:
+                np.copyto(parts, self._spectra[layer, component])
+                self._put_nyquist(parts, layer, component)
+            if loaded:
+                number, wave = turned[component]
+                self._add(parts, self._elastic[layer, number], wave)
+            if pulled is not None:
+                for table, wave in zip(self._fading(layer), pulled[component], strict=True):
+                    self._add(parts, table, wave)
+
+        def read(layer: int, parts: Parts) -> None:
             stress = self._array("stress", (5, *self.shape))
             for component in range(5):
-                parts = self._array("parts", load.shape)
-                if self._quiet:
-                    parts[...] = 0
-                else:
-                    np.copyto(parts, self._spectra[layer, component])
-                    self._put_nyquist(parts, layer, component)
-                if loaded:
-                    number, wave = turned[component]
-                    self._add(parts, self._elastic[layer, number], wave)
-                if pulled is not None:
-                    for table, wave in zip(self._fading(layer), pulled[component], strict=True):
-                        self._add(parts, table, wave)
-                if self._quiet and not loaded:
-                    stress[component] = 0
-                else:
-                    stress[component] = self._to_map(parts, times_i=component > 2)
+                stress[component] = self._to_map(parts(component), times_i=component > 2)
             visit(layer, stress)
 
-        self._workspace.each(backward, range(self.thickness.size))
+        if self._quiet and not loaded:
+            self._show_nothing(visit, (5, *self.shape))
+            return
+        self._collect(write, read, 5)
+
+    def _collect(self, write: Write, read: Callable[[int, Parts], None], components: int) -> None:
+        shape = self.thickness.size, components, self.padded[0], self._all_waves
+        self.share.collect(write, read, shape, self.real)
+
+    def _show_nothing(self, visit: Visit, shape: tuple[int, ...]) -> None:
+        """Show layers without stress."""
+
+        def nothing(layer: int) -> None:
+            stress = self._array("stress", shape)
+            stress[...] = 0
+            visit(layer, stress)
+
+        self._workspace.each(nothing, range(len(self.share.layers(self.thickness.size))))
 
     def mean_stress(self, pressure: Array, visit: Visit, pull: Pull = NO_PULL) -> None:
         """Show the mean stress, a third of the trace; see `stress`.
@@ -393,27 +422,29 @@ class Layers:
         load, loaded = self._pressure_spectrum(pressure)
         along = self._along(load, pull) if loaded and any(pull) else None
 
-        def backward(layer: int) -> None:
-            parts = self._array("parts", load.shape)
+        def write(layer: int, _: int, parts: Array) -> None:
             parts[...] = 0
             if not self._quiet and self._trace is not None:
                 np.copyto(parts, self._trace[layer])
-                if not any(n % 2 for n in self.padded):
+                if self._has_shortest and self.padded[0] % 2 == 0:
                     parts[:, self.padded[0] // 2, -1] = 0
             if loaded:
                 self._add(parts, self._elastic[layer, 3], load)
             if along is not None:
                 # What a pressure gives, with the opposite sign.
                 self._add(parts, -self._elastic[layer, 3], along)
-            visit(layer, self._to_map(parts, times_i=False))
 
-        self._workspace.each(backward, range(self.thickness.size))
+        def read(layer: int, parts: Parts) -> None:
+            visit(layer, self._to_map(parts(0), times_i=False))
+
+        self._collect(write, read, 1)
 
     def _along(self, load: Array, pull: Pull) -> Array:
         """Return the traction along each wave vector, times i, without the longest wave."""
         cosine, sine, _, _ = self._turns
         along: Array = _times_i(load) * (pull[0] * cosine + pull[1] * sine)
-        along[:, 0, 0] = 0
+        if self._has_longest:
+            along[:, 0, 0] = 0
         return along
 
     def _pulled(self, load: Array, pull: Pull) -> list[tuple[Array, Array]]:
@@ -425,7 +456,7 @@ class Layers:
             (11 - 22)/2 = i T₁ (1 - ν - qz/2) e^(-qz)                             23 = -T₂ e^(-qz)
         """
         nu = self.body.poisson
-        (my, mx), waves = self.padded, _times_i(load)
+        my, waves = self.padded[0], _times_i(load)
         flat: Array = np.zeros((5, *load.shape), self.real)
         bent = np.zeros_like(flat)
         cosine, sine, cosine2, sine2 = self._angles
@@ -448,14 +479,16 @@ class Layers:
             for component in range(5):
                 for total, part in ((flat, of_flat), (bent, of_bent)):
                     factor = share * part[component]
-                    if mx % 2 == 0 and component in odd[0]:
+                    if self._has_shortest and component in odd[0]:
                         factor[:, -1] = 0
                     if my % 2 == 0 and component in odd[1]:
                         factor[my // 2] = 0
-                    # The longest wave: a shear stress alone.
-                    factor[0, 0] = -share if part is of_flat and component == 3 + axis else 0
+                    if self._has_longest:
+                        # A shear stress alone.
+                        factor[0, 0] = -share if part is of_flat and component == 3 + axis else 0
                     total[component] += waves * factor
-        flat[..., 0, 0] /= self._fading(0)[0][0, 0]
+        if self._has_longest:
+            flat[..., 0, 0] /= self._fading(0)[0][0, 0]
         return list(zip(flat, bent, strict=True))
 
     def _fading(self, layer: int) -> tuple[Array, Array]:
@@ -468,11 +501,12 @@ class Layers:
         parts: Array = np.zeros((2, my, self._width), self.real)
         if not pressure.any():
             return parts, False
-        scratch: Array = np.empty((my, self._width), self._complex)
+        scratch: Array = np.empty((my, self._all_waves), self._complex)
         values: Array = pressure.astype(self.real, copy=False)
         spectrum = half_spectrum(values, slice(0, self.shape[0]), self.padded, scratch)
         if self._fade is not None:
             spectrum *= self._fade
+        spectrum = spectrum[:, self._waves]
         parts[0], parts[1] = spectrum.real, spectrum.imag
         parts /= my * mx
         return parts, True
@@ -488,13 +522,13 @@ class Layers:
 
     def _put_nyquist(self, parts: Array, layer: int, component: int) -> None:
         """Put back what was moved by `_take_nyquist`."""
-        my, mx = self.padded
+        my = self.padded[0]
         odd = self._odd[layer, component, :, 0]
-        if mx % 2 == 0 and component in (2, 3):
+        if self._has_shortest and component in (2, 3):
             parts[..., -1] = odd[:, :my]
         if my % 2 == 0 and component in (2, 4):
             parts[:, my // 2] = odd[:, my:]
-        if my % 2 == 0 and mx % 2 == 0:
+        if my % 2 == 0 and self._has_shortest:
             parts[:, my // 2, -1] = self._corner[layer, component] * self.real(
                 -2 * self.body.shear_modulus
             )

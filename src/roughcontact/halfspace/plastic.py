@@ -14,6 +14,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.images import Images, coarse_grid, periods
 from roughcontact.halfspace.layers import NO_PULL, Array, Fill, Layers, Pull, Visit
+from roughcontact.halfspace.shares import Share
 
 
 class HalfSpace:
@@ -37,6 +38,8 @@ class HalfSpace:
         Threads to use instead of new ones.
     precision : {"double", "single"}
         Arithmetic of transforms and sweeps.
+    share : Share, optional
+        As for `Layers`.
 
     Raises
     ------
@@ -63,6 +66,7 @@ class HalfSpace:
         boundary: str = "free",
         workspace: Workspace | None = None,
         precision: str = "double",
+        share: Share | None = None,
     ) -> None:
         require_pixel(pixel)
         require_positive(shear_modulus=shear_modulus)
@@ -86,7 +90,7 @@ class HalfSpace:
             padded = near[0] * coarse, near[1] * coarse
         self._fine = Layers(
             shape, pixel, layers, float(shear_modulus), float(poisson), padded,
-            isolated=free, workspace=self.workspace, precision=precision,
+            isolated=free, workspace=self.workspace, precision=precision, share=share,
         )  # fmt: skip
         self.real = self._fine.real
         if free:

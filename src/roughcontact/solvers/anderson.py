@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,10 @@ _PLAIN_STEPS = 8
 _DEPENDENT = 1e-7
 
 
+def _here(rows: Array) -> Array:
+    return rows
+
+
 class Mixer:
     """Anderson's acceleration of a fixed point y = x(y) whose unknowns may grow in number.
 
@@ -32,10 +37,21 @@ class Mixer:
     doi:10.1137/10078356X), in the norm of the energy: tensor product, thickness, modulus. Where
     the defect grows the memory is cleared and a plain step follows; where it has not fallen for a
     while, several. Plain steps never raise the defect: they are averaged nonexpansive.
+
+    Parameters
+    ----------
+    weights : list of float
+        What a square of strain counts in each part of the vectors.
+    workspace : Workspace
+        Threads.
+    whole : callable, optional
+        Makes of rows for the parts that are here those for all, where others are elsewhere.
     """
 
-    def __init__(self, weights: list[float], workspace: Workspace) -> None:
-        self._weights, self._workspace = weights, workspace
+    def __init__(
+        self, weights: list[float], workspace: Workspace, whole: Callable[[Array], Array] = _here
+    ) -> None:
+        self._weights, self._workspace, self._whole = weights, workspace, whole
         self._last: tuple[Parts, Parts] | None = None
         self._steps: list[tuple[Parts, Parts]] = []
         self._gram = np.zeros((0, 0))
@@ -109,7 +125,7 @@ class Mixer:
                     sums[part, number] = self._weights[part] * (tensor @ each)
 
         self._workspace.each(add, range(len(self._weights)))
-        total: NDArray[np.float64] = sums.sum(axis=0)
+        total: NDArray[np.float64] = self._whole(sums).sum(axis=0)
         return total
 
 
