@@ -20,6 +20,7 @@ from roughcontact.errors import (
 )
 from roughcontact.halfspace import convolution, tensors
 from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.shares import Alone
 from roughcontact.material.hardening import Linear, Perfect, Swift, Tabulated
 from roughcontact.solvers import anderson
 from roughcontact.surface import synthetic
@@ -569,7 +570,7 @@ def test_more_than_a_map_can_carry_is_refused() -> None:
             ball(), material=PERFECT, counter_material=table, load=3.6 * 800e6 * area
         )
     problem = Problem(Pair(ball(), SWIFT), 1e-4, 9, "single")
-    contact = contact_solver.untouched(problem, Workspace())
+    contact = contact_solver.untouched(problem, Alone(workspace := Workspace()), workspace)
     checks.check_capacity(problem, contact, 10 * 1656e6 * area)
 
 

@@ -56,7 +56,8 @@ FEW = {
     "surface.polynomials": {"without_terms": "eigenvalues that are compared with a bound only"},
     "surface.resolution": {"_exponent": "bins of a spectrum"},
     "volume.body": {"plastic_volume": "layers"},
-    "volume.result": {"plastic_volume": "layers"},
+    "volume.plastic_body": {"plastic_volume": "layers"},
+    "volume.shared_body": {"plastic_volume": "layers"},
 }
 
 

@@ -83,9 +83,11 @@ def _contact(result: Any, path: Target) -> None:
 
 
 def _volume(result: Any, path: Target) -> None:
-    from roughcontact.volume.archive import save_elastoplastic
+    from roughcontact.volume import archive, shared_archive
+    from roughcontact.volume.shared_body import SharedBody
 
-    save_elastoplastic(result, path)
+    shared = any(isinstance(body, SharedBody) for body in result.bodies)
+    (shared_archive.save if shared else archive.save_elastoplastic)(result, path)
 
 
 def _rolling(rolling: Any, path: Target) -> None:

@@ -17,7 +17,8 @@ from roughcontact.files import replacing, require_suffix
 from roughcontact.formats import binary, fields
 from roughcontact.halfspace.tensors import equivalent, tensor
 from roughcontact.surface.surface import Surface
-from roughcontact.volume.result import ElastoplasticResult, PlasticBody
+from roughcontact.volume.plastic_body import PlasticBody
+from roughcontact.volume.result import ElastoplasticResult
 
 _VTK_TYPES = {"b1": "UInt8", "f4": "Float32", "f8": "Float64"}
 _SYMMETRIC = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
@@ -118,7 +119,7 @@ def save_vtr(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
     """
     require_suffix(path, ".vtr")
     (ny, nx), (dy, dx) = result.solution.surface.shape, result.solution.surface.pixel
-    margin = result.bodies[0].margin
+    margin = result.whole_bodies[0].margin
     x = np.arange(-margin, nx + margin + 1) * dx
     y = np.arange(-margin, ny + margin + 1) * dy
     z, cells = _stacked(result)
@@ -162,7 +163,7 @@ def _stacked(result: ElastoplasticResult) -> tuple[NDArray[np.float64], list[_La
     ]
     cells: list[_Layer] = []
     faces = [0.0]
-    for side, body in zip(sides, result.bodies, strict=True):
+    for side, body in zip(sides, result.whole_bodies, strict=True):
         layers = [_Layer(side, body, number) for number in range(body.thickness.size)]
         depths = np.cumsum(body.thickness).tolist()
         if side < 0:

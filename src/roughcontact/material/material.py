@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from numbers import Real
 
 from roughcontact.errors import InputError, Mention
-from roughcontact.material.hardening import Hardening
+from roughcontact.material.hardening import Hardening, Perfect
 from roughcontact.material.hardness import stress
 from roughcontact.units import Quantity, quantity
 
@@ -221,6 +221,11 @@ def contact_modulus(first: Material, second: Material) -> float:
     if compliance == 0:
         raise InputError("both bodies are rigid: at least one needs a finite Young's modulus")
     return 1 / compliance
+
+
+def law_of(body: Material) -> Hardening:
+    """Return the law of hardening of a material, perfect plasticity without one."""
+    return body.hardening or Perfect(body.yield_strength or math.inf)
 
 
 def softer(first: Material, second: Material) -> Material | None:

@@ -12,7 +12,7 @@ from roughcontact.report.quantities import Quantity, Table
 from roughcontact.units import engineering, percent
 from roughcontact.volume import depth
 from roughcontact.volume.profiles import LayerProfile
-from roughcontact.volume.result import ElastoplasticResult, PlasticBody
+from roughcontact.volume.result import ElastoplasticResult
 
 # Spots whose share of the load is told.
 _LARGEST = 10
@@ -77,7 +77,7 @@ class Yielding:
     def __init__(self, result: ElastoplasticResult, number: int) -> None:
         self.result = result
         self.number = number
-        self.body: PlasticBody = result.bodies[number]
+        self.body = result.bodies[number]
 
     @cached_property
     def layers(self) -> LayerProfile:
@@ -116,8 +116,8 @@ YIELDING: Table = (
         when=lambda b: bool(b.body.plastic_volume),
     ),
     Quantity(
-        "max_von_mises", "largest stress", unit="Pa", of=lambda b: float(b.body.von_mises.max()),
-        text=lambda b: f"{engineering(float(b.body.von_mises.max()), 'Pa')}, {_place(b)}",
+        "max_von_mises", "largest stress", unit="Pa", of="body.max_von_mises",
+        text=lambda b: f"{engineering(b.body.max_von_mises, 'Pa')}, {_place(b)}",
         when=lambda b: not b.body.plastic_volume,
     ),
     Quantity(

@@ -308,7 +308,7 @@ VOLUME: Table = (
     ),
     Quantity(
         "max_residual_stress", "residual stress", unit="Pa", meaning="von Mises, at most",
-        of=lambda r: max(float(body.residual_von_mises.max()) for body in r.bodies), stored=False,
+        of=lambda r: max(body.max_residual_von_mises for body in r.bodies), stored=False,
         part=HEADLINE,
     ),
     Quantity("max_plastic_strain", "plastic strain", meaning="accumulated, at most", form=percent),

@@ -17,7 +17,9 @@ from roughcontact.contact import archive
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.verification import Verification, verify as verify_contact
 from roughcontact.volume import ranges
-from roughcontact.volume.result import ElastoplasticResult, Increment, PlasticBody
+from roughcontact.volume.plastic_body import PlasticBody
+from roughcontact.volume.result import ElastoplasticResult, Increment
+from roughcontact.volume.shared_body import SharedBody
 
 if TYPE_CHECKING:
     import xarray
@@ -99,7 +101,7 @@ def to_dataset(result: ElastoplasticResult) -> tuple[xarray.Dataset, dict[str, A
         about = {"units": "Pa", "long_name": "contact pressure at the largest load of the path"}
         dataset["largest_pressure"] = (("y", "x"), result.largest_pressure, about)
         packed["largest_pressure"] = _PACKED
-    for name, body in zip(_yielding(result.solution), result.bodies, strict=True):
+    for name, body in zip(yielding(result.solution), result.bodies, strict=True):
         packed |= _add_body(dataset, name, body)
     dataset["component"] = ("component", list(_COMPONENTS))
     add_increments(dataset, result.increments)
@@ -117,19 +119,31 @@ def to_dataset(result: ElastoplasticResult) -> tuple[xarray.Dataset, dict[str, A
     return dataset, packed
 
 
-def _add_body(dataset: xarray.Dataset, name: str, body: PlasticBody) -> dict[str, Any]:
-    """Add the arrays of one body, and return how they are packed."""
-    volume = ("layer", "volume_y", "volume_x")
+def _add_body(dataset: xarray.Dataset, name: str, body: PlasticBody | SharedBody) -> dict[str, Any]:
+    """Add the arrays of one body, and return how they are packed; fields on ranks are not added."""
     units = {"units": "m", "long_name": "thickness of the layer"}
     dataset[f"{name}_thickness"] = ("layer", body.thickness, units)
-    packed = {}
-    for field, (unit, text) in (_TENSORS | _FIELDS).items():
-        dims = (volume[0], "component", *volume[1:]) if field in _TENSORS else volume
-        about = {"units": unit, "long_name": text}
-        dataset[f"{name}_{field}"] = (dims, getattr(body, field), about)
-        packed[f"{name}_{field}"] = _PACKED
     dataset.attrs["volume_margin"] = body.margin
+    packed = {}
+    if isinstance(body, PlasticBody):
+        for field, (dims, about) in described().items():
+            dataset[f"{name}_{field}"] = (dims, getattr(body, field), about)
+            packed[f"{name}_{field}"] = _PACKED
     return packed
+
+
+def described() -> dict[str, tuple[tuple[str, ...], dict[str, str]]]:
+    """Return the axes and the attributes of each field of a body."""
+    rows, columns = "volume_y", "volume_x"
+    return {
+        field: (
+            ("layer", "component", rows, columns)
+            if field in _TENSORS
+            else ("layer", rows, columns),
+            {"units": unit, "long_name": text},
+        )
+        for field, (unit, text) in (_TENSORS | _FIELDS).items()
+    }
 
 
 def add_increments(dataset: xarray.Dataset, increments: Sequence[Increment]) -> None:
@@ -287,7 +301,7 @@ def from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
     pressed = archive.from_dataset(dataset)
     attributes = dataset.attrs
     bodies = []
-    for name in _yielding(pressed):
+    for name in yielding(pressed):
         arrays = {
             field: np.array(dataset[f"{name}_{field}"].values)
             for field in ("thickness", *_TENSORS, *_FIELDS)
@@ -348,6 +362,6 @@ def _carried(dataset: xarray.Dataset) -> dict[str, NDArray[Any]]:
     }
 
 
-def _yielding(pressed: ContactResult) -> list[str]:
+def yielding(pressed: ContactResult) -> list[str]:
     """Return which materials of a contact yield."""
     return [name for name in archive.MATERIALS if getattr(pressed, name).yield_strength is not None]

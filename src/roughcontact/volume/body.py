@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.halfspace import fft, tensors
-from roughcontact.halfspace.fft import Workspace, frequencies, half_frequencies
+from roughcontact.halfspace.fft import frequencies, half_frequencies
 from roughcontact.halfspace.layers import Pull
 from roughcontact.halfspace.plastic import HalfSpace
-from roughcontact.material.hardening import Hardening, Perfect, back_modulus, plastic_increment
-from roughcontact.material.material import Material
+from roughcontact.halfspace.shares import Share
+from roughcontact.material.hardening import back_modulus, plastic_increment
+from roughcontact.material.material import Material, law_of
 from roughcontact.solvers.anderson import Parts
-from roughcontact.volume.result import PlasticBody
+from roughcontact.volume.plastic_body import PlasticBody
 
 Array = NDArray[Any]
 Way = tuple[float, float]
@@ -42,7 +43,7 @@ class Body:
         pixel: tuple[float, float],
         boundary: str,
         precision: str,
-        workspace: Workspace,
+        share: Share,
         *,
         pulled: float = 1.0,
     ) -> None:
@@ -51,7 +52,7 @@ class Body:
         # How far it has slid over the map, in pixels: its fields stay at their place in it.
         self.slid: Way = (0.0, 0.0)
         self.material, self.pixel = material, pixel
-        self.boundary, self.precision, self._workspace = boundary, precision, workspace
+        self.boundary, self.precision, self._share = boundary, precision, share
         self.law = law_of(material)
         # Of Prager's back stress, by the tensor of plastic strain.
         self._back = 2 / 3 * back_modulus(self.law)
@@ -65,19 +66,22 @@ class Body:
         self.operator = HalfSpace(
             shape, self.pixel, thickness,
             shear_modulus=self.shear_modulus, poisson=self.material.poisson,
-            boundary=self.boundary, precision=self.precision, workspace=self._workspace,
+            boundary=self.boundary, precision=self.precision, workspace=self._share.workspace,
+            share=self._share,
         )  # fmt: skip
         old, accumulated = self.strain, self.accumulated
         ny, nx = old.shape[-2:]
         top, left = (shape[0] - ny) // 2, (shape[1] - nx) // 2
         place = np.s_[: len(old), ..., top : top + ny, left : left + nx]
         self.thickness, self.shape = thickness, shape
-        self.strain = np.zeros((thickness.size, 5, *shape), self.real)
+        # Which layers are here; those that come below leave the others in their place.
+        self.here = self._share.layers(thickness.size)
+        self.strain = np.zeros((len(self.here), 5, *shape), self.real)
         self.strain[place] = old
-        fields: Array = np.zeros((thickness.size, *shape), self.real)
+        fields: Array = np.zeros((len(self.here), *shape), self.real)
         fields[place] = accumulated.reshape(len(old), ny, nx)
-        self.accumulated = fields.reshape(thickness.size, -1)
-        self._hardened(range(thickness.size))
+        self.accumulated = fields.reshape(len(self.here), -1)
+        self._hardened(range(len(self.here)))
 
     def _hardened(self, layers: range) -> None:
         if layers.start == 0:
@@ -227,14 +231,20 @@ class Body:
         self._hardened(range(len(self.strain)))
 
     @property
+    def max_plastic_strain(self) -> float:
+        """Largest accumulated plastic strain."""
+        return self._share.largest(float(self.accumulated.max()))
+
+    @property
     def plastic_volume(self) -> float:
         """Volume with plastic strain [m³]."""
         cells = np.count_nonzero(self.accumulated, axis=1)
+        cells = self._share.whole(cells, self.thickness.size)
         dy, dx = self.pixel
         return float(cells @ self.thickness) * dy * dx
 
     def finished(self, pressure: Array, pull: Pull, margin: int) -> tuple[PlasticBody, float]:
-        """Return the body with its stresses, and how far the stress passes the yield strength."""
+        """Return the layers here with stresses, and how far stress passes the yield strength."""
         fields = self.strain.shape[0], *self.strain.shape[2:]
         excess = np.full(fields[0], -1.0)
         stress, residual = np.empty_like(self.strain), np.empty_like(self.strain)
@@ -258,10 +268,10 @@ class Body:
                 for field in (stress, mean, residual, mean_residual)
             )
         body = PlasticBody(
-            self.material, dy * dx, margin, self.thickness, *self.on_map(),
+            self.material, dy * dx, margin, self.thickness[self.here], *self.on_map(),
             stress, mean, residual, mean_residual,
         )  # fmt: skip
-        return body, float(excess.max())
+        return body, self._share.largest(float(excess.max()))
 
 
 def carried(field: NDArray[np.float64], way: Way) -> NDArray[np.float64]:
@@ -282,11 +292,6 @@ def carried(field: NDArray[np.float64], way: Way) -> NDArray[np.float64]:
     y, x = frequencies(field.shape[0])[:, None], half_frequencies(field.shape[1])
     waves = fft.rfft2(field) * np.exp(-2j * math.pi * (y * way[0] + x * way[1]))
     return fft.irfft2(waves, field.shape)
-
-
-def law_of(body: Material) -> Hardening:
-    """Return the law of hardening of a material, perfect plasticity without one."""
-    return body.hardening or Perfect(body.yield_strength or math.inf)
 
 
 def equivalent_strain(strain: Array) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,8 +19,9 @@ from roughcontact.errors import (
     require_count,
     require_positive,
 )
+from roughcontact.material.material import law_of
+from roughcontact.units import Quantities, quantity
 from roughcontact.volume import stepping
-from roughcontact.volume.body import law_of
 from roughcontact.volume.contact_solver import ContactSolver
 from roughcontact.volume.path import PathPoint
 from roughcontact.volume.problem import Problem
@@ -41,6 +43,7 @@ def check_arguments(
 ) -> None:
     """Raise `InputError` where an argument of `solve_elastoplastic` cannot be used."""
     pair = problem.pair
+    pair.require_map("plasticity of the volume")
     precision, tolerance = problem.precision, problem.tolerance
     if not (start is None or isinstance(start, ElastoplasticResult)):
         raise InputError(
@@ -85,6 +88,16 @@ def check_arguments(
             argument="start",
         )
     problem.check_same("start", start)
+
+
+def check_shared(**given: Any) -> None:
+    """Refuse what is not known of a volume on several ranks, by the name of its argument."""
+    for name, value in given.items():
+        if value is not None:
+            raise InputError(
+                "is not available for a volume on several ranks: give a load or loads alone",
+                argument=name,
+            )
 
 
 def _check_layers(depth: float | None, layers: ArrayLike | None, pixel: float) -> None:
@@ -134,12 +147,12 @@ def check_capacity(problem: Problem, solver: ContactSolver, load: float) -> None
 
 def path_of(
     problem: Problem,
-    asked: tuple[float | None, Sequence[float] | None, Sequence[PathPoint] | None],
+    asked: tuple[float | None, Quantities | None, Sequence[PathPoint] | None],
     increments: int | str,
     start: ElastoplasticResult | None,
 ) -> list[PathPoint]:
     """Return the points to visit, one after the other, of a load, of loads or of a path."""
-    load, loads, path = asked
+    load, loads, path = asked[0], quantity(asked[1], "force", "loads"), asked[2]
     if sum(given is not None for given in (load, loads, path)) != 1:
         raise InputError(
             "give either ", Mention("load"), ", ", Mention("loads"), " or ", Mention("path"),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from roughcontact.contact.checks import touchable_gap
 from roughcontact.errors import InputError
 from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.shares import Share
 from roughcontact.material.material import CEILING_FACTOR
 from roughcontact.solvers import bounded
 from roughcontact.solvers.operator import Family
@@ -20,12 +21,21 @@ _CONTACT_CONVOLUTIONS = 500
 
 
 class ContactSolver:
-    """The contact solver, started each time from the pressure before."""
+    """The contact solver, started each time from the pressure before.
+
+    Where the volume lies on several ranks the first solves the contact, a matter of two dimensions
+    beside three, and tells the others.
+    """
 
     def __init__(
-        self, gap: NDArray[np.float64], make: Family, area: float, tolerance: float
+        self,
+        gap: NDArray[np.float64],
+        make: Family,
+        area: float,
+        tolerance: float,
+        share: Share,
     ) -> None:
-        self._map = gap
+        self._map, self._share = gap, share
         self._make, self.area, self.tolerance = make, area, tolerance
         self.resize(0)
         self.approach = 0.0
@@ -67,7 +77,9 @@ class ContactSolver:
         if total > 0.9 * limit * np.count_nonzero(np.isfinite(self.initial_gap)):
             return np.isfinite(self.initial_gap)
         problem = ContactProblem(self.initial_gap, limit, total)
-        rough = bounded.solve(problem, self._make, tolerance=1e-2, max_iterations=200)
+        rough = self._share.by_first(
+            lambda: bounded.solve(problem, self._make, tolerance=1e-2, max_iterations=200)
+        )
         pressed = np.zeros(self.initial_gap.shape, bool)
         pressed.ravel()[rough.index] = True
         return pressed
@@ -85,12 +97,14 @@ class ContactSolver:
             self.loaded, self.solution = None, None
             self.approach = float(gap.min())
             return
-        solution = bounded.solve(
-            ContactProblem(gap, np.inf, load / self.area),
-            self._make,
-            tolerance=self.tolerance,
-            max_iterations=_CONTACT_CONVOLUTIONS,
-            start=self.loaded,
+        solution = self._share.by_first(
+            lambda: bounded.solve(
+                ContactProblem(gap, np.inf, load / self.area),
+                self._make,
+                tolerance=self.tolerance,
+                max_iterations=_CONTACT_CONVOLUTIONS,
+                start=self.loaded,
+            )
         )
         self.convolutions += solution.convolutions
         self.loaded = solution.index, solution.pressure
@@ -98,8 +112,18 @@ class ContactSolver:
         self.approach, self.solution = solution.approach, solution
 
 
-def untouched(problem: Problem, workspace: Workspace) -> ContactSolver:
-    """Return the contact without pressure, if there can be one that yields."""
+def untouched(problem: Problem, share: Share, workspace: Workspace) -> ContactSolver:
+    """Return the contact without pressure, if there can be one that yields.
+
+    Parameters
+    ----------
+    problem : Problem
+        What all loads have in common.
+    share : Share
+        Tells what the first rank finds.
+    workspace : Workspace
+        Threads of the contact.
+    """
     if not problem.yielding:
         raise InputError(
             "neither material has a yield strength: nothing can yield; give one, or use solve"
@@ -107,4 +131,4 @@ def untouched(problem: Problem, workspace: Workspace) -> ContactSolver:
     gap = touchable_gap(problem.pair)
     # The contact is solved again and again on the same few grids.
     make = lru_cache(maxsize=12)(problem.pair.operators("double", workspace))
-    return ContactSolver(gap, make, problem.pair.pixel_area, problem.contact_tolerance)
+    return ContactSolver(gap, make, problem.pair.pixel_area, problem.contact_tolerance, share)

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
 from roughcontact.errors import InputError
-from roughcontact.halfspace import tensors
-from roughcontact.volume.body import law_of
+from roughcontact.volume.plastic_body import PlasticBody, Window
 from roughcontact.volume.profiles import DepthProfile, DepthSection, LayerProfile
-from roughcontact.volume.result import ElastoplasticResult, PlasticBody
-
-Array = NDArray[Any]
+from roughcontact.volume.result import ElastoplasticResult
+from roughcontact.volume.shared_body import SharedBody
 
 
 def most_strained(result: ElastoplasticResult, body: int = 0) -> tuple[int, int, int]:
@@ -38,11 +33,7 @@ def most_strained(result: ElastoplasticResult, body: int = 0) -> tuple[int, int,
         If there is no such body.
     """
     held = _body(result, body)
-    values = _on_map(result, held, held.accumulated)
-    if not values.any():
-        values = _on_map(result, held, held.von_mises)
-    layer, row, column = (int(i) for i in np.unravel_index(values.argmax(), values.shape))
-    return layer, row, column
+    return held.most_strained(_map(result, held))
 
 
 def profile(
@@ -77,9 +68,9 @@ def profile(
             f"must lie on the map of {shape} points, got {point!r}", argument="point", value=point
         )
     dy, dx = result.solution.surface.pixel
-    where = np.s_[..., row + held.margin, column + held.margin]
+    where = row + held.margin, column + held.margin
     return DepthProfile(
-        (int(row), int(column)), ((row + 0.5) * dy, (column + 0.5) * dx), *_fields(held, where)
+        (int(row), int(column)), ((row + 0.5) * dy, (column + 0.5) * dx), *held.at(where)
     )
 
 
@@ -125,7 +116,7 @@ def cut(
     ends = slice(held.margin, held.margin + shape[axis])
     at = chosen + held.margin
     on_map = np.s_[chosen, :] if along == "x" else np.s_[:, chosen]
-    faces, *fields = _fields(held, np.s_[..., at, ends] if along == "x" else np.s_[..., ends, at])
+    faces, *fields = held.at((at, ends) if along == "x" else (ends, at))
     return DepthSection(
         along,
         int(chosen),
@@ -159,18 +150,10 @@ def layers(result: ElastoplasticResult, body: int = 0) -> LayerProfile:
         If there is no such body.
     """
     held = _body(result, body)
-    accumulated, loaded, residual = (
-        _on_map(result, held, values)
-        for values in (held.accumulated, held.von_mises, held.residual_von_mises)
-    )
-    return LayerProfile(
-        _faces(held),
-        (accumulated > 0).mean(axis=(1, 2)),
-        *(values.max(axis=(1, 2)) for values in (accumulated, loaded, residual)),
-    )
+    return held.of_layers(_map(result, held))
 
 
-def _body(result: ElastoplasticResult, body: int) -> PlasticBody:
+def _body(result: ElastoplasticResult, body: int) -> PlasticBody | SharedBody:
     if not 0 <= body < len(result.bodies):
         raise InputError(
             f"must be one of {len(result.bodies)} that yield, got {body!r}",
@@ -180,26 +163,8 @@ def _body(result: ElastoplasticResult, body: int) -> PlasticBody:
     return result.bodies[body]
 
 
-def _on_map(result: ElastoplasticResult, body: PlasticBody, values: Array) -> Array:
+def _map(result: ElastoplasticResult, body: PlasticBody | SharedBody) -> Window:
+    """Return the rows and columns of the volume that lie below the map."""
     ny, nx = result.solution.pressure.shape
     first = body.margin
-    part: Array = values[:, first : first + ny, first : first + nx]
-    return part
-
-
-def _faces(body: PlasticBody) -> NDArray[np.float64]:
-    return np.append(0.0, np.cumsum(body.thickness))
-
-
-def _fields(body: PlasticBody, where: Any) -> tuple[Array, Array, Array, Array, Array]:
-    """Return faces, accumulated strain, strength and both stresses at some pixels."""
-    law = law_of(body.material)
-    accumulated = body.accumulated[where].copy()
-    stress, residual = (
-        tensors.tensor(np.moveaxis(deviator[where], 1, 0), mean[where])
-        for deviator, mean in (
-            (body.stress, body.mean_stress),
-            (body.residual_stress, body.mean_residual_stress),
-        )
-    )
-    return _faces(body), accumulated, law.strength(accumulated), stress, residual
+    return slice(first, first + ny), slice(first, first + nx)

@@ -12,8 +12,9 @@ from roughcontact.errors import InputError
 from roughcontact.halfspace.layers import graded_layers
 from roughcontact.material.material import Material
 from roughcontact.volume.contact_solver import ContactSolver
+from roughcontact.volume.plastic_body import GUARD
 from roughcontact.volume.problem import Problem
-from roughcontact.volume.result import GUARD, ElastoplasticResult
+from roughcontact.volume.result import ElastoplasticResult
 
 LAYER_RATIO = 1.08
 """Thickness of a layer over that of the one above."""

@@ -59,7 +59,7 @@ class Going:
     @classmethod
     def of(cls, result: ElastoplasticResult, carried: Mapping[str, Array] | None = None) -> Going:
         """Return what goes on from a result, and from what the loop carried with it."""
-        bodies = [(body.plastic_strain, body.accumulated) for body in result.bodies]
+        bodies = [(body.plastic_strain, body.accumulated) for body in result.whole_bodies]
         return cls(
             Extent.of(result), bodies, result.solution.pressure, result.increments, result.largest,
             result.seconds, carried or {}, result,

@@ -12,8 +12,7 @@ from roughcontact.contact.judgment import LARGE_STRAIN
 from roughcontact.errors import Mention, parts_of
 from roughcontact.halfspace import tensors
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated
-from roughcontact.volume.body import law_of
-from roughcontact.volume.result import GUARD, Array, ElastoplasticResult, PlasticBody
+from roughcontact.volume.result import ElastoplasticResult
 from roughcontact.volume.stepping import STEP_ERROR
 
 LARGE_DEFORMATION = 0.1
@@ -25,9 +24,6 @@ doi:10.1098/rspa.1999.0423).
 
 # Stress beyond the yield strength, over it, that is worth a word.
 _EXCESS = 0.05
-
-# Share of the yield strength by which the iteration may miss it.
-_ROUNDING = 1e-3
 
 # What the contact alone says without knowing of the volume.
 _OF_THE_CEILING = (
@@ -96,8 +92,8 @@ def slope_under(result: ElastoplasticResult) -> float:
     if not under.any():
         ny, nx = gap.shape
         for body in result.bodies:
-            inside = np.s_[:, body.margin : body.margin + ny, body.margin : body.margin + nx]
-            under = under | body.accumulated[inside].any(axis=0)
+            inside = np.s_[body.margin : body.margin + ny, body.margin : body.margin + nx]
+            under = under | body.flowed_under[inside]
     square = np.zeros(gap.shape)
     for slope in np.gradient(gap, *result.solution.surface.pixel):
         square += slope * slope
@@ -123,8 +119,8 @@ def largest_strain(result: ElastoplasticResult) -> float:
     """
     if not result.travelled:
         return result.max_plastic_strain
-    strains = (tensors.equivalent(body.plastic_strain.swapaxes(0, 1)) for body in result.bodies)
-    return 2 / 3 * max(float(strain.max()) for strain in strains)
+    tensor = (body.plastic_strain.swapaxes(0, 1) for body in result.whole_bodies)
+    return 2 / 3 * max(float(tensors.equivalent(strain).max()) for strain in tensor)
 
 
 def perfectly_plastic(result: ElastoplasticResult) -> bool:
@@ -178,7 +174,7 @@ def _excess(result: ElastoplasticResult) -> Caution | None:
 
 def _sides(result: ElastoplasticResult) -> Caution | None:
     free = result.solution.boundary.free_axes
-    if not (free and any(_rim(body.accumulated, GUARD) for body in result.bodies)):
+    if not (free and any(body.at_rim for body in result.bodies)):
         return None
     return warned(
         Kind.PLASTIC_EDGE,
@@ -188,7 +184,7 @@ def _sides(result: ElastoplasticResult) -> Caution | None:
 
 
 def _bottom(result: ElastoplasticResult) -> Caution | None:
-    if not any(body.accumulated[-1].any() for body in result.bodies):
+    if not any(body.at_bottom for body in result.bodies):
         return None
     return warned(
         Kind.PLASTIC_BOTTOM,
@@ -239,7 +235,7 @@ def _hardening(result: ElastoplasticResult) -> Caution | None:
 
 def _residual(result: ElastoplasticResult) -> Caution | None:
     loaded = result.increments and result.solution.load
-    if not (loaded and any(_flows_back(body) for body in result.bodies)):
+    if not (loaded and any(body.flows_back for body in result.bodies)):
         return None
     return careful(
         Kind.RESIDUAL,
@@ -247,19 +243,6 @@ def _residual(result: ElastoplasticResult) -> Caution | None:
         "on unloading: end the path at zero load (--unload on the command line) to see "
         "what stays",
     )
-
-
-def _flows_back(body: PlasticBody) -> bool:
-    law = law_of(body.material)
-    over = body.residual_von_mises > (1 + _ROUNDING) * law.strength(body.accumulated)
-    return bool(over.any())
-
-
-def _rim(values: Array, width: int) -> bool:
-    """Return whether anything but zero lies in the outer rows and columns."""
-    lines = (values[..., :width, :], values[..., -width:, :])
-    columns = (values[..., :width], values[..., -width:])
-    return any(bool(part.any()) for part in (*lines, *columns))
 
 
 _CHECKS = (

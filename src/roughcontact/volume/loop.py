@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import Mention, Sentence
-from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.layers import Pull
+from roughcontact.halfspace.shares import Share
 from roughcontact.solvers.anderson import Mixer, Parts, embedded
 from roughcontact.solvers.problem import Loaded
 from roughcontact.volume import memory
@@ -33,8 +33,9 @@ from roughcontact.volume.contact_solver import ContactSolver
 from roughcontact.volume.extent import Extent
 from roughcontact.volume.going import Going
 from roughcontact.volume.path import PathPoint
+from roughcontact.volume.plastic_body import GUARD
 from roughcontact.volume.problem import Problem
-from roughcontact.volume.result import CONVERGED, GUARD, Increment
+from roughcontact.volume.result import CONVERGED, Increment
 
 Array = NDArray[Any]
 
@@ -97,8 +98,8 @@ class Loop:
         What all loads have in common.
     solver : ContactSolver
         Of the contact, untouched.
-    workspace : Workspace
-        Threads and memory.
+    share : Share
+        Which layers and waves of the volume are here, and threads.
     extent : Extent
         The volume to start with.
     deepen : bool
@@ -109,18 +110,19 @@ class Loop:
         self,
         problem: Problem,
         solver: ContactSolver,
-        workspace: Workspace,
+        share: Share,
         extent: Extent,
         *,
         deepen: bool,
     ) -> None:
-        self.problem, self.solver, self._workspace = problem, solver, workspace
+        self.problem, self.solver = problem, solver
+        self.share, self._workspace = share, share.workspace
         self._deepen, self._widen = deepen, bool(problem.pair.boundary.free_axes)
         pair = problem.pair
         both = (pair.material, 1.0), (pair.counter_material, -1.0)
         yielding = [(body, sign) for body, sign in both if body.yield_strength is not None]
         self.bodies = [
-            Body(material, pair.pixel, pair.boundary, problem.precision, workspace, pulled=sign)
+            Body(material, pair.pixel, pair.boundary, problem.precision, share, pulled=sign)
             for material, sign in yielding
         ]
         # The counter-body takes its strain along where it slides.
@@ -230,7 +232,7 @@ class Loop:
     @property
     def flowing(self) -> bool:
         """Whether there was plastic flow in the last increment."""
-        return any(bool(part.any()) for added in self._added for part in added)
+        return self.share.any(any(part.any() for added in self._added for part in added))
 
     def thaw(self) -> None:
         """Let the strain change that a result has frozen, when that is on disk."""
@@ -344,7 +346,7 @@ class Loop:
             approach=self.solver.approach,
             contact_area=int(np.count_nonzero(pressure)) * dy * dx,
             max_pressure=float(pressure.max()),
-            max_plastic_strain=max(float(body.accumulated.max()) for body in self.bodies),
+            max_plastic_strain=max(body.max_plastic_strain for body in self.bodies),
             plastic_volume=sum(body.plastic_volume for body in self.bodies),
             residuals=residuals,
             convolutions=convolutions,
@@ -356,25 +358,34 @@ class Loop:
         new = old.grown(
             surface.shape,
             surface.pixel,
-            deeper=self._deepen and any(parts[-1].any() for parts in self._added),
+            deeper=self._deepen and self._at_bottom(),
             wider=self._widen and self._at_edge(),
         )
         sizes = [(one.grid(surface.shape), one.thickness.size) for one in (old, new)]
         # Where it does not fit the result says that plastic strain has come that far.
-        if sizes[0] == sizes[1] or not memory.fits(self.problem, *sizes):
+        if sizes[0] == sizes[1]:
+            return False
+        if self.share.any(not memory.fits(self.problem, self.share, *sizes)):
             return False
         self._resize(new)
         return True
+
+    def _at_bottom(self) -> bool:
+        layers = self.extent.thickness.size
+        lowest = self.bodies[0].here[-1] == layers - 1
+        return self.share.any(lowest and any(parts[-1].any() for parts in self._added))
 
     def _at_edge(self) -> bool:
         ny, nx = self.bodies[0].shape
         edge = np.ones((ny, nx), bool)
         edge[GUARD:-GUARD, GUARD:-GUARD] = False
         flat = edge.ravel()
-        return any(
-            bool(strain[:, flat[place]].any())
-            for places, added in zip(self._places, self._added, strict=True)
-            for place, strain in zip(places, added, strict=True)
+        return self.share.any(
+            any(
+                strain[:, flat[place]].any()
+                for places, added in zip(self._places, self._added, strict=True)
+                for place, strain in zip(places, added, strict=True)
+            )
         )
 
     def _relax(
@@ -386,7 +397,7 @@ class Loop:
         """
         solver, tolerance, load = self.solver, self.problem.tolerance, self._point.load
         self._guess(Stride(load - before.load, *self._way(before, self._point)))
-        mixer = Mixer(self._weights(), self._workspace)
+        mixer = Mixer(self._weights(), self._workspace, self._whole)
         convolutions = solver.convolutions
         residuals: list[float] = []
         for iteration in range(1, int(self.problem.max_iterations) + 1):
@@ -444,13 +455,19 @@ class Loop:
         self._added[number][layer] = self._added[number][layer][:, inside][:, order]
 
     def _weights(self) -> list[float]:
-        """Return what a square of strain counts in each layer, all bodies one after the other."""
+        """Return what a square of strain counts in each layer here, body after body."""
         first = self.bodies[0]
         return [
             body.shear_modulus / first.shear_modulus * float(h / first.thickness[0])
             for body in self.bodies
-            for h in body.thickness
+            for h in body.thickness[body.here]
         ]
+
+    def _whole(self, rows: Array) -> Array:
+        """Return rows of all layers of those here, body after body."""
+        layers = self.extent.thickness.size
+        bodies = np.split(rows, len(self.bodies))
+        return np.concatenate([self.share.whole(part, layers) for part in bodies])
 
     def _flow(self, mixer: Mixer) -> tuple[Parts, Parts]:
         """Return the strain after the return to the yield surface, and that before it.
@@ -490,4 +507,5 @@ class Loop:
 
         self._workspace.each(measure, range(len(x)))
         least = max(body.law.initial / (2 * body.shear_modulus) for body in self.bodies)
-        return float(changes.max() / max(least, sizes.max()))
+        change, size = (self.share.largest(float(found.max())) for found in (changes, sizes))
+        return float(change / max(least, size))

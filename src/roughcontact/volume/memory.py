@@ -8,6 +8,7 @@ from roughcontact import memory
 from roughcontact.halfspace import plastic
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.halfspace.layers import SWEEP_POINTS
+from roughcontact.halfspace.shares import Share
 from roughcontact.volume.problem import Problem
 
 
@@ -18,6 +19,7 @@ def memory_estimate(
     bodies: int = 1,
     boundary: str = "free",
     precision: str = "single",
+    ranks: int = 1,
 ) -> int:
     """Return about the memory that `solve_elastoplastic` needs.
 
@@ -31,11 +33,13 @@ def memory_estimate(
         How many of the two yield.
     boundary, precision
         As for `solve_elastoplastic`.
+    ranks : int
+        On how many ranks the volume lies.
 
     Returns
     -------
     int
-        Bytes, if a quarter of the volume yields.
+        Bytes of each, if a quarter of the volume yields.
     """
     real = 8 if precision == "double" else 4
     points = shape[0] * shape[1]
@@ -44,7 +48,7 @@ def memory_estimate(
     # acceleration remembers of a quarter of the points. The bodies share what threads sweep with.
     swept = min(default_workers() * SWEEP_POINTS, padded / 4)
     volume = bodies * layers * (7.5 * padded + 35 * points) + (6 * layers + 28) * swept
-    return int(real * volume) + 200 * points
+    return int(real * volume) // ranks + 200 * points
 
 
 def require(
@@ -54,6 +58,7 @@ def require(
     bodies: int = 1,
     boundary: str = "free",
     precision: str = "single",
+    share: Share | None = None,
 ) -> None:
     """Raise `InsufficientMemoryError` unless a volume fits into the memory that is free.
 
@@ -61,22 +66,35 @@ def require(
     ----------
     shape, layers, bodies, boundary, precision
         As for `memory_estimate`.
+    share : Share, optional
+        Of the volume; without it this process holds all of it.
     """
-    needed = memory_estimate(shape, layers, bodies=bodies, boundary=boundary, precision=precision)
+    count, beside = (1, 1) if share is None else (share.count, share.beside)
+    needed = beside * memory_estimate(
+        shape, layers, bodies=bodies, boundary=boundary, precision=precision, ranks=count
+    )
     points = memory.square_side(needed, shape)
+    what = f"{shape[0]} × {shape[1]} points in {layers} layers"
+    if count > 1:
+        what += f" on {count} ranks, {beside} of them on this machine,"
     memory.require(
         needed,
-        f"{shape[0]} × {shape[1]} points in {layers} layers need",
+        f"{what} need",
         advice=(f"a square grid of up to about {points} × {points} points fits, or fewer layers",),
     )
 
 
 def fits(
-    problem: Problem, old: tuple[tuple[int, int], int], new: tuple[tuple[int, int], int]
+    problem: Problem,
+    share: Share,
+    old: tuple[tuple[int, int], int],
+    new: tuple[tuple[int, int], int],
 ) -> bool:
     """Return whether a volume may grow from some shape and number of layers to others."""
-    more, less = (memory_estimate(*size, **given(problem)) for size in (new, old))
-    return more - less < memory.free()
+    more, less = (
+        memory_estimate(*size, **given(problem), ranks=share.count) for size in (new, old)
+    )
+    return share.beside * (more - less) < memory.free()
 
 
 def given(problem: Problem) -> dict[str, Any]:

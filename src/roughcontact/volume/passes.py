@@ -14,7 +14,8 @@ from roughcontact.halfspace import tensors
 from roughcontact.surface.bearing import core_parameters, material_ratio_curve
 from roughcontact.surface.roughness import rms_height
 from roughcontact.surface.surface import Surface
-from roughcontact.volume.result import ElastoplasticResult, PlasticBody
+from roughcontact.volume.plastic_body import PlasticBody
+from roughcontact.volume.result import ElastoplasticResult
 
 Array = NDArray[Any]
 
@@ -98,8 +99,8 @@ def told(result: ElastoplasticResult, before: ElastoplasticResult | None, direct
     shear: list[Array] = []
     along: list[Array] = []
     across: list[Array] = []
-    for number, body in enumerate(result.bodies):
-        old = None if before is None else before.bodies[number]
+    for number, body in enumerate(result.whole_bodies):
+        old = None if before is None else before.whole_bodies[number]
         flow = max(flow, float((body.accumulated - _at(old, body, "accumulated")).max()))
         strain = body.plastic_strain - _at(old, body, "plastic_strain")
         gain = max(gain, 2 / 3 * float(tensors.equivalent(strain.swapaxes(0, 1)).max()))
@@ -114,7 +115,7 @@ def told(result: ElastoplasticResult, before: ElastoplasticResult | None, direct
         gain=gain,
         max_pressure=max(step.max_pressure for step in way),
         max_plastic_strain=result.max_plastic_strain,
-        max_residual_stress=max(float(b.residual_von_mises.max()) for b in result.bodies),
+        max_residual_stress=max(float(b.residual_von_mises.max()) for b in result.whole_bodies),
         max_residual_displacement=float(result.residual_displacement.max()),
         steps=len(way),
         contact_area=max(step.contact_area for step in way),
@@ -176,7 +177,7 @@ def frame(result: ElastoplasticResult, number: int, step: int, along: str) -> Fr
     along : {"x", "y"}
         Axis of the map that stays.
     """
-    body = result.bodies[0]
+    body = result.whole_bodies[0]
     strain = _on_map(result, body, body.accumulated).max(axis=1 if along == "x" else 2)
     return Frame(
         number, step, result.solution.pressure.astype(np.float32), strain.astype(np.float32)

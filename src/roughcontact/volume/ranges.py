@@ -6,7 +6,8 @@ import numpy as np
 
 from roughcontact.contact.ranges import require_finite, require_not_negative
 from roughcontact.errors import InputError, require_choice, require_positive
-from roughcontact.volume.result import CONVERGED, ElastoplasticResult, PlasticBody
+from roughcontact.volume.plastic_body import PlasticBody
+from roughcontact.volume.result import CONVERGED, ElastoplasticResult
 
 _TENSORS = ("plastic_strain", "stress", "residual_stress")
 _FIELDS = ("accumulated", "mean_stress", "mean_residual_stress")
@@ -40,7 +41,7 @@ def check(result: ElastoplasticResult) -> None:
             raise InputError("must not be negative, after increments", argument="largest_pressure")
     if not result.bodies:
         raise InputError("has none that yields", argument="bodies")
-    for body in result.bodies:
+    for body in result.whole_bodies:
         _check_body(body, result.solution.pair.shape)
     _check_increments(result)
 

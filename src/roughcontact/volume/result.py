@@ -15,18 +15,15 @@ from numpy.typing import NDArray
 from roughcontact.contact.area import rim_excess
 from roughcontact.contact.cautions import Caution
 from roughcontact.contact.result import ContactResult
-from roughcontact.halfspace import tensors
-from roughcontact.material.material import Material
+from roughcontact.errors import InputError
 from roughcontact.references import References
 from roughcontact.shown import Shown
 from roughcontact.volume.path import PathPoint
+from roughcontact.volume.plastic_body import PlasticBody
 from roughcontact.volume.profiles import DepthProfile, DepthSection, LayerProfile
+from roughcontact.volume.shared_body import SharedBody
 
 Array = NDArray[Any]
-
-GUARD = 2
-"""Rows and columns at the edge of the volume that plastic strain may not reach."""
-
 CONVERGED = "converged"
 """Status of a path that was followed to its end."""
 
@@ -103,91 +100,6 @@ class Increment:
         return len(self.residuals)
 
 
-@dataclass(frozen=True, eq=False)
-class PlasticBody:
-    """Plastic strain and stress of one body; layers from its surface down.
-
-    Tensors without trace have the components zz, (xx - yy)/2, xy, xz, yz, z into the body;
-    `roughcontact.halfspace.tensors.tensor` makes matrices of them. Arrays are read-only.
-
-    Parameters
-    ----------
-    material : Material
-        Of the body.
-    pixel_area : float
-        Area of a pixel [m²].
-    margin : int
-        Rows and columns of the volume beyond each edge of the map, included in the arrays.
-    thickness : ndarray, shape (nz,)
-        Thickness of each layer [m].
-    plastic_strain : ndarray, shape (nz, 5, ny, nx)
-        Plastic strain, constant over each layer.
-    accumulated : ndarray, shape (nz, ny, nx)
-        Accumulated plastic strain e = ∫ √(2/3 dε:dε).
-    stress, mean_stress : ndarray, shapes (nz, 5, ny, nx) and (nz, ny, nx)
-        Deviator and a third of the trace of the stress under load, averages over the layers [Pa].
-    residual_stress, mean_residual_stress : ndarray
-        Those by the plastic strain alone [Pa]: what the load leaves when it is gone, unless the
-        body flows again on unloading.
-    """
-
-    material: Material
-    pixel_area: float
-    margin: int
-    thickness: NDArray[np.float64]
-    plastic_strain: Array
-    accumulated: Array
-    stress: Array
-    mean_stress: Array
-    residual_stress: Array
-    mean_residual_stress: Array
-
-    def __post_init__(self) -> None:
-        """Make the arrays read-only."""
-        for value in vars(self).values():
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
-
-    @property
-    def depth(self) -> NDArray[np.float64]:
-        """Depth of the middle of each layer [m], shape (nz,)."""
-        middle: NDArray[np.float64] = np.cumsum(self.thickness) - self.thickness / 2
-        return middle
-
-    @property
-    def von_mises(self) -> Array:
-        """Von Mises stress under load [Pa], shape (nz, ny, nx)."""
-        return tensors.equivalent(self.stress.swapaxes(0, 1))
-
-    @property
-    def residual_von_mises(self) -> Array:
-        """Von Mises stress by the plastic strain alone [Pa], shape (nz, ny, nx)."""
-        return tensors.equivalent(self.residual_stress.swapaxes(0, 1))
-
-    @property
-    def elastic_stress(self) -> Array:
-        """Deviator of the stress by the pressure alone [Pa], shape (nz, 5, ny, nx)."""
-        elastic: Array = self.stress - self.residual_stress
-        return elastic
-
-    @cached_property
-    def max_plastic_strain(self) -> float:
-        """Largest accumulated plastic strain."""
-        return float(self.accumulated.max())
-
-    @cached_property
-    def plastic_volume(self) -> float:
-        """Volume with plastic strain [m³]."""
-        cells = np.count_nonzero(self.accumulated, axis=(1, 2))
-        return float(cells @ self.thickness) * self.pixel_area
-
-    @cached_property
-    def plastic_depth(self) -> float:
-        """Depth that plastic strain reaches [m]: the lower face of its lowest layer."""
-        layers = np.flatnonzero(self.accumulated.any(axis=(1, 2)))
-        return float(self.thickness[: layers[-1] + 1].sum()) if layers.size else 0.0
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class ElastoplasticResult(Shown):
     """A contact after a path of loads, with the plastic strain that it left.
@@ -199,8 +111,8 @@ class ElastoplasticResult(Shown):
         displacement.
     residual_displacement : ndarray, shape (ny, nx)
         What plastic strain adds to the gap [m], positive into the bodies.
-    bodies : tuple of PlasticBody
-        Those that yield, the rough one first.
+    bodies : tuple of PlasticBody or SharedBody
+        Those that yield, the rough one first; on several ranks each has its share.
     increments : tuple of Increment
         The loads in order, those of a run continued included.
     yield_excess : float
@@ -222,7 +134,7 @@ class ElastoplasticResult(Shown):
 
     solution: ContactResult
     residual_displacement: NDArray[np.float64]
-    bodies: tuple[PlasticBody, ...]
+    bodies: tuple[PlasticBody | SharedBody, ...]
     increments: tuple[Increment, ...]
     yield_excess: float
     precision: str
@@ -242,6 +154,23 @@ class ElastoplasticResult(Shown):
     def contact(self) -> ContactResult:
         """The ``solution``, by its old name."""
         return self.solution
+
+    @property
+    def whole_bodies(self) -> tuple[PlasticBody, ...]:
+        """The ``bodies``, with all of their fields.
+
+        Raises
+        ------
+        InputError
+            If they lie on several ranks.
+        """
+        whole = tuple(body for body in self.bodies if isinstance(body, PlasticBody))
+        if len(whole) < len(self.bodies):
+            raise InputError(
+                "the volume lies on several ranks, and its fields are nowhere whole: save the "
+                "result as .nc, and load it where it fits"
+            )
+        return whole
 
     @property
     def largest(self) -> tuple[float, NDArray[np.float64]]:
@@ -297,7 +226,7 @@ class ElastoplasticResult(Shown):
         ny, nx = self.solution.pressure.shape
         inside = slice(first, first + ny), slice(first, first + nx)
         mask: NDArray[np.bool_] = np.any(
-            [b.accumulated[0][inside] > 0 for b in self.bodies], axis=0
+            [body.flowed_at_top[inside] for body in self.bodies], axis=0
         )
         return mask
 

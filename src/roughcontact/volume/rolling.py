@@ -17,17 +17,17 @@ from roughcontact import limits
 from roughcontact.contact.cautions import Caution
 from roughcontact.errors import InputError, require_count
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.material.material import RIGID, Material
+from roughcontact.material.material import RIGID, Material, law_of
 from roughcontact.references import References
 from roughcontact.shown import Shown
 from roughcontact.solvers.progress import Progress, Tell
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
 from roughcontact.volume import archive, passes as passes_of
-from roughcontact.volume.body import law_of
 from roughcontact.volume.passes import Pass as Pass
 from roughcontact.volume.path import PathPoint
-from roughcontact.volume.result import ElastoplasticResult, PlasticBody
+from roughcontact.volume.plastic_body import PlasticBody
+from roughcontact.volume.result import ElastoplasticResult
 from roughcontact.volume.solve import TOLERANCE, solve_elastoplastic
 
 # Strain that a pass adds, over the yield strain σ_Y/3μ, up to which it counts as none; and what is
@@ -103,7 +103,7 @@ class Rolling(Shown):
     @property
     def least_strain(self) -> float:
         """Plastic strain that a pass adds up to which it counts as none."""
-        return _NONE * min(map(_yield_strain, self.result.bodies))
+        return _NONE * min(map(_yield_strain, self.result.whole_bodies))
 
     @property
     def answer(self) -> str:

@@ -23,8 +23,10 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE
 from roughcontact.errors import ConvergenceError, Sentence, parts_of
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.fft import Workspace, default_workers
+from roughcontact.halfspace.shares import Alone, Share, Shared
 from roughcontact.material.material import RIGID, Material
+from roughcontact.ranks import Ranks
 from roughcontact.solvers import bounded
 from roughcontact.solvers.bar import drawn
 from roughcontact.solvers.progress import Progress, Tell
@@ -38,6 +40,7 @@ from roughcontact.volume.loop import Look, Loop
 from roughcontact.volume.path import PathPoint
 from roughcontact.volume.problem import Problem
 from roughcontact.volume.result import CONVERGED, ElastoplasticResult, Increment
+from roughcontact.volume.shared_body import gathered
 from roughcontact.volume.stepping import AUTO
 from roughcontact.volume.steps import Steps, kept
 
@@ -69,6 +72,7 @@ def solve_elastoplastic(
     folder: str | os.PathLike[str] | None = None,
     progress: Tell = None,
     each: Callable[[int, ElastoplasticResult], object] | None = None,
+    communicator: Any = None,
 ) -> ElastoplasticResult:
     """Press bodies together that yield in their volume, along a path of loads.
 
@@ -129,6 +133,11 @@ def solve_elastoplastic(
     each : callable, optional
         ``each(number, state)`` is called at every load asked for, with those that stand whole in
         the folder, too. The folder then keeps all of them whole.
+    communicator : mpi4py.MPI.Comm, optional
+        Of processes that share the volume, each with every so many-th layer of it. All of them
+        call this with the same arguments and a load or loads, without a folder, and get the same
+        numbers, to the bit those of one process; of the fields of the volume each has its layers,
+        see `roughcontact.volume.shared_body.SharedBody`.
 
     Returns
     -------
@@ -177,16 +186,15 @@ def solve_elastoplastic(
     began = time.perf_counter()
     volume = quantity(depth, "length", "depth"), quantity(layers, "length", "layers")
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
-    pair.require_map("plasticity of the volume")
     problem = Problem(pair, tolerance, max_iterations, precision)
     checks.check_arguments(problem, increments, *volume, start, on_failure)
     force, given = on(load, pair)
-    forces = quantity(loads, "force", "loads")
-    points = checks.path_of(problem, (force, forces, path), increments, start)
+    points = checks.path_of(problem, (force, loads, path), increments, start)
     automatic = increments == AUTO and path is None
-    solver, extent = _prepared(problem, points, *volume, start, workspace := Workspace())
+    share = _share(communicator, start=start, folder=folder, each=each, path=path)
+    solver, extent = _prepared(problem, points, *volume, start, share)
     layered = [extent.margin, layers is None, *extent.thickness]
-    loop_in = partial(Loop, problem, solver, workspace, deepen=layers is None)
+    loop_in = partial(Loop, problem, solver, share, deepen=layers is None)
     with kept(folder, problem, points, start, layered, automatic=automatic) as steps:
         run = _Run(problem, points, automatic, steps, progress, began, each)
         result = _told(run.finished(start, extent, loop_in), given)
@@ -198,19 +206,35 @@ def _told(result: ElastoplasticResult, given: GivenLoad | None) -> Elastoplastic
     return replace(result, solution=replace(result.solution, given=given))
 
 
+def _share(communicator: Any, **alone: Any) -> Share:
+    """Return which part of the volume is here: all of it without a communicator.
+
+    With one, what is known of a volume in one place alone must not be given.
+    """
+    if communicator is None:
+        return Alone(Workspace())
+    checks.check_shared(**alone)
+    ranks = communicator if isinstance(communicator, Ranks) else Ranks(communicator)
+    return Shared(ranks, Workspace(max(1, default_workers() // ranks.beside())))
+
+
 def _prepared(
     problem: Problem,
     path: Sequence[PathPoint],
     depth: float | None,
     layers: ArrayLike | None,
     start: ElastoplasticResult | None,
-    workspace: Workspace,
+    share: Share,
 ) -> tuple[ContactSolver, Extent]:
     """Return the solver of the contact and the volume to start with, for the loads of a path."""
+
+    def require(shape: tuple[int, int], count: int) -> None:
+        share.agreed(lambda: memory.require(shape, count, **memory.given(problem), share=share))
+
     # Before anything of the size of the map is made; again once the volume is known.
-    least = LEAST_LAYERS if layers is None else np.size(layers)
-    memory.require(problem.pair.shape, least, **memory.given(problem))
-    solver = untouched(problem, workspace)
+    require(problem.pair.shape, LEAST_LAYERS if layers is None else np.size(layers))
+    # The contact is one rank's, and the cores of its machine are idle meanwhile.
+    solver = untouched(problem, share, share.workspace if share.count == 1 else Workspace())
     load = max(point.load for point in path)
     checks.check_capacity(problem, solver, load)
     if start is None:
@@ -218,7 +242,8 @@ def _prepared(
     else:
         extent = Extent.of(start)
     grid = extent.grid(problem.pair.shape)
-    memory.require(grid, extent.thickness.size, **memory.given(problem))
+    share.require(extent.thickness.size, grid)
+    require(grid, extent.thickness.size)
     return solver, extent
 
 
@@ -368,10 +393,14 @@ def _result(
         status = Sentence(
             "the contact did not converge at the last load: ", *parts_of(pressed.status)
         )
+    bodies: Any = tuple(body for body, _ in finished)
+    if isinstance(share := loop.share, Shared):
+        layers = loop.extent.thickness
+        bodies = tuple(gathered(body, share, layers, pair.shape) for body in bodies)
     return ElastoplasticResult(
         solution=pressed,
         residual_displacement=displacement[solver.inside].copy(),
-        bodies=tuple(body for body, _ in finished),
+        bodies=bodies,
         increments=tuple(done),
         yield_excess=max(excess for _, excess in finished),
         precision=problem.precision,

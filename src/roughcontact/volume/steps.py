@@ -216,7 +216,7 @@ def _described(
         "start": None,
     }
     if start is not None:
-        layers = [strain for body in start.bodies for strain in body.plastic_strain]
-        flowed = [layer for body in start.bodies for layer in body.accumulated]
+        layers = [strain for body in start.whole_bodies for strain in body.plastic_strain]
+        flowed = [layer for body in start.whole_bodies for layer in body.accumulated]
         described["start"] = resume.digest(start.solution.pressure, *layers, *flowed)
     return described
