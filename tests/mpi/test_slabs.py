@@ -1,10 +1,8 @@
 """One contact on several ranks is the contact of one process."""
 
 import json
-import os
 import re
 import shlex
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -14,29 +12,11 @@ import pytest
 
 import judge
 import roughcontact as rc
+from starting import command, mpiexec, refused
 
 HERE = Path(__file__).parent
-MPIEXEC = Path(sys.executable).with_name("mpiexec")
-MPIEXEC = MPIEXEC if MPIEXEC.exists() else shutil.which("mpiexec")
 
 pytestmark = pytest.mark.mpi
-
-
-def mpiexec(count, *words, timeout=300):
-    """Run a command of Python on so many ranks."""
-    pytest.importorskip("mpi4py", reason="mpi4py is not installed")
-    if MPIEXEC is None:
-        pytest.skip("there is no mpiexec")
-    paths = [str(HERE.parents[1] / "src"), os.environ.get("PYTHONPATH", "")]
-    return subprocess.run(
-        [MPIEXEC, "-n", str(count), sys.executable, *map(str, words)],
-        capture_output=True, text=True, timeout=timeout,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
-    )  # fmt: skip
-
-
-def command(count, *words):
-    return mpiexec(count, "-m", "roughcontact", *words)
 
 
 def case(count, task, folder):
@@ -169,14 +149,6 @@ def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
     assert len(run.stdout.splitlines()) == 1
     assert float(run.stdout.split()[0]) == again.max_pressure
     assert again.contact_area >= first.contact_area > 0
-
-
-def refused(run, sentence):
-    assert run.returncode == 2
-    lines = [line for line in run.stderr.splitlines() if line.startswith("roughcontact:")]
-    assert len(lines) == 1, run.stderr
-    assert sentence in lines[0]
-    assert "Traceback" not in run.stderr
 
 
 @pytest.mark.parametrize(

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from roughcontact import units
 from roughcontact._version import __version__
 from roughcontact.cli import guide, tasks, terminal
+from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED, SOLVED
 from roughcontact.errors import ConvergenceError, Mention, RoughcontactError, Sentence
 from roughcontact.files import to_json
 from roughcontact.request.fleet_options import LOCAL
@@ -43,7 +43,6 @@ if TYPE_CHECKING:
     from roughcontact.request.outputs import Say
     from roughcontact.request.request import Request
 
-SOLVED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 # As a shell reports a program that a signal ended: 128 + SIGINT, 128 + SIGPIPE.
 SIGNALED, INTERRUPTED, PIPE_CLOSED = 128, 130, 141
 
@@ -300,35 +299,13 @@ def _carry_out(task: str, subject: Subject, given: Given) -> None:
 
 def _carry_out_here(request: Request, as_json: bool, quiet: bool) -> None:
     """Carry out a request in this process, and show what it gave."""
+    from roughcontact.cli import shown
     from roughcontact.report import underway
     from roughcontact.request.run import run
 
-    task = request.task
     with terminal.progress(quiet) as say:
         outcome = run(request, say, lambda at: say(underway.described(at)))
-    if as_json:
-        # Of this run alone: what was solved is the same, taken from a folder or not.
-        about = {} if request["folder"] is None else {"reused": outcome.reused}
-        print(to_json({**outcome.record(), **about}))
-    elif not quiet:
-        # What draws tables takes time to import.
-        from roughcontact.cli import console
-
-        console.show(outcome)
-        if outcome.reused:
-            loads = units.counted(outcome.reused, "load")
-            print(f"taken from {request['folder']}, solved by an earlier run: {loads}")
-    if outcome.failure is not None:
-        raise outcome.failure
-    if not outcome.converged:
-        wanted = any(option.suffixes and request[name] for name, option in offered(task).items())
-        folder = request["folder"]
-        terminal.complain(
-            f"error: {terminal.spelled(outcome.shortfall, task)}"
-            + ("; no file was written" if wanted else "")
-            + (f"; the loads before it are kept in {folder}" if folder else "")
-        )
-        raise typer.Exit(NOT_CONVERGED)
+    shown.show(outcome, as_json, quiet)
 
 
 for _task, _text in tasks.HELP.items():

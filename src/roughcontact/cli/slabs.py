@@ -7,14 +7,16 @@ from collections.abc import Callable
 
 import typer
 
-from roughcontact.cli import terminal
+from roughcontact.cli import shown, terminal
+from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED
 from roughcontact.errors import RoughcontactError
 from roughcontact.files import to_json
 from roughcontact.ranks import Ranks, world
 from roughcontact.request import slabs
+from roughcontact.request.options import VOLUME
 from roughcontact.request.request import Request
 
-_FAILED, _NOT_CONVERGED, _BAD_INPUT = 1, 1, 2
+_FAILED = 1
 
 
 def carry_out(ask: Callable[[], Request], as_json: bool, quiet: bool) -> None:
@@ -29,15 +31,17 @@ def carry_out(ask: Callable[[], Request], as_json: bool, quiet: bool) -> None:
     """
     ranks = world()
     try:
-        _carry_out(ask(), ranks, as_json, quiet)
+        request = ask()
+        carried = _carry_out_volume if request.kind == VOLUME else _carry_out
+        carried(request, ranks, as_json, quiet)
     except (RoughcontactError, OSError) as error:
         # Where all have the same error, the first tells it.
         if not ranks.all_end():
             terminal.complain(f"error: rank {ranks.number}: {terminal.spelled(str(error))}")
-            ranks.abort(_BAD_INPUT)
+            ranks.abort(BAD_INPUT)
         if ranks.first:
             raise
-        raise typer.Exit(_BAD_INPUT) from None
+        raise typer.Exit(BAD_INPUT) from None
     except KeyboardInterrupt:
         # All hear it, one says so.
         if not ranks.first:
@@ -70,4 +74,18 @@ def _carry_out(request: Request, ranks: Ranks, as_json: bool, quiet: bool) -> No
             from roughcontact.contact.slab_result import unsolved
 
             terminal.complain(f"error: {terminal.spelled(unsolved(outcome.result))}")
-        raise typer.Exit(_NOT_CONVERGED)
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def _carry_out_volume(request: Request, ranks: Ranks, as_json: bool, quiet: bool) -> None:
+    from roughcontact.report import underway
+    from roughcontact.request import volumes
+
+    with terminal.progress(quiet or not ranks.first) as say:
+        outcome = volumes.run(request, ranks, say, lambda at: say(underway.described(at)))
+    if ranks.first:
+        shown.show(outcome, as_json, quiet)
+    elif outcome.failure is not None:
+        raise outcome.failure
+    elif not outcome.converged:
+        raise typer.Exit(NOT_CONVERGED)

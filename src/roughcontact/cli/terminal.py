@@ -17,6 +17,9 @@ from roughcontact.request.options import SOLVE, spell_option
 if TYPE_CHECKING:
     from roughcontact.request.outputs import Say
 
+SOLVED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
+"""With which status a command ends."""
+
 # Descriptors up to this one are standard input, output and error.
 _LAST_STREAM = 2
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact.contact import certainty
-from roughcontact.contact.cautions import Caution, of_measurement
+from roughcontact.contact.cautions import of_measurement
 from roughcontact.errors import InputError, RoughcontactError, Sentence, parts_of
 from roughcontact.formats import tables
 from roughcontact.halfspace.boundary import Boundary
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from roughcontact.contact.sampling import SamplingStudy
     from roughcontact.contact.stress import StressResult
     from roughcontact.contact.study import ResolutionStudy
+    from roughcontact.ranks import Ranks
     from roughcontact.surface.surface import Surface
     from roughcontact.volume.passes import Frame
     from roughcontact.volume.result import ElastoplasticResult
@@ -210,7 +211,7 @@ def run(
     if request.kind == COMPARE:
         found = comparing.compared(request, say, look or _nobody, known)
         return _written(Outcome(request, comparison=found), (), say)
-    maps = _prepared(request, say)
+    maps = prepared(request, say)
     return _written(solved(request, maps, say, look, known=known), maps, say)
 
 
@@ -240,14 +241,14 @@ def together() -> Iterator[Callable[..., Outcome]]:
             if words in read:
                 memory.require(request, read[words][0].shape)
             else:
-                read[words] = _prepared(request, say)
+                read[words] = prepared(request, say)
             maps = read[words]
             return _written(solved(request, maps, say, look, solve, known), maps, say)
 
         yield carry_out
 
 
-def _prepared(request: Request, say: Say) -> list[Surface]:
+def prepared(request: Request, say: Say) -> list[Surface]:
     """Return the maps of a request: body and counter-body, or several maps of one surface."""
     single = [replace(request, file=path, files=()) for path in request.files] or [request]
     return [surface for one in single for surface in surfaces(one, say)]
@@ -299,7 +300,7 @@ def solved(
         assert outcome.result is not None
         study = studying.studied(request, maps, outcome.result.load, look, known)
         outcome = replace(outcome, study=study)
-    return _remarked(outcome, of_measurement(resolution_notes(request, maps)))
+    return remarked(outcome, maps)
 
 
 def _written(outcome: Outcome, maps: Sequence[Surface], say: Say) -> Outcome:
@@ -308,14 +309,15 @@ def _written(outcome: Outcome, maps: Sequence[Surface], say: Say) -> Outcome:
         return outcome
     # The numbers are shown even where the files cannot be written.
     try:
-        written = tuple(outputs.write(_files(outcome, maps), say))
+        written = tuple(outputs.write(files(outcome, maps), say))
     except RoughcontactError as error:
         return replace(outcome, failure=error)
     return replace(outcome, written=written)
 
 
-def _remarked(outcome: Outcome, remarks: tuple[Caution, ...]) -> Outcome:
+def remarked(outcome: Outcome, maps: Sequence[Surface]) -> Outcome:
     """Return an outcome whose results tell what is known from the measurement and the study."""
+    remarks = of_measurement(resolution_notes(outcome.request, maps))
     if outcome.study is not None:
         remarks = (*remarks, *outcome.study.cautions)
     changed: dict[str, Any] = {}
@@ -361,7 +363,10 @@ def _solve(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> O
     return Outcome(request, _contact(request, maps, look))
 
 
-def _volume(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
+def of_volume(
+    request: Request, maps: Sequence[Surface], say: Say, look: Look, ranks: Ranks | None = None
+) -> Outcome:
+    """Solve with the volume model, whose volume may lie on several ranks."""
     from roughcontact.volume.path import PathPoint
     from roughcontact.volume.solve import solve_elastoplastic
     from roughcontact.volume.stepping import AUTO, between
@@ -381,6 +386,7 @@ def _volume(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> 
             on_failure="return",
             folder=request["folder"],
             progress=watch,
+            communicator=ranks,
         )
     found = replace(found, solution=replace(found.solution, given=given))
     # The last of them is told of.
@@ -391,10 +397,8 @@ def _roll(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Ou
     with _kept(request, "pass-*/step-*.nc", look) as (watch, reused):
         found, given, frames = rolling.rolled(request, maps, watch)
     last = replace(found.result, solution=replace(found.result.solution, given=given))
-    found = replace(found, result=last)
-    return Outcome(
-        request, last.solution, volume=last, rolling=found, frames=frames, reused=sum(reused)
-    )
+    found, reuse = replace(found, result=last), sum(reused)
+    return Outcome(request, last.solution, last, rolling=found, frames=frames, reused=reuse)
 
 
 def _stress(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
@@ -479,7 +483,7 @@ def _stages(request: Request) -> list[Stage]:
 
 _TASKS: dict[str, Callable[[Request, Sequence[Surface], Say, Look], Outcome]] = {
     SOLVE: _solve,
-    VOLUME: _volume,
+    VOLUME: of_volume,
     STRESS: _stress,
     SWEEP: _sweep,
     HISTORY: _history,
@@ -516,7 +520,7 @@ def _naming(**options: str) -> Iterator[None]:
         raise
 
 
-def _files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
+def files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
     """Yield the files that were asked for, with what writes them."""
     from roughcontact.report import figures
 

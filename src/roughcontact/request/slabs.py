@@ -56,7 +56,8 @@ def check(request: Request) -> None:
     """Raise `InputError` for what is not known of a map on several ranks."""
     if request.task != SOLVE or request.kind != SOLVE:
         raise InputError(
-            "several ranks solve one contact with a ceiling; start this without mpiexec"
+            "several ranks solve one contact, with a ceiling or with the volume model; start this "
+            "without mpiexec"
         )
     if request.file is None:
         raise InputError("is needed: ranks read their rows of it", argument="file")

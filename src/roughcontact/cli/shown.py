@@ -1,0 +1,54 @@
+"""What the commands that carry out a request show of it: a table or JSON, and the exit status."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import typer
+
+from roughcontact import units
+from roughcontact.cli import terminal
+from roughcontact.cli.terminal import NOT_CONVERGED
+from roughcontact.files import to_json
+from roughcontact.request.options import offered
+
+if TYPE_CHECKING:
+    from roughcontact.request.run import Outcome
+
+
+def show(outcome: Outcome, as_json: bool, quiet: bool) -> None:
+    """Show what a request gave, and end where it gave no solution.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        What it gave.
+    as_json, quiet : bool
+        How it is shown.
+    """
+    request = outcome.request
+    if as_json:
+        # Of this run alone: what was solved is the same, taken from a folder or not.
+        about = {} if request["folder"] is None else {"reused": outcome.reused}
+        print(to_json({**outcome.record(), **about}))
+    elif not quiet:
+        # What draws tables takes time to import.
+        from roughcontact.cli import console
+
+        console.show(outcome)
+        if outcome.reused:
+            loads = units.counted(outcome.reused, "load")
+            print(f"taken from {request['folder']}, solved by an earlier run: {loads}")
+    if outcome.failure is not None:
+        raise outcome.failure
+    if not outcome.converged:
+        wanted = any(
+            option.suffixes and request[name] for name, option in offered(request.task).items()
+        )
+        folder = request["folder"]
+        terminal.complain(
+            f"error: {terminal.spelled(outcome.shortfall, request.task)}"
+            + ("; no file was written" if wanted else "")
+            + (f"; the loads before it are kept in {folder}" if folder else "")
+        )
+        raise typer.Exit(NOT_CONVERGED)
