@@ -2,14 +2,16 @@
 
     python benchmarks/mpi.py                                # 2048² and 4096² on 1, 2 and 4 ranks
     python benchmarks/mpi.py --points 8192 --ranks 2        # a quarter of an hour
+    python benchmarks/mpi.py --volume --ranks 2             # the volume model: 256² × 64
     python benchmarks/mpi.py --write                        # renew the table of docs/scale.md
     python benchmarks/mpi.py --quick                        # 256² on two ranks
 
 The rough map R(N) with a ceiling of 3 GPa is pressed by 1 N, from a file that each rank reads its
-rows of. Every run is a process, or ranks, of their own; memory is the peak of each (VmHWM), the
-interpreter and all imports included. One process has as many threads as there are cores, ranks
-share the cores. Work is the time of all cores together: on a machine that does other things it
-tells more than the time on the clock, which the load of the machine stands beside.
+rows of. For the volume model it is the sphere of benchmarks/volume.py, of Swift hardening, whose
+layers the ranks share. Every run is a process, or ranks, of their own; memory is the peak of each
+(VmHWM), the interpreter and all imports included. One process has as many threads as there are
+cores, ranks share the cores. Work is the time of all cores together: on a machine that does other
+things it tells more than the time on the clock, which the load of the machine stands beside.
 """
 
 from __future__ import annotations
@@ -29,13 +31,18 @@ from typing import Any
 import numpy as np
 
 import roughcontact as rc
+import volume
 from peers import peak_memory
+from roughcontact.ranks import Ranks
 
 PAGE = Path(__file__).parents[1] / "docs" / "scale.md"
 RESULTS = Path(__file__).with_name("mpi.json")
 START, END = "<!-- mpi -->", "<!-- mpi end -->"
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 LOAD = 1.0
+VOLUME = "volume"
+# Set for the processes of a quick run.
+QUICK = "ROUGHCONTACT_BENCHMARK_QUICK"
 
 
 def made(points: int, folder: Path) -> Path:
@@ -48,6 +55,8 @@ def made(points: int, folder: Path) -> Path:
 
 def alone(path: Path, precision: str) -> dict[str, Any]:
     """Solve in this process."""
+    if path.stem == VOLUME:
+        return pressed(None)[0]
     surface = rc.read_surface(path, unit="m", size="0.1 mm")
     began, work = time.perf_counter(), cpu()
     found = rc.solve(surface, material=STEEL, load=LOAD, precision=precision)
@@ -65,6 +74,8 @@ def together(path: Path, precision: str) -> dict[str, Any] | None:
     from mpi4py import MPI
 
     comm = MPI.COMM_WORLD
+    if path.stem == VOLUME:
+        return gathered(comm)
     slab = rc.read_slab(path, comm, unit="m", size="0.1 mm")
     comm.Barrier()
     began, work = time.perf_counter(), cpu()
@@ -81,6 +92,41 @@ def together(path: Path, precision: str) -> dict[str, Any] | None:
         "contact_fraction": found.contact_fraction,
         "communication": found.communication / found.seconds,
         "sent": found.sent,
+    }
+
+
+def pressed(communicator: Any) -> tuple[dict[str, Any], Any]:
+    """Solve with the volume model, on ranks or without any."""
+    options = volume.arguments(volume.CASES["swift-256"], quick=QUICK in os.environ)
+    began, work = time.perf_counter(), cpu()
+    found = rc.solve_elastoplastic(**options, communicator=communicator)
+    row = {
+        "seconds": time.perf_counter() - began,
+        "work": cpu() - work,
+        "memory": peak_memory(),
+        "convolutions": found.iterations,
+        "contact_fraction": found.solution.contact_fraction,
+        "layers": found.bodies[0].thickness.size,
+        "max_pressure": found.solution.max_pressure,
+    }
+    return row, found
+
+
+def gathered(comm: Any) -> dict[str, Any] | None:
+    """Solve with the volume model on all ranks; the first returns what all found."""
+    ranks = Ranks(comm)
+    comm.Barrier()
+    row, _ = pressed(ranks)
+    rows = comm.gather({**row, "communication": ranks.seconds, "sent": ranks.sent})
+    if comm.Get_rank():
+        return None
+    shared = sum(one["communication"] for one in rows) / len(rows)
+    return {
+        **row,
+        "work": sum(one["work"] for one in rows),
+        "memory": max(one["memory"] for one in rows),
+        "communication": shared / row["seconds"],
+        "sent": max(one["sent"] for one in rows),
     }
 
 
@@ -102,9 +148,14 @@ def measured(path: Path, ranks: int, precision: str) -> dict[str, Any]:
     )  # fmt: skip
     if run.returncode:
         raise SystemExit(run.stderr)
-    points = int(path.stem.rpartition("-")[2])
+    points = volume.CASES["swift-256"].points if path.stem == VOLUME else named(path)
     about = {"points": points, "ranks": ranks, "precision": precision, "load": load}
     return {**about, **json.loads(run.stdout)}
+
+
+def named(path: Path) -> int:
+    """Return the points a side of a map of `made`."""
+    return int(path.stem.rpartition("-")[2])
 
 
 HEAD = (
@@ -116,7 +167,8 @@ HEAD = (
 def line(found: dict[str, Any], single: dict[str, Any]) -> str:
     """Return a line of the table; ``single`` is that of one process."""
     ranks = str(found["ranks"]) if found["ranks"] else f"one process, {os.cpu_count()} threads"
-    told = [f"{found['points']}², {found['precision']}", ranks]
+    layers = f" × {found['layers']}" if "layers" in found else ""
+    told = [f"{found['points']}²{layers}, {found['precision']}", ranks]
     for key, form in (("seconds", "{:.1f} s"), ("work", "{:.1f} s"), ("memory", "{:.2f} GB")):
         value = found[key] / 1e3 if key == "memory" else found[key]
         ratio = f" ({found[key] / single[key]:.2f})" if found["ranks"] else ""
@@ -142,6 +194,7 @@ def main() -> None:
     parser.add_argument("--points", type=int, nargs="+", default=[2048, 4096])
     parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2, 4])
     parser.add_argument("--precision", choices=("double", "single"), default="double")
+    parser.add_argument("--volume", action="store_true", help="the volume model instead")
     parser.add_argument("--folder", type=Path, help="where maps are kept")
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--quick", action="store_true")
@@ -154,12 +207,16 @@ def main() -> None:
             print(json.dumps(found))
         return
     sizes, ranks = ([256], [2]) if given.quick else (given.points, given.ranks)
+    if given.quick:
+        os.environ[QUICK] = "1"
     results = []
     with tempfile.TemporaryDirectory() as temporary:
-        for points in sizes:
-            path = made(points, given.folder or Path(temporary))
+        folder = given.folder or Path(temporary)
+        paths = [Path(VOLUME)] if given.volume else [made(points, folder) for points in sizes]
+        for path in paths:
             for number in [0, *ranks]:
-                results.append(measured(path, number, given.precision))
+                precision = "single" if given.volume else given.precision
+                results.append(measured(path, number, precision))
                 print(json.dumps(results[-1]), flush=True)
     if given.write:
         stored = json.loads(RESULTS.read_text("utf-8"))["runs"] if RESULTS.exists() else []
