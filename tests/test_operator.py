@@ -354,6 +354,7 @@ ALLOWED = {
         "the flow through a gap, a whole map of which lies on one process",
     ),
     "anderson": {
+        "add": "unknowns of one layer, which lies on one process",
         "_products": "parts of the volume, of which `whole` has gathered those of all processes",
         "_least_squares": "a handful of steps",
     },
