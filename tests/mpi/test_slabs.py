@@ -130,11 +130,12 @@ def test_the_command_reads_solves_and_writes_by_slabs(tmp_path, folder, suffix):
 
 def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
     text = (HERE.parents[1] / "docs" / "howto" / "mpi.md").read_text(encoding="utf-8")
-    (words,) = re.findall(r"```sh\nmpiexec -n 4 roughcontact (.*?)```", text, re.DOTALL)
+    words, volume = re.findall(r"```sh\nmpiexec -n 4 roughcontact (.*?)```", text, re.DOTALL)
     (script,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     rng = np.random.default_rng(3)
     # Rough enough, in um over 2 mm, that 10 N press only some of it flat.
-    np.save(tmp_path / "map.npy", rng.normal(size=(64, 64)))
+    rough = rng.normal(size=(64, 64))
+    np.save(tmp_path / "map.npy", rough)
     monkeypatch.chdir(tmp_path)
     run = command(2, *shlex.split(words.replace("\\\n", " ")))
     assert run.returncode == 0, run.stderr
@@ -142,6 +143,13 @@ def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
     first = rc.load_result("contact.nc", verify=True)
     assert Path("contact.html").exists()
     Path("script.py").write_text(script)
+    # A sphere of 20 mm on the same 2 mm.
+    y, x = np.mgrid[-6:6, -6:6] / 6
+    np.save("map.npy", -(x**2 + y**2) * 25)
+    run = command(2, *shlex.split(volume.replace("\\\n", " ")))
+    assert run.returncode == 0, run.stderr
+    assert rc.load_elastoplastic("contact.nc", verify=True).converged
+    np.save("map.npy", rough)
     run = mpiexec(2, "-m", "mpi4py", "script.py")
     assert run.returncode == 0, run.stderr
     again = rc.load_result("contact.nc", verify=True)
