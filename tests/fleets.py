@@ -79,6 +79,13 @@ size = "0.1 mm"
 load = "1 N"
 """
 
+
+def write_large(folder: Path, points: int) -> None:
+    """Write the map of the large contact, which is soon solved."""
+    y, x = np.mgrid[:points, :points] / points
+    np.save(folder / "large.npy", (np.cos(7 * y) * np.cos(5 * x)).astype(np.float32))
+
+
 ABSENT = """
 [[contact]]
 name = "bad"

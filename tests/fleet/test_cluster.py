@@ -11,12 +11,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
 import psutil
 import pytest
 
 import roughcontact as rc
-from fleets import ABSENT, LARGE, ended, items, wait_for, write_project
+from fleets import ABSENT, LARGE, ended, items, wait_for, write_large, write_project
 from roughcontact.cli import app
 
 pytest.importorskip("distributed", reason="Dask is absent")
@@ -63,7 +62,7 @@ class Cluster:
         given = ("run", project.name, "--engine", "dask", "--scheduler", self.address, *words)
         return self.start(
             "-c", "import sys; from roughcontact.fleet import cluster, engines; "
-            "cluster._PATIENCE = 20; engines._UNNOTICED = 0.5; "
+            "cluster._PATIENCE = 8; engines._UNNOTICED = 0.5; "
             "from roughcontact.cli import app; sys.exit(app.main(sys.argv[1:]))",
             *given, cwd=project.parent, env=ENVIRONMENT, **more,
         )  # fmt: skip
@@ -132,7 +131,7 @@ def test_workers_that_are_killed_lose_nothing(cluster: Cluster, tmp_path: Path) 
 
 def test_a_scheduler_that_is_gone_and_one_that_comes_back(cluster: Cluster, tmp_path: Path) -> None:
     cluster.add()
-    path = write_project(tmp_path / "far", 20)
+    path = write_project(tmp_path / "far", 16)
     run = cluster.run(path, "--quiet")
     assert wait_for(lambda: solved(path) >= 2)
     assert cluster.scheduler is not None
@@ -148,10 +147,10 @@ def test_a_scheduler_that_is_gone_and_one_that_comes_back(cluster: Cluster, tmp_
     assert err.count("\n") == 1
     assert f"the scheduler at {cluster.address} is gone" in err
     left = solved(path)
-    assert before + 3 <= left < 21
+    assert before + 3 <= left < 17
     # The same command does the rest, on whatever engine.
-    assert app.main(["run", str(path), "--quiet"]) == app.SOLVED
-    assert solved(path) == 21
+    assert app.main(["run", str(path), "--quiet", "--workers", "1"]) == app.SOLVED
+    assert solved(path) == 17
 
 
 def test_workers_are_waited_for_and_one_without_memory_loses_no_other_contact(
@@ -162,8 +161,7 @@ def test_workers_are_waited_for_and_one_without_memory_loses_no_other_contact(
     head, _, _ = path.read_text(encoding="utf-8").partition(LARGE)
     first = head.index("[[contact]]")
     path.write_text(head[:first] + LARGE.lstrip() + head[first:], encoding="utf-8")
-    heights = np.random.default_rng(1).standard_normal((1536, 1536)).astype(np.float32)
-    np.save(path.parent / "large.npy", heights)
+    write_large(path.parent, 1280)
     run = cluster.run(path, "--json", stdout=subprocess.PIPE)
     assert run.stderr is not None
     line = run.stderr.readline()
@@ -171,17 +169,18 @@ def test_workers_are_waited_for_and_one_without_memory_loses_no_other_contact(
         f"roughcontact: waiting for workers of the scheduler at {cluster.address} (dask worker "
         f"{cluster.address}), 10 min at most\n"
     )
-    cluster.add("--memory-limit", "360MB")
+    cluster.add("--memory-limit", "320MB")
     out, err = run.communicate(timeout=300)
     assert run.returncode == app.NOT_CONVERGED
-    assert err.count("\n") == 1
-    assert "error: large: its worker ended 1 time, the last one at tcp://" in err
-    assert "is there enough memory?" in err
+    # It may be told as well that workers are begun again.
+    (error,) = (line for line in err.splitlines() if "waiting for workers" not in line)
+    assert "error: large: its worker ended 1 time, the last one at tcp://" in error
+    assert "is there enough memory?" in error
     states = {one["name"]: one["state"] for one in json.loads(out)["contacts"]}
     assert states.pop("large") == "failed"
     assert set(states.values()) == {"solved"}
     assert hidden(path.parent) == []
-    assert app.main(["run", str(path), "--json"]) == app.SOLVED
+    assert app.main(["run", str(path), "--json", "--workers", "1"]) == app.SOLVED
     states = {one["name"]: one["state"] for one in json.loads(capsys.readouterr().out)["contacts"]}
     assert states.pop("large") == "solved"
     assert set(states.values()) == {"solved before"}
@@ -196,11 +195,11 @@ def test_a_cluster_of_this_machine_ends_with_the_run(
     run = start(
         "-c", "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
         "from roughcontact.cli import app; sys.exit(app.main(sys.argv[1:]))",
-        "run", path, "--engine", "dask", "--workers", "2", cwd=tmp_path, env=ENVIRONMENT,
+        "run", path, "--engine", "dask", "--workers", "1", cwd=tmp_path, env=ENVIRONMENT,
     )  # fmt: skip
     assert wait_for(lambda: solved(path) >= 2)
     children = [child.pid for child in psutil.Process(run.pid).children(recursive=True)]
-    assert len(children) >= 2
+    assert children
     run.send_signal(number)
     assert wait_for(lambda: run.poll() is not None, 15)
     assert wait_for(lambda: all(map(ended, children)), 5)

@@ -34,7 +34,7 @@ def test_ranks_give_the_bits_of_local_processes(
     assert done.stderr.count("roughcontact: error: bad: ") == 1
     near = write_project(tmp_path / "near", 3, ABSENT)
     monkeypatch.chdir(near.parent)
-    assert app.main(["run", near.name, "--quiet"]) == app.NOT_CONVERGED
+    assert app.main(["run", near.name, "--quiet", "--workers", "1"]) == app.NOT_CONVERGED
     told, same = items(near.parent), items(far.parent)
     assert told.keys() == same.keys()
     assert [name for name in told if told[name] != same[name]] == []

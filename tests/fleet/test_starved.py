@@ -10,10 +10,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from fleets import LARGE, limited, write_project
+from fleets import LARGE, limited, write_large, write_project
 from roughcontact.cli import app
 from roughcontact.fleet import engines
 from roughcontact.fleet.engine import Engine
@@ -50,7 +49,7 @@ def test_a_contact_that_fills_the_memory_of_a_process_fails_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = write_project(tmp_path, 2, LARGE)
-    np.save(tmp_path / "large.npy", np.random.default_rng(1).standard_normal((1024, 1024)))
+    write_large(tmp_path, 1024)
     monkeypatch.setattr(engines, "processes", narrow)
     assert app.main(["run", str(path)]) == app.NOT_CONVERGED
     out, err = capsys.readouterr()

@@ -14,7 +14,16 @@ from roughcontact.fleet.engine import Engine
 from roughcontact.fleet.plan import FAILED, KEPT, SOLVED
 
 
-class Elsewhere(Executor):
+class Here(Executor):
+    """Calls at once."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+class Elsewhere(Here):
     """Calls at once, on a machine of another root: what lies in one folder is not there."""
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -26,13 +35,11 @@ class Elsewhere(Executor):
         hidden = self._folder.with_name("hidden")
         self._folder.rename(hidden)
         try:
-            future: Future[Any] = Future()
-            future.set_result(fn(*args, **kwargs))
+            return super().submit(fn, *args, **kwargs)
         finally:
             # Whatever was written here is lost.
             assert not self._folder.exists()
             hidden.rename(self._folder)
-        return future
 
 
 GROUPS = """
@@ -53,20 +60,30 @@ def test_files_that_are_sent_give_the_same_bits(
 ) -> None:
     here, there = tmp_path / "here", tmp_path / "there"
     for folder in (here, there):
-        write_project(folder, 2, GROUPS)
-        text = (folder / "project.toml").read_text(encoding="utf-8")
-        text = text.replace('"csv"]', '"csv", "svg"]')
-        (folder / "project.toml").write_text(text, encoding="utf-8")
+        text = write_project(folder, 2, GROUPS).read_text(encoding="utf-8")
+        # One contact that is drawn, in several files.
+        text = text[: text.index('[[contact]]\nname = "curve"')]
+        for old, new in (('"results"', '"drawn"'), ('"nc", "csv"', '"svg"'), ('"1 mN", ', "")):
+            assert old in text
+            text = text.replace(old, new)
+        (folder / "drawn.toml").write_text(text, encoding="utf-8")
     # Paths as they are given on a command line.
     monkeypatch.chdir(here)
-    assert states(engines.run(project.load("project.toml"), lambda report: None)) == [SOLVED] * 4
+    near = Here()
+    engine = Engine(near, lambda: 1, 1, near.shutdown)
+    for name, count in (("project.toml", 4), ("drawn.toml", 1)):
+        entries = project.load(name)
+        assert states(engines.run(entries, lambda report: None, engine)) == [SOLVED] * count
     monkeypatch.chdir(there)
     far = Elsewhere(there, monkeypatch)
     engine = Engine(far, lambda: 1, 1, far.shutdown, far=True)
-    entries = project.load("project.toml")
+    (drawn,), entries = project.load("drawn.toml"), project.load("project.toml")
+    assert states(engines.run([drawn], lambda report: None, engine)) == [SOLVED]
+    far.tasks.clear()
     assert states(engines.run(entries, lambda report: None, engine)) == [SOLVED] * 4
     told, same = items(here), items(there)
     assert told.keys() == same.keys()
+    assert len([name for name in told if name.endswith(".svg")]) > 3
     assert len(told) > 15
     assert [name for name in told if told[name] != same[name]] == []
     # What waits already is asked for its files; then they go along at once.
