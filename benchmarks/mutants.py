@@ -3,13 +3,15 @@
     pip install cosmic-ray coverage pytest-cov     # besides what the tests need
     python benchmarks/mutants.py cover FOLDER      # which test runs which line
     python benchmarks/mutants.py run FOLDER        # 300 mutants; goes on where it stopped
+    python benchmarks/mutants.py again FOLDER      # those that survived, after `cover` with new tests
     python benchmarks/mutants.py tell FOLDER       # how many were killed, and which were not
 
 cosmic-ray says what can be mutated and mutates it. The sample is one of places in the code, all
 alike, with one of the mutants of each: an operator has eleven, a number two. A mutant is tried in a
 copy of the tree by the tests that run its statement, the quickest first, and by the examples in its
-module. It is killed by the first test that fails, or by taking far longer than they do. Annotations
-are no code here, and are left alone. ``docs/mutants.md`` tells what came out.
+module. It is killed by the first test that fails, or by taking far longer than they do. Annotations,
+patterns and the stars of arguments are no code here, and are left alone. ``docs/mutants.md`` tells
+what came out.
 """
 
 from __future__ import annotations
@@ -22,10 +24,12 @@ import importlib
 import json
 import os
 import random
+import re
 import resource
 import shutil
 import subprocess
 import sys
+import tokenize
 import traceback
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
@@ -36,10 +40,15 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "roughcontact"
 WINGS = ("material", "theory", "halfspace", "solvers", "surface")
 COPIED = ("src", "tests", "benchmarks", "docs", "pyproject.toml", "README.md", "CHANGELOG.md")
-# What needs no physics, a browser, or other processes.
-ELSEWHERE = ("desk", "cli", "docs", "examples", "howto", "killed_runs", "latency", "signals")
+# Of the tests that import a wing, those of what is made of it: they take long, and would tell late.
+ELSEWHERE = (
+    "archive", "assumptions_page", "cli", "compare", "elastoplastic", "errors", "examples", "find",
+    "going", "history", "howto", "killed_runs", "latency", "limits", "options", "plots",
+    "references", "report", "robustness", "rolling_face", "run", "script", "sharing", "signals",
+    "stepping", "stress_plots", "volume_report",
+)  # fmt: skip
 # Tests that a mutant is given at first; seconds of all; processor time over that, and the least.
-FEW, MOST, PATIENCE, LEAST_PATIENCE = 12, 60.0, 4.0, 40.0
+FEW, MOST, PATIENCE, LEAST_PATIENCE = 12, 60.0, 1.5, 30.0
 # What tests import, and takes time.
 IMPORTED = ("pytest", "numpy", "scipy.special", "scipy.optimize", "scipy.ndimage",
             "scipy.interpolate", "scipy.sparse.linalg", "scipy.fft", "xarray", "h5py", "pint",
@@ -61,7 +70,9 @@ class Mutant:
 def pytest_sessionfinish(session: Any) -> None:
     """Write how long each test took: pytest loads this module as a plugin in `cover`."""
     if not hasattr(session.config, "workerinput"):
-        Path(os.environ["MUTANTS_TIMES"]).write_text(json.dumps(_times), encoding="utf-8")
+        path = Path(os.environ["MUTANTS_TIMES"])
+        before = json.loads(path.read_text("utf-8")) if path.exists() else {}
+        path.write_text(json.dumps({**before, **_times}), encoding="utf-8")
 
 
 def pytest_runtest_logreport(report: Any) -> None:
@@ -73,20 +84,30 @@ _times: dict[str, float] = {}
 
 
 def cover(folder: Path, extra: list[str]) -> None:
-    """Run the tests once, and keep which of them ran which line, and for how long."""
+    """Run the tests once, and keep which of them ran which line, and for how long.
+
+    What else is given goes to pytest: ``--cov-append -k NAME`` adds tests to those that were run.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    rules = folder / "coverage.ini"
+    # Not named after the data: coverage clears away `coverage.*` as it begins.
+    rules = folder / "rules.ini"
     rules.write_text(f"[run]\nsource = {PACKAGE}\ndata_file = {folder / 'coverage'}\n")
-    files = [
-        str(path.relative_to(ROOT))
-        for path in sorted((ROOT / "tests").rglob("test_*.py"))
-        if path.parent.name != "desk" and path.stem.removeprefix("test_") not in ELSEWHERE
-    ]
+    files = [str(path.relative_to(ROOT)) for path in _files()]
     command = [
         sys.executable, "-m", "pytest", "-q", "-n", "auto", "-p", "mutants", "--cov",
         f"--cov-config={rules}", "--cov-context=test", "--cov-report=", *extra, *files,
     ]  # fmt: skip
     subprocess.run(command, cwd=ROOT, env=_surroundings(ROOT, folder), check=False)
+
+
+def _files() -> Iterator[Path]:
+    """Yield the files of tests that import a wing."""
+    named = re.compile(rf"roughcontact\.({'|'.join(WINGS)})\b")
+    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+        near = path.parent.name in ("tests", "physics")
+        if near and path.stem.removeprefix("test_") not in ELSEWHERE:
+            if named.search(path.read_text(encoding="utf-8")):
+                yield path
 
 
 def _surroundings(tree: Path, folder: Path) -> dict[str, str]:
@@ -98,13 +119,13 @@ def _surroundings(tree: Path, folder: Path) -> dict[str, str]:
 
 
 def all_mutants(modules: Iterable[str]) -> Iterator[Mutant]:
-    """Yield every mutant of some modules, annotations left out."""
+    """Yield every mutant of some modules, annotations and stars of arguments left out."""
     from cosmic_ray.ast import ast_nodes, get_ast_from_path
     from cosmic_ray.plugins import get_operator, operator_names
 
     for module in modules:
         tree = get_ast_from_path(ROOT / module)
-        spared = _annotations(module)
+        spared = _annotations(module) + _stars(module)
         for name in sorted(operator_names()):
             operator = get_operator(name)
             if operator.arguments() or name == "core/NoOp":
@@ -125,7 +146,7 @@ def _tree(module: str) -> ast.Module:
 
 @functools.cache
 def _annotations(module: str) -> tuple[tuple[tuple[int, int], tuple[int, int]], ...]:
-    """Return where annotations, aliases of types, and imports for types stand."""
+    """Return where annotations, imports for types, and patterns of `case` stand."""
     found: list[ast.AST | None] = []
     for node in ast.walk(_tree(module)):
         if isinstance(node, ast.arg | ast.AnnAssign):
@@ -134,11 +155,27 @@ def _annotations(module: str) -> tuple[tuple[tuple[int, int], tuple[int, int]], 
             found.append(node.returns)
         elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
             found.append(node)
+        elif isinstance(node, ast.MatchOr):
+            found.append(node)
     return tuple(
         ((node.lineno, node.col_offset), (node.end_lineno, node.end_col_offset))  # type: ignore[attr-defined]
         for node in found
         if node is not None
     )
+
+
+@functools.cache
+def _stars(module: str) -> tuple[tuple[tuple[int, int], tuple[int, int]], ...]:
+    """Return where `*` and `**` multiply nothing: of arguments, unpacked or by keyword alone."""
+    found = []
+    before = "("
+    with (ROOT / module).open("rb") as source:
+        for token in tokenize.tokenize(source.readline):
+            if token.string in ("*", "**") and before[-1:] in tuple("([{,=:"):
+                found.append((token.start, token.end))
+            if token.type not in (tokenize.NL, tokenize.COMMENT):
+                before = token.string
+    return tuple(found)
 
 
 @functools.cache
@@ -289,19 +326,15 @@ def _difference(old: str, new: str) -> list[str]:
     return [line for line in lines if line[:1] in "+-" and line[:3] not in ("+++", "---")]
 
 
-def run(folder: Path, size: int, seed: int, processes: int) -> None:
+def run(folder: Path, size: int, seed: int, processes: int, again: bool) -> None:
     """Try a sample, some at a time, and keep each result at once."""
     sys.dont_write_bytecode = True
     for name in IMPORTED:
         importlib.import_module(name)
     covered = Covered(folder)
     results = folder / "results.jsonl"
-    done = {(one["module"], one["operator"], one["occurrence"]) for one in _kept(results)}
-    left = [
-        mutant
-        for mutant in sample(size, seed)
-        if (mutant.module, mutant.operator, mutant.occurrence) not in done
-    ]
+    done = {_which(one) for one in _kept(results).values() if one["by"] or not again}
+    left = [mutant for mutant in sample(size, seed) if _which(asdict(mutant)) not in done]
     free = [_copied(folder / f"tree{number}") for number in range(processes)]
     at_work: dict[int, tuple[Mutant, Path]] = {}
     while left or at_work:
@@ -331,20 +364,33 @@ def _copied(tree: Path) -> Path:
     return tree
 
 
-def _kept(results: Path) -> list[dict[str, Any]]:
-    if not results.exists():
-        return []
-    return [json.loads(line) for line in results.read_text(encoding="utf-8").splitlines()]
+_Which = tuple[str, str, int]
+
+
+def _which(one: dict[str, Any]) -> _Which:
+    return one["module"], one["operator"], one["occurrence"]
+
+
+def _kept(results: Path) -> dict[_Which, dict[str, Any]]:
+    """Return what came of each mutant at last, and whether it survived at first."""
+    kept: dict[_Which, dict[str, Any]] = {}
+    for line in results.read_text(encoding="utf-8").splitlines() if results.exists() else ():
+        one = json.loads(line)
+        before = kept.get(_which(one), one)
+        kept[_which(one)] = {**one, "survived": before.get("survived", not before["by"])}
+    return kept
 
 
 def tell(folder: Path) -> None:
     """Print how many were killed in each wing, and the survivors."""
-    found = _kept(folder / "results.jsonl")
-    for wing in WINGS:
-        of = [one for one in found if f"/{wing}/" in one["module"]]
-        print(f"{wing}: {sum(bool(one['by']) for one in of)} of {len(of)} killed")
-    killed = sum(bool(one["by"]) for one in found)
-    print(f"all: {killed} of {len(found)} killed, {100 * killed / max(len(found), 1):.1f} %")
+    found = list(_kept(folder / "results.jsonl").values())
+    print("| wing | tried | killed at once | killed now |\n|---|---|---|---|")
+    for wing in (*WINGS, ""):
+        of = [one for one in found if f"/{wing}/" in one["module"] or not wing]
+        once, now = (sum(map(bool, each)) for each in (
+            (not one["survived"] for one in of), (one["by"] for one in of)))  # fmt: skip
+        share = f" ({100 * now / max(len(of), 1):.1f} %)"
+        print(f"| {wing or 'all'} | {len(of)} | {once} | {now}{'' if wing else share} |")
     for one in found:
         if not one["by"]:
             print(f"\n{one['module']}:{one['first']} {one['operator']}, {one['tests']} tests")
@@ -353,7 +399,7 @@ def tell(folder: Path) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("task", choices=("cover", "run", "tell"))
+    parser.add_argument("task", choices=("cover", "run", "again", "tell"))
     parser.add_argument("folder", type=Path, help="where coverage and results are kept")
     parser.add_argument("--size", type=int, default=300, help="mutants of the sample")
     parser.add_argument("--seed", type=int, default=1, help="of the sample")
@@ -362,10 +408,10 @@ def main() -> None:
     folder = given.folder.resolve()
     if given.task == "cover":
         cover(folder, extra)
-    elif given.task == "run":
-        run(folder, given.size, given.seed, given.processes)
-    else:
+    elif given.task == "tell":
         tell(folder)
+    else:
+        run(folder, given.size, given.seed, given.processes, given.task == "again")
 
 
 if __name__ == "__main__":

@@ -248,6 +248,33 @@ def test_warm_start_from_anything_gives_the_same_answer(independent):
             assert warm.convolutions <= 2
 
 
+@pytest.mark.parametrize("limit", [math.inf, 0.1])
+@pytest.mark.parametrize(
+    ("kind", "shape", "total", "boundary"),
+    [
+        ("white", (24, 40), 30, "free"),
+        ("steps", (24, 40), 30, "periodic"),
+        ("spikes", (24, 40), 30, "free"),
+        ("walk", (24, 40), 30, "periodic"),
+        ("punch", (24, 40), 30, "free"),
+        # One whose active set overshoots.
+        ("checkerboard", (65, 65), 300, "periodic"),
+    ],
+)
+def test_no_unit_changes_a_bit(kind, shape, total, boundary, limit):
+    # Lengths in units of any power of two: the digits of all that is computed are the same.
+    h0 = gaps(shape, kind, np.random.default_rng(1))
+    h0 /= np.ptp(h0)
+    small, large = (
+        press(h0 * unit, limit=limit * unit, total=total * unit, boundary=boundary)
+        for unit in (2.0**-40, 2.0**40)
+    )
+    assert small.convolutions == large.convolutions
+    assert small.approach * 2.0**80 == large.approach
+    np.testing.assert_array_equal(small.index, large.index)
+    np.testing.assert_array_equal(small.pressure * 2.0**80, large.pressure)
+
+
 def test_history_shows_every_level_and_ends_with_the_answer():
     h0 = gaps((130, 140), "walk", np.random.default_rng(10))
     seen = []

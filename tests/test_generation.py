@@ -135,6 +135,18 @@ def test_turning_leaves_cusps_and_roughness_between_them() -> None:
     assert [one.name for one in generation.compared(surface)] == ["Sq"]
 
 
+def test_a_lay_turned_half_around_is_the_same() -> None:
+    # Along an axis the grooves close on themselves, whichever way the axis is named.
+    for lay in (0.0, 90.0):
+        one, other = (
+            marks.turned((100, 250), PIXEL, 30e-6, 0.4e-3, lay=lay + half) for half in (0, 180)
+        )
+        np.testing.assert_allclose(other, one[::-1, ::-1], rtol=0, atol=1e-14)
+    down = marks.turned((100, 250), PIXEL, 30e-6, 0.4e-3, lay=-90.0)
+    across = marks.turned((100, 250), PIXEL, 30e-6, 0.4e-3, lay=90.0)
+    np.testing.assert_allclose(down, across[:, ::-1], rtol=0, atol=1e-14)
+
+
 @pytest.mark.parametrize(
     ("asked", "told"),
     [
@@ -184,6 +196,21 @@ def test_its_provenance_says_how_to_make_it_again() -> None:
     assert names["surface"].heights.tobytes() == surface.heights.tobytes()
     with pytest.raises(rc.InputError, match="as it was generated"):
         generation.compared(surface.leveled())
+
+
+@pytest.mark.parametrize("lay", [0.0, 90.0])
+def test_a_wave_as_long_as_the_cutoff_belongs_to_the_map(lay: float) -> None:
+    # However its length is rounded.
+    for points in (60, 96, 140):
+        for wave in range(2, points // 2 - 1, 3):
+            for pixel in (1e-6, 0.7e-6, 3.1e-7):
+                cutoff = points * pixel / wave
+                power = Spectrum(
+                    (points, points), (pixel, pixel), 4 * cutoff, cutoff, 0.8, 1.0, lay
+                ).power
+                assert power[0, wave] > 0
+                assert power[wave, 0] > 0
+                assert power[0, wave + 1] == 0
 
 
 def test_a_gradient_is_that_of_the_first_differences() -> None:

@@ -107,6 +107,30 @@ def test_only_one_room_asks_for_free_memory() -> None:
     assert asking == ["memory"]
 
 
+# What is filled in as the work goes on.
+GROWING = {
+    "contact.checks": {"Stated"}, "contact.find": {"_Finder"},
+    "contact.resolution_study": {"_Study"}, "joint.law": {"_Samples"}, "ranks": {"Exchange"},
+    "report.page": {"Chapter", "Picture"}, "volume.solve": {"_Run"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("room", sorted(rooms()))
+def test_data_cannot_be_changed_behind_someone_s_back(room: str) -> None:
+    classes = [
+        node
+        for node in ast.walk(ast.parse(rooms()[room].read_text(encoding="utf-8")))
+        if isinstance(node, ast.ClassDef)
+        and any("dataclass" in ast.unparse(one) for one in node.decorator_list)
+    ]
+    loose = {
+        node.name
+        for node in classes
+        if not any("frozen=True" in ast.unparse(one) for one in node.decorator_list)
+    }
+    assert loose == GROWING.get(room, set())
+
+
 # What acts on all threads of a process, also where it is undone at the end of a block.
 SHARED = {
     "redirect_stdout", "redirect_stderr", "catch_warnings", "simplefilter", "filterwarnings",

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
+from scipy.optimize import minimize_scalar
 
 from roughcontact.errors import InputError
 from roughcontact.surface import blocks, leveling
@@ -157,3 +158,23 @@ def test_a_robust_plane_of_normal_heights_is_near_least_squares() -> None:
     difference = leveling.level(heights, "robust") - leveling.level(heights, "plane")
     # Uncertainty of either plane 0.02 in the middle, 0.05 at a corner.
     assert 0 < np.abs(difference).max() < 0.05
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_robust_plane_is_tukey_s(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[:40, :50]
+    heights = 0.3 * x - 0.2 * y + rng.normal(size=y.shape)
+    heights -= np.where(rng.random(y.shape) < 0.01 * x, rng.exponential(3, y.shape), 0)
+    found = leveling.level(heights, "robust")
+
+    def pull(scale: float) -> float:
+        # Of the biweight on the plane, per point, over that of one point a scale away.
+        weight = np.square(1 - np.minimum(np.square(found / (4.685 * scale)), 1))
+        terms = (1, x / 50, y / 40)
+        return max(abs(np.mean(weight * found * term)) for term in terms) / scale
+
+    # The scale is that of the least absolute deviations, which this plane has but for a few per cent.
+    near = 1.4826 * np.median(np.abs(found))
+    best = minimize_scalar(pull, bounds=(0.9 * near, 1.1 * near), options={"xatol": 1e-12 * near})
+    assert best.fun < 1e-6

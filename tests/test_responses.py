@@ -140,3 +140,17 @@ def test_responses_in_single_precision(backend):
     # Single precision's ε is 1.2e-7; and it is not double.
     error = np.abs(found - expected).max() / np.abs(expected).max()
     assert 1e-9 < error < 2e-6
+
+
+def test_the_stream_begins_with_the_block_of_a_row(small_blocks):
+    # A search for the largest stress looks first where the last slice had it.
+    small_blocks(512)
+    source = np.random.default_rng(6).standard_normal((40, 8))
+    operator = responses_to(source, (80, 16), [Term((False, False), [(0, 1.0)])])
+    symbols = Symbols((40, 8), lambda columns: np.ones((1, 41, columns.stop - columns.start)))
+    for row in (0, 17, 39):
+        seen = []
+        operator.stream(symbols, lambda rows, _: seen.append(rows), row)
+        assert len(seen) > 3
+        assert seen[0].start <= row < seen[0].stop
+        assert sorted(i for rows in seen for i in range(rows.start, rows.stop)) == list(range(40))

@@ -158,3 +158,17 @@ def test_spectrum_asks_for_a_full_map() -> None:
     heights[1, 2] = np.nan
     with pytest.raises(InputError, match=r"1 missing points; fill or crop.*filled\(\)"):
         spectrum.radial_spectrum(heights, (1.0, 1.0))
+
+
+@pytest.mark.parametrize(("decay", "threshold"), [(0.24, 0.2), (0.22, 0.5), (0.18, 0.8)])
+def test_correlation_lengths_are_those_of_the_transposed_map(
+    decay: float, threshold: float
+) -> None:
+    # The slowest decay is met within the last of the eight lags along y.
+    y, x = np.mgrid[:16, :32]
+    heights = np.cos(decay * (y - 7.5)) * np.cos(0.9 * x)
+    heights -= heights.mean()
+    lengths = spectrum.autocorrelation_lengths(heights, (1.0, 1.3), threshold)
+    turned = spectrum.autocorrelation_lengths(heights.T, (1.3, 1.0), threshold)
+    assert 7 < lengths[1] < 8
+    assert turned == pytest.approx(lengths, rel=1e-9)

@@ -372,3 +372,13 @@ def test_memory_does_not_grow_with_the_number_of_depths():
     assert many < 1.05 * few
     # Six components in single precision.
     assert many < 6 * 4 * pressure.size * 64 / 4
+
+
+def test_traction_pulls_along_x_unless_told_otherwise():
+    pressure = hertz(24, 5)
+    plain, told = (
+        stress_summary.summarise(pressure, PIXEL, 0.3, depths=[1.0, 2.0], friction=0.3, **more)
+        for more in ({}, {"direction": 0.0})
+    )
+    np.testing.assert_array_equal(plain.von_mises, told.von_mises)
+    np.testing.assert_array_equal(plain.orthogonal_shear, told.orthogonal_shear)

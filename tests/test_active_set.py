@@ -1,0 +1,59 @@
+"""One step on the free pixels, from where no step has led before."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.fft import Workspace
+from roughcontact.solvers.active_set import step_along_arc
+from roughcontact.solvers.iterate import Iterate, Viewer
+from roughcontact.solvers.patches import Patches
+from roughcontact.solvers.problem import Problem
+
+SHAPE, TOLERANCE = (12, 16), 1e-8
+
+
+def begun(height: float, limit: float, total: float) -> tuple[Iterate, Viewer, Patches]:
+    """Return a start at random on every pixel of a rough periodic map."""
+    rng = np.random.default_rng(3)
+    family = Boundary.PERIODIC.operators(SHAPE, (1.0, 1.3), 1.0, workspace=Workspace(1))
+    operator = family(SHAPE, (1, 1))
+    viewer = Viewer(Problem(height * rng.random(SHAPE), limit, total), operator, TOLERANCE)
+    pressure = rng.uniform(0.5, 1.5, math.prod(SHAPE))
+    pressure *= total / pressure.sum()
+    now = viewer.look(np.arange(pressure.size), pressure)
+    return now, viewer, Patches(operator, family, (1, 1))
+
+
+def test_without_a_bound_in_the_way_one_step_solves() -> None:
+    now, viewer, patches = begun(1e-3, math.inf, 100.0)
+    after = step_along_arc(now, viewer, patches, TOLERANCE, 200)
+    assert now.certificate > 0.01
+    # Seen in single precision.
+    assert after.certificate < 1e-6
+    assert after.index.size == math.prod(SHAPE)
+
+
+@pytest.mark.parametrize("limit", [math.inf, 0.8])
+@pytest.mark.parametrize("height", [0.3, 3.0, 30.0])
+def test_steps_stay_within_the_bounds_and_come_nearer(height: float, limit: float) -> None:
+    now, viewer, patches = begun(height, limit, 50.0)
+    first = now.certificate
+    for _ in range(6):
+        now = step_along_arc(now, viewer, patches, TOLERANCE, 500)
+        assert (now.pressure >= 0).all()
+        assert (now.pressure <= limit).all()
+        assert math.fsum(now.pressure) == pytest.approx(50.0, rel=1e-12)
+    assert now.certificate < 1e-3 * first
+
+
+def test_what_may_be_spent_is_not_exceeded() -> None:
+    now, viewer, patches = begun(3.0, math.inf, 50.0)
+    spent = viewer.convolutions
+    for most in (spent, spent - 1):
+        assert step_along_arc(now, viewer, patches, TOLERANCE, most) is now
+        assert viewer.convolutions == spent
