@@ -158,6 +158,16 @@ def test_approach_reproduces_the_load(independent, boundary, limit):
     assert pressure.sum() == pytest.approx(total, rel=1e-6)
 
 
+@pytest.mark.parametrize("boundary", BOUNDARIES)
+def test_bodies_apart_are_solved_without_pressure(boundary):
+    h0 = gaps((12, 20), "white", np.random.default_rng(2))
+    solution = press(h0, approach=-0.1, boundary=boundary)
+    assert solution.status is Status.CONVERGED
+    assert solution.certificate == 0
+    assert solution.pressure.size == 0
+    np.testing.assert_allclose(solution.gap, h0 + 0.1, rtol=1e-12)
+
+
 def test_single_pixel_contact_in_closed_form():
     h0 = np.full((16, 16), 10.0)
     h0[5, 7] = 0

@@ -324,6 +324,16 @@ def test_strain_cut_off_at_the_edge_of_the_map() -> None:
         np.testing.assert_allclose(one, other, rtol=0, atol=5e-4 * np.abs(other).max())
 
 
+def test_a_checkerboard_is_not_relieved() -> None:
+    # It is as steep one way as the other at every point: nothing around gives way to it.
+    shape, strain = (8, 12), np.zeros((3, 5, 8, 12))
+    strain[1] = np.array([1.0, -0.4, 0.3, 0.7, -0.2])[:, None, None] * (
+        1 - 2 * (np.indices(shape).sum(axis=0) % 2)
+    )
+    _, stress, _ = layers_of(operator_of(shape, (1, 1), [0.5] * 3, boundary="periodic"), strain)
+    np.testing.assert_allclose(stress, -2 * MU * strain, rtol=0, atol=1e-12)
+
+
 def test_threads_do_not_change_the_bits() -> None:
     strain = np.random.default_rng(0).normal(size=(4, 5, 12, 10))
     pressure = np.random.default_rng(1).normal(size=(12, 10))

@@ -149,8 +149,8 @@ def test_the_stream_begins_with_the_block_of_a_row(small_blocks):
     operator = responses_to(source, (80, 16), [Term((False, False), [(0, 1.0)])])
     symbols = Symbols((40, 8), lambda columns: np.ones((1, 41, columns.stop - columns.start)))
     for row in (0, 17, 39):
-        seen = []
-        operator.stream(symbols, lambda rows, _: seen.append(rows), row)
+        seen: list[slice] = []
+        operator.stream(symbols, lambda rows, _, seen=seen: seen.append(rows), row)
         assert len(seen) > 3
         assert seen[0].start <= row < seen[0].stop
         assert sorted(i for rows in seen for i in range(rows.start, rows.stop)) == list(range(40))
