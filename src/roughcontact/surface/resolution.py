@@ -322,7 +322,7 @@ def _binned_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array,
     low, high = 4 * q[0], math.pi / max(pixel) * (1 + 1e-9)
     bins = max(int(_BINS * math.log2(high / low)), 1)
     index = np.floor((np.log(q / high) / math.log(low / high)) * bins).astype(int)
-    inside = (index >= 0) & (index < bins) & (q <= high)
+    inside = (index >= 0) & (index < bins)
     index = bins - 1 - index[inside]
     count, power, place = (
         np.bincount(index, waves[inside] * values, minlength=bins)
