@@ -275,6 +275,20 @@ def test_surfaces_that_move() -> None:
         shifted(out, (0.5e-6, 0.0))
 
 
+@pytest.mark.parametrize(
+    ("way", "unknown"),
+    [((0.3, 0.0), np.s_[:1]), ((-0.3, 0.0), np.s_[-1:]), ((0.0, 0.4), np.s_[:, :1]),
+     ((0.0, -2.4), np.s_[:, -3:])],
+)  # fmt: skip
+def test_what_comes_in_over_the_edge_of_a_measured_map_is_unknown(way, unknown):
+    heights = np.random.default_rng(2).normal(size=(12, 16))
+    moved = shifted(rc.Surface(heights, PIXEL), (way[0] * PIXEL[0], way[1] * PIXEL[1]))
+    expected = np.zeros(heights.shape, bool)
+    expected[unknown] = True
+    np.testing.assert_array_equal(np.isnan(moved.heights), expected)
+    assert moved.holes_masked
+
+
 def test_a_map_that_moves_by_part_of_a_pixel_is_a_cubic_spline():
     from scipy.interpolate import make_interp_spline
 
