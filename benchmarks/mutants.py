@@ -38,6 +38,8 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "roughcontact"
+PAGE = ROOT / "docs" / "mutants.md"
+START, END = "<!-- result -->", "<!-- end -->"
 WINGS = ("material", "theory", "halfspace", "solvers", "surface")
 COPIED = ("src", "tests", "benchmarks", "docs", "pyproject.toml", "README.md", "CHANGELOG.md")
 # Of the tests that import a wing, those of what is made of it: they take long, and would tell late.
@@ -200,8 +202,8 @@ def _statement(module: str, line: int) -> tuple[int, int]:
     return best
 
 
-def sample(size: int, seed: int) -> list[Mutant]:
-    """Return the same mutants of the same code again."""
+def sample(size: int, seed: int, told: Path) -> list[Mutant]:
+    """Return the same mutants of the same code again, and keep what they are a sample of."""
     modules = [
         str(path.relative_to(ROOT))
         for wing in WINGS
@@ -211,7 +213,9 @@ def sample(size: int, seed: int) -> list[Mutant]:
     for mutant in sorted(all_mutants(modules)):
         places.setdefault((mutant.module, mutant.place), []).append(mutant)
     count = sum(map(len, places.values()))
-    print(f"{count} mutants at {len(places)} places in {len(modules)} modules")
+    whole = {"mutants": count, "places": len(places), "modules": len(modules)}
+    told.write_text(json.dumps({**whole, "size": size, "seed": seed}), encoding="utf-8")
+    print(whole, flush=True)
     draw = random.Random(seed)
     return [draw.choice(places[one]) for one in draw.sample(sorted(places), min(size, len(places)))]
 
@@ -344,7 +348,8 @@ def run(folder: Path, size: int, seed: int, processes: int, again: bool) -> None
     covered = Covered(folder)
     results = folder / "results.jsonl"
     done = {_which(one) for one in _kept(results).values() if one["by"] or not again}
-    left = [mutant for mutant in sample(size, seed) if _which(asdict(mutant)) not in done]
+    drawn = sample(size, seed, folder / "sample.json")
+    left = [mutant for mutant in drawn if _which(asdict(mutant)) not in done]
     free = [_copied(folder / f"tree{number}") for number in range(processes)]
     at_work: dict[int, tuple[Mutant, Path]] = {}
     while left or at_work:
@@ -391,20 +396,36 @@ def _kept(results: Path) -> dict[_Which, dict[str, Any]]:
     return kept
 
 
-def tell(folder: Path) -> None:
-    """Print how many were killed in each wing, and the survivors."""
+def tell(folder: Path, write: bool) -> None:
+    """Print how many were killed in each wing, and the survivors; write the former into a page."""
     found = list(_kept(folder / "results.jsonl").values())
-    print("| wing | tried | killed at once | killed now |\n|---|---|---|---|")
-    for wing in (*WINGS, ""):
-        of = [one for one in found if f"/{wing}/" in one["module"] or not wing]
-        once, now = (sum(map(bool, each)) for each in (
-            (not one["survived"] for one in of), (one["by"] for one in of)))  # fmt: skip
-        share = f" ({100 * now / max(len(of), 1):.1f} %)"
-        print(f"| {wing or 'all'} | {len(of)} | {once} | {now}{'' if wing else share} |")
+    of = json.loads((folder / "sample.json").read_text(encoding="utf-8"))
+    once = sum(not one["survived"] for one in found)
+    late = sum(bool(one["by"]) for one in found) - once
+    stuck = sum(one["by"] == "takes too long" for one in found)
+    lines = [
+        f"Of {of['mutants']} mutants at {of['places']} places in {of['modules']} modules, "
+        f"{of['size']} were drawn with seed {of['seed']}, and {len(found)} tried: {once} were "
+        f"killed at once, {late} by tests written since, and {len(found) - once - late} survive. "
+        f"{stuck} of them were killed by their time.",
+        "",
+        "| wing | tried | killed at once | killed now |",
+        "|---|---|---|---|",
+    ]
+    for wing in WINGS:
+        here = [one for one in found if f"/{wing}/" in one["module"]]
+        first = sum(not one["survived"] for one in here)
+        lines.append(f"| {wing} | {len(here)} | {first} | {sum(bool(o['by']) for o in here)} |")
+    print("\n".join(lines))
     for one in found:
         if not one["by"]:
             print(f"\n{one['module']}:{one['first']} {one['operator']}, {one['tests']} tests")
             print("\n".join(one["diff"]))
+    if write:
+        page = PAGE.read_text(encoding="utf-8")
+        before, after = page.partition(START)[0], page.partition(END)[2]
+        block = "\n".join([START, *lines, END])
+        PAGE.write_text(f"{before}{block}{after}", encoding="utf-8")
 
 
 def main() -> None:
@@ -414,12 +435,13 @@ def main() -> None:
     parser.add_argument("--size", type=int, default=300, help="mutants of the sample")
     parser.add_argument("--seed", type=int, default=1, help="of the sample")
     parser.add_argument("--processes", type=int, default=2, help="mutants tried at a time")
+    parser.add_argument("--write", action="store_true", help="what is told into docs/mutants.md")
     given, extra = parser.parse_known_args()
     folder = given.folder.resolve()
     if given.task == "cover":
         cover(folder, extra)
     elif given.task == "tell":
-        tell(folder)
+        tell(folder, given.write)
     else:
         run(folder, given.size, given.seed, given.processes, given.task == "again")
 

@@ -382,3 +382,20 @@ def test_traction_pulls_along_x_unless_told_otherwise():
     )
     np.testing.assert_array_equal(plain.von_mises, told.von_mises)
     np.testing.assert_array_equal(plain.orthogonal_shear, told.orthogonal_shear)
+
+
+@pytest.mark.parametrize("precision", ["double", "single"])
+def test_no_unit_changes_a_bit(precision):
+    # Lengths in units of any power of two: below a map of microns as below one of kilometres.
+    pressure = np.random.default_rng(0).random((12, 20))
+    small, large = (
+        [
+            one.stress
+            for one in stress.slices(
+                pressure, (0.7 * unit, 1.1 * unit), [0, 0.5 * unit, 3 * unit], 0.3,
+                boundary="periodic", friction=0.2, direction=30.0, precision=precision,
+            )
+        ]
+        for unit in (2.0**-20, 2.0**12)
+    )  # fmt: skip
+    np.testing.assert_array_equal(small, large)
