@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +65,20 @@ def test_all_at_once_on_a_large_map() -> None:
     assert missed(surface) == {}
     assert len(generation.compared(surface)) == 7
     assert generated.unmet(surface) == []
+
+
+def test_a_map_that_shows_what_was_asked_is_left_as_it_is() -> None:
+    spectrum_asked = Spectrum(SMALL, PIXEL, 12e-6, 3e-6, 0.8, 0.5)
+    heights = made(Str=0.5).heights
+    Sal, Str, _ = spectrum.texture(heights, PIXEL)
+    asked = generation._Asked(
+        0.5e-6, Sal, None, 0.8, None, 3e-6, Str, 0.0, (0.0, 3.0), None
+    )  # fmt: skip
+    assert generation._corrected(spectrum_asked, asked, heights) is spectrum_asked
+    for share in (0.8, 1.25):
+        other = generation._corrected(spectrum_asked, replace(asked, Str=Str * share), heights)
+        assert (other.ratio > 0.5) == (share > 1)
+        assert other.rolloff == spectrum_asked.rolloff
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_another_map() -> None:

@@ -131,6 +131,26 @@ def test_data_cannot_be_changed_behind_someone_s_back(room: str) -> None:
     assert loose == GROWING.get(room, set())
 
 
+UNLESS_TOLD = {"angle": "0.0", "mirrored": "False"}
+
+
+def test_nothing_is_turned_or_mirrored_unless_told() -> None:
+    for room, path in rooms().items():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            # To rotate is to be told.
+            if not isinstance(node, ast.FunctionDef) or node.name.startswith("rotate"):
+                continue
+            given = node.args
+            names = [argument.arg for argument in (*given.posonlyargs, *given.args)]
+            defaults = {
+                **dict(zip(names[::-1], given.defaults[::-1], strict=False)),
+                **{a.arg: d for a, d in zip(given.kwonlyargs, given.kw_defaults, strict=True)},
+            }
+            for name, usual in UNLESS_TOLD.items():
+                if defaults.get(name) is not None:
+                    assert ast.unparse(defaults[name]) in (usual, "None"), f"{room}.{node.name}"
+
+
 # What acts on all threads of a process, also where it is undone at the end of a block.
 SHARED = {
     "redirect_stdout", "redirect_stderr", "catch_warnings", "simplefilter", "filterwarnings",

@@ -200,6 +200,18 @@ def test_the_rim_of_smaller_spots():
         assert found.max_von_mises == pytest.approx(largest(NU, 0.5) * p0, rel=tolerance)
 
 
+def test_the_rim_is_the_same_whichever_way_the_body_slides():
+    result, _ = pressed(12.0)
+    for angle in (0.0, 30.0):
+        found = [at_the_surface(result, 0.4, angle + turn) for turn in (0, 90, 180, 270)]
+        stresses = [one.max_von_mises for one in found]
+        np.testing.assert_allclose(stresses, stresses[0], rtol=1e-4)
+        # Half a turn leaves the pixel on the other side, or its twin beside the middle.
+        for one, other in ((0, 2), (1, 3)):
+            pixels = np.add(found[one].pixel_of_max, found[other].pixel_of_max)
+            assert np.abs(pixels - result.surface.shape + 1).max() <= 1
+
+
 def test_the_rim_on_a_periodic_map():
     # Images in a distance of eight contact radii raise p0 by half a per cent.
     result, _ = pressed(16.0, (0.3, 0.2), boundary="periodic", points=128)
