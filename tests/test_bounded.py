@@ -328,6 +328,17 @@ def test_a_tolerance_below_rounding_ends_as_stalled():
     assert solution.convolutions < 500
 
 
+@pytest.mark.parametrize("kind", ["white", "walk"])
+def test_what_rounding_does_not_let_through_is_given_up_soon(kind):
+    h0 = gaps((40, 30), kind, np.random.default_rng(3))
+    needed = press(h0, total=24, tolerance=1e-9)
+    solution = press(h0, total=24, tolerance=1e-30, max_iterations=500)
+    assert solution.certificate < 1e-9
+    assert solution.convolutions < 200
+    assert needed.status is Status.CONVERGED
+    assert needed.convolutions < solution.convolutions
+
+
 def test_status_values_are_advice():
     assert Status.CONVERGED.value == "converged"
     assert "max_iterations" in Status.CONVOLUTION_LIMIT.value

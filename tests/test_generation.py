@@ -74,7 +74,9 @@ def test_a_map_that_shows_what_was_asked_is_left_as_it_is() -> None:
     asked = generation._Asked(
         0.5e-6, Sal, None, 0.8, None, 3e-6, Str, 0.0, (0.0, 3.0), None
     )  # fmt: skip
-    assert generation._corrected(spectrum_asked, asked, heights) is spectrum_asked
+    near = 1 + generation._CLOSE / 2
+    for close in (asked, replace(asked, Str=Str * near), replace(asked, Sal=Sal / near)):
+        assert generation._corrected(spectrum_asked, close, heights) is spectrum_asked
     for share in (0.8, 1.25):
         other = generation._corrected(spectrum_asked, replace(asked, Str=Str * share), heights)
         assert (other.ratio > 0.5) == (share > 1)

@@ -399,3 +399,15 @@ def test_no_unit_changes_a_bit(precision):
         for unit in (2.0**-20, 2.0**12)
     )  # fmt: skip
     np.testing.assert_array_equal(small, large)
+
+
+def test_no_more_waves_are_taken_than_reach_the_depth():
+    # In metres as in pixels: deep below a map only the longest are left.
+    for unit in (1.0, 1e-6):
+        loads = stress_field._Loads((0.7 * unit, 1.1 * unit), 0.3, ())
+        terms = loads.wave_terms()
+        highest = [
+            stress_field._waves(loads, terms, (64, 96), depth * unit, 16.0).highest
+            for depth in (0.0, 0.5, 10.0, 100.0)
+        ]
+        assert highest == [(32, 48), (32, 48), (12, 27), (2, 3)]
