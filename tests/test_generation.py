@@ -230,6 +230,19 @@ def test_a_wave_as_long_as_the_cutoff_belongs_to_the_map(lay: float) -> None:
                 assert power[0, wave + 1] == 0
 
 
+@pytest.mark.parametrize("shape", [(8, 12), (7, 12), (8, 11), (7, 11)])
+def test_a_wave_of_two_pixels_has_no_power(shape: tuple[int, int]) -> None:
+    # It has no phase that a real map could tell. All others down to there have some.
+    power = Spectrum(shape, (1e-6, 1e-6), 1e-5, 1e-6, 0.8).power
+    none = np.zeros(power.shape, bool)
+    none[0, 0] = True
+    if shape[0] % 2 == 0:
+        none[shape[0] // 2] = True
+    if shape[1] % 2 == 0:
+        none[:, -1] = True
+    np.testing.assert_array_equal(power == 0, none)
+
+
 def test_a_gradient_is_that_of_the_first_differences() -> None:
     found = Spectrum((64, 80), (1e-6, 2e-6), 30e-6, 6e-6, 0.7, 0.5, 25.0)
     rng = np.random.default_rng(0)
