@@ -212,12 +212,16 @@ def test_the_rim_is_the_same_whichever_way_the_body_slides():
             assert np.abs(pixels - result.surface.shape + 1).max() <= 1
 
 
-def test_the_rim_on_a_periodic_map():
-    # Images in a distance of eight contact radii raise p0 by half a per cent.
-    result, _ = pressed(16.0, (0.3, 0.2), boundary="periodic", points=128)
-    found = at_the_surface(result, 0.5, 20.0)
-    expected = largest(NU, 0.5) * result.max_pressure
-    assert found.max_von_mises == pytest.approx(expected, rel=0.01)
+@pytest.mark.parametrize("friction", [0.35, 0.5])
+@pytest.mark.parametrize(("points", "tolerance"), [(128, 0.01), (40, 0.02)])
+def test_the_rim_on_a_periodic_map(points, tolerance, friction):
+    # Images in a distance of eight contact radii raise p0 by half a per cent. At two and a half
+    # the pressure is still an ellipsoid, on a half of the map: its mean holds the body sideways.
+    result, _ = pressed(16.0, (0.3, 0.2), boundary="periodic", points=points)
+    expected = largest(NU, friction) * result.max_pressure
+    for angle in (0.0, 20.0, 90.0):
+        found = at_the_surface(result, friction, angle)
+        assert found.max_von_mises == pytest.approx(expected, rel=tolerance)
 
 
 @pytest.mark.parametrize("friction", [0.35, 0.5])
