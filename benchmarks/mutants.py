@@ -406,9 +406,8 @@ def tell(folder: Path, write: bool) -> None:
     lines = [
         f"Of {of['mutants']} mutants at {of['places']} places in {of['modules']} modules, "
         f"{of['size']} were drawn with seed {of['seed']}, and {len(found)} tried: {once} were "
-        f"killed at once, {late} when tried again with more tests, {len(found) - once - late} "
-        f"survive. "
-        f"{stuck} of them were killed by their time.",
+        f"killed at once, {late} when tried again with more tests, and {len(found) - once - late} "
+        f"survive. By their time {stuck} were killed.",
         "",
         "| wing | tried | killed at once | killed now |",
         "|---|---|---|---|",
