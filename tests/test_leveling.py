@@ -176,5 +176,7 @@ def test_a_robust_plane_is_tukey_s(seed: int) -> None:
 
     # The scale is that of the least absolute deviations: nearly that of this plane.
     near = 1.4826 * np.median(np.abs(found))
-    best = minimize_scalar(pull, bounds=(0.9 * near, 1.1 * near), options={"xatol": 1e-12 * near})
+    best = minimize_scalar(
+        pull, bounds=(0.9 * near, 1.1 * near), method="bounded", options={"xatol": 1e-12 * near}
+    )
     assert best.fun < 1e-6
