@@ -20,9 +20,14 @@ RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?|.*[<>:\"|?*\\].
 
 # What is missing: on macOS, on Windows. No child begins with these gone, so that nothing but
 # this program meets them.
-MACOS = "del os.sched_getaffinity"
+MACOS = """
+del os.sched_getaffinity
+# As Python 3.13 has it where there is no affinity.
+os.process_cpu_count = os.cpu_count
+"""
 WINDOWS = """
 import signal
+os.process_cpu_count = os.cpu_count
 for name in ("fork", "sched_getaffinity", "O_NONBLOCK", "getuid", "geteuid", "killpg", "setsid"):
     if hasattr(os, name):
         delattr(os, name)

@@ -111,7 +111,7 @@ def test_a_pipe_without_an_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(pipes, "MOST", 2**20)
 
     def endless(path: Path) -> None:
-        with path.open("wb") as stream:
+        with path.open("wb", buffering=0) as stream:
             while True:
                 try:
                     stream.write(bytes(2**16))
