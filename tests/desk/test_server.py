@@ -319,7 +319,10 @@ def test_a_page_that_cannot_be_made_says_why_and_keeps_nothing(
 def test_the_scripts_that_are_read_ahead_are_those_of_the_page(desk: Desk) -> None:
     page = desk.ask(desk.home).text
     found = re.findall(r'src="(static/[^"]*[?]v=[^"]*)"', page)
-    assert sorted(found) == sorted(starting.addresses())
+    ahead = set(starting.addresses())
+    assert set(found) <= ahead
+    # Bokeh 3.10 no longer asks for its tables here.
+    assert all("bokeh-tables" in one for one in ahead - set(found))
 
 
 def test_who_comes_before_the_page_is_there_is_told_so(tmp_path: Path) -> None:
