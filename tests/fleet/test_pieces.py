@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from concurrent.futures import Executor, Future
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -55,13 +56,13 @@ class Backwards(Executor):
 waiting: list[tuple[Future[Any], bytes]] = []
 
 
-def answer() -> int:
-    """Answer what was handed out, and say that one goes on at a time."""
+def answer(slots: int) -> int:
+    """Answer what was handed out, and say how many go on at a time."""
     while waiting:
         future, sent = waiting.pop()
         function, args, kwargs = pickle.loads(sent)
         future.set_result(pickle.loads(pickle.dumps(function(*args, **kwargs))))
-    return 10
+    return slots
 
 
 def written(folder: Path, text: str, points: int = 64) -> Path:
@@ -83,9 +84,9 @@ def bits(folder: Path) -> dict[str, dict[str, str]]:
     }
 
 
-def run(path: Path) -> tuple[list[plan.Report], list[work.Task], list[str]]:
+def run(path: Path, slots: int = 10) -> tuple[list[plan.Report], list[work.Task], list[str]]:
     far, said = Backwards(), []
-    engine = Engine(far, answer, 1, far.shutdown)
+    engine = Engine(far, partial(answer, slots), 1, far.shutdown)
     with pytest.MonkeyPatch.context() as patch:
         # What is asked is answered with the next look.
         patch.setattr(engines, "_LOOKS", 0.0)
@@ -129,17 +130,17 @@ def test_each_piece_reads_its_own_map(tmp_path: Path) -> None:
 
 
 def test_a_piece_that_fails_fails_its_contact_once(tmp_path: Path) -> None:
-    more = '\n[[contact]]\nname = "two"\nfile = "r0.npy"\nload = "1 N"\n'
-    path = written(tmp_path / "here", PROBLEMS["groups"][0] + more)
-    maps = path.with_name("s0.npy"), path.with_name("kept.npy")
-    maps[1].write_bytes(maps[0].read_bytes())
-    maps[0].unlink()
-    (bad, good), tasks, _ = run(path)
+    more = '\n[[contact]]\nname = "two"\nfile = "r2.npy"\nload = "1 N"\n'
+    text = PROBLEMS["groups"][0].replace('"r?.npy"', '"r0.npy", "r1.npy"') + more
+    path = written(tmp_path / "here", text)
+    kept = path.with_name("r0.npy").rename(path.with_name("kept.npy"))
+    (bad, good), tasks, _ = run(path, slots=1)
     assert (bad.state, good.state) == (plan.FAILED, plan.SOLVED)
-    assert "s0.npy" in bad.reason
-    # It is not begun as a whole.
-    assert sum(not task.piece for task in tasks) == 1
-    maps[1].replace(maps[0])
+    assert "r0.npy" in bad.reason
+    # What is not yet handed out is not begun, nor is the whole.
+    assert [task.piece for task in tasks] == ["0", "1", ""]
+    assert tasks[-1].parts[0].entry.name == "two"
+    kept.rename(path.with_name("r0.npy"))
     assert [report.state for report in run(path)[0]] == [plan.SOLVED, plan.KEPT]
 
 
