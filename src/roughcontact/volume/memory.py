@@ -8,7 +8,7 @@ from roughcontact import memory
 from roughcontact.halfspace import plastic
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.halfspace.layers import SWEEP_POINTS
-from roughcontact.halfspace.shares import Share
+from roughcontact.halfspace.shares import TRAVELLING, Share
 from roughcontact.volume.problem import Problem
 
 
@@ -48,7 +48,10 @@ def memory_estimate(
     # acceleration remembers of a quarter of the points. The bodies share what threads sweep with.
     swept = min(default_workers() * SWEEP_POINTS, padded / 4)
     volume = bodies * layers * (7.5 * padded + 35 * points) + (6 * layers + 28) * swept
-    return int(real * volume) // ranks + 200 * points
+    # What is on its way between ranks: a layer for each thread, or some, in six arrays.
+    layer = max(TRAVELLING, default_workers() * 5 * real * padded)
+    under_way = 0 if ranks == 1 else 6 * layer
+    return int(real * volume) // ranks + under_way + 200 * points
 
 
 def require(
