@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.contact import checks, memory, subsurface
+from roughcontact.contact import checks, load_history, memory, subsurface
 from roughcontact.contact.history import Stage
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.solve import press
@@ -153,7 +153,7 @@ def task_of(
         fraction = memory.scouted(pair, stated.problem, stated.scale)
         fraction = max(fraction, memory.started(stated.problem, None, task == "sweep"))
         del stated
-        held = {"solve": 0, "sweep": 3, "history": 6}[task]
+        held = {"solve": 0, "sweep": 3, "history": load_history.HELD}[task]
         estimate = memory.Room.of(pair, terms, held).estimate(fraction)
         load = terms.load or 0.0
         if task == "solve":

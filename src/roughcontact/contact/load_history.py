@@ -41,9 +41,9 @@ it costs a third more.
 """
 
 
-HELD = 6
-"""Maps held while a stage is solved: the indentation, what the last stage added, its pressure and
-gap, and both bodies as they face each other now."""
+HELD = 10
+"""Maps held while a stage is solved: the indentation and none, what the last stage added, its
+pressure and gap and those of the largest, and the bodies as they face each other in all three."""
 
 # A load that every surface carries, to check the other arguments with.
 _LEAST = 1e-90
