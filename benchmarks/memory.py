@@ -264,8 +264,8 @@ def table(rows: list[dict[str, Any]]) -> str:
     for row in rows:
         (ny, nx), mega = row["shape"], 2**20
         lines.append(
-            f"| {row['case']} | {ny} × {nx} | {100 * row['contact']:.2g} % "
-            f"| {100 * row['foreseen']:.2g} % | {row['estimate'] / mega:.0f} MiB "
+            f"| {row['case']} | {ny} × {nx} | {100 * row['contact']:.3g} % "
+            f"| {100 * row['foreseen']:.3g} % | {row['estimate'] / mega:.0f} MiB "
             f"| {row['peak'] / mega:.0f} MiB | {row['peak'] / ny / nx:.0f} B "
             f"| {row['peak'] / row['estimate']:.2f} |"
         )
