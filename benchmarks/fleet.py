@@ -192,11 +192,10 @@ def memory(folder: Path, sizes: list[int]) -> dict[str, float]:
     """Return the largest memory [MB] of a worker of one thread: idle, and by the points a side."""
     found = {}
     for name, opened in (("local", lambda: here(1)), ("Dask", lambda: dask(1))):
-        with opened() as engine:
-            found[f"{name} idle"] = engine.executor.submit(peak).result()
         for size in sizes:
             path = written(folder / f"{name}-{size}", [size], 3)
             with opened() as engine:
+                found.setdefault(f"{name} idle", engine.executor.submit(peak).result())
                 timed(path, engine)
                 found[f"{name} {size}"] = engine.executor.submit(peak).result()
     return found
