@@ -33,6 +33,19 @@ def release() -> ModuleType:
     return script("release")
 
 
+@pytest.fixture
+def checkout(release: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The files that a release changes, with something unreleased."""
+    for path in (release.VERSION, release.CHANGES, *release.CITED):
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        text = (ROOT / path).read_text(encoding="utf-8")
+        if path == release.CHANGES:
+            text = text.replace("## Unreleased\n", "## Unreleased\n\n### Added\n\n- More.\n", 1)
+        (tmp_path / path).write_text(text, encoding="utf-8")
+    monkeypatch.setattr(release, "ROOT", tmp_path)
+    return tmp_path
+
+
 def test_every_path_that_contributors_are_sent_to_exists() -> None:
     named = set(re.findall(r"`([\w./]+/[\w.]*)`|\]\(([\w./]+)\)", GUIDE))
     paths = {one or other for one, other in named}
@@ -69,15 +82,17 @@ def test_who_cites_gets_the_licence_and_the_words_of_the_package() -> None:
     assert all(f"  - {word}\n" in cited for word in project["keywords"])
 
 
-def test_a_release_changes_version_changelog_and_citation(release: ModuleType) -> None:
-    texts = release.changed(ROOT, "99.1.0", DATE)
+def test_a_release_changes_version_changelog_and_citation(
+    release: ModuleType, checkout: Path
+) -> None:
+    texts = release.changed(checkout, "99.1.0", DATE)
     assert release.version_of(texts[release.VERSION]) == "99.1.0"
     assert "\nversion: 99.1.0\n" in texts[Path("CITATION.cff")]
     assert json.loads(texts[Path("codemeta.json")])["version"] == "99.1.0"
     changes = texts[release.CHANGES]
     assert "## Unreleased\n\n## 99.1.0 - 2026-12-01\n\n### Added\n" in changes
     # Nothing is lost of what was there.
-    before = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    before = (checkout / "CHANGELOG.md").read_text(encoding="utf-8")
     assert changes.replace("\n## 99.1.0 - 2026-12-01\n", "") == before
 
 
@@ -98,14 +113,14 @@ def test_a_release_without_changes_is_refused(release: ModuleType) -> None:
 
 
 def test_a_dry_run_tells_and_changes_nothing(
-    release: ModuleType, capsys: pytest.CaptureFixture[str]
+    release: ModuleType, checkout: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    before = (ROOT / "CHANGELOG.md").read_bytes()
+    before = (checkout / "CHANGELOG.md").read_bytes()
     assert release.main(["99.1.0", "--dry-run", "--no-files"]) == 0
     told = capsys.readouterr().out
     assert "would write CHANGELOG.md" in told
     assert "would commit 'Release 99.1.0' and tag it v99.1.0" in told
-    assert (ROOT / "CHANGELOG.md").read_bytes() == before
+    assert (checkout / "CHANGELOG.md").read_bytes() == before
 
 
 def test_packages_that_lack_or_hold_too_much_are_told() -> None:
