@@ -114,8 +114,8 @@ def compare(
     return wanted.together(pressed, paired)
 
 
+# What is found of one map: its sample, or those before and after a first loading.
 Pressed = tuple[Sample, ...]
-"""What is found of one map: its sample, or those before and after a first loading."""
 
 
 @dataclass(frozen=True, eq=False)

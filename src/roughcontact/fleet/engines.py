@@ -386,8 +386,8 @@ class _Run:
         return [self._entries[number].summary for number in sorted(done_)]
 
 
+# The entries of one contact with their numbers.
 Contact = list[tuple[int, Entry]]
-"""The entries of one contact with their numbers."""
 
 
 def _contacts(entries: list[Entry]) -> list[Contact]:
