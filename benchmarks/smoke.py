@@ -3,46 +3,64 @@
 from __future__ import annotations
 
 import inspect
-import itertools
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from asv_bench import solve, stress
 
+# Some wait for a browser or for workers; longest first.
+SCRIPTS = (
+    ("desk.py", "--quick"),
+    ("robustness.py", "--problems", "2", "--files", "20", "--kills", "1"),
+    ("fleet.py", "--quick"),
+    ("rolling.py", "--quick"),
+    ("volume.py", "--quick"),
+    ("latency.py", "--runs", "1", "--points", "48x64", "--only", "info"),
+    ("peers.py", "--cases", "smoke"),
+    ("memory.py", "--quick"),
+    ("mpi.py", "--quick"),
+    ("record.py", "--quick"),
+    ("leak.py", "--points", "128"),
+)
+
 
 def main() -> None:
-    """Run them and print one line each."""
-    suites = inspect.getmembers(solve, inspect.isclass) + inspect.getmembers(
-        stress, inspect.isclass
-    )
-    for name, suite in suites:
-        if not hasattr(suite, "params"):
-            continue
-        # The smallest size with every other parameter: the rest only takes longer.
-        for values in itertools.product(suite.params[0][:1], *suite.params[1:]):
-            instance = suite()
-            instance.setup(*values)
-            for method in (
-                m for m in dir(instance) if m.startswith(("time_", "peakmem_", "track_"))
-            ):
+    """Run them and print what they say, two at a time: nothing is measured."""
+    for module in (solve, stress):
+        for name, suite in inspect.getmembers(module, inspect.isclass):
+            if hasattr(suite, "params"):
+                methods(name, suite)
+    with ThreadPoolExecutor(2) as pool:
+        for told in pool.map(quickly, SCRIPTS):
+            print(told, flush=True)
+
+
+def methods(name: str, suite: type) -> None:
+    """Run a suite at its smallest size, every value of the other parameters once."""
+    choices = [suite.params[0][:1], *suite.params[1:]]
+    for number in range(max(map(len, choices))):
+        values = [values[number % len(values)] for values in choices]
+        instance = suite()
+        instance.setup(*values)
+        for method in dir(instance):
+            if method.startswith(("time_", "peakmem_", "track_")):
                 getattr(instance, method)(*values)
-                print(f"{name}.{method}{values}: ran")
-    for script, *options in (
-        ("peers.py", "--cases", "smoke"),
-        ("volume.py", "--quick"),
-        ("rolling.py", "--quick"),
-        ("memory.py", "--quick"),
-        ("record.py", "--quick"),
-        ("desk.py", "--quick"),
-        ("leak.py", "--points", "128"),
-        ("fleet.py", "--quick"),
-        ("mpi.py", "--quick"),
-        ("latency.py", "--runs", "1", "--points", "48x64", "--only", "info"),
-        ("robustness.py", "--problems", "10", "--files", "100", "--kills", "5"),
-    ):
-        path = Path(__file__).with_name(script)
-        subprocess.run([sys.executable, str(path), *options], check=True)
+                print(f"{name}.{method}{tuple(values)}: ran")
+
+
+def quickly(command: tuple[str, ...]) -> str:
+    """Run a script of this folder, or raise with what it said."""
+    script, *options = command
+    path = Path(__file__).with_name(script)
+    done = subprocess.run(
+        [sys.executable, str(path), *options], text=True, stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )  # fmt: skip
+    if done.returncode:
+        raise RuntimeError(f"{script} ended with status {done.returncode}:\n{done.stdout}")
+    return done.stdout
 
 
 if __name__ == "__main__":

@@ -36,7 +36,6 @@ extensions = [
 ]
 root_doc = "index"
 exclude_patterns = ["_build", "gallery", "generated"]
-templates_path = ["_templates"]
 nitpicky = True
 # Types in docstrings are words, and inventories of other projects would need the network: what
 # is left to resolve are the names of this package.
@@ -51,7 +50,6 @@ nitpick_ignore_regex = [
 
 default_role = "py:obj"
 add_module_names = False
-autosummary_generate = True
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True
@@ -137,9 +135,15 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Write the pages of the modules, which Sphinx has to find, and connect the preparation."""
     import wings
 
-    (HERE / "api" / "generated").mkdir(exist_ok=True)
+    generated = HERE / "api" / "generated"
+    generated.mkdir(exist_ok=True)
     (HERE / "api" / "modules.rst").write_text(wings.modules(), encoding="utf-8")
-    (HERE / "api" / "generated" / "face.txt").write_text(wings.face(), encoding="utf-8")
+    pages = {"face.txt": wings.face(), **wings.pages()}
+    for path in generated.iterdir():
+        if path.name not in pages:
+            path.unlink()
+    for name, text in pages.items():
+        (generated / name).write_text(text, encoding="utf-8")
     app.connect("source-read", _typeset)
     app.connect("builder-inited", _prepare, priority=100)
     return {"parallel_read_safe": True}

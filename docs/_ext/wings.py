@@ -54,11 +54,29 @@ def modules() -> str:
     ]  # fmt: skip
     for wing, rooms in floors().items():
         head = wing if wing == _GROUND else f"``{wing}``"
-        lines += [head, "-" * len(head), "", title(wing), "", ".. autosummary::"]
-        lines += ["   :toctree: generated", "   :template: autosummary/module.rst", ""]
+        lines += [head, "-" * len(head), "", title(wing), "", ".. autosummary::", ""]
         lines += [f"   {room}" if wing == _GROUND else f"   {wing}.{room}" for room in rooms]
         lines.append("")
     return "\n".join(lines)
+
+
+def pages() -> dict[str, str]:
+    """Return the page of each module by its file's name.
+
+    They are reached from the page of all modules and by the search, and are left out of the
+    navigation: some 350 lines in the margin of each page help nobody, and took half of a build.
+    """
+    found = {}
+    for wing, rooms in floors().items():
+        for room in rooms:
+            name = room if wing == _GROUND else f"{wing}.{room}"
+            head = name.replace("_", r"\_")
+            lines = [
+                ":orphan:", "", head, "=" * len(head), "", ":doc:`../modules` › " + wing, "",
+                f".. automodule:: roughcontact.{name}", "   :members:", "   :show-inheritance:", "",
+            ]  # fmt: skip
+            found[f"roughcontact.{name}.rst"] = "\n".join(lines)
+    return found
 
 
 def face() -> str:
