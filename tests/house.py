@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
@@ -60,6 +60,7 @@ DELEGATIONS: dict[str, set[str]] = {
 }
 
 
+@cache
 def rooms() -> dict[str, Path]:
     """Return the modules of the package by dotted name, without the package's own."""
     return {
@@ -68,8 +69,9 @@ def rooms() -> dict[str, Path]:
     }
 
 
-def imports(path: Path) -> Iterator[tuple[str, bool]]:
-    """Yield (room, deferred) for every import of the package's own modules, type-only ones too."""
+@cache
+def imports(path: Path) -> tuple[tuple[str, bool], ...]:
+    """Return (room, deferred) for every import of the package's own modules, type-only ones too."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     inside = {
         id(node)
@@ -77,7 +79,7 @@ def imports(path: Path) -> Iterator[tuple[str, bool]]:
         if isinstance(function, ast.FunctionDef)
         for node in ast.walk(function)
     }
-    known = rooms()
+    known, found = rooms(), []
     for node in ast.walk(tree):
         names: list[str] = []
         if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "roughcontact":
@@ -94,7 +96,8 @@ def imports(path: Path) -> Iterator[tuple[str, bool]]:
         for name in names:
             room = name if name in known else f"{name}.__init__"
             if room in known:
-                yield room, id(node) in inside
+                found.append((room, id(node) in inside))
+    return tuple(found)
 
 
 def wing_of(room: str) -> str:

@@ -235,6 +235,23 @@ def test_an_error_in_a_visitor_reaches_the_caller(small_blocks, workers):
     np.testing.assert_array_equal(operator(pressure), make("free", (32, 32))(pressure))
 
 
+def test_a_thread_that_has_not_begun_is_not_waited_for():
+    space, busy, done = Workspace(2), threading.Event(), []
+    occupied = space._pool.submit(busy.wait, 60)
+    space.each(done.append, range(7))
+    assert sorted(done) == list(range(7))
+    assert not occupied.done()
+    busy.set()
+
+
+def test_one_item_wakes_no_thread():
+    before, seen = threading.active_count(), []
+    space = Workspace(4)
+    space.each(lambda item: seen.append(threading.active_count()), [None])
+    space.each(seen.append, [])
+    assert seen[0] <= before
+
+
 def test_operators_leave_no_threads_behind():
     before = threading.active_count()
     for _ in range(20):

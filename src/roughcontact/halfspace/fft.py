@@ -219,6 +219,7 @@ class Workspace:
 
     def each(self, task: Callable[[Any], None], items: Iterable[Any]) -> None:
         """Call a task for every item, on all threads and this one."""
+        items = list(items)
         # One iterator for all: whoever is free takes the next item, and nothing is queued.
         left = iter(items)
 
@@ -226,13 +227,15 @@ class Workspace:
             for item in left:
                 task(item)
 
-        helpers = [self._pool.submit(work) for _ in range(self.workers - 1)]
+        helpers = [self._pool.submit(work) for _ in range(min(self.workers, len(items)) - 1)]
         try:
             work()
         finally:
+            # A thread that has not woken up by now is not waited for: there is nothing left to do.
             # result() hands an error inside a thread to the caller.
             for helper in helpers:
-                helper.result()
+                if not helper.cancel():
+                    helper.result()
 
     def reserve(self, size: int) -> None:
         """Make sure that `shared` arrays of so many bytes need no new memory."""

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Callable, Sequence
@@ -48,6 +49,10 @@ Array = NDArray[Any]
 
 TOLERANCE = 1e-4
 """Residual of the plastic strain at which an increment is done."""
+
+# Points of a map from which threads share its layers: on smaller ones they wait for the
+# interpreter, and two take up to 1.6 times as long as one.
+LEAST_SHARED = 1 << 15
 
 
 @drawn
@@ -191,7 +196,7 @@ def solve_elastoplastic(
     force, given = on(load, pair)
     points = checks.path_of(problem, (force, loads, path), increments, start)
     automatic = increments == AUTO and path is None
-    share = _share(communicator, start=start, folder=folder, each=each, path=path)
+    share = _share(pair.shape, communicator, start=start, folder=folder, each=each, path=path)
     solver, extent = _prepared(problem, points, *volume, start, share)
     layered = [extent.margin, layers is None, *extent.thickness]
     loop_in = partial(Loop, problem, solver, share, deepen=layers is None)
@@ -206,13 +211,13 @@ def _told(result: ElastoplasticResult, given: GivenLoad | None) -> Elastoplastic
     return replace(result, solution=replace(result.solution, given=given))
 
 
-def _share(communicator: Any, **alone: Any) -> Share:
+def _share(shape: tuple[int, int], communicator: Any, **alone: Any) -> Share:
     """Return which part of the volume is here: all of it without a communicator.
 
     With one, what is known of a volume in one place alone must not be given.
     """
     if communicator is None:
-        return Alone(Workspace())
+        return Alone(Workspace(1 if math.prod(shape) < LEAST_SHARED else None))
     checks.check_shared(**alone)
     ranks = communicator if isinstance(communicator, Ranks) else Ranks(communicator)
     return Shared(ranks, Workspace(max(1, default_workers() // ranks.beside())))
