@@ -223,9 +223,9 @@ def main() -> int:
         maps.mkdir()
         prepare(maps)
         asked = [HERE / name for name in given.pages] or pages()
-        told = [pool.submit(compared, page, maps, given.write) for page in asked]
-        if not given.pages:
-            told.append(pool.submit(readme, Path(place)))
+        # What takes longest first.
+        told = [] if given.pages else [pool.submit(readme, Path(place))]
+        told += [pool.submit(compared, page, maps, given.write) for page in asked]
         differing = [line for one in told for line in one.result()]
     print("".join(differing), end="")
     return 1 if differing else 0

@@ -107,6 +107,7 @@ def _typed(page: str) -> str:
     return html.unescape(code)
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
     "arguments",
     [
