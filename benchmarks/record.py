@@ -184,8 +184,9 @@ def table(records: list[dict[str, Any]]) -> str:
 
 
 def kept(record: dict[str, Any], records: list[dict[str, Any]]) -> None:
-    """Keep a record, and show it: one a day."""
-    records = [old for old in records if old["date"] != record["date"]] + [record]
+    """Keep a record, and show it: one of a version a day."""
+    once = ("date", "version")
+    records = [old for old in records if any(old[key] != record[key] for key in once)] + [record]
     RECORD.write_text(json.dumps(records, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     page = PAGE.read_text(encoding="utf-8")
     before, rest = page.split(START)

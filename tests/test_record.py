@@ -48,9 +48,12 @@ def test_a_record_is_kept_beside_those_before_and_shown(
     record.kept(first, [])
     second = {**first, "date": "2026-02-01", "rows": now(pairs=9.0)}
     record.kept(second, [first])
-    # Once more on the same day.
+    # Once more on the same day; what the version before took that day stays.
     record.kept(second, [first, {**second, "rows": now(pairs=8.0)}])
     assert json.loads(record.RECORD.read_text(encoding="utf-8")) == [first, second]
+    third = {**second, "version": "0.2.0"}
+    record.kept(third, [first, second])
+    assert json.loads(record.RECORD.read_text(encoding="utf-8")) == [first, second, third]
     shown = page.read_text(encoding="utf-8")
     assert shown.startswith("before\n")
     assert shown.endswith("after\n")
