@@ -10,7 +10,7 @@ from hypothesis import given, settings, strategies as st
 from roughcontact.halfspace import convolution
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.solvers.bounded import Status, solve
+from roughcontact.solvers.bounded import _BURSTS, Status, _lost, solve
 from roughcontact.solvers.problem import Problem
 
 MODULUS = 1.0
@@ -326,6 +326,15 @@ def test_a_tolerance_below_rounding_ends_as_stalled():
     assert solution.status is (Status.STALLED if solution.certificate else Status.CONVERGED)
     assert solution.certificate < 1e-9  # rounding, 1e-16, times the largest over the smallest gap
     assert solution.convolutions < 500
+
+
+@pytest.mark.parametrize(
+    ("certificate", "bursts", "lost"),
+    [(1e-12, 0, True), (9.9e-12, 0, True), (1.01e-11, 0, False), (1e-3, _BURSTS, True)],
+)
+def test_ten_times_what_rounding_leaves_is_worth_no_other_try(certificate, bursts, lost):
+    assert _lost(certificate, 1e-12, bursts) == lost
+    assert not _lost(1e-3, 1e-12, _BURSTS - 1)
 
 
 @pytest.mark.parametrize("kind", ["white", "walk"])

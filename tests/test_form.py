@@ -6,7 +6,7 @@ from hypothesis import given, settings, strategies as st
 
 from roughcontact.errors import InputError
 from roughcontact.surface import leveling
-from roughcontact.surface.form import remove_form
+from roughcontact.surface.form import _Fit, remove_form
 
 
 def rough(seed: int, shape: tuple[int, int], holes: float = 0.0) -> np.ndarray:
@@ -162,3 +162,12 @@ def test_how_sure_a_curvature_is_does_not_depend_on_where_the_map_is_seen_from(a
             remove_form(np.rot90(heights, turn), (1.0, 1.0), "cylinder")
         told.append(str(refused.value))
     assert told == [told[0]] * 4
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e6])
+def test_no_curvature_is_surer_than_the_rounding_of_the_largest(scale: float) -> None:
+    # A saddle without any noise: what is left of its zero mean curvature tells nothing.
+    y, x = np.mgrid[:31, :31] / 30 - 0.5
+    values, covariance = _Fit(scale * (y**2 - x**2), (1.0, 1.0), "sphere").quadric()
+    least = 1e-12 * np.abs(values[3:]).max()
+    assert (np.diag(covariance) >= 0.99 * least**2).all()

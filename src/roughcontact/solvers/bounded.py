@@ -206,6 +206,11 @@ def _first(problem: Problem, start: Loaded | None) -> Loaded:
     return np.arange(pixels), np.full(pixels, mean)
 
 
+def _lost(certificate: float, floor: float, bursts: int) -> bool:
+    """Return whether rounding may be all that is left, or every burst has been tried."""
+    return certificate <= 10 * floor or bursts == _BURSTS
+
+
 def _solve_level(
     problem: Problem,
     operator: Operator,
@@ -235,8 +240,7 @@ def _solve_level(
             if viewer.convolutions >= max_iterations:
                 status = Status.CONVOLUTION_LIMIT if max_iterations else Status.INTERRUPTED
                 break
-            lost = best.certificate <= 10 * best.floor or bursts == _BURSTS
-            if fruitless >= _PATIENCE and lost:
+            if fruitless >= _PATIENCE and _lost(best.certificate, best.floor, bursts):
                 status = Status.STALLED
                 break
             iteration += 1
