@@ -10,6 +10,7 @@ from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any, ParamSpec, TypeVar
+from weakref import WeakSet
 
 from roughcontact import processes as own
 from roughcontact.fleet.engine import Engine
@@ -45,17 +46,27 @@ class LocalExecutor(Executor):
         self._own = threading.local()
         self._lock = threading.Lock()
         self._begun: list[SpawnProcess] = []
+        self._futures: WeakSet[Future[Any]] = WeakSet()
         self._closed = False
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Have a function of a module called in one of the processes."""
-        return self._threads.submit(self._called, (fn, args, kwargs))
+        with self._lock:
+            future = self._threads.submit(self._called, (fn, args, kwargs))
+            self._futures.add(future)
+        return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the processes, after the tasks, or where these are cancelled at once."""
         if cancel_futures:
+            # The threads come upon those that are cancelled and tell who waits for them; a
+            # ThreadPoolExecutor that cancels them itself tells nobody (Python 3.11).
+            with self._lock:
+                waiting = list(self._futures)
+            for future in waiting:
+                future.cancel()
             self._end()
-        self._threads.shutdown(wait, cancel_futures=cancel_futures)
+        self._threads.shutdown(wait)
         self._end()
 
     def _end(self) -> None:
