@@ -57,9 +57,9 @@ def test_the_largest_rectangle_is_the_largest(seed: int, ny: int, nx: int, holes
 
 def test_the_largest_rectangle_of_a_million_points() -> None:
     heights = rough(1, (1000, 1000), 1e-3)
-    start = time.perf_counter()
+    start = time.process_time()
     cleaning.largest_rectangle(heights)
-    assert time.perf_counter() - start < 1
+    assert time.process_time() - start < 1
 
 
 def test_outliers_go_and_the_rest_keeps_its_bits() -> None:

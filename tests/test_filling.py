@@ -98,9 +98,9 @@ def test_fill_of_a_measured_map_with_large_holes() -> None:
     from roughcontact.formats.read import read_surface
 
     surface = read_surface(path)
-    start = time.perf_counter()
+    start = time.process_time()
     filled = surface.filled()
-    assert time.perf_counter() - start < 2
+    assert time.process_time() - start < 2
     assert surface.missing == 25292
     assert filled.missing == 0
     there = ~np.isnan(surface.heights)

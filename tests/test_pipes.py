@@ -94,7 +94,7 @@ def test_whoever_writes_may_take_their_time(
     held = os.open(path, os.O_RDWR)
     thread = threading.Thread(target=slow, args=(path,))
     thread.start()
-    threading.Timer(0.5, os.close, (held,)).start()
+    threading.Timer(1.5, os.close, (held,)).start()
     assert read_surface(path, **GIVEN).shape == (400, 4)
     thread.join()
 

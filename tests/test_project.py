@@ -288,6 +288,22 @@ file = "rough.npy"
 """
 
 
+def test_what_a_killed_step_left_is_removed(folder: Path) -> None:
+    pytest.importorskip("fcntl")
+    path = folder / "short.toml"
+    path.write_text(LONG.replace("10000", "2"), encoding="utf-8")
+    left = ".roughcontact-0123456789abcdef.part"
+    for state in (plan.SOLVED, plan.KEPT):
+        # A pass has a folder of its own in that of the contact.
+        kept = folder / "kept" / "one"
+        (kept / "pass-0001").mkdir(parents=True, exist_ok=True)
+        for place in (kept, kept / "pass-0001"):
+            (place / left).touch()
+        reports = engines.run(project.load(path), lambda report: None)
+        assert {report.state for report in reports} == {state}
+        assert hidden(folder) == []
+
+
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
 def test_no_process_outlives_the_first(folder: Path, number: int, start) -> None:

@@ -143,6 +143,8 @@ def run(
         if engine is None:
             engine = stack.enter_context(processes(_at_once(tasks(entries))))
         folders = {entry.summary.parent for entry in entries}
+        for folder in {entry.request["folder"] for entry in entries} - {None}:
+            stack.callback(_clear, folder)
         marks = {}
         for folder in folders:
             folder.mkdir(parents=True, exist_ok=True)
@@ -401,6 +403,12 @@ def _contacts(entries: list[Entry]) -> list[Contact]:
 def _apart(contact: Contact) -> tuple[str, ...]:
     """Return the pieces of a contact; none of one of which several things are asked."""
     return pieces.of(contact[0][1].request) if len(contact) == 1 else ()
+
+
+def _clear(folder: Path) -> None:
+    """Remove what killed processes left in the folder of the steps or passes of a contact."""
+    for place in (folder, *folder.glob("*/")):
+        files.clear(place)
 
 
 def _resolved(path: Path) -> Path:
