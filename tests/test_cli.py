@@ -20,7 +20,7 @@ from roughcontact.contact import archive, solve as contact
 from roughcontact.material import catalogue, hardening
 from roughcontact.plots import maps
 from roughcontact.report import page
-from roughcontact.request import outputs
+from roughcontact.request import outputs, run
 from roughcontact.solvers.progress import Step
 from roughcontact.theory import hertz
 from roughcontact.volume import archive as volume_archive, loop, solve as elastoplastic
@@ -716,6 +716,19 @@ def test_an_interrupted_write_names_what_is_complete(
     assert solve(rough, *STEEL, "--output", str(tmp_path / "new.nc")) == app.INTERRUPTED
     assert capsys.readouterr().err == "roughcontact: interrupted; nothing was written\n"
     assert files(tmp_path) == {"rough.npy", *complete}
+
+
+def test_an_interruption_names_few_of_many_files(
+    rough: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*arguments: Any, **named: Any) -> Any:
+        raise outputs.UnfinishedError([Path(f"{number}.json") for number in range(1000)])
+
+    monkeypatch.setattr(run, "run", stop)
+    assert solve(rough, *STEEL) == app.INTERRUPTED
+    err = capsys.readouterr().err
+    assert err.endswith("6.json, 7.json and 992 more were written\n")
+    assert err.count(".json") == 8
 
 
 def test_too_little_memory_is_one_sentence(

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from items import items_of_file, normal
-from roughcontact.fleet import engines, plan, project, work
+from roughcontact.fleet import engines, keeping, plan, project, work
 from roughcontact.fleet.engine import Engine
-from roughcontact.request import pieces
+from roughcontact.request import outputs, pieces
 
 HEAD = """\
 folder = "results"
@@ -142,6 +142,69 @@ def test_a_piece_that_fails_fails_its_contact_once(tmp_path: Path) -> None:
     assert tasks[-1].parts[0].entry.name == "two"
     kept.rename(path.with_name("r0.npy"))
     assert [report.state for report in run(path)[0]] == [plan.SOLVED, plan.KEPT]
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_pieces_that_were_found_are_not_done_again(
+    problem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text, count = PROBLEMS[problem]
+    path = written(tmp_path / "here", text)
+    summary = path.parent / "results" / "one.json"
+    with monkeypatch.context() as patch:
+        patch.setattr(keeping, "drop", lambda entry: None)
+        assert [report.state for report in run(path)[0]] == [plan.SOLVED]
+    place = summary.with_suffix(".pieces")
+    assert len(list(place.iterdir())) == count
+    kept = {file: file.read_bytes() for file in place.iterdir()}
+    whole = summary.parent / "one.csv"
+    before = items_of_file(summary), items_of_file(whole)
+    words = pieces.of(project.load(path)[0].request)
+    # Of all of them, of all but one, and of none.
+    for lost in ((), words[1:2], words):
+        for file, content in kept.items():
+            place.mkdir(exist_ok=True)
+            file.write_bytes(content[: -1 if file.stem in lost else None])
+        summary.unlink()
+        reports, tasks, said = run(path)
+        assert [report.state for report in reports] == [plan.SOLVED]
+        assert [task.piece for task in tasks] == [*lost, ""]
+        assert (f"{count - len(lost)} of {count} pieces of one kept" in said) == (lost != words)
+        assert not place.exists()
+        assert (items_of_file(summary), items_of_file(whole)) == before
+
+
+def test_an_interruption_tells_of_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = written(tmp_path / "here", PROBLEMS["groups"][0])
+    place = path.parent / "results" / "one.pieces"
+
+    def said(text: str) -> None:
+        if text.startswith("2 of 5"):
+            raise KeyboardInterrupt
+
+    far = Backwards()
+    with monkeypatch.context() as patch:
+        patch.setattr(engines, "_LOOKS", 0.0)
+        engine = Engine(far, partial(answer, 1), 1, far.shutdown)
+        with pytest.raises(outputs.UnfinishedError) as caught:
+            engines.run(project.load(path), lambda report: None, engine, say=said)
+    assert caught.value.written == [place]
+    waiting.clear()
+    _, tasks, _ = run(path)
+    assert [task.piece for task in tasks] == ["2", "3", "4", ""]
+
+
+def test_pieces_of_another_contact_are_found_again(tmp_path: Path) -> None:
+    path = written(tmp_path / "here", PROBLEMS["groups"][0])
+    kept = path.with_name("s1.npy").rename(path.with_name("kept.npy"))
+    (report,), _, _ = run(path)
+    assert report.state == plan.FAILED
+    path.write_text(PROBLEMS["groups"][0].replace("20 MPa", "30 MPa"), encoding="utf-8")
+    kept.rename(path.with_name("s1.npy"))
+    (report,), tasks, said = run(path)
+    assert report.state == plan.SOLVED
+    assert [task.piece for task in tasks] == ["0", "1", "2", "3", "4", ""]
+    assert not any("kept" in word for word in said)
 
 
 @pytest.mark.parametrize(

@@ -106,10 +106,22 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
         terminal.complain(f"error: {sentence}; see {command} --help")
         return BAD_INPUT
     if status == INTERRUPTED:
-        names = ", ".join(str(path) for path in written)
-        terminal.complain(f"interrupted; {f'only {names}' if names else 'nothing'} was written")
+        terminal.complain(f"interrupted; {_told(written)}")
         return SIGNALED + stopped[0] if stopped else INTERRUPTED
     return status if isinstance(status, int) else SOLVED
+
+
+# Files that are told of by name after an interruption.
+_NAMED = 8
+
+
+def _told(written: Sequence[Path]) -> str:
+    """Return what to say of the files that were complete when the work was interrupted."""
+    if not written:
+        return "nothing was written"
+    names = ", ".join(str(path) for path in written[:_NAMED])
+    more = len(written) - _NAMED
+    return f"only {names} {f'and {more} more were' if more > 0 else 'was'} written"
 
 
 _app = typer.Typer(

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from roughcontact import files
 from roughcontact.errors import InputError, Mention
-from roughcontact.fleet import plan
+from roughcontact.fleet import keeping, plan
 from roughcontact.fleet.engine import AWAY, GONE, THERE, Engine
 from roughcontact.fleet.local import processes
 from roughcontact.fleet.plan import FAILED, KEPT, SOLVED, Entry, Report
@@ -258,10 +258,15 @@ class _Run:
         if not parts:
             return []
         whole = Task(tuple(parts), self._engine.threads)
-        apart = [replace(whole, piece=word) for word in _apart(contact)]
-        if apart:
-            self._pieces[parts[0].number] = {}
-        return [self._equipped(task) for task in apart or [whole]]
+        words = _apart(contact)
+        if not words:
+            return [self._equipped(whole)]
+        (part,) = parts
+        known = self._pieces[part.number] = keeping.kept(part.entry, part.digest, words)
+        if known:
+            self._tell.say(f"{len(known)} of {len(words)} pieces of {part.entry.name} kept")
+        apart = [replace(whole, piece=word) for word in words if word not in known]
+        return [self._equipped(task) for task in apart] or [self._joined(part)]
 
     def _content(self, path: Path) -> str | None:
         """Return the checksum of a file, of one that many contacts read once."""
@@ -345,13 +350,19 @@ class _Run:
         known[task.piece] = found
         self._tell.say(f"{len(known)} of {len(words)} pieces of {part.entry.name} found")
         if len(known) == len(words):
-            del self._pieces[part.number]
-            own = replace(part, entry=self._entries[part.number])
-            whole = replace(task, parts=(own,), piece="", known=known)
-            self._ready.appendleft((self._equipped(whole), 1))
+            self._ready.appendleft((self._joined(part), 1))
+
+    def _joined(self, part: Part) -> Task:
+        """Return the rest of a contact of which all pieces are found."""
+        own = replace(part, entry=self._entries[part.number])
+        known = self._pieces.pop(part.number)
+        return self._equipped(Task((own,), self._engine.threads, known=known))
 
     def _end(self, task: Task, answer: Answer) -> None:
         """Tell how the parts of a contact ended; what stands complete is solved, told of or not."""
+        if task.piece and not answer.reports:
+            (part,) = task.parts
+            keeping.keep(self._entries[part.number], part.digest, task.piece, answer.found)
         if task.piece and self._pieces.get(task.parts[0].number) is None:
             # Another piece has failed.
             return
@@ -375,17 +386,20 @@ class _Run:
 
     def _told(self, number: int, report: Report) -> None:
         self._found[number] = report
+        if report.state != FAILED:
+            keeping.drop(self._entries[number])
         self._tell.report(report)
 
     def _complete(self) -> list[Path]:
-        """Return the summaries of what stands complete, told of or not."""
+        """Return the summaries of what stands complete, told of or not, and what is in pieces."""
         done_ = {number for number, report in self._found.items() if report.state != FAILED}
         for task, _ in self._under_way.values():
             done_ |= {
                 part.number for part in task.parts
                 if plan.complete(part.entry, part.digest) is not None
             }  # fmt: skip
-        return [self._entries[number].summary for number in sorted(done_)]
+        whole = [self._entries[number].summary for number in sorted(done_)]
+        return whole + [place for place in map(keeping.place_of, self._entries) if place.exists()]
 
 
 # The entries of one contact with their numbers.

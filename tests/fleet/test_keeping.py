@@ -1,0 +1,124 @@
+"""What is kept of pieces: to the bit, and without carrying out what a file says."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from roughcontact import checksums
+from roughcontact.contact.cautions import Caution, Kind, noted
+from roughcontact.errors import Mention
+from roughcontact.fleet import keeping
+from roughcontact.fleet.plan import Entry
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.material.material import RIGID, Material
+from roughcontact.request.request import from_text
+
+FOUND = (
+    None, True, 3, 0.1, -math.inf, "σ", [1, (2.0, [])], Boundary("free"), RIGID,
+    Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel"),
+    np.float64(0.1), np.int64(-7), np.arange(6.0, dtype=">f4").reshape(2, 3), np.zeros((0, 2)),
+    {2: "two", (4, "four"): None},
+    noted(Kind.EDGE, "of ", Mention("load", "1 N"), size=1e-6),
+)  # fmt: skip
+
+
+@pytest.fixture
+def entry(tmp_path: Path) -> Entry:
+    given = {"load": "1 N", "unit": "um", "material": "bearing steel"}
+    request = from_text("solve", tmp_path / "map.npy", given)
+    return Entry("one", request, tmp_path / "results" / "one.json", 1)
+
+
+def same(one: Any, other: Any) -> bool:
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray | np.generic):
+        return one.dtype == other.dtype and checksums.of_array(one) == checksums.of_array(other)
+    if isinstance(one, list | tuple):
+        return len(one) == len(other) and all(map(same, one, other))
+    return bool(one == other)
+
+
+def told(entry: Entry, change: Any) -> None:
+    """Have a file tell something else, with the checksum of that."""
+    file = entry.summary.with_suffix(".pieces") / "0.json"
+    read = json.loads(file.read_text(encoding="utf-8"))
+    del read["seal"]
+    change(read)
+    file.write_text(json.dumps({**read, "seal": checksums.of_words(read)}), encoding="utf-8")
+
+
+def test_what_is_kept_is_the_same_to_the_bit(entry: Entry) -> None:
+    keeping.keep(entry, "digest", "0", FOUND)
+    keeping.keep(entry, "digest", "2", math.pi)
+    known = keeping.kept(entry, "digest", ("0", "1", "2"))
+    assert known.keys() == {"0", "2"}
+    assert same(known["0"], FOUND)
+    assert isinstance(known["0"][-1], Caution)
+    assert keeping.kept(entry, "other", ("0", "2")) == {}
+    keeping.drop(entry)
+    assert not any(entry.summary.parent.iterdir())
+    assert keeping.kept(entry, "digest", ("0", "2")) == {}
+    keeping.drop(entry)
+
+
+def test_what_json_does_not_know_is_not_kept(entry: Entry) -> None:
+    keeping.keep(entry, "digest", "0", [1.0, {"a": object()}])
+    assert keeping.kept(entry, "digest", ("0",)) == {}
+
+
+def test_a_place_that_is_a_file_keeps_nothing(entry: Entry) -> None:
+    entry.summary.parent.mkdir()
+    place = entry.summary.with_suffix(".pieces")
+    place.write_text("mine", encoding="utf-8")
+    keeping.keep(entry, "digest", "0", 1.0)
+    assert keeping.kept(entry, "digest", ("0",)) == {}
+    keeping.drop(entry)
+    assert place.read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.parametrize(
+    "found",
+    [
+        {"class": "subprocess:Popen", "fields": {"args": "touch done"}},
+        {"class": "roughcontact.fleet.keeping:files", "fields": {}},
+        {"class": "roughcontact.fleet.keeping:keep", "fields": {}},
+        {"class": "roughcontact.fleet.local:LocalExecutor", "fields": {}},
+        {"class": "roughcontact.nowhere:Material", "fields": {}},
+        {"class": "roughcontact.material.material:Material", "fields": {"young": 1.0}},
+        {"enum": "enum:Enum", "value": 1},
+        {"enum": "roughcontact.material.material:Material", "value": 1},
+        {"enum": "roughcontact.halfspace.boundary:Boundary", "value": "bananas"},
+        {"array": "AAAA", "kind": "<f8", "shape": [1]},
+        {"array": "AAAAAAAAAAA=", "kind": "O", "shape": [1]},
+        {"bananas": 1},
+    ],
+    ids=lambda found: str(found)[:40],
+)
+def test_what_is_not_ours_is_not_made(entry: Entry, found: Any) -> None:
+    keeping.keep(entry, "digest", "0", 1.0)
+    told(entry, lambda read: read.update(found=2.0))
+    assert keeping.kept(entry, "digest", ("0",)) == {"0": 2.0}
+    told(entry, lambda read: read.update(found=[found]))
+    assert keeping.kept(entry, "digest", ("0",)) == {}
+
+
+def test_a_file_that_is_damaged_or_large_is_not_read(
+    entry: Entry, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    keeping.keep(entry, "digest", "0", 1.0)
+    file = entry.summary.with_suffix(".pieces") / "0.json"
+    whole = file.read_bytes()
+    for content in (b"", whole[:-1], whole.replace(b"1.0", b"1.5"), b"[]", b"\xff", b"[" * 10**5):
+        file.write_bytes(content)
+        assert keeping.kept(entry, "digest", ("0",)) == {}
+    file.write_bytes(whole)
+    assert keeping.kept(entry, "digest", ("0",)) == {"0": 1.0}
+    monkeypatch.setattr(keeping, "_MOST", len(whole) - 1)
+    assert keeping.kept(entry, "digest", ("0",)) == {}
