@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from roughcontact.errors import InputError
 from roughcontact.surface import registration
@@ -88,13 +88,21 @@ def test_holes_are_neither_lost_nor_accepted() -> None:
     assert not one.holes_masked
 
 
+# All of them, and such as are next to what is exact.
+SHIFTS = st.floats(-6e-5, 6e-5) | st.floats(-1e-11, 1e-11)
+EDGES = st.floats(5e-7, 6e-6) | st.floats(-1e-12, 1e-12).map(lambda part: 2e-6 + part)
+
+
 @settings(max_examples=30)
 @given(
-    st.tuples(st.floats(-6e-5, 6e-5), st.floats(-6e-5, 6e-5)),
-    st.floats(-180, 180),
+    st.tuples(SHIFTS, SHIFTS),
+    st.floats(-180, 180) | st.floats(-1e-4, 1e-4) | st.sampled_from([0.0, 90.0]),
     st.booleans(),
-    st.tuples(st.floats(5e-7, 6e-6), st.floats(5e-7, 6e-6)),
+    st.tuples(EDGES, EDGES),
 )
+# Turned by 1e-6 of a pixel over the map: on its edge as a whole, beyond it in a part.
+@example((0.0, 0.0), 1.2651743795826855e-06, False, (5e-7, 1.2651743795826855e-06))
+@example((0.0, 2e-12), 1e-06, True, (2e-6, 2e-6))
 def test_what_two_maps_share_is_never_missing(offset, angle, mirrored, pixel) -> None:
     first = Surface(waves((40, 50), (2e-6, 2e-6)), (2e-6, 2e-6))
     second = Surface(waves((40, 30), pixel), pixel)

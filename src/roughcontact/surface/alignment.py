@@ -27,9 +27,12 @@ SIMILAR = math.sqrt(2)
 """Pixels are of similar size, and interpolation needs no filter, up to this ratio."""
 
 # Relative difference at which two pixels are of one size, as `contact.solve` takes it; and the
-# fraction of a pixel to which a point lies on another point, or on the edge of a map.
+# fraction of a pixel to which a point lies on the edge of a map.
 _SAME = 1e-9
 _SLACK = 1e-6
+# The fraction to which a point is put on another one, or counts to what maps have in common: both
+# may happen to a grid and once more to a part of it, whose points must still lie on the maps.
+_CLOSE = _SLACK / 4
 
 
 def cosine_sine(angle: float) -> tuple[float, float]:
@@ -127,7 +130,7 @@ def place(
     shift = turn @ np.array(_checked_offset(offset)) / np.array(pixel)
     start = (np.array(shape) - 1) / 2 - shift - matrix @ ((np.array(new_shape) - 1) / 2)
     near = np.rint(start)
-    start = np.where(np.abs(start - near) < _SLACK, near, start)
+    start = np.where(np.abs(start - near) < _CLOSE, near, start)
     return matrix, start
 
 
@@ -247,7 +250,10 @@ def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Arra
 
 
 def spans(
-    shape: tuple[int, ...], placement: Placement, new_shape: tuple[int, int]
+    shape: tuple[int, ...],
+    placement: Placement,
+    new_shape: tuple[int, int],
+    slack: float = _SLACK,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return which points of each row of a grid lie on a map.
 
@@ -259,6 +265,8 @@ def spans(
         Where the points of the grid lie on the map, see `place`.
     new_shape : (int, int)
         Points of the grid.
+    slack : float
+        Fraction of a pixel of the map by which a point may lie beyond these centres.
 
     Returns
     -------
@@ -274,11 +282,11 @@ def spans(
         index = matrix[axis, 0] * rows + start[axis]
         step = matrix[axis, 1]
         # A step that moves by less than the slack over the whole row is none.
-        if abs(step) * new_shape[1] < _SLACK:
-            off = (index < -_SLACK) | (index > length - 1 + _SLACK)
+        if abs(step) * new_shape[1] < slack:
+            off = (index < -slack) | (index > length - 1 + slack)
             high[off] = -1.0
             continue
-        ends = (-_SLACK - index) / step, (length - 1 + _SLACK - index) / step
+        ends = (-slack - index) / step, (length - 1 + slack - index) / step
         low = np.maximum(low, np.minimum(*ends))
         high = np.minimum(high, np.maximum(*ends))
     # Far beyond the map, for any integer type.
@@ -317,7 +325,7 @@ def common_rectangle(
     """
     first, last = np.zeros(new_shape[0], np.int64), np.full(new_shape[0], new_shape[1] - 1)
     for shape, placement in maps:
-        one_first, one_last = spans(shape, placement, new_shape)
+        one_first, one_last = spans(shape, placement, new_shape, _CLOSE)
         first, last = np.maximum(first, one_first), np.minimum(last, one_last)
     common = np.flatnonzero(last > first)
     best, rows, columns = 0, (0, 0), (0, 0)
