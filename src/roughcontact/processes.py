@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import multiprocessing
 import os
 import signal
@@ -9,13 +10,17 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
 # Seconds that a process has to remove what it has begun to write when it is told to end.
 _GRACE = 0.5
+
+# Parameters of the GNU C library's mallopt(3), and bytes: what is larger is mapped by itself, and
+# more than that is not kept at the end of the heap.
+_MAPPED, _KEPT = (-3, 2**25), (-1, 2**27)
 
 
 def made(target: Callable[..., None], *args: Any) -> SpawnProcess:
@@ -101,3 +106,18 @@ def _follow() -> None:
     assert parent is not None
     parent.join()
     os._exit(1)
+
+
+def keep_freed() -> None:
+    """Have the memory of a freed array kept for the next one, where that can be asked for.
+
+    Dask sets ``MALLOC_TRIM_THRESHOLD_`` for its workers, so that each array gives its pages back
+    and the kernel clears those of the next: contacts of 512² and 1024² points took 1.4 and 1.6
+    times as long.
+    """
+    if sys.platform == "linux" and "MALLOC_MMAP_THRESHOLD_" not in os.environ:
+        # Other C libraries do not know it.
+        with suppress(OSError, AttributeError):
+            adjust = ctypes.CDLL(None).mallopt
+            for parameter, size in (_MAPPED, _KEPT):
+                adjust(parameter, size)

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from roughcontact import checksums, files
+from roughcontact import checksums, files, processes
 from roughcontact._version import __version__
 from roughcontact.errors import InputError, Mention, RoughcontactError, worded
 from roughcontact.fleet import plan
@@ -141,6 +141,7 @@ def done(task: Task) -> Answer:
             task,
             f"the worker runs roughcontact {__version__}, not {task.version}; install the same",
         )
+    processes.keep_freed()
     with fft.at_most(task.threads):
         if task.journey is None:
             return _answered(task)

@@ -1,0 +1,46 @@
+"""Processes that work for another one."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+
+import pytest
+
+FAULTS = """
+import resource, sys
+import numpy as np
+from roughcontact import processes
+
+def faults():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+
+if sys.argv[1] == "kept":
+    processes.keep_freed()
+np.ones(500_000)
+before = faults()
+for _ in range(20):
+    np.ones(500_000)
+print(faults() - before)
+"""
+
+
+def faults(how: str, **environment: str) -> int:
+    """Return the pages that the kernel gave for arrays of 4 MB, one after the other."""
+    done = subprocess.run(
+        [sys.executable, "-c", FAULTS, how], env={**os.environ, **environment},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    return int(done.stdout)
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="not the GNU C library")
+def test_freed_memory_is_kept_where_dask_gives_it_back() -> None:
+    # As Dask begins its workers.
+    dask = {"MALLOC_TRIM_THRESHOLD_": "65536"}
+    assert faults("given back", **dask) > 10_000
+    assert faults("kept", **dask) < 1000
+    # Who says otherwise has it so.
+    assert faults("kept", **dask, MALLOC_MMAP_THRESHOLD_="131072") > 10_000
