@@ -142,6 +142,20 @@ def test_only_unfinished_files_are_removed(tmp_path: Path) -> None:
 
 
 @locks
+def test_a_writer_looks_at_few_files_of_a_large_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left = [f".roughcontact-{number:016x}.part" for number in range(50)]
+    for name in left:
+        (tmp_path / name).touch()
+    monkeypatch.setattr(files, "_FEW", 10)
+    write(tmp_path / "out.txt", "text")
+    assert len(names(tmp_path)) == 41
+    clear(tmp_path)
+    assert names(tmp_path) == ["out.txt"]
+
+
+@locks
 def test_a_file_taken_for_a_left_one_gets_another_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import math
 import os
@@ -23,6 +24,8 @@ except ImportError:
 
 # What a writer works on until it is complete: nobody names a file like this by chance.
 _UNFINISHED = re.compile(r"\.roughcontact-[0-9a-f]{16}\.part")
+# Files of a folder that each writer looks at: to look at all would make ten thousand contacts slow.
+_FEW = 1000
 
 
 @contextmanager
@@ -49,11 +52,12 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
     Notes
     -----
     The bytes go to a hidden file in the same folder, which is locked as long as it is written to.
-    One without a lock was left by a process that was killed, and the next writer removes it.
+    One without a lock was left by a process that was killed, and the next writer removes it if it
+    comes upon it among the first files of the folder.
     """
     target = Path(path)
     try:
-        clear(target.parent)
+        clear(target.parent, _FEW)
         stream, temporary = _begun(target.parent)
         try:
             with stream:
@@ -95,7 +99,7 @@ def write(path: str | os.PathLike[str], content: str | bytes | memoryview) -> No
         stream.write(content.encode("utf-8") if isinstance(content, str) else content)
 
 
-def clear(folder: str | os.PathLike[str]) -> None:
+def clear(folder: str | os.PathLike[str], most: int | None = None) -> None:
     """Remove the unfinished files that killed processes left in a folder.
 
     Parameters
@@ -103,11 +107,13 @@ def clear(folder: str | os.PathLike[str]) -> None:
     folder : str or path
         The folder. Files that are being written to, by whatever process on whatever machine, are
         locked and stay; so does everything where there are no locks.
+    most : int, optional
+        Of how many of its files, in no order; by default of all.
     """
     if fcntl is None:
         return
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
-        for entry in entries:
+        for entry in itertools.islice(entries, most):
             if _UNFINISHED.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
                 with contextlib.suppress(OSError), open(entry.path, "rb+") as stream:
                     fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
