@@ -140,7 +140,7 @@ def test_a_long_name_leaves_room_for_the_numbers(capsys: pytest.CaptureFixture[s
     }  # fmt: skip
     long = "the sample that was ground twice, lapped once and measured in the middle"
     names = ["short", "x" * 45, long, "é" * 200]
-    console.show_reports([Report(name, "solved", told) for name in names])
+    console.show_reports([Report(name, "solved", told) for name in names], Path("results"))
     out = capsys.readouterr().out
     assert max(map(len, out.splitlines())) <= 80
     numbers = ("solved", "12.3 mN", "3.1 GPa", "1.23 %", "0.456 %", "1e-07")
@@ -148,6 +148,9 @@ def test_a_long_name_leaves_room_for_the_numbers(capsys: pytest.CaptureFixture[s
     assert len(rows) == len(names)
     assert all(number in row for row in rows for number in numbers)
     assert "".join(out.split()).count("x") == 45
+    assert out.endswith("written to:\nresults\n\n")
+    console.show_reports([Report("one", "failed", {}, "why")], Path("results"))
+    assert "results" not in capsys.readouterr().out
     assert all(word in out for word in long.replace(",", "").split())
 
 

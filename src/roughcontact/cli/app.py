@@ -396,13 +396,14 @@ def _run(file: Path | str | None, given: Given) -> None:
 
     asked = {name: value for name, value in parsed(given, RUN).items() if name not in SHOWN}
     with terminal.progress("quiet" in given) as say:
-        reports = _worked_through(str(file), asked, say, "quiet" in given)
-    if reports is None:
+        ended = _worked_through(str(file), asked, say, "quiet" in given)
+    if ended is None:
         return
+    reports, folder = ended
     if "json" in given:
         print(to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
     elif "quiet" not in given:
-        console.show_reports(reports)
+        console.show_reports(reports, folder)
     failed: dict[str, list[str]] = {}
     for report in reports:
         if report.state == plan.FAILED:
@@ -414,8 +415,13 @@ def _run(file: Path | str | None, given: Given) -> None:
         raise typer.Exit(NOT_CONVERGED)
 
 
-def _worked_through(file: str, asked: Given, say: Say, quiet: bool) -> list[Report] | None:
-    """Work through a project, and return how its contacts ended; nothing where others tell it."""
+def _worked_through(
+    file: str, asked: Given, say: Say, quiet: bool
+) -> tuple[list[Report], Path] | None:
+    """Work through a project; return how its contacts ended, and the folder of what they left.
+
+    None where others tell it.
+    """
     from roughcontact.fleet import engines, plan, project
     from roughcontact.report import underway
 
@@ -438,7 +444,8 @@ def _worked_through(file: str, asked: Given, say: Say, quiet: bool) -> list[Repo
 
         say(f"working through {len(entries)} contacts{at}")
         warn = (lambda text: None) if quiet else terminal.complain
-        return engines.run(entries, told, engine, say=lambda text: say(f"{text}{at}"), warn=warn)
+        reports = engines.run(entries, told, engine, say=lambda text: say(f"{text}{at}"), warn=warn)
+        return reports, entries[0].summary.parent
 
 
 @_command(

@@ -214,8 +214,8 @@ def show_history(history: LoadHistory, written: Sequence[Path]) -> None:
     _print_written(written)
 
 
-def show_reports(reports: Sequence[Report]) -> None:
-    """Print how the contacts of a project ended, one row each."""
+def show_reports(reports: Sequence[Report], folder: Path) -> None:
+    """Print how the contacts of a project ended, one row each, and where all numbers stand."""
     from roughcontact.report import tables
     from roughcontact.report.quantities import ABSENT, quantity_of
 
@@ -235,8 +235,9 @@ def show_reports(reports: Sequence[Report]) -> None:
     _print_shared(
         (report.name, caution) for report in reports for caution in report.told.get("cautions", ())
     )
-    paths = (Path(path) for report in reports for path in report.told.get("written", ()))
-    _print_written(dict.fromkeys(path.parent for path in paths), "written to:")
+    # Where nothing else is written, the numbers of each contact are.
+    if any(report.told for report in reports):
+        _print_written([folder], "written to:")
 
 
 def show_verified(checked: Sequence[Checked]) -> None:
