@@ -70,21 +70,6 @@ def box_of(surface: Surface) -> Box:
     return Box(0.0, 0.0, *surface.size)
 
 
-def points_in(surface: Surface, box: Box) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return the rows and columns whose points lie in a box, from the first to after the last.
-
-    There is at least one of each: where no point lies in the box, the nearest.
-    """
-    ends = zip((box.top, box.left), (box.bottom, box.right), surface.pixel, surface.shape,
-               strict=True)  # fmt: skip
-    rows, columns = (
-        (first, min(max(math.floor(end / edge + 0.5), first + 1), points))
-        for begin, end, edge, points in ends
-        for first in [min(max(math.floor(begin / edge + 0.5), 0), points - 1)]
-    )
-    return rows, columns
-
-
 def window(
     shape: tuple[int, int],
     pixel: tuple[float, float],

@@ -19,7 +19,6 @@ from roughcontact.units import counted
 _MOST = 1000
 # A spot is shown with so many times its own size around it, and no fewer points than that.
 _AROUND, _FEWEST = 1.5, 24
-_FORMAT = "0.[000000]"
 
 
 class Listed(NamedTuple):

@@ -63,7 +63,3 @@ WIDE: dict[str, Any] = {
 TABS: dict[str, Any] = {"stylesheets": [TEXT], "sizing_mode": "stretch_both", "margin": (4, 0)}
 STRIP: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 6, 0)}
 BUTTON: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 6, 4, 0)}
-
-PAGE = f"""
-body {{ margin: 0; background: white; font-family: {FONT}; color: {INK}; }}
-"""

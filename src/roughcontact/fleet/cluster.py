@@ -61,9 +61,7 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
     with ExitStack() as stack:
         # One sentence tells what matters of what Dask logs; files that travel are meant to.
         stack.enter_context(silence_logging_cmgr(logging.CRITICAL))
-        stack.enter_context(
-            dask.config.set({"distributed.admin.large-graph-warning-threshold": "1GiB"})
-        )
+        stack.enter_context(dask.config.set({_LARGE: "1GiB"}))
         address = scheduler or stack.enter_context(_started(workers))
         try:
             client = stack.enter_context(Client(address, timeout=_PATIENCE))
