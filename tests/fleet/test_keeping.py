@@ -47,38 +47,43 @@ def same(one: Any, other: Any) -> bool:
 
 def told(entry: Entry, change: Any) -> None:
     """Have a file tell something else, with the checksum of that."""
-    file = entry.summary.with_suffix(".pieces") / "0.json"
+    file = entry.summary.with_suffix(".pieces") / "digest.json"
     read = json.loads(file.read_text(encoding="utf-8"))
     del read["seal"]
     change(read)
     file.write_text(json.dumps({**read, "seal": checksums.of_words(read)}), encoding="utf-8")
 
 
+def known(entry: Entry, digest: str = "digest") -> Any:
+    return keeping.kept(entry, {"0": digest}).get("0")
+
+
 def test_what_is_kept_is_the_same_to_the_bit(entry: Entry) -> None:
-    keeping.keep(entry, "digest", "0", FOUND)
-    keeping.keep(entry, "digest", "2", math.pi)
-    known = keeping.kept(entry, "digest", ("0", "1", "2"))
-    assert known.keys() == {"0", "2"}
-    assert same(known["0"], FOUND)
-    assert isinstance(known["0"][-1], Caution)
-    assert keeping.kept(entry, "other", ("0", "2")) == {}
+    keeping.keep(entry, "digest", FOUND)
+    keeping.keep(entry, "second", math.pi)
+    found = keeping.kept(entry, {"0": "digest", "1": "absent", "2": "second"})
+    assert found.keys() == {"0", "2"}
+    assert same(found["0"], FOUND)
+    assert isinstance(found["0"][-1], Caution)
+    keeping.drop(entry, ["second", "absent"])
+    assert keeping.kept(entry, {"0": "digest", "1": "absent", "2": "second"}) == {"2": math.pi}
     keeping.drop(entry)
     assert not any(entry.summary.parent.iterdir())
-    assert keeping.kept(entry, "digest", ("0", "2")) == {}
+    assert known(entry, "second") is None
     keeping.drop(entry)
 
 
 def test_what_json_does_not_know_is_not_kept(entry: Entry) -> None:
-    keeping.keep(entry, "digest", "0", [1.0, {"a": object()}])
-    assert keeping.kept(entry, "digest", ("0",)) == {}
+    keeping.keep(entry, "digest", [1.0, {"a": object()}])
+    assert known(entry) is None
 
 
 def test_a_place_that_is_a_file_keeps_nothing(entry: Entry) -> None:
     entry.summary.parent.mkdir()
     place = entry.summary.with_suffix(".pieces")
     place.write_text("mine", encoding="utf-8")
-    keeping.keep(entry, "digest", "0", 1.0)
-    assert keeping.kept(entry, "digest", ("0",)) == {}
+    keeping.keep(entry, "digest", 1.0)
+    assert known(entry) is None
     keeping.drop(entry)
     assert place.read_text(encoding="utf-8") == "mine"
 
@@ -102,23 +107,26 @@ def test_a_place_that_is_a_file_keeps_nothing(entry: Entry) -> None:
     ids=lambda found: str(found)[:40],
 )
 def test_what_is_not_ours_is_not_made(entry: Entry, found: Any) -> None:
-    keeping.keep(entry, "digest", "0", 1.0)
+    keeping.keep(entry, "digest", 1.0)
     told(entry, lambda read: read.update(found=2.0))
-    assert keeping.kept(entry, "digest", ("0",)) == {"0": 2.0}
+    assert known(entry) == 2.0
     told(entry, lambda read: read.update(found=[found]))
-    assert keeping.kept(entry, "digest", ("0",)) == {}
+    assert known(entry) is None
 
 
 def test_a_file_that_is_damaged_or_large_is_not_read(
     entry: Entry, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    keeping.keep(entry, "digest", "0", 1.0)
-    file = entry.summary.with_suffix(".pieces") / "0.json"
+    keeping.keep(entry, "digest", 1.0)
+    file = entry.summary.with_suffix(".pieces") / "digest.json"
     whole = file.read_bytes()
     for content in (b"", whole[:-1], whole.replace(b"1.0", b"1.5"), b"[]", b"\xff", b"[" * 10**5):
         file.write_bytes(content)
-        assert keeping.kept(entry, "digest", ("0",)) == {}
+        assert known(entry) is None
     file.write_bytes(whole)
-    assert keeping.kept(entry, "digest", ("0",)) == {"0": 1.0}
+    assert known(entry) == 1.0
+    # Under another name it is not what is looked for.
+    file.with_name("other.json").write_bytes(whole)
+    assert known(entry, "other") is None
     monkeypatch.setattr(keeping, "_MOST", len(whole) - 1)
-    assert keeping.kept(entry, "digest", ("0",)) == {}
+    assert known(entry) is None

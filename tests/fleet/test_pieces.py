@@ -81,6 +81,7 @@ def bits(folder: Path) -> dict[str, dict[str, str]]:
             name: normal(text, folder.resolve()) for name, text in items_of_file(file).items()
         }
         for file in sorted((folder / "results").iterdir())
+        if file.is_file()
     }
 
 
@@ -150,28 +151,97 @@ def test_pieces_that_were_found_are_not_done_again(
 ) -> None:
     text, count = PROBLEMS[problem]
     path = written(tmp_path / "here", text)
-    summary = path.parent / "results" / "one.json"
+    summary, csv = (path.parent / "results" / name for name in ("one.json", "one.csv"))
     with monkeypatch.context() as patch:
-        patch.setattr(keeping, "drop", lambda entry: None)
+        patch.setattr(keeping, "drop", lambda entry, but: None)
         assert [report.state for report in run(path)[0]] == [plan.SOLVED]
+    (entry,) = project.load(path)
+    words = pieces.of(entry.request)
     place = summary.with_suffix(".pieces")
-    assert len(list(place.iterdir())) == count
-    kept = {file: file.read_bytes() for file in place.iterdir()}
-    whole = summary.parent / "one.csv"
-    before = items_of_file(summary), items_of_file(whole)
-    words = pieces.of(project.load(path)[0].request)
-    # Of all of them, of all but one, and of none.
+    files = {word: place / f"{plan.digest_of(entry, piece=word)}.json" for word in words}
+    assert sorted(place.iterdir()) == sorted(files.values())
+    kept = {word: file.read_bytes() for word, file in files.items()}
+    before = items_of_file(summary), items_of_file(csv)
+    # Of none of them, of one, and of all.
     for lost in ((), words[1:2], words):
-        for file, content in kept.items():
-            place.mkdir(exist_ok=True)
-            file.write_bytes(content[: -1 if file.stem in lost else None])
+        place.mkdir(exist_ok=True)
+        for word, file in files.items():
+            file.write_bytes(kept[word][: -1 if word in lost else None])
+        (place / "old.json").touch()
         summary.unlink()
         reports, tasks, said = run(path)
         assert [report.state for report in reports] == [plan.SOLVED]
         assert [task.piece for task in tasks] == [*lost, ""]
         assert (f"{count - len(lost)} of {count} pieces of one kept" in said) == (lost != words)
-        assert not place.exists()
-        assert (items_of_file(summary), items_of_file(whole)) == before
+        assert (items_of_file(summary), items_of_file(csv)) == before
+        # Those of a comparison stay.
+        if problem == "a study":
+            assert not place.exists()
+        else:
+            assert sorted(place.iterdir()) == sorted(files.values())
+
+
+def test_a_bad_map_is_the_only_one_that_is_done_again(tmp_path: Path) -> None:
+    path = written(tmp_path / "here", PROBLEMS["groups"][0])
+    bad = path.with_name("s0.npy")
+    good = bad.read_bytes()
+    bad.write_bytes(good[:-1])
+    (report,), tasks, _ = run(path)
+    assert report.state == plan.FAILED
+    assert [task.piece for task in tasks] == ["0", "1", "2", "3", "4"]
+    bad.write_bytes(good)
+    (report,), tasks, said = run(path)
+    assert report.state == plan.SOLVED
+    assert [task.piece for task in tasks] == ["3", ""]
+    assert said[0] == "4 of 5 pieces of one kept"
+
+
+def test_a_map_more_is_the_only_one_that_is_solved(tmp_path: Path) -> None:
+    text = PROBLEMS["groups"][0]
+    path = written(tmp_path / "here", text.replace('"s1.npy"', '"s1.npy", "r0.npy"'))
+    fewer = written(tmp_path / "fewer", text.replace('"r?.npy"', '"r1.npy", "r2.npy"'))
+    (report,), _, _ = run(fewer)
+    assert report.state == plan.SOLVED
+    (fewer.parent / "results").rename(path.parent / "results")
+    # What it is compared with, its place in the list and the name of its group do not matter.
+    (report,), tasks, said = run(path)
+    assert report.state == plan.SOLVED
+    assert [task.piece for task in tasks] == ["0", "5", ""]
+    assert said[0] == "4 of 6 pieces of one kept"
+    other = written(tmp_path / "whole", text.replace('"s1.npy"', '"s1.npy", "r0.npy"'))
+    assert [task.piece for task in run(other)[1]] == ["0", "1", "2", "3", "4", "5", ""]
+    one, two = bits(path.parent), bits(other.parent)
+    assert one == two
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "again"),
+    [
+        ("20 MPa", "30 MPa", True),
+        ("steps = 2", "steps = 3", True),
+        ('write = ["csv"]', 'write = ["csv", "svg"]', False),
+        ("groups = {", "paired = true\ngroups = {", False),
+    ],
+)
+def test_options_that_a_map_depends_on(old: str, new: str, again: bool, tmp_path: Path) -> None:
+    text = PROBLEMS["groups"][0].replace('"r?.npy"', '"r0.npy", "r1.npy"')
+    path = written(tmp_path / "here", text)
+    assert run(path)[0][0].state == plan.SOLVED
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    (report,), tasks, _ = run(path)
+    assert report.state == plan.SOLVED, report.reason
+    assert [task.piece for task in tasks] == ["0", "1", "2", "3", ""] if again else [""]
+
+
+def test_maps_of_one_content_keep_their_names(tmp_path: Path) -> None:
+    text = PROBLEMS["groups"][0].replace('"r?.npy"', '"r0.npy", "r1.npy"')
+    path = written(tmp_path / "here", text)
+    path.with_name("r1.npy").write_bytes(path.with_name("r0.npy").read_bytes())
+    (report,), tasks, _ = run(path)
+    assert report.state == plan.SOLVED
+    assert [task.piece for task in tasks] == ["0", "1", "2", "3", ""]
+    names = [one["name"] for group in report.told["groups"] for one in group["maps"]]
+    assert names == ["r0.npy", "r1.npy", "s0.npy", "s1.npy"]
 
 
 def test_an_interruption_tells_of_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -192,19 +262,6 @@ def test_an_interruption_tells_of_pieces(tmp_path: Path, monkeypatch: pytest.Mon
     waiting.clear()
     _, tasks, _ = run(path)
     assert [task.piece for task in tasks] == ["2", "3", "4", ""]
-
-
-def test_pieces_of_another_contact_are_found_again(tmp_path: Path) -> None:
-    path = written(tmp_path / "here", PROBLEMS["groups"][0])
-    kept = path.with_name("s1.npy").rename(path.with_name("kept.npy"))
-    (report,), _, _ = run(path)
-    assert report.state == plan.FAILED
-    path.write_text(PROBLEMS["groups"][0].replace("20 MPa", "30 MPa"), encoding="utf-8")
-    kept.rename(path.with_name("s1.npy"))
-    (report,), tasks, said = run(path)
-    assert report.state == plan.SOLVED
-    assert [task.piece for task in tasks] == ["0", "1", "2", "3", "4", ""]
-    assert not any("kept" in word for word in said)
 
 
 @pytest.mark.parametrize(

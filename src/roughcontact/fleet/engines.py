@@ -23,6 +23,7 @@ from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import pieces
 from roughcontact.request.fleet_options import DASK, LOCAL, MPI
 from roughcontact.request.moving import moved
+from roughcontact.request.options import COMPARE
 from roughcontact.request.outputs import UnfinishedError
 
 T = TypeVar("T")
@@ -188,6 +189,8 @@ class _Run:
         self._ready: deque[tuple[Task, int]] = deque()
         # What is found of contacts in pieces of which none has failed, by number and word.
         self._pieces: dict[int, dict[str, Any]] = {}
+        # What each of them depends on.
+        self._digests: dict[int, dict[str, str]] = {}
         # Since when there are no workers, whether that was told, and why nobody works any more.
         self._lonely, self._warned, self._closed = math.inf, False, ""
         self._under_way: dict[Future[Answer], tuple[Task, int]] = {}
@@ -262,7 +265,9 @@ class _Run:
         if not words:
             return [self._equipped(whole)]
         (part,) = parts
-        known = self._pieces[part.number] = keeping.kept(part.entry, part.digest, words)
+        digests = {word: plan.digest_of(part.entry, self._content, word) for word in words}
+        self._digests[part.number] = digests
+        known = self._pieces[part.number] = keeping.kept(part.entry, digests)
         if known:
             self._tell.say(f"{len(known)} of {len(words)} pieces of {part.entry.name} kept")
         apart = [replace(whole, piece=word) for word in words if word not in known]
@@ -362,7 +367,8 @@ class _Run:
         """Tell how the parts of a contact ended; what stands complete is solved, told of or not."""
         if task.piece and not answer.reports:
             (part,) = task.parts
-            keeping.keep(self._entries[part.number], part.digest, task.piece, answer.found)
+            digest = self._digests[part.number][task.piece]
+            keeping.keep(self._entries[part.number], digest, answer.found)
         if task.piece and self._pieces.get(task.parts[0].number) is None:
             # Another piece has failed.
             return
@@ -386,8 +392,11 @@ class _Run:
 
     def _told(self, number: int, report: Report) -> None:
         self._found[number] = report
-        if report.state != FAILED:
-            keeping.drop(self._entries[number])
+        if report.state == SOLVED:
+            entry = self._entries[number]
+            # Another map may be set beside those of a comparison some day.
+            lasting = self._digests.get(number, {}) if entry.request.kind == COMPARE else {}
+            keeping.drop(entry, lasting.values())
         self._tell.report(report)
 
     def _complete(self) -> list[Path]:
@@ -398,8 +407,10 @@ class _Run:
                 part.number for part in task.parts
                 if plan.complete(part.entry, part.digest) is not None
             }  # fmt: skip
+        places = {number: keeping.place_of(entry) for number, entry in enumerate(self._entries)}
+        begun = [place for number, place in places.items() if number not in done_]
         whole = [self._entries[number].summary for number in sorted(done_)]
-        return whole + [place for place in map(keeping.place_of, self._entries) if place.exists()]
+        return whole + [place for place in begun if place.exists()]
 
 
 # The entries of one contact with their numbers.

@@ -1,4 +1,4 @@
-"""What is found of the pieces of a contact, kept on the disk until the whole is complete."""
+"""What is found of the pieces of a contact, kept on the disk for the runs to come."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def place_of(entry: Entry) -> Path:
     return entry.summary.with_suffix(".pieces")
 
 
-def keep(entry: Entry, digest: str, word: str, found: Any) -> None:
+def keep(entry: Entry, digest: str, found: Any) -> None:
     """Keep what is found of a piece, if that can be done.
 
     Parameters
@@ -36,9 +36,7 @@ def keep(entry: Entry, digest: str, word: str, found: Any) -> None:
     entry : Entry
         The contact.
     digest : str
-        What it depends on, from `plan.digest_of`.
-    word : str
-        Which of its `request.pieces`.
+        What the piece depends on, from `plan.digest_of`.
     found : object
         What was found.
     """
@@ -46,22 +44,20 @@ def keep(entry: Entry, digest: str, word: str, found: Any) -> None:
     with contextlib.suppress(OSError, TypeError):
         described = {"run": digest, "found": _described(found)}
         text = json.dumps({**described, "seal": checksums.of_words(described)})
-        path = place_of(entry) / f"{word}.json"
+        path = _file(entry, digest)
         path.parent.mkdir(parents=True, exist_ok=True)
         files.write(path, text)
 
 
-def kept(entry: Entry, digest: str, words: Iterable[str]) -> dict[str, Any]:
-    """Return what an earlier run found of the same contact, by the words of its pieces.
+def kept(entry: Entry, digests: Mapping[str, str]) -> dict[str, Any]:
+    """Return what earlier runs found of pieces of a contact, by their words.
 
     Parameters
     ----------
     entry : Entry
         The contact.
-    digest : str
-        What it depends on now.
-    words : iterable of str
-        Its `request.pieces`.
+    digests : mapping of str to str
+        What each of its `request.pieces` depends on now.
 
     Returns
     -------
@@ -70,9 +66,9 @@ def kept(entry: Entry, digest: str, words: Iterable[str]) -> dict[str, Any]:
         else, or is damaged.
     """
     known = {}
-    for word in words:
-        path = place_of(entry) / f"{word}.json"
+    for word, digest in digests.items():
         with contextlib.suppress(*_DAMAGED):
+            path = _file(entry, digest)
             if path.stat().st_size > _MOST:
                 continue
             read = json.loads(path.read_bytes())
@@ -82,14 +78,28 @@ def kept(entry: Entry, digest: str, words: Iterable[str]) -> dict[str, Any]:
     return known
 
 
-def drop(entry: Entry) -> None:
-    """Remove all that is kept of a contact, as it is complete."""
+def drop(entry: Entry, but: Iterable[str] = ()) -> None:
+    """Remove what is kept of a contact that is complete.
+
+    Parameters
+    ----------
+    entry : Entry
+        The contact.
+    but : iterable of str
+        What those pieces depend on that stay.
+    """
     place = place_of(entry)
+    stay = {_file(entry, digest) for digest in but}
     with contextlib.suppress(OSError):
         files.clear(place)
-        for path in place.glob("*.json"):
+        for path in set(place.glob("*.json")) - stay:
             path.unlink()
-        place.rmdir()
+        if not stay:
+            place.rmdir()
+
+
+def _file(entry: Entry, digest: str) -> Path:
+    return place_of(entry) / f"{digest}.json"
 
 
 # Frozen dataclasses of plain values as JSON. Nothing is called in reading but what makes them:

@@ -12,6 +12,7 @@ from roughcontact import checksums
 from roughcontact._version import __version__
 from roughcontact.errors import Mention
 from roughcontact.files import to_json
+from roughcontact.request import pieces
 from roughcontact.request.options import named, offered, text_of
 from roughcontact.request.request import Request
 
@@ -162,7 +163,9 @@ def content_of(path: Path) -> str | None:
         return None
 
 
-def digest_of(entry: Entry, content: Callable[[Path], str | None] = content_of) -> str:
+def digest_of(
+    entry: Entry, content: Callable[[Path], str | None] = content_of, piece: str = ""
+) -> str:
     """Return a word for all that a contact depends on: options and content of files.
 
     Where the files lie does not matter, nor from where the project is run.
@@ -173,22 +176,28 @@ def digest_of(entry: Entry, content: Callable[[Path], str | None] = content_of) 
         The contact.
     content : callable, optional
         What returns the checksum of a file, as `content_of`.
+    piece : str, optional
+        Which of its `request.pieces` alone, that may be one of several contacts; by default all.
     """
     request = entry.request
     options = offered(request.task)
+    of, others = pieces.depends_on(request, piece) if piece else ("", frozenset())
     given = {
         name: _placeless(value) if options[name].is_place else value
         for name, value in request.given.items()
+        if name not in others
     }
     groups = [[Path(name).name, len(paths)] for name, paths in request.groups.items()]
+    about = {"piece": of} if piece else {"groups": groups} if groups else {}
+    inputs = pieces.inputs(request, piece) if piece else request.inputs
     return checksums.of_words(
         {
             "version": __version__,
             "task": request.task,
             "options": given,
             # The suffix tells the format.
-            "inputs": [[path.suffix.lower(), content(path)] for path in request.inputs],
-            **({"groups": groups} if groups else {}),
+            "inputs": [[path.suffix.lower(), content(path)] for path in inputs],
+            **about,
         }
     )
 

@@ -28,6 +28,9 @@ Look = Callable[[Progress], None]
 
 _QUARTERS = 4
 
+BESIDE = ("group", "paired")
+"""Options that say which maps are set beside which, and nothing of any one of them."""
+
 
 @dataclass(frozen=True, eq=False)
 class Found:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from roughcontact.request import comparing, studying
-from roughcontact.request.options import COMPARE, SOLVE
+from roughcontact.request.options import COMPARE, SOLVE, offered
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
@@ -37,6 +37,18 @@ def inputs(request: Request, word: str) -> tuple[Path, ...]:
         return tuple(request.inputs)
     file = comparing.file_of(request, word) if word else None
     return () if file is None else (file,)
+
+
+def depends_on(request: Request, word: str) -> tuple[str, frozenset[str]]:
+    """Return the name of what a piece is of, and the options that it has nothing to do with.
+
+    Of two maps that are told apart by their names alone, what is found differs by these.
+    """
+    written = {name for name, option in offered(request.task).items() if option.suffixes}
+    if request.kind != COMPARE:
+        return word, frozenset(written)
+    file = comparing.file_of(request, word)
+    return "" if file is None else file.name, frozenset({*written, *comparing.BESIDE})
 
 
 def found_of(request: Request, word: str, say: Say, look: Callable[[Progress], None]) -> Any:
