@@ -315,7 +315,7 @@ def test_a_project_compares_groups(folder: Path, capsys: Capture) -> None:
     (contact,) = json.loads(capsys.readouterr().out)["contacts"]
     assert [group["name"] for group in contact["told"]["groups"]] == ["ground", "honed"]
     left = {path.name for path in (folder / "out").iterdir()}
-    assert left == {"finish.json", "finish.csv", "finish.svg"}
+    assert left == {"finish.json", "finish.csv", "finish.svg", "finish.pieces"}
     assert app.main(["run", str(project), "--json"]) == app.SOLVED
     assert json.loads(capsys.readouterr().out)["contacts"][0]["state"] == "solved before"
     for old, new, said in (
