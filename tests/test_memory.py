@@ -1,6 +1,7 @@
 import re
 import subprocess
 import sys
+import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,7 +15,9 @@ from roughcontact.contact import memory as contact_memory, solve
 from roughcontact.contact.memory import Room, memory_estimate, overhead
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.stiffness import stiffness
+from roughcontact.halfspace import convolution
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.kept import MOST, Kept
 from roughcontact.surface import nominal, synthetic
 
 GIB = 2**30
@@ -169,9 +172,9 @@ def test_estimate_grows_with_the_points(boundary: str, precision: str) -> None:
     options = {"boundary": boundary, "precision": precision}
     sizes = [memory_estimate((n, n), **options) for n in (64, 128, 257, 1024, 4096)]
     assert sizes == sorted(set(sizes))
-    # In proportion, to the rims and to what does not depend on the grid.
+    # In proportion, but for rims, and for the gaps between arrays that are not large.
     larger, smaller = (size - overhead() for size in sizes[:-3:-1])
-    assert larger / smaller == pytest.approx(16, rel=0.01)
+    assert 14 < larger / smaller < 16.2
     assert memory_estimate((100, 300), **options) < memory_estimate((101, 300), **options)
     assert memory_estimate((100, 300), **options) < memory_estimate((100, 302), **options)
 
@@ -211,9 +214,10 @@ def test_the_message_says_need_free_and_what_fits(monkeypatch: pytest.MonkeyPatc
     # A tenth does not hold single precision either.
     assert "single" not in message
     high, wide = map(int, re.findall(r"up to about (\d+) × (\d+)", message)[0])
-    assert high == wide == pytest.approx(np.sqrt(2e8 / 10), rel=0.02)
+    larger = memory_estimate((high + 1, wide + 1), contact_fraction=0.0)
+    assert memory_estimate((high, wide), contact_fraction=0.0) <= need / 10 < larger
     high, wide = map(int, re.findall(r"in full contact one of (\d+) × (\d+)", message)[0])
-    assert high == wide == pytest.approx(np.sqrt(2e8 / 10 * need / full), rel=0.02)
+    assert memory_estimate((high, wide)) <= need / 10 < memory_estimate((high + 1, wide + 1))
 
 
 @pytest.mark.parametrize(("boundary", "precision"), KINDS)
@@ -588,7 +592,26 @@ def test_estimate_is_the_peak_that_is_measured(
     estimate = memory_estimate(
         (n, n), boundary=boundary, precision=precision, contact_fraction=fraction
     )
-    assert 0.5 * estimate < measured < estimate
+    assert 0.4 * estimate < measured < estimate
+
+
+@pytest.mark.parametrize(("boundary", "precision"), KINDS)
+def test_arrays_take_no_more_than_the_estimate(
+    boundary: str, precision: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Without the part for libraries and threads, which would hide a forgotten array of this size.
+    steel, n = rc.Material(210e9, 0.3, 1e9), 640
+    options = {"boundary": boundary, "precision": precision}
+    surface = rc.Surface(*rc.reference_map(n))
+    monkeypatch.setattr(convolution, "SPECTRA", Kept(MOST))
+    tracemalloc.start()
+    try:
+        result = rc.solve(surface, load=0.5, material=steel, **options)
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    estimate = memory_estimate((n, n), contact_fraction=result.contact_fraction, **options)
+    assert most < estimate - overhead()
 
 
 def test_a_map_needs_eight_bytes_a_point(monkeypatch):

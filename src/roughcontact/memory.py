@@ -165,20 +165,17 @@ def require(
         )
 
 
-def square_side(needed: int, shape: tuple[int, int], overhead: int = 0) -> int:
+def square_side(needed: int, shape: tuple[int, int]) -> int:
     """Return the points along the largest square grid that fits, by an estimate for another.
 
     Parameters
     ----------
     needed : int
-        Bytes for a grid of ``shape``; beyond the overhead taken as proportional to its points.
+        Bytes for a grid of ``shape``, taken as proportional to its points.
     shape : (int, int)
         Grid points ``(ny, nx)``.
-    overhead : int
-        Bytes of these that do not depend on the grid.
     """
-    part = max(free() - overhead, 0) / (needed - overhead)
-    return int(math.sqrt(part * shape[0] * shape[1]))
+    return int(math.sqrt(free() / needed * shape[0] * shape[1]))
 
 
 def taken() -> int:

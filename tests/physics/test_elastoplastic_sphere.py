@@ -80,7 +80,9 @@ def test_perfectly_plastic_sphere(load) -> None:
     result = solve_elastoplastic(
         sphere(64, 4.6 * radius, RADIUS), material=steel, load=load * CRITICAL_LOAD, increments=5
     )
-    assert {caution.kind for caution in result.cautions} <= {Kind.SCATTER}
+    # Far into full plasticity it flows again on unloading.
+    expected = {Kind.SCATTER} | ({Kind.RESIDUAL} if load > 100 else set())
+    assert {caution.kind for caution in result.cautions} <= expected
     approach = result.contact.approach / CRITICAL_APPROACH
     area = result.contact.contact_area / CRITICAL_AREA
     for fit in fits:
@@ -137,7 +139,7 @@ def test_sphere_with_swift_hardening() -> None:
     near = slice(peak - 1, peak + 2)
     curve = np.polyfit(body.depth[near], profile[near], 2)
     assert -curve[1] / (2 * curve[0]) / 6.053e-6 == pytest.approx(0.575, abs=0.02)
-    half = result.increments[4]
+    half = next(step for step in result.increments if step.load == pytest.approx(0.325))
     assert half.max_pressure == pytest.approx(5.175e9, rel=0.01)
 
 

@@ -16,6 +16,7 @@ from roughcontact.contact.terms import Terms
 from roughcontact.errors import Mention, Part
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace, default_workers
+from roughcontact.halfspace.kept import MOST
 from roughcontact.solvers import bounded
 from roughcontact.solvers.operator import Operator
 from roughcontact.solvers.problem import Problem, coarsened
@@ -24,8 +25,13 @@ from roughcontact.solvers.problem import Problem, coarsened
 # pressure and gap of the iterate; unknown, residual and direction; index on the patch and in its
 # padded rows, block and weight of the preconditioner, what it is given, what it makes of it, and
 # the part of the spots. Projected gradients have up to twenty-one: four iterates, the step, and
-# the eight of a look at the whole map. The allocator leaves gaps between arrays below 32 MiB.
+# the eight of a look at the whole map.
 _TOUCHING = 23
+# Bytes of the preconditioner for each pixel of the map: weight, symbol with its rows of zeros, and
+# eleven numbers for each block of 8 × 8.
+_PRECONDITIONER = 5
+# The C library leaves gaps between arrays below this size: one of the map, three of the contact.
+_HEAPED = 2**25
 # Maps more where the bodies tilt: what can be balanced is asked before, and each tilt has a gap of
 # its own beside that of the last; and where every pixel has its ceiling.
 _TILTED, _CEILINGS = 5, 2
@@ -71,10 +77,19 @@ def memory_estimate(
     """
     real = 8 if precision == "double" else 4
     pixels = shape[0] * shape[1]
-    # Initial gap and open gap, weights and symbol of the preconditioner.
-    kept = (2 * real + 2 + 1 + 8 * maps) * pixels
-    touching = math.ceil(8 * _TOUCHING * contact_fraction * pixels)
-    return Boundary(boundary).operator_memory(shape, precision) + kept + touching + overhead()
+    touching = math.ceil(8 * contact_fraction * pixels)
+    # Initial gap and open gap.
+    kept = (2 * real + _PRECONDITIONER + 8 * maps) * pixels
+    gaps = min(8 * pixels, _HEAPED) + 3 * min(touching, _HEAPED)
+    boundary = Boundary(boundary)
+    kernel = boundary.kernel_memory(shape)
+    # Looks from afar are in single precision; the kernels of coarser grids, a quarter of one
+    # another, are kept for the next solve.
+    kernels = kernel // 2 if precision == "double" else 0
+    if boundary.free_axes:
+        kernels += min(kernel // 3, MOST)
+    operator = boundary.operator_memory(shape, precision) + kernels
+    return operator + kept + _TOUCHING * touching + gaps + overhead()
 
 
 @dataclass(frozen=True)
@@ -131,18 +146,27 @@ class Room:
         if needed <= there:
             return
         what, full = f"a map of {self.shape[0]} × {self.shape[1]} points", 0
-        side = memory.square_side(needed, self.shape, overhead())
+        side = self._side(contact_fraction, there)
         advice: tuple[Part, ...] = (f"a square grid of up to about {side} × {side} points fits",)
         if contact_fraction:
             what += f" in contact on {100 * contact_fraction:.3g} % of it"
         else:
             full = self.estimate(1.0)
-            side = memory.square_side(full, self.shape, overhead())
+            side = self._side(1.0, there)
             advice += (f", in full contact one of {side} × {side}",)
         single = replace(self, precision="single")
         if self.precision == "double" and single.estimate(contact_fraction) <= there:
             advice += ("; ", Mention("precision", "single"), " fits the whole map")
         memory.require(needed, f"{what} needs", most=("in full contact", full), advice=advice)
+
+    def _side(self, contact_fraction: float, there: int) -> int:
+        """Return the points along the largest square grid that fits."""
+        least, most = 0, 1 + math.isqrt(math.prod(self.shape))
+        while most - least > 1:
+            side = (least + most) // 2
+            fits = replace(self, shape=(side, side)).estimate(contact_fraction) <= there
+            least, most = (side, most) if fits else (least, side)
+        return least
 
 
 def started(problem: Problem, start: ContactResult | ArrayLike | None, series: bool) -> float:

@@ -195,7 +195,7 @@ def _chosen(path: Path, found: list[Channel], channel: str | int | None, default
     heights = [index for index, entry in enumerate(found) if entry.is_height]
     listing = "; ".join(
         f"{index}: {entry.name!r}"
-        + (f" [{entry.unit}]" if entry.unit else "")
+        + (f" [{''.join(c if c.isprintable() else ' ' for c in entry.unit)}]" if entry.unit else "")
         + ("" if entry.is_height else " (not a height)")
         for index, entry in enumerate(found)
     )

@@ -180,12 +180,22 @@ class Boundary(StrEnum):
         """
         ny, nx = shape
         real = 8 if precision == "double" else 4
-        padded_y, padded_x = (2 if axis in self.free_axes else 1 for axis in (0, 1))
-        rows = 2 * real * ny * (nx * padded_x // 2 + 1)
-        kernel = 8 * (ny + 1) * (nx + 1) * padded_y * padded_x // 4
+        padded_x = 2 if 1 in self.free_axes else 1
+        kernel = self.kernel_memory(shape)
         if precision == "single":
             kernel += kernel // 2
-        return rows + kernel
+        return 2 * real * ny * (nx * padded_x // 2 + 1) + kernel
+
+    def kernel_memory(self, shape: tuple[int, int]) -> int:
+        """Return the memory of a quarter of the kernel's spectrum in double precision, in bytes.
+
+        Parameters
+        ----------
+        shape : (int, int)
+            Grid points ``(ny, nx)``.
+        """
+        ny, nx = shape
+        return 2 * (ny + 1) * (nx + 1) << len(self.free_axes)
 
 
 def longer_side(shape: tuple[int, int], pixel: tuple[float, float]) -> float:

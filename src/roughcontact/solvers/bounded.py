@@ -161,7 +161,7 @@ def solve(
         pixel = (2**depth if problem.shape[0] > 1 else 1, 2**depth)
         level_operator = finest_operator if finest else family(level.shape, pixel)
         solution = _solve_level(
-            level, level_operator, Patches(level_operator, family, pixel), first,
+            level, level_operator, family, pixel, first,
             tolerance if finest else max(tolerance, _COARSE_TOLERANCE), max_iterations, note,
             warm=start is not None, interruptible=interruptible,
         )  # fmt: skip
@@ -214,7 +214,8 @@ def _lost(certificate: float, floor: float, bursts: int) -> bool:
 def _solve_level(
     problem: Problem,
     operator: Operator,
-    patches: Patches,
+    family: Family,
+    pixel: tuple[int, int],
     first: Callable[[], Loaded],
     tolerance: float,
     max_iterations: int,
@@ -224,6 +225,7 @@ def _solve_level(
     interruptible: bool,
 ) -> Solution:
     viewer = Viewer(problem, operator, tolerance)
+    patches = Patches(viewer.rough, family, pixel)
     loaded = first()
     if warm:
         loaded = viewer.carrying(*loaded)

@@ -50,11 +50,12 @@ class Viewer:
 
     def __init__(self, problem: Problem, operator: Operator, tolerance: float) -> None:
         self.problem, self.operator = problem, operator
-        self._rough = operator.in_single()
+        # Of this size there is one: patches work with it too.
+        self.rough = operator.in_single()
         self._tolerance = tolerance
         # Where single precision is still good enough, and how far away the last look was.
         self._far = max(_FAR, _TOLERANCES * tolerance)
-        self._distance = math.inf if self._rough is not operator else 0.0
+        self._distance = math.inf if self.rough is not operator else 0.0
         self.unit, self.sums = operator.self_displacement, operator.sums
         self.convolutions = 0
         # The last look: displacement plus initial gap before the approach is taken off, and the
@@ -73,7 +74,7 @@ class Viewer:
         pressure = without_dust(pressure, self.limit(index), self.sums)
         index, pressure = chosen(pressure > 0, index, pressure)
         if self._distance > self._far:
-            seen = self._looked(self._rough, index, pressure)
+            seen = self._looked(self.rough, index, pressure)
             blurred = seen.floor > _BLURRED * seen.certificate
             self._distance = 0.0 if blurred else seen.certificate
             if seen.certificate > self._tolerance and not blurred:
@@ -147,9 +148,9 @@ class Viewer:
         leaving = total < carried * (1 - _CARRIED) and self.sums.count(pressure >= limit)
         if not leaving and sums.total(np.broadcast_to(limit, index.shape)) > total:
             return index, pressure * (total / carried)
-        starts = self._displaced(self._rough, index, pressure)
+        starts = self._displaced(self.rough, index, pressure)
         approach = self._deep_enough(total)
-        index, pressure = self._joined(self._rough, index, pressure, starts, approach)
+        index, pressure = self._joined(self.rough, index, pressure, starts, approach)
         target = self.opened(index)
         target -= approach
         target /= -self.unit
