@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer
+from hypothesis import example, given, strategies as st
 
 from roughcontact.cli import app
 from roughcontact.errors import InputError, Mention
@@ -204,3 +205,13 @@ def test_laws_of_hardening_in_text(text: str, law: hardening.Hardening) -> None:
     if "wift" in text:
         del given["yield-strength"]
     assert from_text("solve", None, given).bodies()[0].hardening == law
+
+
+WORDS = st.text(min_size=1).filter(lambda text: text.strip() == text and "\0" not in text)
+
+
+@given(name=WORDS, files=st.lists(WORDS, min_size=1))
+@example(name="a=b", files=["c,d.npy", 'e".npy', '"f', "g\nh", "i\u2028j"])
+@example(name='"a"', files=["c"])
+def test_a_group_is_read_as_it_was_written(name: str, files: list[str]) -> None:
+    assert parsing.group(parsing.group_text(name, files), "group") == (name, tuple(files))

@@ -98,6 +98,7 @@ PRESSURE = b'"max_pressure": [\n    '
         lambda here: (here / "p" / "one.json").write_text("[]"),
         lambda here: (here / "p" / "one.json").write_text("{}"),
         lambda here: (here / "p" / "one.json").write_text("1"),
+        lambda here: (here / "p" / "one.json").write_text("[" * 100000),
     ],
 )
 def test_a_damaged_file_is_not_taken_for_solved(
@@ -124,6 +125,85 @@ def test_content_and_options_decide(change: Callable[[Path], object], moved: Pat
     change(moved)
     (entry,) = project.load(moved / "p.toml")
     assert plan.digest_of(entry) != before
+
+
+def test_steps_of_what_was_asked_before_are_no_hindrance(moved: Path) -> None:
+    rewritten(moved / "p.toml", b'"1 N"', b'"2 N"')
+    path = moved / "p.toml"
+    assert states(path) == [plan.SOLVED]
+    assert states(path) == [plan.KEPT]
+    rewritten(moved / "maps" / "rough.npy", b"\x00\x00\xf0?", b"\x01\x00\xf0?")
+    assert states(path) == [plan.SOLVED]
+
+
+COMPARED = """
+    [defaults]
+    unit = "um"
+    size = "0.1 mm"
+    material = "bearing steel"
+    load = "20 MPa"
+    steps = 2
+    [[contact]]
+    name = "one"
+    task = "compare"
+    {0}
+"""
+
+
+def compared(folder: Path, asked: str) -> Path:
+    """Write a project of a comparison of four maps in a folder whose name has signs of its own."""
+    place = folder / "A, B=[1]"
+    place.mkdir(exist_ok=True)
+    y, x = np.mgrid[:16, :16] / 16
+    for number, name in enumerate(("a,1", "a,2", "b1", "b2")):
+        noise = np.random.default_rng(number).standard_normal(y.shape)
+        np.save(place / f"{name}.npy", np.cos(7 * y) * np.cos(5 * x) + 0.1 * noise)
+    (place / "p.toml").write_text(COMPARED.format(asked), encoding="utf-8")
+    return place / "p.toml"
+
+
+def test_groups_are_what_they_are_called(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    groups = 'groups = {{ "{0}/5, N" = ["a,1.npy", "a,2.npy"], "x=y" = ["[b]?.npy"] }}'
+    path = compared(tmp_path, groups.format("dry"))
+    assert states(path) == [plan.SOLVED]
+    told = (path.parent / "p" / "one.json").read_text(encoding="utf-8")
+    assert '"dry/5, N"' in told
+    assert '"x=y"' in told
+    for place in (tmp_path, path.parent):
+        monkeypatch.chdir(place)
+        assert states(path.relative_to(place)) == [plan.KEPT]
+    compared(tmp_path, groups.format("wet"))
+    assert states(path) == [plan.SOLVED]
+    told = (path.parent / "p" / "one.json").read_text(encoding="utf-8")
+    assert '"wet/5, N"' in told
+    assert '"dry/5, N"' not in told
+
+
+def test_a_profile_with_pictures_is_known_again(tmp_path: Path) -> None:
+    heights = np.cumsum(np.random.default_rng(1).standard_normal(64))
+    np.savetxt(tmp_path / "line.txt", np.c_[np.arange(64) * 1e-6, 1e-8 * heights])
+    (tmp_path / "p.toml").write_text(
+        """
+        write = ["nc", "svg"]
+        [[contact]]
+        name = "one"
+        file = "line.txt"
+        unit = "m"
+        material = "bearing steel"
+        load = "10 N/m"
+        """,
+        encoding="utf-8",
+    )
+    assert states(tmp_path / "p.toml") == [plan.SOLVED]
+    assert states(tmp_path / "p.toml") == [plan.KEPT]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_what_has_no_checksum_is_never_the_same(moved: Path) -> None:
+    (moved / "maps" / "rough.npy").unlink()
+    os.mkfifo(moved / "maps" / "rough.npy")
+    (entry,) = project.load(moved / "p.toml")
+    assert plan.digest_of(entry) != plan.digest_of(entry)
 
 
 def test_a_file_that_cannot_be_read_fails_alone(

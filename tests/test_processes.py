@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import os
 import platform
+import signal
 import subprocess
 import sys
+import threading
+import time
 
 import pytest
+
+from roughcontact import processes
 
 FAULTS = """
 import resource, sys
@@ -44,3 +49,27 @@ def test_freed_memory_is_kept_where_dask_gives_it_back() -> None:
     assert faults("kept", **dask) < 1000
     # Who says otherwise has it so.
     assert faults("kept", **dask, MALLOC_MMAP_THRESHOLD_="131072") > 10_000
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="threads cannot be sent signals")
+def test_ctrl_c_waits_for_what_is_being_begun() -> None:
+    done, begun = threading.Event(), []
+    other = threading.Thread(target=done.wait)
+    other.start()
+    before = signal.getsignal(signal.SIGINT)
+
+    def begin() -> None:
+        with processes.deaf():
+            # A thread that was there before lets it through.
+            signal.pthread_kill(other.ident or 0, signal.SIGINT)
+            time.sleep(0.05)
+            begun.append(1)
+
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            begin()
+    finally:
+        done.set()
+        other.join()
+    assert begun
+    assert signal.getsignal(signal.SIGINT) is before

@@ -125,10 +125,16 @@ def test_contacts_of_the_volume_model_are_kept_apart(tmp_path: Path, capsys: Cap
     assert app.main(["run", str(path)]) == app.SOLVED
     rows = [row.split() for row in capsys.readouterr().out.splitlines() if "ball" in row]
     assert [row[-2] for row in rows[:2]] == ["–", "–"]
-    # Another problem in the same folder is that contact's failure.
-    path.write_text(VOLUME.replace("20 GPa", "30 GPa"), encoding="utf-8")
-    assert app.main(["run", str(path)]) == app.NOT_CONVERGED
-    assert "holds another run: material differ" in capsys.readouterr().err
+    # What is asked anew is solved anew; steps of what was asked before are put aside.
+    steps = tmp_path / "steps" / "ball-60-N"
+    for strength in ("30 GPa", "40 GPa"):
+        before = {file.name: file.read_bytes() for file in steps.iterdir()}
+        path.write_text(VOLUME.replace("20 GPa", strength), encoding="utf-8")
+        assert app.main(["run", str(path)]) == app.SOLVED
+        aside = steps.with_name("ball-60-N.before")
+        assert {file.name: file.read_bytes() for file in aside.iterdir()} == before
+        assert {file.name for file in steps.iterdir()} == before.keys()
+        assert (steps / "step-0002.nc").read_bytes() != before["step-0002.nc"]
 
 
 def test_a_project_names_contacts_materials_and_files(folder: Path) -> None:
@@ -167,6 +173,23 @@ def test_contacts_are_solved_kept_and_solved_again_when_changed(
     assert app.main(["run", str(folder / "project.toml"), "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)["contacts"]
     assert [report["state"] for report in told] == ["solved before", "solved", "solved"]
+
+
+def test_a_material_of_its_own_comes_before_constants_of_all(folder: Path) -> None:
+    text = PROJECT.replace('material = "steel"', 'young = "70 GPa"\npoisson = 0.2')
+    soft = '[materials.soft]\nyoung = "1 GPa"\npoisson = 0.4\n\n[defaults]'
+    own = '\n[[contact]]\nname = "{0}"\nfile = "rough.npy"\nload = "1 mN"\n{1}\n'
+    text = text.replace("[defaults]", soft) + own.format("soft", 'material = "soft"')
+    text += own.format("known", 'material = "6061-T6"')
+    text += own.format("part", 'material = "soft"\npoisson = 0.3')
+    (folder / "project.toml").write_text(text, encoding="utf-8")
+    entries = project.load(folder / "project.toml")
+    found = {entry.name: entry.request.bodies()[0] for entry in entries}
+    constants = {name: (body.young, body.poisson) for name, body in found.items()}
+    assert constants["two"] == (70e9, 0.2)
+    assert constants["soft"] == (1e9, 0.4)
+    assert constants["part"] == (1e9, 0.3)
+    assert found["known"].young == pytest.approx(69e9, rel=0.02)
 
 
 def test_one_failure_does_not_stop_the_rest(folder: Path, capsys: Capture) -> None:
@@ -347,11 +370,13 @@ def alive(process: psutil.Process) -> bool:
         ('name = "two"', "name = 2", ("needs a name",)),
         ("[defaults]", "[default]", ("unknown key default",)),
         ('write = ["nc", "csv"]', 'write = ["doc"]', ("write must be a list of nc",)),
+        ('write = ["nc", "csv"]', 'write = ["png", "nc", "svg"]',
+         ('write has png, svg, of which task = "solve" writes one',)),
         ('folder = "results"', "folder = 1", ("folder must be a text",)),
         ('folder = "results"', 'folder = "rough.npy"', ("is a file",)),
         ('folder = "results"', "folder = ", ("is no TOML file", "line 1")),
     ],
-)
+)  # fmt: skip
 def test_messages_name_key_and_line(
     old: str, new: str, words: tuple[str, ...], folder: Path, capsys: Capture
 ) -> None:
@@ -381,6 +406,9 @@ def test_messages_name_key_and_line(
         ("contact = [3]", ("must be a table",)),
         ("materials = 3\n[[contact]]\nname='a'\nfile='b'", ("materials must be tables",)),
         ("defaults = 3\n[[contact]]\nname='a'\nfile='b'", ("defaults must be a table",)),
+        ("[[contact]]\nname='a'\nfile='b'\ntask=[['law']]", ("different ones of",)),
+        ("[[contact]]\nname='a'\nfile=\"b\\u0000\"", ("null character",)),
+        (f"contact = {'[' * 3000}{']' * 3000}", ("too deep",)),
     ],
 )
 def test_a_file_that_is_no_project(

@@ -147,6 +147,10 @@ class CapacityError(InputError):
     """The load or approach asked for has no solution."""
 
 
+class OtherRunError(InputError):
+    """A folder for steps holds those of another run."""
+
+
 class InsufficientMemoryError(RoughcontactError, MemoryError):
     """The problem needs more memory than the machine has."""
 

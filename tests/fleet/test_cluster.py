@@ -222,6 +222,8 @@ def test_a_cluster_of_this_machine_ends_with_the_run(
         (("--engine", "mpi", "--workers", "2"), "--workers goes without --engine mpi"),
         (("--engine", "dask", "--scheduler", "tcp://127.0.0.1:1"), "does not answer at"),
         (("--engine", "dask", "--scheduler", "nowhere"), "--scheduler"),
+        (("--engine", "dask", "--scheduler", "tls://127.0.0.1:1"), "does not answer at"),
+        (("--engine", "dask", "--scheduler", "ucx://127.0.0.1:1"), "--scheduler does not"),
         (("--workers", "0"), "--workers must be a whole number from 1"),
         (("--engine", "slurm"), "--engine must be one of local, dask, mpi"),
     ],
@@ -237,6 +239,17 @@ def test_what_does_not_fit_is_refused(
     assert out == ""
     assert err.count("\n") == 1
     assert told in err
+
+
+@pytest.mark.parametrize("words", [(), ("--engine", "dask")])
+def test_what_mpiexec_has_started_several_times_is_refused(
+    words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    path = write_project(tmp_path, 1)
+    monkeypatch.setenv("PMI_SIZE", "2")
+    assert app.main(["run", str(path), *words]) == app.BAD_INPUT
+    assert "would do all of it: give --engine mpi, or start" in capsys.readouterr().err
+    assert solved(path) == 0
 
 
 @pytest.mark.parametrize(("engine", "module"), [("dask", "distributed"), ("mpi", "mpi4py")])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import shutil
 from concurrent.futures import Executor, Future
 from functools import partial
 from pathlib import Path
@@ -130,19 +131,49 @@ def test_each_piece_reads_its_own_map(tmp_path: Path) -> None:
     assert names == [["r0.npy"], ["r1.npy"], ["r2.npy"], ["s0.npy"], ["s1.npy"], []]
 
 
-def test_a_piece_that_fails_fails_its_contact_once(tmp_path: Path) -> None:
+def test_pieces_that_fail_fail_their_contact_once_and_the_others_are_kept(tmp_path: Path) -> None:
     more = '\n[[contact]]\nname = "two"\nfile = "r2.npy"\nload = "1 N"\n'
     text = PROBLEMS["groups"][0].replace('"r?.npy"', '"r0.npy", "r1.npy"') + more
     path = written(tmp_path / "here", text)
-    kept = path.with_name("r0.npy").rename(path.with_name("kept.npy"))
-    (bad, good), tasks, _ = run(path, slots=1)
+    for name in ("r0.npy", "s0.npy"):
+        path.with_name(name).rename(path.with_name(f"kept-{name}"))
+    (bad, good), tasks, said = run(path, slots=1)
     assert (bad.state, good.state) == (plan.FAILED, plan.SOLVED)
-    assert "r0.npy" in bad.reason
-    # What is not yet handed out is not begun, nor is the whole.
-    assert [task.piece for task in tasks] == ["0", "1", ""]
+    # Each of them is told of; the whole is not begun.
+    assert all(bad.reason.count(name) == 1 for name in ("r0.npy", "s0.npy"))
+    assert "2 of 4 pieces of one found" in said
+    assert [task.piece for task in tasks] == ["0", "1", "2", "3", ""]
     assert tasks[-1].parts[0].entry.name == "two"
-    kept.rename(path.with_name("r0.npy"))
-    assert [report.state for report in run(path)[0]] == [plan.SOLVED, plan.KEPT]
+    for name in ("r0.npy", "s0.npy"):
+        path.with_name(f"kept-{name}").rename(path.with_name(name))
+    reports, tasks, _ = run(path)
+    assert [report.state for report in reports] == [plan.SOLVED, plan.KEPT]
+    assert [task.piece for task in tasks] == ["0", "2", ""]
+
+
+def test_a_map_that_changes_meanwhile_is_no_part_of_it(tmp_path: Path) -> None:
+    path = written(tmp_path / "here", PROBLEMS["groups"][0])
+    other = np.load(path.with_name("r0.npy"))[::-1]
+
+    class Changing(Backwards):
+        def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+            if args[0].piece == "1":
+                np.save(path.with_name("r1.npy"), other)
+            return super().submit(fn, *args, **kwargs)
+
+    far = Changing()
+    engine = Engine(far, partial(answer, 10), 1, far.shutdown)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(engines, "_LOOKS", 0.0)
+        (report,) = engines.run(project.load(path), lambda report: None, engine)
+    assert report.state == plan.FAILED
+    assert "r1.npy changed while the project ran; run it again" in report.reason
+    (again,), _, _ = run(path)
+    assert again.state == plan.SOLVED
+    found = bits(path.parent)
+    shutil.rmtree(path.parent / "results")
+    run(path)
+    assert found == bits(path.parent)
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)

@@ -128,6 +128,16 @@ def test_the_command_reads_solves_and_writes_by_slabs(tmp_path, folder, suffix):
     assert "2 ranks" in page
 
 
+def test_a_nominal_pressure_is_told_as_it_was_given(tmp_path, folder):
+    report = tmp_path / "out.html"
+    words = ["solve", folder / "map.npy", *GIVEN["npy"], "--load", "80 MPa", *OPTIONS[2:]]
+    run = command(2, *words, "--report", report)
+    assert run.returncode == 0, run.stderr
+    told = "nominal pressure: 80 MPa on the whole map, 5760 µm², are 460.8 mN"
+    assert told in " ".join(run.stdout.split())
+    assert told in report.read_text(encoding="utf-8")
+
+
 def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
     text = (HERE.parents[1] / "docs" / "howto" / "mpi.md").read_text(encoding="utf-8")
     words, volume = re.findall(r"```sh\nmpiexec -n 4 roughcontact (.*?)```", text, re.DOTALL)
@@ -169,6 +179,9 @@ def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
          "without mpiexec"),
         (["solve", "map.npy", *GIVEN["npy"], "--load", "1 MN", "--material", "100Cr6"],
          "more than the surface can carry"),
+        (["solve", "map.npy", *GIVEN["npy"], *OPTIONS, "--channel", "2"], "has no channels"),
+        (["solve", "map.npy", *GIVEN["npy"], "--load", "hertz 1 GPa", "--material", "100Cr6"],
+         "must be a force"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )  # fmt: skip

@@ -396,7 +396,7 @@ def _hardness(result: ContactResult) -> Caution | None:
     low = ceiling < hardness
     if not (result.saturated_fraction if low else result.max_pressure > hardness):
         return None
-    better = Mention("ceiling", float(f"{hardness:.4g}"))
+    better = Mention("ceiling", engineering(hardness, "Pa", 4))
     numbers = {"three_yield_strengths": ratio * hardness, "hardness": hardness}
     told = (
         f"the ceiling ({engineering(ceiling, 'Pa', 3)}), from the yield strength of "

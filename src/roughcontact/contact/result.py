@@ -216,6 +216,11 @@ class ContactResult(Shown):
         """Area of one pixel [m²]."""
         return self.pair.pixel_area
 
+    @property
+    def nominal_area(self) -> float:
+        """Area of the whole map [m²], missing points included."""
+        return self.pressure.size * self.pixel_area
+
     @cached_property
     def contact_area(self) -> float:
         """Real contact area [m²]: the pixels with pressure."""

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from roughcontact import checksums, locks
-from roughcontact.errors import FormatError, InputError
+from roughcontact.errors import FormatError, InputError, OtherRunError
 from roughcontact.files import to_json, write
 
 
@@ -124,7 +124,7 @@ def _require_same(path: Path, described: dict[str, Any], kind: str) -> None:
         raise FormatError(f"{path} is damaged; give another folder") from None
     if other:
         verb = "differs" if len(other) == 1 else "differ"
-        raise InputError(
+        raise OtherRunError(
             f"{path.parent} holds another {kind}: {', '.join(other)} {verb}; give another "
             "folder, or remove this one to start again",
             argument="folder",

@@ -164,7 +164,7 @@ def _force(load: Any, slab: Slab) -> tuple[Any, NominalPressure | None]:
     if asked is not None and not isinstance(asked, (int, float)):
         raise InputError(
             "of a map on several ranks must be a force, such as '1 N', or a nominal pressure, such "
-            f"as '20 MPa', got {load!r}",
+            "as '20 MPa'; Hertz's pressure and loads on a line are of bodies that one process has",
             argument="load",
         )
     return asked, None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, Executor
 from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from typing import TYPE_CHECKING
@@ -17,13 +17,15 @@ from roughcontact.halfspace.fft import default_workers
 from roughcontact.units import counted
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, LocalCluster
 
 # Seconds within which a scheduler must answer, at first and where it was lost.
 _PATIENCE = 30
 # Seconds for which a scheduler may be without workers.
 _WORKERLESS = 600
 _LARGE = "distributed.admin.large-graph-warning-threshold"
+# Seconds within which processes that are killed are gone.
+_ENDED = 1.0
 # Seconds for which the number of workers is taken as known.
 _KNOWN = 1.0
 
@@ -62,10 +64,12 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
         # One sentence tells what matters of what Dask logs; files that travel are meant to.
         stack.enter_context(silence_logging_cmgr(logging.CRITICAL))
         stack.enter_context(dask.config.set({_LARGE: "1GiB"}))
-        address = scheduler or stack.enter_context(_started(workers))
+        own = None if scheduler else stack.enter_context(_started(workers))
+        address = own.scheduler_address if own is not None else scheduler
         try:
             client = stack.enter_context(Client(address, timeout=_PATIENCE))
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, TypeError, ImportError) as error:
+            # Of protocols that need more than was given.
             raise InputError(
                 f"does not answer at {scheduler!r} ({' '.join(str(error).split())}); is it the "
                 "address that dask scheduler has printed?", argument="scheduler",
@@ -76,7 +80,7 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
             executor,
             _slots(client),
             1 if scheduler else max(1, default_workers() // workers),
-            stop=partial(executor.shutdown, wait=False),
+            stop=partial(_end, executor, own),
             far=scheduler is not None,
             state=partial(_state, client),
             lost=partial(_lost, client, f"the scheduler at {address}"),
@@ -88,24 +92,41 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
 
 
 @contextmanager
-def _started(workers: int) -> Iterator[str]:
-    """Give the address of a cluster of processes of this machine."""
+def _started(workers: int) -> Iterator[LocalCluster]:
+    """Give a cluster of processes of this machine."""
     from distributed import LocalCluster
 
-    # Its processes do not hear Ctrl-C, which this one answers.
-    with processes.deaf():
-        cluster = LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            # The program asks for the memory itself, before it begins with a contact.
-            memory_limit=0,
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",
-            silence_logs=logging.CRITICAL,
-        )
-    with cluster:
-        yield cluster.scheduler_address
+    with ExitStack() as stack:
+        # Its processes do not hear Ctrl-C, which this one answers, when it can end them.
+        with processes.deaf():
+            cluster = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                # The program asks for the memory itself, before it begins with a contact.
+                memory_limit=0,
+                host="127.0.0.1",
+                dashboard_address="127.0.0.1:0",
+                silence_logs=logging.CRITICAL,
+            )
+            stack.enter_context(cluster)
+        yield cluster
+
+
+def _end(executor: Executor, own: LocalCluster | None) -> None:
+    """Hand out nothing more, and let processes of this machine not go on with what they have."""
+    executor.shutdown(wait=False)
+    if own is None:
+        return
+    import psutil
+
+    begun = []
+    for nanny in own.workers.values():
+        nanny.auto_restart = False
+        with suppress(psutil.NoSuchProcess, TypeError):
+            begun.append(psutil.Process(nanny.pid))
+            begun[-1].kill()
+    psutil.wait_procs(begun, _ENDED)
 
 
 def _slots(client: Client) -> Callable[[], int]:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-from roughcontact import files
+from roughcontact import files, ranks
 from roughcontact.errors import InputError, Mention
 from roughcontact.fleet import keeping, plan
 from roughcontact.fleet.engine import AWAY, GONE, THERE, Engine
@@ -80,11 +81,16 @@ def opened(
                 "goes without ", Mention("engine", MPI), "; mpiexec -n says how many",
                 argument="workers",
             )  # fmt: skip
-        from roughcontact.fleet import ranks
+        from roughcontact.fleet import ranks as workers_of_mpi
 
-        with ranks.first() as engine:
+        with workers_of_mpi.first() as engine:
             yield None if engine is None else (engine, load())
         return
+    if ranks.several():
+        raise InputError(
+            "mpiexec started several of these, each of which would do all of it: give ",
+            Mention("engine", MPI), ", or start a single one",
+        )  # fmt: skip
     read = load()
     several = _at_once(count(read), workers)
     if kind == DASK:
@@ -187,8 +193,11 @@ class _Run:
         self._waiting = deque(_contacts(entries))
         # With how often they were handed out before.
         self._ready: deque[tuple[Task, int]] = deque()
-        # What is found of contacts in pieces of which none has failed, by number and word.
+        # What is found of contacts in pieces, and why others could not be, by number and word.
         self._pieces: dict[int, dict[str, Any]] = {}
+        self._failed: dict[int, dict[str, str]] = {}
+        # Checksums of the files that each contact reads.
+        self._read: dict[int, dict[Path, str | None]] = {}
         # What each of them depends on.
         self._digests: dict[int, dict[str, str]] = {}
         # Since when there are no workers, whether that was told, and why nobody works any more.
@@ -255,6 +264,7 @@ class _Run:
             before = plan.complete(entry, digest)
             if before is None:
                 places = tuple(str(path) for _, path in entry.request.places)
+                self._read[number] = {path: self._content(path) for path in entry.request.inputs}
                 parts.append(Part(number, entry, digest, places))
             else:
                 self._told(number, Report(entry.name, KEPT, before))
@@ -305,9 +315,6 @@ class _Run:
         return replace(task, parts=parts, journey=Journey(mark, known, tuple(map(_resolved, kept))))
 
     def _hand_out(self, task: Task, tries: int) -> None:
-        if task.piece and task.parts[0].number not in self._pieces:
-            # Another piece has failed.
-            return
         if self._closed:
             return self._end(task, refused(task, self._closed))
         try:
@@ -347,14 +354,23 @@ class _Run:
             return self._ready.append((task, tries))
         return self._end(task, answer)
 
-    def _collect(self, task: Task, found: Any) -> None:
-        """Keep what is found of a piece, and go on with the whole where it was the last one."""
+    def _collect(self, task: Task, answer: Answer) -> None:
+        """Take what came of a piece, and go on with the whole where it was the last one."""
         (part,) = task.parts
-        words = pieces.of(part.entry.request)
-        known = self._pieces.get(part.number, {})
-        known[task.piece] = found
-        self._tell.say(f"{len(known)} of {len(words)} pieces of {part.entry.name} found")
-        if len(known) == len(words):
+        number, entry = part.number, self._entries[part.number]
+        found, failed = self._pieces[number], self._failed.setdefault(number, {})
+        if answer.reports:
+            failed[task.piece] = answer.reports[number].reason
+        else:
+            found[task.piece] = answer.found
+            keeping.keep(entry, self._digests[number][task.piece], answer.found)
+            few = f"{len(found)} of {len(self._digests[number])}"
+            self._tell.say(f"{few} pieces of {entry.name} found")
+        if len(found) + len(failed) < len(self._digests[number]):
+            return
+        if failed:
+            self._told(number, Report(entry.name, FAILED, {}, _reasons(failed.values())))
+        else:
             self._ready.appendleft((self._joined(part), 1))
 
     def _joined(self, part: Part) -> Task:
@@ -365,17 +381,14 @@ class _Run:
 
     def _end(self, task: Task, answer: Answer) -> None:
         """Tell how the parts of a contact ended; what stands complete is solved, told of or not."""
-        if task.piece and not answer.reports:
-            (part,) = task.parts
-            digest = self._digests[part.number][task.piece]
-            keeping.keep(self._entries[part.number], digest, answer.found)
-        if task.piece and self._pieces.get(task.parts[0].number) is None:
-            # Another piece has failed.
-            return
-        if task.piece and not answer.reports:
-            return self._collect(task, answer.found)
-        self._pieces.pop(task.parts[0].number, None)
+        changed = self._changed(task)
+        if changed is not None:
+            answer = refused(task, f"{changed} changed while the project ran; run it again")
+        if task.piece:
+            return self._collect(task, answer)
         try:
+            for part in task.parts if changed is not None else ():
+                self._entries[part.number].summary.unlink(missing_ok=True)
             # The summaries last: with them a contact is complete.
             summaries = {part.entry.summary for part in task.parts}
             for path in sorted(answer.content, key=lambda path: path in summaries):
@@ -389,6 +402,14 @@ class _Run:
                 before = plan.complete(self._entries[number], part.digest)
                 report = report if before is None else Report(report.name, SOLVED, before)
             self._told(number, report)
+
+    def _changed(self, task: Task) -> Path | None:
+        """Return a file that is not any more what it was when the contact was looked at."""
+        for part in task.parts:
+            for path, checksum in self._read[part.number].items():
+                if checksum is not None and self._content(path) != checksum:
+                    return path
+        return None
 
     def _told(self, number: int, report: Report) -> None:
         self._found[number] = report
@@ -430,6 +451,17 @@ def _apart(contact: Contact) -> tuple[str, ...]:
     return pieces.of(contact[0][1].request) if len(contact) == 1 else ()
 
 
+# Reasons that are named one by one.
+_FEW = 8
+
+
+def _reasons(told: Iterable[str]) -> str:
+    """Return why pieces of a contact failed, each reason once."""
+    different = list(dict.fromkeys(told))
+    more = len(different) - _FEW
+    return "; ".join(different[:_FEW] + ([f"and {more} more"] if more > 0 else []))
+
+
 def _clear(folder: Path) -> None:
     """Remove what killed processes left in the folder of the steps or passes of a contact."""
     for place in (folder, *folder.glob("*/")):
@@ -438,4 +470,5 @@ def _clear(folder: Path) -> None:
 
 def _resolved(path: Path) -> Path:
     """Return where a file lies, from the root on and under its own name."""
-    return path.parent.resolve() / path.name
+    # A link that leads to itself stays what it is, and reading says what is wrong.
+    return Path(os.path.realpath(path.parent)) / path.name

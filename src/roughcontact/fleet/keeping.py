@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 
 from roughcontact import checksums, files
-from roughcontact.fleet.plan import Entry
+from roughcontact.fleet.plan import DAMAGED, Entry
 
 _PACKAGE = __name__.partition(".")[0]
-_DAMAGED = OSError, ValueError, TypeError, LookupError, AttributeError, ImportError, RecursionError
 # Above all that pieces take: a map of 64 parts under 100 loads has some 10 MB.
 _MOST = 2**28
 
@@ -67,7 +66,7 @@ def kept(entry: Entry, digests: Mapping[str, str]) -> dict[str, Any]:
     """
     known = {}
     for word, digest in digests.items():
-        with contextlib.suppress(*_DAMAGED):
+        with contextlib.suppress(*DAMAGED):
             path = _file(entry, digest)
             if path.stat().st_size > _MOST:
                 continue

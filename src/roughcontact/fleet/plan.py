@@ -7,17 +7,21 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 from roughcontact import checksums
 from roughcontact._version import __version__
 from roughcontact.errors import Mention
 from roughcontact.files import to_json
-from roughcontact.request import pieces
+from roughcontact.request import comparing, pieces
 from roughcontact.request.options import named, offered, text_of
 from roughcontact.request.request import Request
 
 OWN = frozenset({"run", "sha256", "seal"})
 """What the file of a contact keeps for itself among the numbers by name."""
+
+DAMAGED = OSError, ValueError, TypeError, LookupError, AttributeError, ImportError, RecursionError
+"""What may come of reading a file that was written before, and damaged since."""
 
 SOLVED, KEPT, FAILED = "solved", "solved before", "failed"
 
@@ -117,15 +121,17 @@ def complete(entry: Entry, digest: str) -> dict[str, Any] | None:
         The content of its JSON file, with the files where they lie now. None if anything is
         missing, or is not to the bit what the run wrote.
     """
-    paths = [path for _, path in entry.request.places]
     try:
         told = json.loads(entry.summary.read_text(encoding="utf-8"))
         if not isinstance(told, dict) or told.get("run") != digest:
             return None
-        sums = _sums(paths)
-    except (OSError, ValueError):
-        return None
-    if told.pop("seal", None) != checksums.of_words(told) or told.get("sha256") != sums:
+        if told.pop("seal", None) != checksums.of_words(told):
+            return None
+        # Of a profile fewer figures are drawn than of a map.
+        paths = [path for _, path in entry.request.places if path.name in told["sha256"]]
+        if told["sha256"] != _sums(paths):
+            return None
+    except DAMAGED:
         return None
     return {**told, "written": [str(path) for path in paths]}
 
@@ -182,12 +188,14 @@ def digest_of(
     request = entry.request
     options = offered(request.task)
     of, others = pieces.depends_on(request, piece) if piece else ("", frozenset())
+    # Groups by what they are called, and their files by what they hold.
     given = {
         name: _placeless(value) if options[name].is_place else value
         for name, value in request.given.items()
-        if name not in others
+        if name not in {"group", *others}
     }
-    groups = [[Path(name).name, len(paths)] for name, paths in request.groups.items()]
+    sizes = map(len, request.groups.values())
+    groups = [list(group) for group in zip(comparing.labels(request), sizes, strict=True)]
     about = {"piece": of} if piece else {"groups": groups} if groups else {}
     inputs = pieces.inputs(request, piece) if piece else request.inputs
     return checksums.of_words(
@@ -196,7 +204,8 @@ def digest_of(
             "task": request.task,
             "options": given,
             # The suffix tells the format.
-            "inputs": [[path.suffix.lower(), content(path)] for path in inputs],
+            # What has no checksum may be another each time.
+            "inputs": [[path.suffix.lower(), content(path) or uuid4().hex] for path in inputs],
             **about,
         }
     )

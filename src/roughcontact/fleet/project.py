@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import os
 import re
 import tomllib
@@ -14,7 +15,7 @@ from typing import Any
 from roughcontact import limits, pipes
 from roughcontact.errors import FormatError, InputError, Mention
 from roughcontact.fleet.plan import Entry, spell_key
-from roughcontact.request import outputs
+from roughcontact.request import outputs, parsing
 from roughcontact.request.option import JOINTS
 from roughcontact.request.options import (
     CEILING,
@@ -99,10 +100,25 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
         raise FormatError(f"{path} cannot be read ({error.strerror}); check its name") from None
     except ValueError as error:
         raise FormatError(f"{path.name} is no TOML file: {error}") from None
+    except RecursionError:
+        raise FormatError(f"{path.name} nests its brackets too deep") from None
+    if any("\0" in text for text in _texts(read)):
+        raise FormatError(f"{path.name} has a text with a null character, which no name may have")
     project = _project(_Source(path, _lines(text)), read)
     found = list(_entries(project))
     _check_places(path, found)
     return [entry for _, entry in found]
+
+
+def _texts(read: Any) -> Iterator[str]:
+    """Yield all keys and values that are texts."""
+    if isinstance(read, str):
+        yield read
+    elif isinstance(read, dict):
+        yield from read
+        read = list(read.values())
+    for value in read if isinstance(read, list) else ():
+        yield from _texts(value)
 
 
 Lines = dict[tuple[str, ...], int]
@@ -303,7 +319,7 @@ def _contacts(project: _Project, number: int, read: Any) -> list[_Contact]:
     if not isinstance(tasks, list):
         return [_contact(project, number, read)]
     table = ("contact", str(number))
-    if not tasks or len(set(map(str, tasks))) < len(tasks) or not set(tasks) <= set(JOINTS):
+    if not tasks or len(set(map(str, tasks))) < len(tasks) or any(t not in JOINTS for t in tasks):
         raise project.source.refusal(
             (*table, "task"),
             f"several tasks must be different ones of {', '.join(JOINTS)}, got {tasks!r}",
@@ -323,9 +339,17 @@ def _contact(project: _Project, number: int, read: Any) -> _Contact:
     table = ("contact", str(number))
     if not isinstance(read, dict):
         raise project.source.refusal(table, "each contact must be a table, [[contact]]")
-    where: dict[str, tuple[str, ...]] = {key: ("defaults", key) for key in project.defaults}
+    # A material of its own comes before constants that all others share.
+    aside = {
+        f"{prefix}{constant}"
+        for prefix in ("", "counter-")
+        for constant in _MATERIAL_KEYS
+        if f"{prefix}material" in read
+    }
+    defaults = {key: value for key, value in project.defaults.items() if key not in aside}
+    where: dict[str, tuple[str, ...]] = {key: ("defaults", key) for key in defaults}
     where |= {key: (*table, key) for key in read}
-    values = {**project.defaults, **read}
+    values = {**defaults, **read}
     task = values.get("task", SOLVE)
     contact = _Contact(project.source, table, task, values, where)
     if task not in TASKS:
@@ -395,10 +419,12 @@ def _described(
     given: dict[str, str | bool | list[str]] = {}
     for key, value in values.items():
         if key == "groups":
+            folder = contact.source.path.parent
             given["group"] = [
-                f"{name}={contact.source.path.parent / file}"
+                parsing.group_text(
+                    name, [path for file in files for path in _matching(folder, file)]
+                )
                 for name, files in value.items()
-                for file in files
             ]
         if key in (*_OWN_KEYS, *_MAPS[COMPARE]):
             continue
@@ -414,6 +440,13 @@ def _described(
         if key == "counter-surface":
             given[key] = str(contact.source.path.parent / str(value))
     return given
+
+
+def _matching(folder: Path, word: str) -> list[str]:
+    """Return the files below a folder that a word with wildcards fits, or the one it names."""
+    path = folder / word
+    found = [] if path.exists() else sorted(glob.glob(word, root_dir=folder))
+    return [str(folder / one) for one in found] or [str(path)]
 
 
 def _word(contact: _Contact, option: str, value: Any, key: str) -> str | bool:
@@ -436,6 +469,12 @@ def _outputs(project: _Project, task: str, stem: str) -> dict[str, str | bool | 
         path = str(project.target / f"{stem}.{suffix}")
         if option.many:
             given[option.name] = [*given.get(option.name, []), path]  # type: ignore[misc]
+        elif option.name in given:
+            listed = [one for one in project.write if _writing(one, task) is option]
+            raise project.source.refusal(
+                ("write",),
+                f'write has {", ".join(listed)}, of which task = "{task}" writes one; leave one',
+            )
         else:
             given[option.name] = path
     return given

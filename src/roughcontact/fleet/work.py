@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -11,7 +12,7 @@ from typing import Any
 
 from roughcontact import checksums, files, processes
 from roughcontact._version import __version__
-from roughcontact.errors import InputError, Mention, RoughcontactError, worded
+from roughcontact.errors import InputError, Mention, OtherRunError, RoughcontactError, worded
 from roughcontact.fleet import plan
 from roughcontact.fleet.plan import FAILED, SOLVED, Entry, Report
 from roughcontact.halfspace import fft
@@ -165,7 +166,8 @@ def _answered(task: Task) -> Answer:
                 if task.piece:
                     found = pieces.found_of(part.entry.request, task.piece, _nothing, _nothing)
                 else:
-                    reports[part.number] = _done(part, carry_out, task.known)
+                    seen = task.journey is None or task.journey.mark.exists()
+                    reports[part.number] = _done(part, carry_out, task.known, renew=seen)
             except RoughcontactError as error:
                 reports[part.number] = _failed(part, error.worded(_words(part.entry)))
             except MemoryError as error:
@@ -193,10 +195,25 @@ def _words(entry: Entry) -> Callable[[Mention], str]:
 
 
 def _done(
-    part: Part, carry_out: Callable[..., running.Outcome], known: Mapping[str, Any]
+    part: Part,
+    carry_out: Callable[..., running.Outcome],
+    known: Mapping[str, Any],
+    *,
+    renew: bool,
 ) -> Report:
+    """Do one part; steps that its folder holds of what was asked before may be put aside."""
     entry = part.entry
-    outcome = carry_out(entry.request, _nothing, None, known)
+    try:
+        outcome = carry_out(entry.request, _nothing, None, known)
+    except OtherRunError:
+        if not renew:
+            raise
+        # The project has given the folder to this contact alone; steps may have taken hours.
+        folder: Path = entry.request["folder"]
+        before = folder.with_name(f"{folder.name}.before")
+        shutil.rmtree(before, ignore_errors=True)
+        folder.rename(before)
+        outcome = carry_out(entry.request, _nothing, None, known)
     if outcome.failure is not None:
         raise outcome.failure
     if not outcome.converged:

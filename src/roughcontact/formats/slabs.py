@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from roughcontact import netcdf
 from roughcontact.contact.slab import Slab, slab_rows
-from roughcontact.errors import FormatError, InputError, RoughcontactError
+from roughcontact.errors import FormatError, InputError, Mention, RoughcontactError
 from roughcontact.formats import hdf5_arrays, numpy_files
 from roughcontact.formats.matrices import chosen
 from roughcontact.formats.scale import (
@@ -136,6 +136,10 @@ def _own(shape: tuple[int, ...], path: Path, ranks: Ranks) -> tuple[slice, tuple
 
 
 def _of_npy(path: Path, ranks: Ranks, asked: Asked) -> _Found:
+    if asked.channel is not None:
+        raise InputError(
+            f"{path.name} has no channels; leave out ", Mention("channel", asked.channel)
+        )
     arrays = numpy_files.opened(path, "npy")
     head = arrays.heads[""]
     if head.dtype.kind not in "fiu":

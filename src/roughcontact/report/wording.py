@@ -68,13 +68,13 @@ def given_load(given: GivenLoad, result: ContactResult) -> str:
     """Return a load in the form in which it was given, and the force that it came to."""
     force = engineering(given.force, result.pair.load_unit)
     words = f"{NAMES[type(given.form)]}: {_form(given.form)}"
+    if isinstance(given.form, NominalPressure):
+        of_profile = result.pair.is_profile
+        what, unit = ("profile", "m") if of_profile else ("map", "m²")
+        area = engineering(result.nominal_area, unit)
+        return f"{words} on the whole {what}, {area}, are {force}"
     smooth = result.smooth
     match given.form:
-        case NominalPressure():
-            of_profile = result.pair.is_profile
-            what, unit = ("profile", "m") if of_profile else ("map", "m²")
-            area = engineering(result.pressure.size * result.pixel_area, unit)
-            return f"{words} on the whole {what}, {area}, are {force}"
         case LineLoad() if smooth is not None and smooth.length is not None:
             return (
                 f"{words} on {engineering(smooth.length, 'm')}, the length of the map, are {force}"

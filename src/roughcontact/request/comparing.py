@@ -157,11 +157,10 @@ def _together(request: Request, found: list[Found]) -> Comparison | SamplingStud
     studies = tuple(one.study for one in found if one.study is not None)
     if _is_study_alone(request):
         return studies[0]
+    called = dict(zip(request.groups, labels(request), strict=True))
     groups: dict[str, list[Pressed]] = {}
     for (name, _), one in zip(_listed(request), found, strict=True):
-        groups.setdefault(name, []).extend(one.pressed)
-    if request["quarters"]:
-        groups = _by_file(groups)
+        groups.setdefault(called.get(name, name), []).extend(one.pressed)
     return replace(_asked(request).together(groups, request["paired"]), sampling=studies)
 
 
@@ -169,13 +168,18 @@ def _remarked(sample: Sample, remarks: tuple[Caution, ...]) -> Sample:
     return replace(sample, curve=replace(sample.curve, remarks=remarks))
 
 
-def _by_file(groups: Mapping[str, list[Pressed]]) -> dict[str, list[Pressed]]:
-    """Return the quarters of maps by the names of their files, where these are their own."""
-    names = [Path(path).name for path in groups]
-    return {
-        path if names.count(Path(path).name) > 1 else Path(path).name: pressed
-        for path, pressed in groups.items()
-    }
+def labels(request: Request) -> tuple[str, ...]:
+    """Return what each group of a comparison is called.
+
+    Quarters go by the names of their files, where these are their own.
+    """
+    names = list(request.groups)
+    if not request["quarters"]:
+        return tuple(names)
+    short = [Path(path).name for path in names]
+    return tuple(
+        path if short.count(name) > 1 else name for path, name in zip(names, short, strict=True)
+    )
 
 
 def _quarters(request: Request, surface: Surface) -> tuple[Surface, ...]:

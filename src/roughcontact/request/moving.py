@@ -42,8 +42,8 @@ def moved(request: Request, read: Move, written: Move) -> Request:
         if option.parse is parsing.group:
             group, words = parsing.group(text, name)
             paths = (path for one in words for path in matching(one))
-            listed = ",".join(known(str(read(path)), str(path)) for path in paths)
-            return known(f"{group}={listed}", text)
+            lie = [known(str(read(path)), str(path)) for path in paths]
+            return known(parsing.group_text(group, lie), text)
         move = written if option.suffixes or name == "folder" else read
         return known(str(move(Path(text))), text)
 

@@ -5,8 +5,9 @@ Each takes the text and the argument that it is given for, which its errors carr
 
 from __future__ import annotations
 
+import csv
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, cast
@@ -29,6 +30,8 @@ class Hardening(NamedTuple):
     kinematic: float | None = None
 
 
+# A group, its name in double quotes or not, and the files.
+_GROUP = re.compile(r'\s*("(?:[^"]|"")*"\s*|[^="]*)=(.*)', re.DOTALL)
 _SHARE = re.compile(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*%\s*")
 _NO_FORCE = re.compile(r"0+(\.0*)?\s*\w*N")
 _DATA = re.compile(r"([0-9]+(?:\.[0-9]*)?)\s*(|[kMGT]|[KMGT]i)B")
@@ -313,16 +316,35 @@ def origin(text: str, argument: str) -> str:
 
 
 def group(text: str, argument: str) -> tuple[str, tuple[str, ...]]:
-    """Return the name of a group of maps, and its files as they were written."""
-    name, _, listed = text.partition("=")
-    files = tuple(part.strip() for part in listed.split(","))
-    if not name.strip() or not all(files):
+    """Return the name of a group of maps, and its files as they were written.
+
+    What stands in double quotes may have commas and equals signs of its own.
+    """
+    match = _GROUP.fullmatch(text)
+    name, listed = (match[1].strip(), match[2]) if match else ("", "")
+    try:
+        words = next(csv.reader([listed], skipinitialspace=True), [])
+        name = next(csv.reader([name]), [""])[0] if name.startswith('"') else name
+    except csv.Error:
+        words = []
+    files = tuple(word.strip() for word in words)
+    if not name.strip() or not files or not all(files):
         raise InputError(
             f"must be a name and files, such as 'ground=a.opd,b.opd', got {text!r}",
             argument=argument,
             value=text,
         )
     return name.strip(), files
+
+
+def group_text(name: str, files: Iterable[str]) -> str:
+    """Return the text of which `group` makes this name and these files."""
+
+    def quoted(word: str) -> str:
+        plain = not set(word) & set(',="\n\r') and word == word.strip()
+        return word if plain else '"' + word.replace('"', '""') + '"'
+
+    return f"{quoted(name)}={','.join(map(quoted, files))}"
 
 
 def peak(text: str, argument: str) -> Load:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from roughcontact.contact import resume
 from roughcontact.contact.resume import Place
-from roughcontact.errors import FormatError, InputError
+from roughcontact.errors import FormatError, InputError, OtherRunError
 from roughcontact.volume import archive
 from roughcontact.volume.going import Going, load, save
 from roughcontact.volume.path import PathPoint
@@ -155,7 +155,7 @@ class Steps:
         carried = dict(going.carried)
         asked, problem = carried.pop("path"), carried.pop("problem")
         if not np.array_equal(asked, self._rows(number)):
-            raise InputError(
+            raise OtherRunError(
                 f"{file.parent} holds another run: loads differ; give another folder, or remove "
                 "this one to start again",
                 argument="folder",
