@@ -17,6 +17,7 @@ from roughcontact.material import catalogue
 from roughcontact.report import regimes
 from roughcontact.report.page import sentence
 from roughcontact.surface import shapes, synthetic
+from roughcontact.units import engineering
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 PIXEL = (1e-6, 1e-6)
@@ -173,7 +174,7 @@ def test_a_yield_strength_at_odds_with_the_hardness_names_the_better_ceiling() -
     (caution,) = (c for c in usual.cautions if c.kind == Kind.HARDNESS)
     assert "is 0.47 of its hardness (2.06 GPa)" in caution.text
     assert "2.1 times too large" in caution.text
-    assert Mention("ceiling", float(f"{iron.hardness:.4g}")) in caution.parts
+    assert Mention("ceiling", engineering(iron.hardness, "Pa")) in caution.parts
     # It hardens: a ceiling below three yield strengths, as for perfect plasticity, is no better.
     assert Kind.CEILING not in kinds(usual)
     better = rc.solve(small, material=iron, load=1.0, ceiling=iron.hardness)

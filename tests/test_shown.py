@@ -65,6 +65,14 @@ def test_a_notebook_shows_the_same_numbers_and_a_picture(
     assert "<ground>" not in shown
 
 
+def test_what_makes_numbers_wrong_stands_beside_them() -> None:
+    # As if micrometres were metres.
+    far_off = rc.Surface(1e6 * surface().heights, surface().pixel)
+    result = rc.solve(far_off, material=rc.Material(210e9, 0.3), load=1.0)
+    for shown in (repr(result), result._repr_html_()):
+        assert "warning: the heights have a root-mean-square slope of" in shown
+
+
 def test_a_result_that_did_not_converge_says_so(objects: dict[str, Any]) -> None:
     stopped = rc.solve(surface(), material=STEEL, load=1e-2, max_iterations=1, on_failure="return")
     assert repr(stopped).startswith("ContactResult, not converged:")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import os
+import signal
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Executor
@@ -24,8 +26,6 @@ _PATIENCE = 30
 # Seconds for which a scheduler may be without workers.
 _WORKERLESS = 600
 _LARGE = "distributed.admin.large-graph-warning-threshold"
-# Seconds within which processes that are killed are gone.
-_ENDED = 1.0
 # Seconds for which the number of workers is taken as known.
 _KNOWN = 1.0
 
@@ -116,17 +116,10 @@ def _started(workers: int) -> Iterator[LocalCluster]:
 def _end(executor: Executor, own: LocalCluster | None) -> None:
     """Hand out nothing more, and let processes of this machine not go on with what they have."""
     executor.shutdown(wait=False)
-    if own is None:
-        return
-    import psutil
-
-    begun = []
-    for nanny in own.workers.values():
+    for nanny in () if own is None else own.workers.values():
         nanny.auto_restart = False
-        with suppress(psutil.NoSuchProcess, TypeError):
-            begun.append(psutil.Process(nanny.pid))
-            begun[-1].kill()
-    psutil.wait_procs(begun, _ENDED)
+        with suppress(OSError, TypeError):
+            os.kill(nanny.pid, signal.SIGTERM)
 
 
 def _slots(client: Client) -> Callable[[], int]:

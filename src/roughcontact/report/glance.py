@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import base64
 import html as markup
+import textwrap
 from typing import Any
 
+from roughcontact.contact.cautions import Severity
 from roughcontact.errors import InputError
 from roughcontact.plots import accessor
 from roughcontact.plots.saving import png
@@ -18,6 +20,8 @@ Cells = tuple[str, ...]
 # Steps that are shown of many: so many of the first, and so many of the last.
 _ENDS = 4
 _WIDE, _SMALL = 420, 340
+# Letters of a line.
+_LINE = 88
 
 
 def text(shown: Any) -> str:
@@ -31,7 +35,8 @@ def text(shown: Any) -> str:
     Returns
     -------
     str
-        Its kind, then names and values; of many steps the first and the last.
+        Its kind, then names and values, of many steps the first and the last; then what a reader of
+        the numbers has to know.
     """
     lines = [_kind(shown) + ":"]
     for table in _tables(shown):
@@ -40,6 +45,8 @@ def text(shown: Any) -> str:
             "  " + "  ".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=True)).rstrip()
             for row in table
         ]
+    for caution in _cautions(shown):
+        lines += textwrap.wrap(caution, _LINE, initial_indent="  ", subsequent_indent="    ")
     return "\n".join(lines)
 
 
@@ -52,15 +59,26 @@ def html(shown: Any) -> str:
         for table in _tables(shown)
     )
     kind = markup.escape(_kind(shown))
+    told = (markup.escape(caution, quote=False) for caution in _cautions(shown))
+    cautions = "".join(f"<p>{caution}</p>" for caution in told)
     return (
         '<div style="display: flex; flex-wrap: wrap; gap: 1em; align-items: flex-start">'
-        f"{_picture(shown)}<div><b>{kind}</b>{tables}</div></div>"
+        f'{_picture(shown)}<div style="max-width: 40em"><b>{kind}</b>{tables}{cautions}</div></div>'
     )
 
 
 def _kind(shown: Any) -> str:
     kind = type(shown).__name__
     return kind if getattr(shown, "converged", True) else f"{kind}, not converged"
+
+
+def _cautions(shown: Any) -> list[str]:
+    """Return what makes the numbers estimates or wrong, in sentences."""
+    return [
+        f"{caution.severity}: {caution.text}"
+        for caution in getattr(shown, "cautions", ())
+        if caution.severity != Severity.NOTE
+    ]
 
 
 def _cell(text: str) -> str:
