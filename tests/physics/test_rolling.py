@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import html
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +15,15 @@ from numpy.typing import NDArray
 
 import roughcontact as rc
 from rollers import PIXEL, STRENGTH, Line
+from roughcontact.contact.cautions import Caution, Kind, Severity
 from roughcontact.errors import InputError
 from roughcontact.halfspace import tensors
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic, Linear, Perfect
 from roughcontact.report import script
 from roughcontact.surface import nominal
 from roughcontact.surface.shifting import shifted
+from roughcontact.volume import rolling_judgment
 from roughcontact.volume.rolling import Pass, Rolling, Shakedown
 
 
@@ -298,3 +303,110 @@ def test_a_map_that_moves_by_part_of_a_pixel_is_a_cubic_spline():
     for row, found in zip(heights, moved, strict=True):
         spline = make_interp_spline(x, np.append(row, row[0]), k=3, bc_type="periodic")
         np.testing.assert_allclose(found, spline((x[:16] - 0.3) % 16), atol=1e-9)
+
+
+# What passes are judged by besides their last state
+
+
+def cautions_of(found: Rolling) -> dict[str, Caution]:
+    return {caution.kind: caution for caution in found.cautions}
+
+
+def test_dents_that_lie_apart_have_no_verdict(tmp_path: Path) -> None:
+    line = Line(4.5, half_width=4, points=32)
+    found = rolled(line, 3, steps=3)
+    # Each dent bears the roller, which ratchets where the dents overlap.
+    assert found.passes[-1].flow < found.least_strain
+    assert found.shakedown is Shakedown.UNRESOLVED
+    assert found.answer.startswith("not told: the steps are longer than the half-width")
+    assert found.settled_after is None
+    caution = cautions_of(found)[Kind.WAY]
+    assert caution.severity is Severity.WARNING
+    # 8 to 10 of the 32 pixels touch.
+    assert caution.numbers["half_width"] == pytest.approx(4.5 * PIXEL[1], rel=0.12)
+    assert caution.numbers["step_over_half_width"] == pytest.approx(2.4, rel=0.12)
+    found.save(tmp_path / "out.nc")
+    again = rc.load_rolling(tmp_path / "out.nc")
+    assert again.cautions == found.cautions
+    assert again.answer == found.answer
+    assert caution.text in found.summary()["warnings"]
+    found.report(tmp_path / "out.html")
+    page = " ".join(html.unescape((tmp_path / "out.html").read_text("utf-8")).split())
+    assert page.count("The steps of a pass are 2") >= 2
+    assert "steps, pixel and direction of the passes" in page
+
+
+@pytest.mark.parametrize(("steps", "told"), [(16, None), (10, Severity.CAUTION)])
+def test_steps_of_more_than_half_the_half_width_are_told(steps, told) -> None:
+    found = cautions_of(rolled(Line(3.7, half_width=4, points=32), 1, steps=steps))
+    assert (found[Kind.WAY].severity if told else found.get(Kind.WAY)) is told
+    assert Kind.RESOLUTION not in found
+
+
+def test_a_roller_on_few_pixels_is_told() -> None:
+    found = cautions_of(rolled(Line(3.7, half_width=2, points=16), 1, steps=16))
+    assert found[Kind.RESOLUTION].numbers["pixels"] < 3
+    # There is no place between those of pixels.
+    assert Kind.WAY not in found
+
+
+def test_a_limit_is_not_sought_with_dents_that_lie_apart() -> None:
+    line = Line(4.5, half_width=4, points=32)
+    with pytest.raises(InputError, match="steps must be more: at"):
+        rc.shakedown_load(
+            line.flat, low=line.load, high=2 * line.load, passes=1, steps=3, layers=line.layers,
+            counter_surface=line.roller, material=line.steel, boundary="periodic", tolerance=1e-3,
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("axis", "direction", "slides"),
+    [(0.0, 0.0, True), (176.0, 0.0, True), (6.0, 0.0, False), (90.0, 0.0, False),
+     (90.0, -90.0, True), (30.0, 212.0, True), (None, 0.0, False)],
+)  # fmt: skip
+def test_a_roller_that_slides_along_its_axis_is_told(axis, direction, slides) -> None:
+    line = Line(1.5, half_width=5, points=40)
+    result = line.solved([line.at(0)])
+    found = Rolling(result, (Pass(0.0, 0.0, 1e9, 0, 0, 0),), direction, axis=axis)
+    assert (Kind.AXIS in cautions_of(found)) == slides
+
+
+def test_the_axis_is_known_of_nominal_cylinders_alone() -> None:
+    line = Line(3.0, half_width=5, points=40)
+    lying = nominal.cylinder(radius=1e-3, shape=(8, 40), pixel=PIXEL)
+    found = rc.roll(
+        line.flat, counter_surface=lying, material=line.steel, load=1e-3, passes=1, steps=2,
+        boundary="periodic", layers=line.layers,
+    )  # fmt: skip
+    (caution,) = found.cautions
+    assert "moves along its axis, which lies at 0 degrees" in caution.text
+    assert caution.text.endswith("'cylinder 2 mm 90 deg', or give direction=90.0")
+    measured = rc.Surface(lying.heights, PIXEL)
+    for other in (line.flat, measured, lying.rotated(90), shifted(lying, (0, 1e-6))):
+        assert rolling_judgment.axis_of(other) is None
+
+
+@pytest.mark.parametrize(
+    ("boundary", "direction", "pixels"),
+    [("periodic", 0.0, 3.5), ("free", 0.0, 16), ("periodic-x", 90.0, 2), ("periodic-y", 180.0, 16),
+     ("periodic", 45.0, 5.5 / math.sqrt(2))],
+)  # fmt: skip
+def test_the_half_width_is_that_of_the_patch_round_the_period(boundary, direction, pixels) -> None:
+    line = Line(1.5, half_width=5, points=32)
+    result = line.solved([line.at(0)])
+    pressure = np.zeros((8, 32))
+    # Spots with gaps between them, across the edge of the period.
+    pressure[3, [30, 31, 0]] = pressure[6, [2, 4]] = 1e8
+    pair = replace(result.solution.pair, boundary=Boundary(boundary))
+    patch = replace(result, solution=replace(result.solution, pressure=pressure, pair=pair))
+    found = rolling_judgment.half_width(patch, direction) / PIXEL[1]
+    assert found == pytest.approx(pixels)
+    # One pixel alone: a step to the next is fine, though it is two half-widths.
+    single = np.zeros((8, 32))
+    single[3, 5] = 1e8
+    alone = replace(result, solution=replace(result.solution, pressure=single))
+    assert rolling_judgment.half_width(alone, 0.0) == pytest.approx(0.5 * PIXEL[1])
+    assert not rolling_judgment.too_long(alone, PIXEL[1], 0.0)
+    assert rolling_judgment.too_long(alone, 2 * PIXEL[1], 0.0)
+    whole = replace(result, solution=replace(result.solution, pressure=np.ones((8, 32))))
+    assert rolling_judgment.half_width(whole, direction) == math.inf

@@ -56,6 +56,8 @@ class Kind(StrEnum):
     DOMAIN = "outside the domain of a formula"
     RANKS = "map on several processes"
     SMALL = "map small against its waves"
+    WAY = "steps of a pass"
+    AXIS = "roller that slides along its axis"
 
 
 class Severity(StrEnum):

@@ -178,6 +178,7 @@ def _rolling(result: ElastoplasticResult) -> Statement:
         f"{pull} A contact that sticks in one part and slips in another, as under a driving or "
         "braking torque, and the spin of a ball about the normal are left out. Nor are there "
         "inertia, a lubricant or heat. The bodies do not attract each other.",
+        (Kind.AXIS,),
     )
 
 
@@ -194,4 +195,4 @@ def _path(result: ElastoplasticResult) -> Statement:
         f"{_of_steps(result)}. {_way(result)} They were free of stress before: residual stress of "
         "machining is not in it."
     )
-    return Statement("Path of loads", text, (Kind.RESIDUAL,))
+    return Statement("Path of loads", text, (Kind.RESIDUAL, Kind.WAY))

@@ -96,7 +96,7 @@ ROLLING: Table = (
     Quantity("residual_across", unit="Pa", of=_profile("residual_across")),
     Quantity("each", of=lambda r: stored_columns(PASSES, r)),
     Quantity("volume", of=lambda r: r.result.summary()),
-    Quantity("warnings", of=lambda r: list(r.result.warnings)),
+    Quantity("warnings", of=lambda r: [caution.text for caution in r.cautions]),
     Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
     Quantity("version", of=lambda _: __version__),
 )  # fmt: skip
@@ -146,6 +146,11 @@ _CRITERIA = {
     Shakedown.UNSETTLED: (
         "The strain that passes add still changes by more than 10 % from one to the next, and is "
         "above {least}, 1 % of the yield strain σ_Y/(3μ)."
+    ),
+    Shakedown.UNRESOLVED: (
+        "The steps of a pass are longer than the half-width of the contact, so that the dents of "
+        "neighbouring places may lie apart: what is added then says nothing of a roller that goes "
+        "on without a gap."
     ),
 }
 

@@ -41,6 +41,8 @@ def render(
         chapters.headlines(rolling, rolled.HEADLINES),
         _of(rolling),
         sources.of(rolling),
+        rolling.cautions,
+        ("steps, pixel and direction of the passes",),
     )
     return volume.render(
         rolling.result, lead=lead, command=command, date=date, spell=spell, processes=processes

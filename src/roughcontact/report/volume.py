@@ -10,6 +10,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from roughcontact.contact.cautions import Caution
 from roughcontact.errors import Spell
 from roughcontact.files import write
 from roughcontact.references import References
@@ -46,12 +47,18 @@ class Lead:
         The first.
     references : References
         The works behind it.
+    cautions : tuple of Caution
+        What a reader has to know.
+    checked : tuple of str
+        What was looked at besides the state, in a few words each.
     """
 
     title: str
     key_numbers: list[Cells]
     chapter: Chapter
     references: References
+    cautions: tuple[Caution, ...]
+    checked: tuple[str, ...] = ()
 
 
 def render(
@@ -92,12 +99,12 @@ def render(
     contact = result.solution
     spots = contact.spots()
     stated = assumptions_volume.statements(result, spots)
-    lead = lead or Lead(_title(result), _key_numbers(result), Chapter(""), sources.of(result))
+    lead = lead or _lead(result)
     found = [
         *([lead.chapter] if lead.chapter.title else []),
         *chapters.prepared(contact),
         chapters.problem(contact, results.rows(result, PROBLEM), "volume"),
-        chapters.assumed(stated, result.cautions),
+        chapters.assumed(stated, lead.cautions),
         _results(result),
         *(_volume(result, body) for body in range(len(result.bodies))),
     ]
@@ -119,11 +126,17 @@ def render(
         regime=result.regime,
         regime_text=regimes.volume_regime(result),
         certificate=_certificate_in_short(result),
-        cautions=result.cautions,
-        checked=judgment.checked(result),
+        cautions=lead.cautions,
+        checked=(*lead.checked, *judgment.checked(result)),
         spell=spell,
         processes=processes,
     )
+
+
+def _lead(result: ElastoplasticResult) -> Lead:
+    """Return what a report on a state alone says first."""
+    numbers, works = _key_numbers(result), sources.of(result)
+    return Lead(_title(result), numbers, Chapter(""), works, result.cautions)
 
 
 def save(

@@ -70,7 +70,10 @@ def save_rolling(rolling: Rolling, path: str | os.PathLike[str]) -> None:
     dataset.attrs |= {
         "rolling_direction": rolling.direction,
         "rolling_to_and_fro": int(rolling.to_and_fro),
+        "rolling_step": rolling.step,
     }
+    if rolling.axis is not None:
+        dataset.attrs["rolling_axis"] = rolling.axis
     netcdf.write(dataset, path, packed)
 
 
@@ -108,7 +111,7 @@ def load_rolling(path: str | os.PathLike[str]) -> Rolling:
             )
             for number, row in enumerate(rows)
         )
-        result = archive.from_dataset(dataset)
+        result, axis = archive.from_dataset(dataset), dataset.attrs.get("rolling_axis")
         # Those of a run that went on from another one come first.
         if not 0 < sum(steps) <= len(result.increments):
             raise InputError("must be those of the increments", argument="steps")
@@ -117,4 +120,7 @@ def load_rolling(path: str | os.PathLike[str]) -> Rolling:
             passes=passes,
             direction=float(dataset.attrs["rolling_direction"]),
             to_and_fro=bool(dataset.attrs["rolling_to_and_fro"]),
+            # Earlier files tell neither.
+            step=float(dataset.attrs.get("rolling_step", 0.0)),
+            axis=None if axis is None else float(axis),
         )

@@ -14,7 +14,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from roughcontact import limits
-from roughcontact.contact.cautions import Caution
+from roughcontact.contact.cautions import Caution, ordered
 from roughcontact.errors import InputError, require_count
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material, law_of
@@ -23,7 +23,7 @@ from roughcontact.shown import Shown
 from roughcontact.solvers.progress import Progress, Tell
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
-from roughcontact.volume import archive, passes as passes_of
+from roughcontact.volume import archive, passes as passes_of, rolling_judgment
 from roughcontact.volume.passes import Pass as Pass
 from roughcontact.volume.path import PathPoint
 from roughcontact.volume.plastic_body import PlasticBody
@@ -45,6 +45,7 @@ class Shakedown(StrEnum):
     ALTERNATING = "alternating"
     RATCHETTING = "ratchetting"
     UNSETTLED = "not settled"
+    UNRESOLVED = "not resolved"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -63,6 +64,10 @@ class Rolling(Shown):
         Whether every other pass went back.
     folder : path, optional
         Where the state after every step is kept.
+    step : float
+        Distance between the places of a pass [m]; 0 where it is not known.
+    axis : float, optional
+        Where the axis of a nominal cylinder lies that passes [degrees].
     """
 
     result: ElastoplasticResult
@@ -70,6 +75,8 @@ class Rolling(Shown):
     direction: float = 0.0
     to_and_fro: bool = False
     folder: Path | None = None
+    step: float = 0.0
+    axis: float | None = None
 
     @property
     def shakedown(self) -> Shakedown:
@@ -77,12 +84,15 @@ class Rolling(Shown):
 
         Shaken down where the last pass adds less than 1 % of the yield strain σ_Y/3μ. Alternating
         where it adds as much as that before, to 10 %, and less than 2 % of that is left, or 1 % of
-        the yield strain; ratchetting where more is left, and as much as of that before.
+        the yield strain; ratchetting where more is left, and as much as of that before. Not
+        resolved where the steps of a pass are longer than the half-width of the contact.
         """
         least = self.least_strain
         flows, gains = ([getattr(p, name) for p in self.passes] for name in ("flow", "gain"))
         if not any(flows):
             return Shakedown.ELASTIC
+        if rolling_judgment.too_long(self.result, self.step, self.direction):
+            return Shakedown.UNRESOLVED
         if flows[-1] <= least:
             return Shakedown.SHAKEN_DOWN
         if not _alike(flows):
@@ -93,7 +103,12 @@ class Rolling(Shown):
 
     @property
     def settled_after(self) -> int | None:
-        """Number of passes after which none adds plastic strain, ``None`` if the last one does."""
+        """Number of passes after which none adds plastic strain.
+
+        ``None`` if the last one does, or the steps are too long to tell.
+        """
+        if self.shakedown is Shakedown.UNRESOLVED:
+            return None
         least = self.least_strain
         quiet = 0
         while quiet < len(self.passes) and self.passes[-1 - quiet].flow <= least:
@@ -116,6 +131,8 @@ class Rolling(Shown):
             return f"ratchets by a plastic strain of {self.passes[-1].gain:.2g} a pass"
         if kind is Shakedown.UNSETTLED:
             return f"not settled after {len(self.passes)}: ask for more passes"
+        if kind is Shakedown.UNRESOLVED:
+            return "not told: the steps are longer than the half-width of the contact"
         return str(kind)
 
     def references(self) -> References:
@@ -132,7 +149,10 @@ class Rolling(Shown):
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        return self.result.cautions
+        own = rolling_judgment.cautions(
+            self.result, self.step, self.passes[-1].steps, self.direction, self.axis
+        )
+        return ordered([*own, *self.result.cautions])
 
     @property
     def rolled_surface(self) -> Surface:
@@ -289,8 +309,7 @@ precision, progress
     >>> rolled.answer
     'elastic'
     """
-    require_count(1, limits.STEPS, passes=passes)
-    require_count(1, limits.STEPS, steps=steps)
+    require_count(1, limits.STEPS, passes=passes, steps=steps)
     length = _length(quantity(way, "length", "way"), surface, Boundary(boundary), direction)
     stops = _stops(length, steps, centered)
     there = _pass(quantity(load, "force", "load"), stops, direction, friction)
@@ -303,7 +322,8 @@ precision, progress
     ways, tell = [both[n % 2 * to_and_fro] for n in range(passes)], _labelled(progress, passes)
     result, done = _rolled(solved, {"depth": depth, "layers": layers}, ways, folder, tell, each)
     place = None if folder is None else Path(folder)
-    return Rolling(result, done, float(direction), to_and_fro, place)
+    axis = rolling_judgment.axis_of(counter_surface)
+    return Rolling(result, done, float(direction), to_and_fro, place, length / steps, axis)
 
 
 def _rolled(
@@ -422,7 +442,8 @@ def shakedown_load(
     Raises
     ------
     InputError
-        If an argument cannot be used, or the limit is not between the loads.
+        If an argument cannot be used, the limit is not between the loads, or the steps of a pass
+        are longer than the half-width of the contact.
     """
     ends = [float(quantity(end, "force", name)) for end, name in ((low, "low"), (high, "high"))]
     if not 0 < ends[0] < ends[1] < math.inf:
@@ -432,6 +453,11 @@ def shakedown_load(
 
     def shakes(load: float) -> bool:
         rolled = roll(surface, load=load, passes=passes, **options)
+        if rolled.shakedown is Shakedown.UNRESOLVED:
+            raise InputError(
+                f"must be more: at {load:.4g} N they are longer than the half-width of the contact",
+                argument="steps",
+            )
         return rolled.shakedown in (Shakedown.ELASTIC, Shakedown.SHAKEN_DOWN)
 
     for end, expected, name in zip(ends, (True, False), ("low", "high"), strict=True):
