@@ -209,7 +209,6 @@ def prepare(folder: Path) -> None:
     )
     for name in ("project.toml", "cluster.toml", "memory.py"):
         shutil.copy(HERE / "howto" / name, folder)
-    (folder / "maps").mkdir()
 
 
 def main() -> int:

@@ -56,6 +56,26 @@ def test_the_recipe_of_the_roller_runs_in_python() -> None:
     assert names["result"].smooth.max_pressure == pytest.approx(1.5e9)
 
 
+def test_the_maps_of_the_pages_come_with_the_folder_for_their_figures(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):
+        runpy.run_path(str(HOWTO / "maps.py"), run_name="__main__")
+    assert Path("ground.sdf").is_file()
+    assert Path("maps").is_dir()
+
+
+def test_pages_that_write_into_maps_say_where_the_folder_comes_from() -> None:
+    pages = [HOWTO.parent / "tutorial.md", HOWTO.parent / "others.md", *HOWTO.glob("*.md")]
+    writing = [text for page in pages if " maps/" in (text := page.read_text(encoding="utf-8"))]
+    assert len(writing) >= 6
+    for text in writing:
+        before = text.partition(" maps/")[0]
+        assert "python docs/howto/maps.py" in before
+        assert "folder `maps`" in before
+
+
 def test_the_example_of_another_program_runs_here() -> None:
     text = (HOWTO.parent / "others.md").read_text(encoding="utf-8")
     (script,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)

@@ -1,6 +1,8 @@
-"""Write the measurements that the how-to pages use: ground.sdf, lapped.sdf and others.
+"""Write the measurements that the pages use, ground.sdf, lapped.sdf and others, into the current folder.
 
 python docs/howto/maps.py
+
+It makes the folder ``maps`` there as well, for the figures of the pages.
 """
 
 from __future__ import annotations
@@ -81,7 +83,8 @@ def raceway(points: tuple[int, int] = (256, 160), pixel: float = 2e-6) -> np.nda
 
 
 def main() -> None:
-    """Write all maps into the current folder."""
+    """Write all maps into the current folder, and make one for the figures of the pages."""
+    Path("maps").mkdir(exist_ok=True)
     points = 256
     heights, (pixel, _) = synthetic.reference_map(points)
     tilt = np.linspace(0, 1.5e-6, points)
