@@ -2,6 +2,7 @@ import dataclasses
 import math
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from roughcontact.contact.cautions import Kind
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import ContactResult
 from roughcontact.material.hardening import Swift
-from roughcontact.report import assumptions, regimes
+from roughcontact.report import assumptions, assumptions_profile, regimes
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 
@@ -101,8 +102,9 @@ def test_missing_points_are_counted_and_fillings_called_so() -> None:
 
 @pytest.mark.parametrize(
     ("slope", "verdict", "caution"),
-    [(0.05, "0.250 %, which is small", False), (0.2, "4.00 %, which is noticeable", False),
-     (0.5, "25.0 %: the slopes are not small", True)],
+    # Of the cone of Hay, Bolshakov and Pharr to first order, 0.179 h', and half the square.
+    [(0.05, "1.02 %, which is small", False), (0.2, "5.59 %, which is noticeable", False),
+     (0.5, "21.5 %: the slopes are not small", True)],
 )  # fmt: skip
 def test_slopes_are_judged(slope: float, verdict: str, caution: bool) -> None:
     # A ramp of teeth: every first difference along x is ± slope.
@@ -114,17 +116,52 @@ def test_slopes_are_judged(slope: float, verdict: str, caution: bool) -> None:
     assert bool(item.doubts(result.cautions)) is caution
 
 
-def test_sideways_displacement_is_told_against_a_rigid_body() -> None:
-    # u_r(a) of Johnson (3.42b) by quadrature of (3.41), over a: ν = 0.3, p₀ = 2 E* a/(π R).
-    slope = solved(rough()).pair.rms_slope
-    r = (np.arange(20000) + 0.5) / 20000
-    carried = float((np.sqrt(1 - r**2) * r).mean())
-    moved = (1 - 2 * 0.3) * (1 + 0.3) * carried * 2 / (math.pi * (1 - 0.3**2)) * slope
+def test_the_slopes_of_a_report_are_those_of_the_page_on_assumptions() -> None:
+    page = Path(__file__).parents[1] / "docs" / "assumptions.md"
+    table = re.search(r"small slopes \| slope ([\d.]+) \| (\d+) % of the load", page.read_text())
+    assert table is not None
     told = stated(solved(rough()))["Small slopes"].text
-    share = float(re.search(r"spot by ([\d.]+) %", told)[1]) / 100
-    assert share == pytest.approx(moved, rel=0.01)
-    both = stated(solved(rough(), counter_material=SOFT))["Small slopes"].text
-    assert "sideways" not in both
+    begins = re.search(
+        r"begin to matter at a slope of ([\d.]+) \(([\d.]+) %\); above 0.3 \((\d+)", told
+    )
+    assert begins is not None
+    assert begins[1] == table[1]
+    assert round(float(begins[2])) == int(table[2])
+    # "Allow for 5 to 10 % at 0.3."
+    assert 5 <= int(begins[3]) <= 10
+
+
+def test_sideways_displacement_is_told_where_bodies_differ() -> None:
+    slope = solved(rough()).pair.rms_slope
+    # Hay, Bolshakov and Pharr 1999, eq. (12).
+    c = (1 - 2 * 0.3) / (4 * (1 - 0.3)) * slope
+    cone = math.pi * (math.pi / 4 + 0.15483073 * c) / (math.pi / 2 - 0.83119312 * c) ** 2 - 1
+
+    def told(**problem: Any) -> float:
+        text = stated(solved(rough(), **problem))["Small slopes"].text
+        found = re.search(r"([\d.]+) % of the load on a cone", text)
+        assert ("sideways" in text) is bool(found)
+        return float(found[1]) / 100 if found else 0
+
+    assert told() == pytest.approx(cone, rel=0.02)
+    assert told(counter_material=STEEL) == 0
+    assert told(counter_material=rc.Material(STEEL.young, 0.5)) > 0
+    assert told(material=rc.Material(1e6, 0.5)) == 0
+    assert 0 < told(counter_material=SOFT) < cone
+
+
+def test_sideways_displacement_under_a_cylinder() -> None:
+    # Johnson 1985, eq. (2.24a): half the load on either side moves the rim, here by quadrature.
+    result = solved(rc.Surface(rough().heights[0], PIXEL[1]), load="1 N/mm", ceiling=None)
+    x = (np.arange(20000) + 0.5) / 20000
+    carried = 2 * float(np.sqrt(1 - x**2).mean())
+    peak = 1 / (2 * (1 - 0.3**2))  # over E a/R
+    moved = (1 - 2 * 0.3) * (1 + 0.3) / 2 * carried * peak * result.pair.rms_slope
+    found = assumptions_profile.statements(result, result.spots())
+    (text,) = (statement.text for statement in found if statement.topic == "Small slopes")
+    told = re.search(r"([\d.]+) % of the width of a spot", text)
+    assert told is not None
+    assert float(told[1]) / 100 == pytest.approx(moved, rel=0.01)
 
 
 def test_two_bodies_add_their_slopes() -> None:

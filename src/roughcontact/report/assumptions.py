@@ -146,34 +146,54 @@ def slopes(result: ContactResult) -> Statement:
         return Statement("Small slopes", "Slopes are taken as small; this map has none to judge.")
     whole = result.pair.whole
     whose = f"of this {whole}" if result.counter_surface is None else f"of both {whole}s together"
-    error = percent(min(slope**2, 1.0))
+    sideways = _sideways(result)
+
+    def error(slope: float) -> float:
+        return sideways * slope + slope**2 / 2
+
+    total = percent(min(error(slope), 1.0))
     if slope < SMALL_SLOPE:
-        verdict = f"here {error}, which is small"
+        verdict = f"{total}, which is small"
     elif slope < LARGE_SLOPE:
-        verdict = f"here about {error}, which is noticeable"
+        verdict = f"about {total}, which is noticeable"
     else:
-        verdict = f"here about {error}: the slopes are not small"
+        verdict = f"about {total}: the slopes are not small"
+    spot = "width of a spot under a cylinder" if result.pair.is_profile else "load on a cone"
+    if sideways:
+        errors = (
+            f"Two errors follow: about half its square, {percent(min(slope**2 / 2, 1.0))}, of "
+            f"shapes and areas; and, in proportion to it, {percent(min(sideways * slope, 1.0))} of "
+            f"the {spot} of this slope, since the bodies also move sideways, by different amounts, "
+            f"which the theory leaves out. Together they are {verdict}. They begin"
+        )
+    else:
+        errors = (
+            f"The error of shapes and areas is about half its square, here {verdict}. It begins"
+        )
     return Statement(
         "Small slopes",
         f"The theory takes slopes as small against 1. The root-mean-square slope {whose} is "
-        f"{slope:.3g} ({math.degrees(math.atan(slope)):.2g}°). The error is of the order of its "
-        f"square, {verdict}. It begins to matter at a slope of {SMALL_SLOPE:g} (1 %); above "
-        f"{LARGE_SLOPE:g} (10 %) the results are estimates." + _sideways(result, slope),
+        f"{slope:.3g} ({math.degrees(math.atan(slope)):.2g}°). {errors} to matter at a slope of "
+        f"{SMALL_SLOPE:g} ({100 * error(SMALL_SLOPE):.2g} %); above {LARGE_SLOPE:g} "
+        f"({100 * error(LARGE_SLOPE):.2g} %) the results are estimates.",
         (Kind.SLOPES,),
     )
 
 
-def _sideways(result: ContactResult, slope: float) -> str:
-    soft = [b for b in (result.material, result.counter_material) if math.isfinite(b.young)]
-    if len(soft) != 1 or result.pair.is_profile:
-        return ""
-    # Johnson 1985, eqs. (3.41) and (3.42): the rim of a Hertz contact moves inwards.
-    ratio = soft[0].poisson
-    share = 2 / (3 * math.pi) * (1 - 2 * ratio) / (1 - ratio) * slope
-    return (
-        " Against a rigid body the surface also moves sideways, which the theory leaves out: at "
-        f"the rim of a spherical spot by {percent(min(share, 1.0))} of its radius at this slope."
+def _sideways(result: ContactResult) -> float:
+    """Return the error, over the slope, of leaving out that bodies move sideways.
+
+    Of the load on a cone, after Hay, Bolshakov and Pharr 1999, eq. (12), to first order; of the
+    half-width under a cylinder, after Johnson 1985, eq. (2.24a). Both are in proportion to
+    Dundurs' β (Johnson, eq. 5.3), of which they have that against a rigid body.
+    """
+    first, second = (
+        (1 - 2 * body.poisson) * (1 + body.poisson) / body.young
+        for body in (result.material, result.counter_material)
     )
+    dundurs = abs(first - second) * result.contact_modulus / 2
+    cone = 2 / math.pi * (0.15483073 + 0.83119312)
+    return dundurs * (math.pi / 4 if result.pair.is_profile else cone)
 
 
 def strains(result: ContactResult) -> Statement:
