@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import html
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -256,6 +258,19 @@ def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
     report = places["html"].read_text("utf-8")
     assert "For honed less ground, the 95 % interval excludes zero in real contact" in report
     assert report.count("<figure") == 2
+    told = " ".join(html.unescape(re.sub(r"<[^>]+>", " ", report)).split())
+    for words in (
+        "honed less ground difference 95 % interval relative excludes zero",
+        "Young's modulus E 210 GPa rigid",
+        "yield strength σ_Y 1 GPa",
+        "Contact modulus E* 230.8 GPa",
+        "3 GPa, three times the yield strength",
+        "free: the map is all that touches",
+        "leveled: least-squares plane subtracted",
+        "What is assumed",
+        "Two errors follow: about half its square",
+    ):
+        assert words.lower() in told.lower(), words
 
 
 def test_quarters_and_the_area_that_is_needed(folder: Path, capsys: Capture) -> None:

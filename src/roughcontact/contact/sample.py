@@ -10,6 +10,7 @@ from roughcontact.contact.cautions import Caution
 from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.load_curve import load_curve
 from roughcontact.errors import ConvergenceError, Sentence
+from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers.progress import Progress, Tell
 from roughcontact.surface import resolution
 from roughcontact.surface.surface import Surface
@@ -56,6 +57,8 @@ class Sample:
         Its contact under these pressures.
     roughness : mapping of str to float
         Its `ROUGHNESS`, in SI units; NaN where one is not defined.
+    bodies : (Material, Material)
+        That with the map, and the counter-body.
     """
 
     name: str
@@ -66,6 +69,7 @@ class Sample:
     shortest_wave: float
     curve: LoadCurve
     roughness: Mapping[str, float]
+    bodies: tuple[Material, Material]
 
     @property
     def numbers(self) -> dict[str, float]:
@@ -144,6 +148,7 @@ def sample(
         shortest_wave=_shortest_wave(surface),
         curve=curve,
         roughness={key: values[key] for key in ROUGHNESS},
+        bodies=(problem["material"], problem.get("counter_material", RIGID)),
     )
 
 

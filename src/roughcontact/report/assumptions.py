@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +20,8 @@ from roughcontact.contact.judgment import (
 )
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import FEW_PIXELS, Spots
-from roughcontact.material.material import Material, softer
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.material.material import Material, contact_modulus, softer
 from roughcontact.report import wording
 from roughcontact.report.page import joined, sentence
 from roughcontact.report.wording import is_rigid
@@ -53,6 +54,16 @@ class Statement:
         return joined(*(sentence(c.text) for c in cautions if c.kind in self.kinds))
 
 
+FILLED = (
+    "Points that were not measured were filled with a smooth surface through the rim of their "
+    "hole. It lies between the lowest and the highest height of that rim, and is an "
+    "interpolation, not a measurement."
+)
+FLAT = Statement(
+    "Flat counter-body",
+    "The counter-body is perfectly smooth and flat. Its own roughness, if it has any, would have "
+    "to be measured and given.",
+)
 FRICTIONLESS = Statement(
     "No friction, no adhesion",
     "The bodies press on each other at right angles to the plane of the map. Friction, and with "
@@ -83,10 +94,10 @@ def statements(
         points and single precision where there are any.
     """
     found = [
-        half_spaces(result, elastic_half_spaces(result)),
+        half_spaces(result.boundary, elastic_half_spaces(result.material, result.counter_material)),
         bodies(result),
         slopes(result),
-        strains(result),
+        strains(result.max_pressure / result.contact_modulus),
         FRICTIONLESS,
         _yielding(result, history),
         resolution(result, spots),
@@ -104,33 +115,29 @@ def statements(
     return tuple(statement for statement in found if statement.text)
 
 
-def elastic_half_spaces(result: ContactResult) -> str:
+def elastic_half_spaces(material: Material, counter_material: Material) -> str:
     """Return which bodies deform, without a full stop."""
-    if is_rigid(result.material):
+    if is_rigid(material):
         return "The counter-body is an elastic half-space, the body with this map is rigid"
-    if is_rigid(result.counter_material):
+    if is_rigid(counter_material):
         return "The body is an elastic half-space, the counter-body is rigid"
     return "Both bodies are elastic half-spaces"
 
 
-def half_spaces(result: ContactResult, who: str) -> Statement:
+def half_spaces(boundary: Boundary, who: str) -> Statement:
     """Return the statement on half-spaces and the boundary of the map."""
     text = (
         f"{who}: every spot is pressed into material that goes on without end below and beside "
         "it, isotropic and the same everywhere. The part has to be thick and wide compared with "
         "the contact; coatings, thin walls and edges are not in the model. "
     )
-    return Statement(result.boundary.heading, text + result.boundary.assumption, (Kind.EDGE,))
+    return Statement(boundary.heading, text + boundary.assumption, (Kind.EDGE,))
 
 
 def bodies(result: ContactResult) -> Statement:
     """Return the statement on what the counter-body is."""
     if result.counter_surface is None:
-        return Statement(
-            "Flat counter-body",
-            "The counter-body is perfectly smooth and flat. Its own roughness, if it has any, "
-            "would have to be measured and given.",
-        )
+        return FLAT
     return Statement(
         "Two measured bodies",
         "The two maps are laid on each other point by point, as they are; only the sum of their "
@@ -141,12 +148,26 @@ def bodies(result: ContactResult) -> Statement:
 
 def slopes(result: ContactResult) -> Statement:
     """Return the statement on small slopes."""
-    slope = result.pair.rms_slope
+    pair = result.pair
+    whole = pair.whole
+    whose = f"of this {whole}" if result.counter_surface is None else f"of both {whole}s together"
+    return small_slopes(
+        pair.rms_slope, whose, pair.material, pair.counter_material, profile=pair.is_profile
+    )
+
+
+def small_slopes(
+    slope: float,
+    whose: str,
+    material: Material,
+    counter_material: Material,
+    *,
+    profile: bool = False,
+) -> Statement:
+    """Return the statement on a root-mean-square slope, and whose it is."""
     if math.isnan(slope):
         return Statement("Small slopes", "Slopes are taken as small; this map has none to judge.")
-    whole = result.pair.whole
-    whose = f"of this {whole}" if result.counter_surface is None else f"of both {whole}s together"
-    sideways = _sideways(result)
+    sideways = _sideways(material, counter_material, profile)
 
     def error(slope: float) -> float:
         return sideways * slope + slope**2 / 2
@@ -158,7 +179,7 @@ def slopes(result: ContactResult) -> Statement:
         verdict = f"about {total}, which is noticeable"
     else:
         verdict = f"about {total}: the slopes are not small"
-    spot = "width of a spot under a cylinder" if result.pair.is_profile else "load on a cone"
+    spot = "width of a spot under a cylinder" if profile else "load on a cone"
     if sideways:
         errors = (
             f"Two errors follow: about half its square, {percent(min(slope**2 / 2, 1.0))}, of "
@@ -180,7 +201,7 @@ def slopes(result: ContactResult) -> Statement:
     )
 
 
-def _sideways(result: ContactResult) -> float:
+def _sideways(material: Material, counter_material: Material, profile: bool) -> float:
     """Return the error, over the slope, of leaving out that bodies move sideways.
 
     Of the load on a cone, after Hay, Bolshakov and Pharr 1999, eq. (12), to first order; of the
@@ -189,16 +210,15 @@ def _sideways(result: ContactResult) -> float:
     """
     first, second = (
         (1 - 2 * body.poisson) * (1 + body.poisson) / body.young
-        for body in (result.material, result.counter_material)
+        for body in (material, counter_material)
     )
-    dundurs = abs(first - second) * result.contact_modulus / 2
+    dundurs = abs(first - second) * contact_modulus(material, counter_material) / 2
     cone = 2 / math.pi * (0.15483073 + 0.83119312)
-    return dundurs * (math.pi / 4 if result.pair.is_profile else cone)
+    return dundurs * (math.pi / 4 if profile else cone)
 
 
-def strains(result: ContactResult) -> Statement:
-    """Return the statement on small strains."""
-    ratio = result.max_pressure / result.contact_modulus
+def strains(ratio: float) -> Statement:
+    """Return the statement on small strains, by the largest pressure over the contact modulus."""
     return Statement(
         "Small strains",
         "Stress and strain are proportional (Hooke's law). Strains are of the order of the "
@@ -215,26 +235,48 @@ def strains(result: ContactResult) -> Statement:
 
 
 def _yielding(result: ContactResult, history: LoadHistory | None) -> Statement:
-    body = softer(result.material, result.counter_material)
+    both = (result.material, result.counter_material)
     if result.ceiling is None:
-        text = (
-            "The solution is purely elastic: nothing limits the pressure, which on sharp peaks "
-            "can exceed what any material bears."
-        )
-        if body is None:
-            return Statement("No yielding", f"{text} No yield strength was given.")
-        text = f"{text} {_first_yield(body)}".strip()
-        return Statement("No yielding", text, (Kind.BEYOND_CEILING,))
-    text = f"The pressure may not exceed a ceiling ({wording.ceiling(result)}). "
+        return elastic(*both)
     if result.saturated_fraction == 0:
+        return limited(wording.ceiling(result), *both, reached=False)
+    kept = result.residual_indentation if history is None else history.indentation
+    deepest = engineering(float(kept.max()), "m", 3)
+    item = limited(wording.ceiling(result), *both, reached=True, kept=f", up to {deepest},")
+    return replace(item, text=joined(item.text, _left_behind(result)))
+
+
+def elastic(material: Material, counter_material: Material) -> Statement:
+    """Return the statement on pressures that nothing limits."""
+    body = softer(material, counter_material)
+    text = (
+        "The solution is purely elastic: nothing limits the pressure, which on sharp peaks "
+        "can exceed what any material bears."
+    )
+    if body is None:
+        return Statement("No yielding", f"{text} No yield strength was given.")
+    text = f"{text} {_first_yield(body)}".strip()
+    return Statement("No yielding", text, (Kind.BEYOND_CEILING,))
+
+
+def limited(
+    ceiling: str,
+    material: Material,
+    counter_material: Material,
+    *,
+    reached: bool,
+    kept: str = "",
+) -> Statement:
+    """Return the statement on a ceiling, in words, and how much is kept of what overlaps."""
+    body = softer(material, counter_material)
+    text = f"The pressure may not exceed a ceiling ({ceiling}). "
+    if not reached:
         text += "It is reached nowhere: the solution is the elastic one."
         text += f" {_first_yield(body)}" if body else ""
         return Statement("Yielding", text.strip(), (Kind.CEILING, Kind.HARDNESS))
-    kept = result.residual_indentation if history is None else history.indentation
-    deepest = engineering(float(kept.max()), "m", 3)
     text += (
         "Points at the ceiling are called saturated: the material there flows, and the part by "
-        f"which it overlaps the counter-body, up to {deepest}, is kept as a permanent indentation. "
+        f"which it overlaps the counter-body{kept} is kept as a permanent indentation. "
         "Where the displaced material goes, the residual stress that it leaves and hardening are "
         "not in the model: the ceiling stands in for plasticity."
     )
@@ -254,7 +296,6 @@ def _yielding(result: ContactResult, history: LoadHistory | None) -> Statement:
             "where E*a/(σ_Y R) exceeds about 56 (a: radius of a spot, R: radius of its summit). "
             + _first_yield(body)
         )  # fmt: skip
-        text = joined(text, _left_behind(result))
     doubts = (Kind.CEILING, Kind.HARDNESS)
     return Statement("The ceiling stands in for plasticity", text, doubts)
 
@@ -327,11 +368,7 @@ def holes(result: ContactResult) -> Statement:
             "touching; the load that they might carry lies on the others."
         )
     if filled:
-        parts.append(
-            "Points that were not measured were filled with a smooth surface through the rim of "
-            "their hole. It lies between the lowest and the highest height of that rim, and is an "
-            "interpolation, not a measurement."
-        )
+        parts.append(FILLED)
     return Statement("Missing points", " ".join(parts), (Kind.FILLED, Kind.MISSING))
 
 
@@ -345,6 +382,11 @@ def loading(result: ContactResult) -> Statement:
         given += "The bodies are pressed together without tilting. "
     else:
         given += "The bodies tilt until the pressure balances the moments that were given. "
+    return one_loading(given)
+
+
+def one_loading(given: str) -> Statement:
+    """Return the statement on a load that was given, in sentences, and is applied once."""
     return Statement(
         "One loading",
         f"{given}It is applied once, slowly, to the surfaces as prepared: earlier passes, "

@@ -50,7 +50,7 @@ def statements(result: ContactResult, spots: Spots) -> tuple[Statement, ...]:
         _plane_strain(result),
         assumptions.bodies(result),
         assumptions.slopes(result),
-        assumptions.strains(result),
+        assumptions.strains(result.max_pressure / result.contact_modulus),
         _FRICTIONLESS,
         _yielding(result),
         _resolution(result, spots),
@@ -61,8 +61,9 @@ def statements(result: ContactResult, spots: Spots) -> tuple[Statement, ...]:
 
 
 def _plane_strain(result: ContactResult) -> Statement:
+    who = assumptions.elastic_half_spaces(result.material, result.counter_material)
     text = (
-        f"{assumptions.elastic_half_spaces(result)}, loaded alike along y without end: plane "
+        f"{who}, loaded alike along y without end: plane "
         "strain. The part has to be thick and wide compared with the contact, isotropic and the "
         "same everywhere; coatings, thin walls and edges are not in the model. "
     )

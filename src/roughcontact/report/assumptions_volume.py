@@ -43,7 +43,7 @@ def statements(result: ElastoplasticResult, spots: Spots) -> tuple[Statement, ..
     """
     contact = result.solution
     found = [
-        half_spaces(contact, _yielding_half_spaces(result)),
+        half_spaces(contact.boundary, _yielding_half_spaces(result)),
         bodies(contact),
         slopes(contact),
         _small_deformations(result),

@@ -33,7 +33,14 @@ from roughcontact.report import (
     smooth,
 )
 from roughcontact.report.page import Addition, Cells, Chapter, Table
-from roughcontact.report.quantities import TRUST, Row, beside, capital, rows_of
+from roughcontact.report.quantities import (
+    TRUST,
+    Row,
+    Table as Quantities,
+    beside,
+    capital,
+    rows_of,
+)
 from roughcontact.surface import profile
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
@@ -179,12 +186,33 @@ def problem(result: ContactResult, given: Iterable[Row], model: str) -> Chapter:
     Chapter
         Two tables.
     """
-    chapter = Chapter("Materials and load")
     bodies = (result.material, result.counter_material)
-    table = inputs.bodies(model, result.pair.is_profile)
+    return pressed(bodies, cells(given), inputs.bodies(model, result.pair.is_profile))
+
+
+def pressed(
+    bodies: tuple[Material, Material], given: Sequence[Cells], table: Quantities
+) -> Chapter:
+    """Return the chapter on two materials and what was asked for, as rows of a page.
+
+    Parameters
+    ----------
+    bodies : (Material, Material)
+        That with the map, and the counter-body.
+    given : sequence of tuple of str
+        What was asked for.
+    table : Table
+        What of a material counts, from `inputs.bodies`.
+
+    Returns
+    -------
+    Chapter
+        Two tables.
+    """
+    chapter = Chapter("Materials and load")
     told = [(row.title, *texts) for row, texts in beside(table, bodies)]
     chapter.add("table", Table(told, ("", "body", "counter-body")))
-    chapter.add("table", Table(cells(given)))
+    chapter.add("table", Table(given))
     return chapter
 
 

@@ -111,7 +111,10 @@ def means(comparison: Comparison) -> tuple[Cells, list[Cells]]:
 
 
 def differences(comparison: Comparison, clear: bool = False) -> tuple[Cells, list[Cells]]:
-    """Return head and rows of the differences, or only of those clear of zero: a pair a row."""
+    """Return head and rows of the differences, or only of those clear of zero: a pair a row.
+
+    The relative difference is that over the mean of the group which is subtracted.
+    """
     several = len(comparison.groups) > 2
     rows = []
     for name in comparison.names:
@@ -121,10 +124,8 @@ def differences(comparison: Comparison, clear: bool = False) -> tuple[Cells, lis
             base = comparison.mean(first, name).value
             pair = (pair_of(comparison, first, second),) if several else ()
             rows.append((name_of(name), *pair, *_difference(name, found, base)))
-    between = () if several else (pair_of(comparison, 0, 1),)
-    pairs = ("groups",) if several else ()
-    head = ("", *pairs, *(between or ("difference",)), f"{LEVEL} interval", "", "excludes zero")
-    return head, rows
+    pairs = ("", "groups") if several else (pair_of(comparison, 0, 1),)
+    return (*pairs, "difference", f"{LEVEL} interval", "relative", "excludes zero"), rows
 
 
 def pair_of(comparison: Comparison, first: int, second: int) -> str:

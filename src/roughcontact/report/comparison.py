@@ -4,20 +4,32 @@ from __future__ import annotations
 
 import datetime
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from roughcontact._version import __version__
 from roughcontact.contact.compared import Comparison
+from roughcontact.contact.sample import Sample
 from roughcontact.contact.sampling import SamplingStudy
 from roughcontact.errors import Spell
 from roughcontact.files import write
 from roughcontact.plots import samples as plots
-from roughcontact.report import chapters, compared, page, results, sources
+from roughcontact.report import (
+    assumptions_compared,
+    chapters,
+    compared,
+    inputs,
+    page,
+    results,
+    sources,
+    tables,
+    wording,
+)
 from roughcontact.report.compared import LEVEL, name_of, unit_of
-from roughcontact.report.page import Cells, Chapter, Table
-from roughcontact.report.quantities import PROBLEM, TRUST, capital
+from roughcontact.report.page import Cells, Chapter, Table, joined
+from roughcontact.report.quantities import PROBLEM, TRUST, capital, quantity_of, rows_of, within
 from roughcontact.units import counted, engineering, lengths
 
 if TYPE_CHECKING:
@@ -25,6 +37,15 @@ if TYPE_CHECKING:
 
 # Groups that a title names.
 _NAMED = 3
+
+# What all maps have in common, of a `Sample`.
+_TERMS = (
+    *(within("curve", quantity_of(tables.CONTACT, key)) for key in ("boundary", "contact_modulus")),
+    replace(
+        quantity_of(tables.CONTACT, "ceiling"), of="curve.ceiling",
+        text=lambda one: wording.limit(one.curve.ceiling, *one.bodies),
+    ),
+)  # fmt: skip
 
 _FIRST = ("contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sdq")
 
@@ -77,7 +98,7 @@ def render(
         HTML with its figures inside.
     """
     if isinstance(found, SamplingStudy):
-        told, first = [_sampling(found)], _of_study(found)
+        told, first = [_sampling(found), *_problem(found, [found.whole])], _of_study(found)
         verdict = f"{compared.answer(found)}."
     else:
         told, first, verdict = _chapters(found), _first(found), _verdict(found)
@@ -192,7 +213,7 @@ def _chapters(found: Comparison) -> list[Chapter]:
     if len(found.pressures) > 1:
         told.append(_curves(found))
     told += [_sampling(study) for study in found.sampling]
-    return [*told, _maps(found)]
+    return [*told, _maps(found), *_problem(found, found.samples)]
 
 
 def _differences(found: Comparison) -> Chapter:
@@ -207,7 +228,8 @@ def _differences(found: Comparison) -> Chapter:
         "text",
         f"Intervals of {LEVEL} by {how}. Where one excludes zero, so small a number of maps would "
         "seldom differ as much by chance alone; where it does not, they may still differ by what "
-        "the interval holds.",
+        "the interval holds. The relative difference is that over the mean of the group that is "
+        "subtracted.",
     )
     chapter.add("table", Table(rows, head))
     shares, split = compared.components(found)
@@ -255,7 +277,6 @@ def _sampling(study: SamplingStudy) -> Chapter:
 
 def _maps(found: Comparison) -> Chapter:
     chapter = Chapter("Maps")
-    chapter.add("table", Table([(row.title, row.text) for row in results.rows(found, PROBLEM)]))
     rows: list[Cells] = [
         (
             sample.name,
@@ -271,7 +292,34 @@ def _maps(found: Comparison) -> Chapter:
     chapter.add("table", Table(rows, head))
     rows = [(row.title, row.text) for row in results.rows(found, TRUST)]
     chapter.add("table", Table(rows))
+    _prepared(chapter, found.samples)
     return chapter
+
+
+def _prepared(chapter: Chapter, samples: Sequence[Sample]) -> None:
+    """Add how the maps were prepared, once if all of them were alike."""
+    steps = [tuple(page.sentence(step) for step in one.curve.preparation) for one in samples]
+    if len(set(steps)) > 1:
+        rows = [
+            (one.name, joined(*told) or "none recorded")
+            for one, told in zip(samples, steps, strict=True)
+        ]
+        chapter.add("table", Table(rows, ("map", "preparation")))
+    elif steps[0]:
+        chapter.add("text", "Preparation of each map, in this order:")
+        chapter.add("steps", list(steps[0]))
+    else:
+        chapter.add("text", "Preparation: none recorded; the heights are as given.")
+
+
+def _problem(found: Comparison | SamplingStudy, samples: Sequence[Sample]) -> list[Chapter]:
+    """Return the chapters on what was pressed how, and on what is assumed."""
+    given = [*results.rows(found, PROBLEM), *rows_of(_TERMS, samples[0], PROBLEM)]
+    stated = assumptions_compared.statements(samples)
+    return [
+        chapters.pressed(samples[0].bodies, chapters.cells(given), inputs.bodies("ceiling")),
+        chapters.assumed(stated, found.cautions),
+    ]
 
 
 def _show(chapter: Chapter, draw: Callable[[], Figure], caption: str) -> None:

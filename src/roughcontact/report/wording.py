@@ -9,6 +9,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from roughcontact.contact.ceiling import AGREEMENT
 from roughcontact.contact.loads import NAMES, GivenLoad, HertzPressure, LineLoad, NominalPressure
@@ -35,9 +36,36 @@ def ceiling(result: ContactResult) -> str:
     str
         Such as ``"3 GPa, three times the yield strength of the softer body"``.
     """
-    ceiling = result.ceiling
+    both = (result.material, result.counter_material)
+    return limit(result.ceiling, *both, agreed=result.recommended)
+
+
+def limit(
+    ceiling: float | NDArray[np.float64] | str | None,
+    material: Material,
+    counter_material: Material,
+    agreed: AgreedCeiling | None = None,
+) -> str:
+    """Return a ceiling on two bodies and where it comes from, as `ceiling`.
+
+    Parameters
+    ----------
+    ceiling : float, ndarray, "recommended" or None
+        Largest pressure allowed [Pa].
+    material, counter_material : Material
+        The bodies.
+    agreed : AgreedCeiling, optional
+        How it was found, if it was recommended.
+
+    Returns
+    -------
+    str
+        Without a full stop.
+    """
+    if isinstance(ceiling, str):
+        return "recommended, by map and load"
     if ceiling is None:
-        known = softer(result.material, result.counter_material) is not None
+        known = softer(material, counter_material) is not None
         return "none: purely elastic" + ("" if known else ", no yield strength is given")
     if isinstance(ceiling, np.ndarray):
         low, high = float(ceiling.min()), float(ceiling.max())
@@ -46,20 +74,20 @@ def ceiling(result: ContactResult) -> str:
             + (engineering(high, "Pa") if math.isfinite(high) else "none")
         )  # fmt: skip
     text = engineering(float(ceiling), "Pa")
-    body = softer(result.material, result.counter_material)
+    body = softer(material, counter_material)
     if body is None or body.ceiling is None:
         return f"{text}, as given"
     automatic = math.isclose(float(ceiling), body.ceiling, rel_tol=1e-9)
-    automatic &= result.recommended is None
-    whose = "" if _one_ceiling(result) else " of the softer body"
+    automatic &= agreed is None
+    whose = "" if _one_ceiling(material, counter_material) else " of the softer body"
     if body.yield_strength is None:
         if automatic:
             return f"{text}, the hardness{whose}"
         return f"{text}, as given: {float(ceiling) / body.ceiling:.3g} times the hardness{whose}"
     if automatic:
         return f"{text}, three times the yield strength{whose}"
-    if result.recommended is not None:
-        return f"{text}, {recommended(result.recommended)}"
+    if agreed is not None:
+        return f"{text}, {recommended(agreed)}"
     factor = float(ceiling) / body.yield_strength
     return f"{text}, as given: {factor:.3g} times the yield strength{whose}"
 
@@ -193,8 +221,8 @@ def hardening(body: Material) -> str:
     return "elastic" if body.yield_strength is None else "perfectly plastic"
 
 
-def _one_ceiling(result: ContactResult) -> bool:
-    ceilings = {result.material.ceiling, result.counter_material.ceiling}
+def _one_ceiling(material: Material, counter_material: Material) -> bool:
+    ceilings = {material.ceiling, counter_material.ceiling}
     return len(ceilings - {None}) == 1
 
 
