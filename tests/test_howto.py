@@ -8,10 +8,12 @@ import shlex
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import roughcontact as rc
 from roughcontact.cli import app
+from roughcontact.halfspace import convolution
 
 HOWTO = Path(__file__).parents[1] / "docs" / "howto"
 
@@ -82,6 +84,11 @@ def test_the_example_of_another_program_runs_here() -> None:
     names: dict[str, Any] = {}
     exec(script, names)
     result = names["result"]
+    # The table's displacement is that of the half-space under the pressure.
+    (displacement,) = re.findall(r"not kept: `(.*?)`", text)
+    names["heights"] = result.surface.heights
+    applied = convolution.periodic((256, 256), (1 / 256, 1 / 256), 1.0)(result.pressure)
+    assert eval(displacement, names) == pytest.approx(applied, abs=1e-9 * np.ptp(applied))
     # Hyun et al. 2004: 1.8 to 2.3 times the pressure over E* h', of pixels a little more.
     assert 0.18 < result.contact_fraction < 0.23
     assert result.pressure.mean() == pytest.approx(0.1)
