@@ -251,6 +251,8 @@ def test_the_command_tells_in_a_table_and_in_json(
     out = capsys.readouterr().out
     assert "real contact A/A₀" in out
     assert "Persson's theory" in out
+    assert "mean depth with plastic strain" in out
+    assert "plastic volume over area" not in out
     assert app.main([*COMMAND, "--pressure", "200 MPa", "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     found = of_steel(200e6)

@@ -329,7 +329,7 @@ for _task, _text in tasks.HELP.items():
 @_command(
     ESTIMATE,
     _MAP,
-    help="""Tell contact area, gap and plastic volume by formulas, without solving the contact.
+    help="""Tell contact, gap and depth with plastic strain by formulas, without solving it.
 
 From a map, or from Sq, Sdq, Sal, Str and Ssk. Each number comes with the interval that holds 90
 of 100 nominally flat surfaces; what lies outside the domain of the formulas is refused.

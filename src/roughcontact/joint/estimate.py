@@ -87,8 +87,8 @@ class Estimate(Shown):
     gap : Range
         Mean open gap [m].
     plastic_volume : Range or None
-        Volume with plastic strain over nominal area [m]; None where nothing yields or the formula
-        does not hold, see ``cautions``.
+        Volume of material with any plastic strain over nominal area [m], not of what is displaced;
+        None where nothing yields or the formula does not hold, see ``cautions``.
     theory_contact : float
         Contact fraction of Persson's theory.
     cautions : tuple of Caution
@@ -411,8 +411,8 @@ def _volume(
         return None, []
     if hardening is None:
         return None, [
-            noted(Kind.DOMAIN, "the plastic volume is told for perfect plasticity and linear "
-                  "hardening only; for this law use ", Mention("model", "volume"))
+            noted(Kind.DOMAIN, "the depth with plastic strain is told for perfect plasticity "
+                  "and linear hardening only; for this law use ", Mention("model", "volume"))
         ]  # fmt: skip
     ratio = stress / (CEILING_FACTOR * strength)
     groups = _groups(pressure, stress, ratio, roughness, hardening * roughness.Sdq / strength)
@@ -421,7 +421,11 @@ def _volume(
     outside = [_told(name, value, domain) for name, value in _outside(groups, domain).items()]
     if outside:
         return None, [
-            noted(Kind.DOMAIN, "the plastic volume is not told: its formula holds for ", outside[0])
+            noted(
+                Kind.DOMAIN,
+                "the depth with plastic strain is not told: its formula holds for ",
+                outside[0],
+            )
         ]
     found = _ranged(atlas.formula(VOLUME, roughness.Sal is not None), groups)
     return found.times(roughness.Sq / roughness.Sdq), []

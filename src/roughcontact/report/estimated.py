@@ -79,8 +79,9 @@ ESTIMATE: Table = (
     *_ranged("saturated", "saturated area", "1", "area at the ceiling over nominal area",
              "", _share),
     *_ranged("gap", "mean gap", "m", "of the open gap; closed points count 0", "ū", _length),
-    *_ranged("plastic_volume", "plastic volume over area", "m",
-             "with any plastic strain, perfectly plastic or linearly hardening", "", _length),
+    *_ranged("plastic_volume", "mean depth with plastic strain", "m",
+             "volume of material with any plastic strain over nominal area, not what is displaced",
+             "", _length),
     Quantity(
         "theory_contact", "Persson's theory", meaning="its contact area over nominal area",
         form=percent,
