@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 from pathlib import Path
 from types import ModuleType
 
@@ -92,6 +93,15 @@ def test_the_readme_has_its_scripts_run(commands: ModuleType) -> None:
     assert "rc.read_surface" in together
     assert "pip install" not in together
     assert "roughcontact desk" not in together
+
+
+def test_the_readme_asks_what_a_joint_does_of_periodic_samples() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    _, _, joints = text.partition("What a joint of two faces does is asked of such samples:")
+    joint = joints.split("```")[1].replace("\\\n", " ")
+    asked = [line for line in joint.splitlines() if re.match(r"roughcontact (?!estimate)", line)]
+    assert len(asked) >= 4
+    assert all("--boundary periodic" in line for line in asked)
 
 
 def test_every_page_that_shows_a_command_is_run(commands: ModuleType) -> None:
