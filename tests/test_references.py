@@ -114,7 +114,15 @@ def test_books_standards_and_works_without_authors() -> None:
     assert "author = {Harris, C. R. and others}" in REFERENCES["Harris2020"].bibtex
     assert REFERENCES["ISO25178-2"].short == "ISO 25178-2"
     assert "author = {{ISO}}" in REFERENCES["ISO25178-2"].bibtex
-    assert "author" not in REFERENCES["EngineeringModel"].bibtex
+    assert REFERENCES["ISO25178-2"].text.startswith("ISO 25178-2:2021, Geometrical product")
+    assert "title = {ISO 25178-2, Geom" in REFERENCES["ISO25178-2"].bibtex.replace("{{", "{")
+    assert REFERENCES["DLMF"].text.startswith(
+        "NIST Digital Library of Mathematical Functions (2010)"
+    )
+    model = REFERENCES["EngineeringModel"]
+    assert "author =" not in model.bibtex
+    assert "note = {The paper whose contact model" in model.bibtex
+    assert model.text.endswith("its authors, year and journal could not be confirmed.")
 
 
 def test_entries_are_balanced_and_each_stands_once() -> None:

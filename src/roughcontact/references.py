@@ -39,6 +39,8 @@ class Reference:
         In the journal; pages may be one number. Empty for books and standards.
     doi : str
         Without the address before it; empty where it is not confirmed.
+    note : str
+        What a reader has to know of the entry itself.
     """
 
     key: str
@@ -49,6 +51,7 @@ class Reference:
     volume: str = ""
     pages: str = ""
     doi: str = ""
+    note: str = ""
 
     @property
     def short(self) -> str:
@@ -69,8 +72,18 @@ class Reference:
         first = f"{names} ({self.year})" if names else ""
         place = " ".join(part for part in (self.where, self.volume) if part)
         where = ", ".join(part for part in (place, self.pages) if part)
-        parts = (first, self.title, where, f"doi:{self.doi}" if self.doi else "")
+        doi = f"doi:{self.doi}" if self.doi else ""
+        parts = (first, self._dated_title, where, doi, self.note)
         return ". ".join(part.rstrip(".") for part in parts if part) + "."
+
+    @property
+    def _dated_title(self) -> str:
+        """The title; with the year after its number where no author has it before him."""
+        if self.authors or not self.year:
+            return self.title
+        number, comma, rest = self.title.partition(",")
+        year = f":{self.year}" if number.startswith("ISO ") else f" ({self.year})"
+        return f"{number}{year}{comma}{rest}"
 
     @property
     def _publisher(self) -> str:
@@ -89,6 +102,7 @@ class Reference:
             "pages": self.pages.replace("–", "--"),
             "year": str(self.year or ""),
             "doi": self.doi,
+            "note": self.note,
         }
         told = [f"  {name} = {{{value}}}" for name, value in fields.items() if value]
         return f"@{kind}{{{self.key},\n" + ",\n".join(told) + "\n}"
@@ -179,6 +193,8 @@ _TABLE: tuple[Reference, ...] = (
     Reference(
         "EngineeringModel", (), None,
         "An engineering model for pressure assessment in rough contacts",
+        note="The paper whose contact model this program repeats; its authors, year and journal "
+        "could not be confirmed",
     ),
     Reference(
         "Almqvist2007", ("Almqvist, A.", "Sahlin, F.", "Larsson, R.", "Glavatskih, S."), 2007,
