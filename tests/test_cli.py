@@ -774,6 +774,20 @@ def test_a_wrong_size_in_a_file_is_replaced(rough: Path, tmp_path: Path, capsys:
     assert json.loads(capsys.readouterr().out)["size"] == pytest.approx([1e-4, 2e-4])
 
 
+def test_info_tells_of_heights_that_cannot_be(tmp_path: Path, capsys: Capture) -> None:
+    heights = np.random.default_rng(1).standard_normal((40, 40))
+    np.save(tmp_path / "map.npy", heights)
+    given = ["info", str(tmp_path / "map.npy"), "--size", "0.1 mm", "--unit"]
+    for unit, warned in (("nm", False), ("um", False), ("mm", True)):
+        assert app.main([*given, unit]) == app.SOLVED
+        out = " ".join(capsys.readouterr().out.split())
+        assert ("as no measured map has; their unit may be another" in out) == warned
+    # Of one row of points likewise.
+    np.savetxt(tmp_path / "line.txt", np.c_[np.arange(40) * 1e-6, 1e-4 * heights[0]])
+    assert app.main(["info", str(tmp_path / "line.txt"), "--unit", "m"]) == app.SOLVED
+    assert "their unit may be another" in " ".join(capsys.readouterr().out.split())
+
+
 def test_info_tells_size_and_roughness(holed: Path, capsys: Capture) -> None:
     assert app.main(["info", str(holed), *SCALE, "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)

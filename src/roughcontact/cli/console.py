@@ -20,6 +20,7 @@ from roughcontact.request.options import (
     ESTIMATE,
     FIND,
     HISTORY,
+    INFO,
     ROLL,
     SOLVE,
     STRESS,
@@ -324,6 +325,7 @@ def _print_written(written: Iterable[Path], words: str = "written:") -> None:
 
 def show_info(measured: Measured, channels: Sequence[Channel]) -> None:
     """Print what is in a file."""
+    from roughcontact.contact.judgment import heights_mistaken
     from roughcontact.report import inputs
     from roughcontact.report.quantities import rows_of
 
@@ -337,13 +339,15 @@ def show_info(measured: Measured, channels: Sequence[Channel]) -> None:
     if measured.surface.is_profile:
         heads = ("after line", "all waves", "without λc", "")
         _print_table(inputs.profile_parameters(measured.leveled), heads=heads)
-        return
-    values = measured.leveled.roughness()
-    roughness = [
-        (name, inputs.parameter(name, values), meaning)
-        for name, (_, meaning) in inputs.ROUGHNESS.items()
-    ]
-    _print_table(roughness, heads=("after plane", "", ""))
+    else:
+        values = measured.leveled.roughness()
+        roughness = [
+            (name, inputs.parameter(name, values), meaning)
+            for name, (_, meaning) in inputs.ROUGHNESS.items()
+        ]
+        _print_table(roughness, heads=("after plane", "", ""))
+    mistaken = heights_mistaken(measured.leveled.Sdq)
+    _print_cautions([] if mistaken is None else [mistaken], INFO)
 
 
 def show_generated(surface: Surface, written: Sequence[Path]) -> None:

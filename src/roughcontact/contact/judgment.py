@@ -267,9 +267,8 @@ def _resolution(result: ContactResult) -> Caution | None:
 
 def _slopes(result: ContactResult) -> Caution | None:
     slope = result.pair.rms_slope
-    if slope >= IMPLAUSIBLE_SLOPE:
-        what = f"the heights have a root-mean-square slope of {slope:.3g}, as no measured map has"
-        return _mistaken(what, _METRES, rms_slope=slope)
+    if (mistaken := heights_mistaken(slope)) is not None:
+        return mistaken
     if not slope >= LARGE_SLOPE:
         return None
     return careful(
@@ -278,6 +277,17 @@ def _slopes(result: ContactResult) -> Caution | None:
         f"{LARGE_SLOPE:g}): read areas and pressures as estimates",
         rms_slope=slope,
     )
+
+
+def heights_mistaken(slope: float) -> Caution | None:
+    """Return what is said of heights whose root-mean-square slope is that of no measured map."""
+    if not slope >= IMPLAUSIBLE_SLOPE:
+        return None
+    what = (
+        f"the heights have a root-mean-square slope of {slope:.3g}, as no measured map has; their "
+        "unit may be another, or some of them stand for missing points"
+    )
+    return _mistaken(what, _METRES, rms_slope=slope)
 
 
 _METRES = "metres, so 1 µm is 1e-6 or '1 um'"
