@@ -13,8 +13,8 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 
 # From the ground up; what stands beside the wings is a module of its own.
 WINGS = (
-    "_version", "errors", "units", "files", "pipes", "memory", "limits", "checksums", "locks",
-    "processes", "hdf5", "netcdf", "statistics", "roots", "references",
+    "_version", "errors", "units", "files", "pipes", "memory", "limits", "checksums",
+    "interrupts", "locks", "processes", "hdf5", "netcdf", "statistics", "roots", "references",
     "ranks", "shown",
     "material", "theory", "halfspace", "solvers", "surface", "contact", "volume", "joint",
     "formats", "plots", "report", "request", "fleet", "desk", "cli",

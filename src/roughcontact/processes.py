@@ -16,6 +16,8 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
+from roughcontact.interrupts import heard
+
 # Seconds that a process has to remove what it has begun to write when it is told to end.
 _GRACE = 0.5
 
@@ -109,7 +111,8 @@ def following() -> Iterator[None]:
     signal.signal(signal.SIGTERM, _leave)
     threading.Thread(target=_follow, daemon=True).start()
     try:
-        yield
+        with heard():
+            yield
     finally:
         # Nothing is half written any more, and what Python does at its end tells of exceptions.
         signal.signal(signal.SIGTERM, signal.SIG_DFL)

@@ -19,6 +19,7 @@ from roughcontact.cli import guide, tasks, terminal
 from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED, SOLVED
 from roughcontact.errors import ConvergenceError, Mention, RoughcontactError, Sentence
 from roughcontact.files import to_json
+from roughcontact.interrupts import heard
 from roughcontact.request.fleet_options import LOCAL
 from roughcontact.request.option import SEVERAL
 from roughcontact.request.options import (
@@ -74,7 +75,7 @@ def main(argv: list[str] | None = None) -> int:
     terminal.open_streams()
     # Libraries log what they do not like in a damaged file; one sentence says what it means.
     logging.basicConfig(handlers=[logging.NullHandler()])
-    with terminal.stoppable() as stopped:
+    with heard(), terminal.stoppable() as stopped:
         return _status(arguments, stopped)
 
 
