@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,7 @@ import pytest
 import roughcontact as rc
 from fleets import ABSENT, LARGE, ended, items, wait_for, write_large, write_project
 from roughcontact.cli import app
+from roughcontact.fleet.cluster import connected
 
 pytest.importorskip("distributed", reason="Dask is absent")
 
@@ -210,6 +212,17 @@ def test_a_cluster_of_this_machine_ends_with_the_run(
         assert "interrupted; only" in err
         assert hidden(tmp_path) == []
     assert 2 <= solved(path) < 201
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="no SIGSTOP on this system")
+def test_processes_of_a_cluster_have_ended_when_it_is_stopped() -> None:
+    # What one that is still dying was writing is nobody's yet: it could not be removed.
+    with connected(None, 1) as engine:
+        process = engine.executor.submit(os.getpid).result()
+        os.kill(process, signal.SIGSTOP)
+        threading.Timer(0.5, os.kill, (process, signal.SIGCONT)).start()
+        engine.stop()
+        assert ended(process)
 
 
 @pytest.mark.parametrize(

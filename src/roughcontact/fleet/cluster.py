@@ -28,6 +28,8 @@ _WORKERLESS = 600
 _LARGE = "distributed.admin.large-graph-warning-threshold"
 # Seconds for which the number of workers is taken as known.
 _KNOWN = 1.0
+# Seconds that a process may take to end when it is told to, and from look to look.
+_DYING, _LOOK = 2.0, 0.005
 
 
 @contextmanager
@@ -116,10 +118,15 @@ def _started(workers: int) -> Iterator[LocalCluster]:
 def _end(executor: Executor, own: LocalCluster | None) -> None:
     """Hand out nothing more, and let processes of this machine not go on with what they have."""
     executor.shutdown(wait=False)
-    for nanny in () if own is None else own.workers.values():
+    nannies = () if own is None else own.workers.values()
+    for nanny in nannies:
         nanny.auto_restart = False
         with suppress(OSError, TypeError):
             os.kill(nanny.pid, signal.SIGTERM)
+    # What they were writing can be removed when they are gone.
+    last = time.monotonic() + _DYING
+    while any(nanny.is_alive() for nanny in nannies) and time.monotonic() < last:
+        time.sleep(_LOOK)
 
 
 def _slots(client: Client) -> Callable[[], int]:
