@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import time
+from pathlib import Path
 
 import pytest
+import xarray as xr
 
+from roughcontact import netcdf
+from roughcontact.cli.terminal import stoppable
+from roughcontact.fleet.local import LocalExecutor, LostWorkerError
 from roughcontact.interrupts import heard
 
 
 class Dropping:
-    """Something in whose end an interrupt comes."""
+    """Something in whose end an interrupt comes, or that fails there."""
 
     def __init__(self, kind: type[BaseException]) -> None:
         self.kind = kind
@@ -21,22 +27,62 @@ class Dropping:
         raise self.kind
 
 
+def drop(kind: type[BaseException]) -> None:
+    """Drop an exception, and wait for what comes of it."""
+    Dropping(kind)
+    time.sleep(10)
+
+
 @pytest.mark.parametrize("kind", [KeyboardInterrupt, SystemExit])
 def test_an_interrupt_that_python_drops_comes_again(kind: type[BaseException]) -> None:
     def ended(number: int, frame: object) -> None:
         raise SystemExit
 
-    def work() -> None:
-        with heard():
-            Dropping(kind)
-            time.sleep(10)
-
     before = signal.signal(signal.SIGTERM, ended)
     try:
-        with pytest.raises(kind):
-            work()
+        with pytest.raises(kind), heard():
+            drop(kind)
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_what_is_half_made_at_an_interrupt_is_not_told_of(
+    number: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not hasattr(signal, number):
+        pytest.skip(f"no {number} on this system")
+    told: list[type[BaseException]] = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda given: told.append(given.exc_type))
+    with heard(), stoppable():
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(getattr(signal, number))
+        Dropping(AttributeError)
+        # And an interrupt is still heard.
+        with pytest.raises(KeyboardInterrupt):
+            drop(KeyboardInterrupt)
+    assert told == []
+    Dropping(AttributeError)
+    assert told == [AttributeError]
+
+
+def interrupted_file(folder: str) -> None:
+    """Be told to end where a file of h5netcdf has no more than its name."""
+    import h5netcdf
+
+    h5netcdf.File.__init__ = lambda *given, **more: os.kill(os.getpid(), signal.SIGTERM)
+    netcdf.write(xr.Dataset({"x": ("x", [1.0])}), f"{folder}/one.nc")
+
+
+def test_a_process_that_is_told_to_end_in_the_midst_of_a_file_says_nothing(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    executor = LocalExecutor(1)
+    with pytest.raises(LostWorkerError, match="status 143"):
+        executor.submit(interrupted_file, str(tmp_path)).result()
+    executor.shutdown()
+    assert capfd.readouterr().err == ""
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_other_errors_in_destructors_are_told_as_ever(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
-from roughcontact.interrupts import heard
+from roughcontact.interrupts import heard, quiet
 
 # Seconds that a process has to remove what it has begun to write when it is told to end.
 _GRACE = 0.5
@@ -113,6 +113,10 @@ def following() -> Iterator[None]:
     try:
         with heard():
             yield
+    except SystemExit:
+        # What is half made goes now.
+        sys.unraisablehook = lambda dropped: None
+        raise
     finally:
         # Nothing is half written any more, and what Python does at its end tells of exceptions.
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -120,6 +124,7 @@ def following() -> Iterator[None]:
 
 def _leave(number: int, frame: object) -> None:
     """End in good order: what is half written is removed."""
+    quiet()
     sys.exit(128 + number)
 
 

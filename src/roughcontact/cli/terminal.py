@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
+from roughcontact import interrupts
 from roughcontact.errors import parts_of, worded
 from roughcontact.request.options import SOLVE, spell_option
 
@@ -71,6 +72,7 @@ def stoppable() -> Iterator[list[int]]:
         for asking in ours:
             signal.signal(asking, signal.SIG_IGN)
         came.append(number)
+        interrupts.quiet()
         raise KeyboardInterrupt
 
     ours = _undecided()
