@@ -215,14 +215,19 @@ def test_a_cluster_of_this_machine_ends_with_the_run(
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="no SIGSTOP on this system")
-def test_processes_of_a_cluster_have_ended_when_it_is_stopped() -> None:
+def test_processes_of_a_cluster_have_ended_when_it_is_stopped(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     # What one that is still dying was writing is nobody's yet: it could not be removed.
     with connected(None, 1) as engine:
-        process = engine.executor.submit(os.getpid).result()
-        os.kill(process, signal.SIGSTOP)
-        threading.Timer(0.5, os.kill, (process, signal.SIGCONT)).start()
+        process = psutil.Process(engine.executor.submit(os.getpid).result())
+        process.suspend()
+        assert wait_for(lambda: process.status() == psutil.STATUS_STOPPED)
+        threading.Timer(0.5, process.resume).start()
         engine.stop()
-        assert ended(process)
+        assert ended(process.pid)
+    assert "was killed by signal" in caplog.text
+    assert "Restarting worker" not in caplog.text
 
 
 @pytest.mark.parametrize(

@@ -120,7 +120,8 @@ def _end(executor: Executor, own: LocalCluster | None) -> None:
     executor.shutdown(wait=False)
     nannies = () if own is None else own.workers.values()
     for nanny in nannies:
-        nanny.auto_restart = False
+        # Else it begins another one.
+        nanny.close_gracefully()
         with suppress(OSError, TypeError):
             os.kill(nanny.pid, signal.SIGTERM)
     # What they were writing can be removed when they are gone.
