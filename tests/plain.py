@@ -228,7 +228,9 @@ def array_of(content: bytes) -> np.ndarray:
 
 def plain_npy(size: tuple[float, float]) -> Callable[[bytes], Plain]:
     def stated(content: bytes) -> Plain:
-        values = array_of(content) * 1e-6
+        # Damaged numbers may be NaN of the signalling kind.
+        with np.errstate(invalid="ignore"):
+            values = array_of(content) * 1e-6
         return Plain(values, (size[0] / values.shape[0], size[1] / values.shape[1]))
 
     return stated

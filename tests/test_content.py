@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+import roughcontact as rc
 from bounded_reader import Reader
-from reading import HEIGHTS, refused
+from reading import HEIGHTS, needs_reader, refused
 from roughcontact import limits
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.formats.read import channels, read_surface
@@ -79,6 +80,44 @@ def test_the_content_decides_where_the_suffix_errs(tmp_path: Path) -> None:
     unknown = tmp_path / "map.bin"
     unknown.write_bytes(bytes(range(256)))
     refused(unknown, "unknown suffix '.bin'")
+
+
+@needs_reader
+@pytest.mark.parametrize("name", ["map.npy", "map.csv", "map.txt", "map.npz", "map"])
+def test_hdf5_that_states_its_scale_is_not_read_as_bare_arrays(name: str, tmp_path: Path) -> None:
+    import vendors
+
+    content = vendors.datx(tmp_path)[0]
+    given = {"unit": "um", "size": SIZE}
+    (tmp_path / name).write_bytes(content)
+    assert read_surface(tmp_path / name).provenance.instrument == "Zygo DATX (Zygo)"
+    refused(tmp_path / name, "gives its unit itself", **given, kind=InputError)
+    (tmp_path / "map.h5").write_bytes(content)
+    refused(tmp_path / "map.h5", "gives its unit itself", **given, kind=InputError)
+    surface = rc.Surface(np.nan_to_num(HEIGHTS) * 1e-6, (2e-6, 1e-6))
+    surface.save(tmp_path / "map.nc")
+    (tmp_path / name).write_bytes((tmp_path / "map.nc").read_bytes())
+    read = read_surface(tmp_path / name)
+    np.testing.assert_array_equal(read.heights, surface.heights)
+    assert read.pixel == surface.pixel
+    refused(tmp_path / name, "gives its unit itself", **given, kind=InputError)
+
+
+@needs_reader
+def test_complex_numbers_in_an_instrument_file_are_no_heights(tmp_path: Path) -> None:
+    import h5py
+
+    import vendors
+
+    path = tmp_path / "map.datx"
+    path.write_bytes(vendors.datx(tmp_path)[0])
+    with h5py.File(path, "r+") as file:
+        attributes = dict(file["Data/Surface/one"].attrs)
+        values = file["Data/Surface/one"][()]
+        del file["Data/Surface/one"]
+        file["Data/Surface/one"] = values.astype(complex)
+        file["Data/Surface/one"].attrs.update(attributes)
+    refused(path, "complex numbers in 'Data/Surface/one'")
 
 
 # HDF5

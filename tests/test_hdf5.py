@@ -39,7 +39,7 @@ def other(tmp_path: Path) -> Path:
 
 def test_arrays_are_told_and_not_read(other: Path) -> None:
     assert hdf5.check(other) == {
-        "height": ((30, 40), 9600), "x": ((40,), 320), "y": ((30,), 240),
+        "height": ((30, 40), 9600, "f"), "x": ((40,), 320, "f"), "y": ((30,), 240, "f"),
     }  # fmt: skip
     np.testing.assert_array_equal(read_surface(other).heights, HEIGHTS)
 

@@ -236,6 +236,15 @@ def test_units_and_length_of_a_profile_are_asked_for_and_may_be_replaced(tmp_pat
     with pytest.raises(rc.InputError, match="is a profile and gives no length"):
         rc.read_surface(column, unit="um")
     assert rc.read_surface(column, unit="um", size="1 mm").pixel[1] == pytest.approx(5e-7)
+    # A map that was cut off in its first line is no profile.
+    cut = tmp_path / "cut.csv"
+    cut.write_text(",".join(f"{height:.4f}" for height in z), encoding="utf-8")
+    for path in (column, cut):
+        with pytest.raises(rc.InputError, match=r'single line.*size="2 mm".*was it cut off'):
+            rc.read_surface(path, unit="um", size="1 mm x 2 mm")
+        surface = rc.read_surface(path, unit="um", size="2 mm")
+        again = rc.read_surface(path, unit="um", size=surface.size)
+        np.testing.assert_array_equal(again.heights, surface.heights)
 
 
 def test_the_roughness_of_a_file_is_without_waves_beyond_the_cutoff():

@@ -28,10 +28,13 @@ class Stored(NamedTuple):
         Its points along each axis.
     size : int
         Bytes of all of them.
+    kind : str
+        NumPy's letter for its numbers; empty where NumPy has none.
     """
 
     shape: tuple[int, ...]
     size: int
+    kind: str
 
 
 def check(path: Path) -> dict[str, Stored]:
@@ -104,7 +107,10 @@ def _stored(path: Path, name: str, array: Any) -> Stored:
         )
         if layout.get_nfilters():
             _check_blocks(path, name, array, block)
-    return Stored(array.shape, math.prod(array.shape) * each)
+    kind = ""
+    with contextlib.suppress(TypeError):
+        kind = array.dtype.kind
+    return Stored(array.shape, math.prod(array.shape) * each, kind)
 
 
 def _check_blocks(path: Path, name: str, array: Any, block: int) -> None:

@@ -276,10 +276,10 @@ def opened(path: Path) -> Iterator[xarray.Dataset]:
         Of almost any kind for other damage: OSError, KeyError, RuntimeError and more.
     """
     arrays = hdf5.check(path)
-    for name, (shape, size) in arrays.items():
+    for name, stored in arrays.items():
         # xarray reads the axes as it opens a file.
-        if len(shape) == 1:
-            limits.require_size(f"{name!r} in {path.name}", size)
+        if len(stored.shape) == 1:
+            limits.require_size(f"{name!r} in {path.name}", stored.size)
     import h5netcdf
     import h5py
     import xarray

@@ -8,6 +8,8 @@ from __future__ import annotations
 import codecs
 from pathlib import Path
 
+from roughcontact import hdf5
+
 _START = 4096
 
 # First bytes -> name of the format.
@@ -50,10 +52,29 @@ def format_of(path: Path, hinted: str | None) -> str | None:
         if start.startswith(signature):
             return name
     if start.startswith(_HDF5) and (hinted is None or hinted in _PLAIN):
-        return hinted if hinted == "netcdf" else HDF5
+        return hinted if hinted == "netcdf" else _in_hdf5(path, hinted)
     if (hinted is None or hinted in _SHARED) and _is_text(start):
         return TEXT
     return hinted
+
+
+def _in_hdf5(path: Path, hinted: str | None) -> str:
+    """Return the name of the format that an HDF5 file has by what is in its root.
+
+    What writes its own scale is not to be read as bare arrays in a unit that somebody names.
+    """
+    try:
+        hdf5.check(path)
+        import h5py
+
+        with h5py.File(path, "r") as file:
+            if {"Data", "MetaData"} <= file.keys():
+                return "datx"
+            # Who calls it by the suffix of bare arrays means these.
+            return "netcdf" if "_NCProperties" in file.attrs and hinted != HDF5 else HDF5
+    # Whoever reads it tells what is wrong.
+    except Exception:
+        return HDF5
 
 
 def _is_text(start: bytes) -> bool:

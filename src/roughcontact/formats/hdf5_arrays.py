@@ -43,7 +43,7 @@ def channels(path: Path, name: str) -> tuple[Channel, ...]:
             listed = tuple(
                 Channel(array, _unit(file[array]), True, said.shape)
                 for array, said in stored.items()
-                if len(said.shape) == 2 and min(said.shape) > 1 and file[array].dtype.kind in "fiu"
+                if len(said.shape) == 2 and min(said.shape) > 1 and said.kind in tuple("fiu")
             )
     except RoughcontactError:
         raise

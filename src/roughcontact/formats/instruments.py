@@ -267,8 +267,13 @@ def _check_packed(path: Path, kind: str) -> None:
     with path.open("rb") as stream:
         start = stream.read(4)
     if kind in _HDF5 or start == b"\x89HDF":
-        for name, (_, size) in hdf5.check(path).items():
-            limits.require_size(f"{name!r} in {path.name}", size)
+        for name, stored in hdf5.check(path).items():
+            limits.require_size(f"{name!r} in {path.name}", stored.size)
+            if stored.kind == "c":
+                raise FormatError(
+                    f"{path.name} holds complex numbers in {name!r}, no heights; copy or export it "
+                    "again"
+                )
     elif start == b"PK\x03\x04" or (kind in _ARCHIVES and zipfile.is_zipfile(path)):
         archives.check(path)
         if kind == "x3p":

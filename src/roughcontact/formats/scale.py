@@ -138,7 +138,15 @@ def pixel_of(
                 f"must be a pair (y, x) in metres, got {size!r}", argument="size", value=size
             ) from None
     if ny == 1:
-        # The one side of a profile; who gives two means the last.
+        # The one side of a profile. A map that was cut off in its first row is none.
+        if len(sides) == 2 and sides[0] != WIDTH:
+            length = units.engineering(sides[-1], "m")
+            raise InputError(
+                f"gives two sides, {size!r}, but {name} is a single line of heights; a profile has "
+                "its length alone, ", Mention("size", length),
+                ", and a map more lines: was it cut off?",
+                argument="size", value=size,
+            )  # fmt: skip
         sides = (WIDTH, *sides[-1:])
     elif len(sides) == 1 and ny == nx:
         sides *= 2
