@@ -142,6 +142,13 @@ def test_matrices_in_hdf5_are_channels(tmp_path: Path) -> None:
     told = read_surface(path, channel="scan/heights", size=SIZE, unit="um").provenance.steps
     assert told == ("read: heights in um, as was said, instead of nm, as the file has it",)
     refused(path, "gives no unit", channel="phase", size=SIZE, kind=InputError)
+    with h5py.File(path, "w") as file:
+        # The names that Zygo takes, for something else.
+        file["Data/heights"] = HEIGHTS
+        file["MetaData/place"] = 1.0
+    close(read_surface(path, unit="um", size=SIZE))
+    with h5py.File(path, "w") as file:
+        file["scan/heights"] = file["phase"] = HEIGHTS
     refused(path, "no lengths of its sides", channel="phase", unit="um", kind=InputError)
     with h5py.File(path, "w") as file:
         file["line"] = HEIGHTS[0]

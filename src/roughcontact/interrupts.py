@@ -1,4 +1,4 @@
-"""Interrupts that come where Python drops them."""
+"""Interrupts that come where Python drops them, and what they leave half made."""
 
 from __future__ import annotations
 

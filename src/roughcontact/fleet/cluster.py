@@ -118,7 +118,8 @@ def _started(workers: int) -> Iterator[LocalCluster]:
 def _end(executor: Executor, own: LocalCluster | None) -> None:
     """Hand out nothing more, and let processes of this machine not go on with what they have."""
     executor.shutdown(wait=False)
-    nannies = () if own is None else own.workers.values()
+    # A list: the cluster forgets those that have ended.
+    nannies = [] if own is None else list(own.workers.values())
     for nanny in nannies:
         # Else it begins another one.
         nanny.close_gracefully()

@@ -68,7 +68,8 @@ def _in_hdf5(path: Path, hinted: str | None) -> str:
         import h5py
 
         with h5py.File(path, "r") as file:
-            if {"Data", "MetaData"} <= file.keys():
+            # A table there; others call a group so.
+            if "Data" in file and isinstance(file.get("MetaData"), h5py.Dataset):
                 return "datx"
             # Who calls it by the suffix of bare arrays means these.
             return "netcdf" if "_NCProperties" in file.attrs and hinted != HDF5 else HDF5
