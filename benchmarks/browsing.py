@@ -60,12 +60,13 @@ class Served:
             free.bind(("127.0.0.1", 0))
             self.port = int(free.getsockname()[1])
         self.process: subprocess.Popen[str] | None = None
+        self.token = ""
         self.start()
 
     @property
     def home(self) -> str:
         """The address that begins a new piece of work."""
-        return f"http://127.0.0.1:{self.port}/"
+        return f"http://127.0.0.1:{self.port}/?token={self.token}"
 
     def start(self) -> None:
         """Start it, and wait until it listens."""
@@ -76,7 +77,9 @@ class Served:
             env=about,
         )  # fmt: skip
         assert self.process.stdout is not None
-        assert self.process.stdout.readline().startswith("http://")
+        found = re.match(r"http://.*[?]token=([\w-]+)", self.process.stdout.readline())
+        assert found is not None
+        self.token = found[1]
 
     def kill(self) -> None:
         """End it as a crash does."""

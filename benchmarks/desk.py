@@ -233,7 +233,7 @@ async def visited(served: Served, path: Path, pages: int) -> None:
         for _ in range(pages):
             work = works.create()
             work.project.write_text(state.script, encoding="utf-8")
-            visitors.append(Visitor(f"{served.home}?work={work.key}"))
+            visitors.append(Visitor(f"{served.home}&work={work.key}"))
             await visitors[-1].enter()
         await asyncio.gather(*(one.idle(3.0) for one in visitors))
     row(

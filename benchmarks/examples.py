@@ -1,43 +1,57 @@
-"""Read every file of a folder and write what came of it as a table.
+"""Read every file of a folder: how many open, and why the others do not.
 
-``python benchmarks/examples.py FOLDER [FOLDER …]`` prints a line for each file: read, read once
-unit and size are given, or the sentence by which it is refused. Made for the example files of
+``python benchmarks/examples.py FOLDER [FOLDER …]`` prints a line for each file (read, read once
+unit and size are given, or the sentence by which it is refused) and, below, how many open alone
+and how many once they are told what they lack. With ``--before SRC``, the sources of another state
+of the package, each line has the outcome there as well. Made for the example files of
 SurfaceTopography, which are not part of this project.
 """
 
 from __future__ import annotations
 
+import argparse
+import json
+import os
+import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from roughcontact.errors import FormatError, InputError, RoughcontactError
 from roughcontact.formats.read import channels, read_surface
 
-GIVEN = {"unit": "um", "size": "1 mm x 1 mm"}
+UNIT, SIZE = {"unit": "um"}, {"size": "1 mm x 1 mm"}
+UNITS, METRES = {"unit": "um, um"}, {"unit": "m, m"}
+LENGTH = {"size": "1 mm"}
+HINTS = (UNIT, UNITS, METRES, SIZE, UNIT | SIZE, UNIT | LENGTH)
+"""What is said of a file that asks, in the order in which it is tried."""
+
+ALONE, REFUSED = "read", "refused"
+
+Outcome = tuple[str, str]
 
 
-def judged(path: Path) -> tuple[str, str]:
+def judged(path: Path) -> Outcome:
     """Return how a file is read, and what is in it or why it is not."""
     try:
-        return "read", _told(read_surface(path))
+        return ALONE, _shape(read_surface(path))
     except FormatError as error:
-        return "refused", str(error)
+        return REFUSED, str(error)
     except InputError as error:
         first = str(error)
-    for names in (("unit",), ("size",), ("unit", "size")):
-        given = {name: GIVEN[name] for name in names}
+    for given in HINTS:
         for channel in (None, *range(len(_listed(path)))):
             try:
-                surface = read_surface(path, channel=channel, **given)
+                surface = read_surface(path, channel=channel, **given)  # type: ignore[arg-type]
             except RoughcontactError:
                 continue
-            needed = [*names, *([] if channel is None else ["channel"])]
-            return f"read with {', '.join(needed)}", _told(surface)
-    return "refused", first
+            needed = [f"{name} {value}" for name, value in given.items()]
+            needed += [] if channel is None else ["channel"]
+            return f"read with {', '.join(needed)}", _shape(surface)
+    return REFUSED, first
 
 
-def _told(surface: object) -> str:
+def _shape(surface: object) -> str:
     return repr(surface.shape)[1:-1].replace(",", " ×")  # type: ignore[attr-defined]
 
 
@@ -48,16 +62,52 @@ def _listed(path: Path) -> tuple[object, ...]:
         return ()
 
 
-def table(paths: Iterable[Path]) -> str:
-    """Return the table of files in Markdown."""
-    lines = ["| file | outcome | points, or why not |", "|---|---|---|"]
-    lines += [
-        f"| `{path.name}` | {outcome} | {text.replace('|', '/')} |"
-        for path in sorted(paths)
-        for outcome, text in [judged(path)]
-    ]
-    return "\n".join(lines)
+def elsewhere(source: Path, paths: Sequence[Path]) -> list[Outcome]:
+    """Return the outcomes of files with another state of the package."""
+    words = [sys.executable, __file__, "--json", *map(str, paths)]
+    environment = os.environ | {"PYTHONPATH": str(source)}
+    done = subprocess.run(words, env=environment, check=True, capture_output=True, text=True)
+    return [(outcome, text) for outcome, text in json.loads(done.stdout)]
+
+
+def counted(outcomes: Iterable[Outcome]) -> str:
+    """Return how many files open."""
+    kinds = [kind for kind, _ in outcomes]
+    alone, refused = kinds.count(ALONE), kinds.count(REFUSED)
+    told = len(kinds) - alone - refused
+    return f"of {len(kinds)}: {alone} open alone, {told} with a hint, {refused} do not open"
+
+
+def table(paths: Sequence[Path], outcomes: Sequence[Outcome], before: Sequence[Outcome]) -> str:
+    """Return the table of files in Markdown, with the outcomes before if there are any."""
+    heads = ["file", *(["before"] if before else []), "outcome", "points, or why not"]
+    lines = [heads, ["---"] * len(heads)]
+    for number, (path, (outcome, text)) in enumerate(zip(paths, outcomes, strict=True)):
+        earlier = [before[number][0]] if before else []
+        lines.append([f"`{path.name}`", *earlier, outcome, text.replace("|", "/")])
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+
+
+def main() -> None:
+    """Print what came of the files."""
+    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
+    parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER")
+    parser.add_argument("--before", type=Path, metavar="SRC", help="sources to compare with")
+    parser.add_argument("--json", action="store_true", help="print the outcomes alone")
+    asked = parser.parse_args()
+    found = (p for folder in asked.folders for p in (folder, *folder.rglob("*")) if p.is_file())
+    paths = sorted(found)
+    outcomes = [judged(path) for path in paths]
+    if asked.json:
+        print(json.dumps(outcomes))
+        return
+    before = elsewhere(asked.before, paths) if asked.before else []
+    print(table(paths, outcomes, before))
+    print()
+    if before:
+        print("before,", counted(before))
+    print("now," if before else "", counted(outcomes))
 
 
 if __name__ == "__main__":
-    print(table(p for folder in sys.argv[1:] for p in Path(folder).rglob("*") if p.is_file()))
+    main()

@@ -11,9 +11,9 @@ import re
 import time
 from collections.abc import Iterator
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import urljoin, urlsplit
 
-from tornado.httpclient import AsyncHTTPClient
+from tornado.httpclient import AsyncHTTPClient, HTTPRequest
 from tornado.websocket import websocket_connect
 
 _LARGEST = 200 * 2**20
@@ -39,13 +39,18 @@ class Visitor:
 
     async def enter(self) -> None:
         """Open the page, as a browser does."""
-        answer = await AsyncHTTPClient().fetch(self.address, request_timeout=120)
-        self.address = answer.effective_url
+        client = AsyncHTTPClient()
+        answer = await client.fetch(
+            self.address, request_timeout=120, follow_redirects=False, raise_error=False
+        )
+        about = {"Cookie": answer.headers["Set-Cookie"].partition(";")[0]}
+        self.address = urljoin(self.address, answer.headers["Location"])
+        answer = await client.fetch(self.address, request_timeout=120, headers=about)
         found = re.search(r'"token":"([^"]+)"', answer.body.decode())
         assert found is not None
         place = urlsplit(self.address)
         self._line: Any = await websocket_connect(
-            f"ws://{place.netloc}/ws", subprotocols=["bokeh", found[1]],
+            HTTPRequest(f"ws://{place.netloc}/ws", headers=about), subprotocols=["bokeh", found[1]],
             max_message_size=_LARGEST,
         )  # fmt: skip
         await self._heard()

@@ -94,7 +94,9 @@ def ran(command: str, folder: Path) -> tuple[str, int]:
         ["bash", "-c", command], cwd=folder, env=environment, text=True, encoding="utf-8",
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, timeout=600,
     )  # fmt: skip
-    lines = [line.rstrip() for line in done.stdout.strip("\n").splitlines()]
+    # A slow machine shows lines of progress.
+    printed = (line.rstrip() for line in done.stdout.strip("\n").splitlines())
+    lines = [line for line in printed if not line.startswith("progress: ")]
     return "".join(f"{line}\n" for line in lines), done.returncode
 
 

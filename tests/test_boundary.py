@@ -1,5 +1,7 @@
 import html
 import json
+import subprocess
+import sys
 import tracemalloc
 
 import numpy as np
@@ -9,6 +11,7 @@ import xarray
 import roughcontact as rc
 from roughcontact.cli import app
 from roughcontact.contact import area, resolution_study, spots
+from roughcontact.contact.memory import memory_estimate
 from roughcontact.errors import InputError
 from roughcontact.halfspace import boundary as boundary_room, plastic, stress
 from roughcontact.halfspace.boundary import Boundary
@@ -71,6 +74,93 @@ def test_a_boundary_is_one_entry_and_nothing_is_said_below_a_new_one(monkeypatch
     for require in (Boundary.FREE.require_stress, Boundary.FREE.require_volume):
         with pytest.raises(InputError, match=r"'free' is not available .* solve with 'periodic'$"):
             require()
+
+
+ADDING = """
+from functools import partial
+from roughcontact.halfspace import boundary, convolution
+from roughcontact.halfspace.boundary import Boundary
+
+def _soft(shape, pixel, modulus, *, datum, **options):
+    return convolution.free(shape, pixel, modulus / 2, **options)
+
+entry = boundary._Beyond(
+    (), "the map lies on a soft bed", "Half-spaces on a soft bed", "The bed yields as much.",
+    ("Barber2003",), _soft, kernel_memory=lambda shape: 10**9,
+)
+member = str.__new__(Boundary, "soft-bed")
+member._name_, member._value_ = "SOFT_BED", "soft-bed"
+"""
+
+
+@pytest.fixture
+def soft_bed(monkeypatch):
+    """A boundary added as CONTRIBUTING tells: its name, and one object with all that it is."""
+    made = {}
+    exec(ADDING, made)
+    member = made["member"]
+    monkeypatch.setattr(Boundary, "_member_names_", [*Boundary._member_names_, "SOFT_BED"])
+    monkeypatch.setitem(Boundary._member_map_, "SOFT_BED", member)
+    monkeypatch.setitem(Boundary._value2member_map_, "soft-bed", member)
+    monkeypatch.setitem(boundary_room._BEYOND, member, made["entry"])
+    return member
+
+
+def test_a_boundary_added_does_what_any_does(soft_bed, tmp_path):
+    heights, pixel = rc.reference_map(32)
+    surface, steel = rc.Surface(heights, pixel), rc.Material(210e9, 0.3, 1e9)
+    asked = {"material": steel, "load": 1e-3, "ceiling": None}
+    result = rc.solve(surface, boundary="soft-bed", **asked)
+    soft = rc.Material(210e9 / 2, 0.3, 1e9)
+    plain = rc.solve(surface, **{**asked, "material": soft})
+    assert result.converged
+    assert result.max_pressure == pytest.approx(plain.max_pressure, rel=1e-6)
+    assert "approach" in repr(result)
+    works = {work.key for work in result.references()}
+    assert "Barber2003" in works
+    assert not works & {"Love1929", "Stanley1997"}
+    result.save(tmp_path / "out.nc")
+    again = rc.load_result(tmp_path / "out.nc")
+    assert again.boundary is soft_bed
+    np.testing.assert_array_equal(again.pressure, result.pressure)
+    # The memory of its own kernel.
+    assert memory_estimate((32, 32), boundary="soft-bed") > 10**9
+    assert memory_estimate((32, 32)) < 10**9
+    for refused in (
+        lambda: rc.subsurface_stress(result),
+        lambda: rc.solve(rc.Surface(heights[0], pixel[1]), boundary="soft-bed", **asked),
+        lambda: soft_bed.slab_operators([0, 32], (32, 32), pixel, 1e11, None, workspace=None),
+    ):
+        with pytest.raises(InputError, match=r"'soft-bed' is not available for .*; solve with"):
+            refused()
+
+
+@pytest.mark.slow
+def test_a_boundary_added_is_reported(soft_bed, tmp_path):
+    heights, pixel = rc.reference_map(32)
+    steel = rc.Material(210e9, 0.3, 1e9)
+    result = rc.solve(rc.Surface(heights, pixel), material=steel, load=1e-3, boundary=soft_bed)
+    result.report(tmp_path / "out.html")
+    page = (tmp_path / "out.html").read_text(encoding="utf-8")
+    for words in ("soft-bed: the map lies on a soft bed", "The bed yields as much.", "Barber"):
+        assert words in page
+
+
+def test_the_command_line_offers_a_boundary_added():
+    lines = [
+        ADDING,
+        "Boundary._member_names_.append('SOFT_BED')",
+        "Boundary._member_map_['SOFT_BED'] = Boundary._value2member_map_['soft-bed'] = member",
+        "boundary._BEYOND[member] = entry",
+        "from roughcontact.request.options import offered",
+        "row = offered('solve')['boundary']",
+        "print(row.help, row.parse('soft-bed', 'boundary'))",
+    ]
+    done = subprocess.run(
+        [sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=True
+    )
+    assert "soft-bed: the map lies on a soft bed" in done.stdout
+    assert done.stdout.split()[-1] == "soft-bed"
 
 
 @pytest.mark.parametrize("shape", [(12, 31), (31, 12), (2, 33), (8, 8)])

@@ -1,6 +1,7 @@
 import math
 from dataclasses import FrozenInstanceError
 
+import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
@@ -19,9 +20,6 @@ STEELS = {
 # The 0.2 % proof stress of an annealed or cast metal is far below its flow stress at 8 %, where
 # the hardness is measured; in cast iron the graphite weakens the test bar besides.
 HARDENING = {"X2CrNiMo17-12-2", "EN-GJL-250", "EN-GJS-500-7", "CuSn12Ni2-C"}
-# Above 15 % apart, too: hardened steels and others whose proof stress lies at the start of a
-# rounded curve.
-ROUNDED = {"100Cr6", "X40CrMoV5-1", "X153CrMoV12", "Cu-ETP", "CuSn8", "Ti-6Al-4V"}
 BRITTLE = {"WC-6Co", "Al2O3", "Si3N4", "3Y-TZP", "fused silica", "polysilicon"}
 
 
@@ -39,7 +37,7 @@ def test_every_entry_is_a_material(entry: catalogue.Entry) -> None:
 def test_every_value_has_its_source(entry: catalogue.Entry) -> None:
     quoted_values = (
         entry.young, entry.poisson, entry.yield_strength, entry.hardness, entry.resistivity,
-        entry.conductivity,
+        entry.conductivity, entry.exponent,
     )  # fmt: skip
     for quoted in quoted_values:
         if quoted is not None:
@@ -77,10 +75,48 @@ def test_hardness_over_yield_strength(entry: catalogue.Entry) -> None:
     # a rounded curve, come to 4.
     assert 2.5 < ratio < 5 or (entry.key in HARDENING and 5 < ratio < 7)
     assert (ratio > 5) == (entry.key in HARDENING)
-    assert ("hardness is the better ceiling" in entry.advice) == (entry.key in HARDENING | ROUNDED)
     # No row has a ceiling above its own hardness by more than what one condition scatters.
     assert 3 / ratio < 1.15
     assert body.ceiling == 3 * body.yield_strength
+
+
+@each
+def test_flow_stress_gives_the_hardness_by_the_rule_of_tabor(entry: catalogue.Entry) -> None:
+    body = entry.material
+    if body.hardness is None or body.yield_strength is None:
+        return
+    # 2.8 to 3 flow stresses at a strain of 8 %; without a law as far as one condition scatters.
+    ratio = body.hardness / float(body.law.strength(np.array(0.08)))
+    assert 2.8 < ratio < 3.05 if body.hardening else 2.6 < ratio < 3.5
+    assert body.at_odds is None
+
+
+@each
+def test_law_of_hardening_starts_at_the_yield_strength(entry: catalogue.Entry) -> None:
+    law, strength = entry.material.hardening, entry.yield_strength
+    assert (law is None) == (entry.exponent is None)
+    if law is None or strength is None or entry.exponent is None:
+        return
+    # To the bit, so that three yield strengths are those of the row.
+    assert entry.material.yield_strength == strength.value
+    grown = (1 + 0.05 / 0.002) ** entry.exponent.value
+    assert float(law.strength(np.array(0.05))) == pytest.approx(strength.value * grown)
+
+
+def test_austenite_without_hardness_has_its_tensile_strength() -> None:
+    # The sheet gives 505 MPa. Considère: load over first area is largest where dσ/dε = σ.
+    body = catalogue.material("304")
+    strain = np.linspace(0.0, 0.5, 5001)
+    stress = body.law.strength(strain)
+    nominal = stress * np.exp(-strain - stress / body.young)
+    assert nominal.max() == pytest.approx(505e6, rel=2e-3)
+
+
+def test_constants_that_were_outside_what_is_measured() -> None:
+    # Hardened and tempered X40CrMoV5-1 conducts 24 to 26 W/(m K); EN 1982 asks at least 180 MPa
+    # of centrifugal and continuous castings of CuSn12Ni2-C, 160 MPa of sand castings.
+    assert 24 < catalogue.entry("H13").conductor.conductivity < 26
+    assert 160e6 <= catalogue.material("CuSn12Ni2-C").yield_strength <= 180e6
 
 
 @each
@@ -200,10 +236,10 @@ def test_what_conducts_heat_by_electrons_keeps_to_wiedemann_and_franz(
     conducts = entry.conductor
     if conducts.resistivity is None or conducts.conductivity is None:
         return
-    # 2.44e-8 W Ω/K², and the lattice adds to it in alloys.
+    # 2.44e-8 W Ω/K², and the lattice adds to it in alloys, up to half in alloyed steel.
     kelvin = {"X105CrMo17": 373}.get(entry.key, 293)
     lorenz = conducts.resistivity * conducts.conductivity / kelvin
-    assert 2.2e-8 < lorenz < 4.2e-8
+    assert 2.2e-8 < lorenz < 4.9e-8
 
 
 def test_most_metals_conduct_and_no_insulator_does() -> None:

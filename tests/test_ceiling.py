@@ -10,11 +10,13 @@ import roughcontact as rc
 from roughcontact.contact.ceiling import (
     AGREEMENT,
     MOST_SOLVES,
+    _judged,
     ceiling_factor,
     combined_ceiling,
     recommended_ceiling,
 )
 from roughcontact.contact.load_history import load_history
+from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import Regime
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import Linear, Swift
@@ -24,6 +26,7 @@ from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
+FLAT = rc.Surface(np.zeros((8, 8)), (1e-6, 1e-6))
 MODULUS = rc.contact_modulus(STEEL, rc.RIGID)
 RADIUS = 0.01
 
@@ -427,3 +430,31 @@ def test_it_is_stored_and_told(tmp_path: Path) -> None:
     assert row.name == "with three yield strengths"
     lines = script.repeating(result)
     assert 'ceiling="recommended"' in lines
+
+
+@pytest.mark.parametrize("young", [1e-50, 1e-3, 100.0, 210e9, 1e30, math.inf])
+@pytest.mark.parametrize("counter_young", [1e-50, 1e-3, 210e9, 1e50])
+@pytest.mark.parametrize("strengths", [(None, 1e9), (1e9, 1e9), (1e-50, None), (1e50, 1e-50)])
+def test_a_ceiling_is_recommended_for_any_moduli(
+    young: float, counter_young: float, strengths: tuple[float | None, float | None]
+) -> None:
+    first, second = (
+        rc.Material(young, 0.3, strengths[0]),
+        rc.Material(counter_young, 0.3, strengths[1]),
+    )
+    pair = Pair(FLAT, material=first, counter_material=second)
+    for mean in (1e-6, 1e3, 1e12):
+        found = _judged(pair, pair.softer, 0.01, mean)
+        assert 0 < found.ceiling < math.inf
+        assert 0 < found.slope < math.inf
+
+
+@pytest.mark.parametrize("stiff", [1e21, 1e50, math.inf])
+def test_a_body_far_stiffer_than_the_other_is_rigid(stiff: float) -> None:
+    metal, punch = rc.Material(2.0, 0.3, 0.01), rc.Material(stiff, 0.3, 1e9)
+    for bodies in ((metal, punch), (punch, metal)):
+        pair = Pair(FLAT, material=bodies[0], counter_material=bodies[1])
+        alone = Pair(FLAT, material=metal, counter_material=rc.RIGID)
+        found, expected = (_judged(p, p.softer, 0.05, 0.02) for p in (pair, alone))
+        assert found.ceiling == pytest.approx(expected.ceiling, rel=1e-8)
+        assert found.slope == pytest.approx(expected.slope, rel=1e-8)

@@ -234,7 +234,7 @@ def test_ceiling_is_automatic_given_or_none(rough: Path, capsys: Capture) -> Non
 
 
 @pytest.mark.parametrize(
-    "task", [("solve", "--load", "10 N"), ("stress", "--load", "10 N"),
+    "task", [("solve", "--load", "10 N", "--uncalibrated"), ("stress", "--load", "10 N"),
              ("sweep", "--from", "5 N", "--to", "10 N", "--steps", "2"),
              ("history", "--path", "10 N, 0 N")]
 )  # fmt: skip
@@ -253,23 +253,30 @@ def test_cautions_name_options_in_console_and_report(
         assert 'ceiling="' not in told
         assert 'boundary="' not in told
     # What is said of a contact is said once, whatever is computed below it.
-    assert shown.count("solve again with that ceiling") == 1
+    assert shown.count("under the calibrated ceiling") == 1
     if task[0] == "stress":
         summary = report.split("<nav")[0]
         assert "stress exceeds the yield strength" in summary
 
 
-def test_a_ceiling_that_does_not_fit_is_a_warning(capsys: Capture) -> None:
+def test_a_ceiling_that_does_not_fit_has_the_calibrated_one_beside_it(capsys: Capture) -> None:
     ball = ("--body", "sphere 1 mm", "--points", "64", "--size", "150 um", "--load", "10 N")
+    assert app.main(["solve", *ball, *YIELDING, "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    other = told["calibrated"]
+    assert 2 < other["factor"] < 2.2
+    assert other["contact_area"] > 1.1 * told["contact_area"]
     assert app.main(["solve", *ball, *YIELDING]) == app.SOLVED
-    told = " ".join(capsys.readouterr().out.split())
-    assert told.count("caution:") == 1
-    ceiling = re.search(r"than the ([\d.]+) yield strengths", told)
-    assert 2 < float(ceiling[1]) < 2.2
-    assert "solve again with that ceiling, --ceiling recommended" in told
-    for better in (f"{float(ceiling[1])} GPa", "recommended"):
-        assert app.main(["solve", *ball, *YIELDING, "--ceiling", better]) == app.SOLVED
-        assert "caution" not in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert f"calibrated, {other['factor']:.3g} σ_Y" in shown
+    assert "caution" not in shown
+    assert app.main(["solve", *ball, *YIELDING, "--uncalibrated"]) == app.SOLVED
+    assert capsys.readouterr().out.count("caution:") == 1
+    for better in (f"{other['factor']} GPa", "recommended"):
+        assert app.main(["solve", *ball, *YIELDING, "--ceiling", better, "--json"]) == app.SOLVED
+        own = json.loads(capsys.readouterr().out)
+        assert own["calibrated"] is None
+        assert own["contact_area"] == pytest.approx(other["contact_area"], rel=0.01)
 
 
 def test_a_recommended_ceiling_is_told_beside_three(tmp_path: Path, capsys: Capture) -> None:
@@ -784,7 +791,7 @@ def test_info_tells_of_heights_that_cannot_be(tmp_path: Path, capsys: Capture) -
         assert ("as no measured map has; their unit may be another" in out) == warned
     # Of one row of points likewise.
     np.savetxt(tmp_path / "line.txt", np.c_[np.arange(40) * 1e-6, 1e-4 * heights[0]])
-    assert app.main(["info", str(tmp_path / "line.txt"), "--unit", "m"]) == app.SOLVED
+    assert app.main(["info", str(tmp_path / "line.txt"), "--unit", "m, m"]) == app.SOLVED
     assert "their unit may be another" in " ".join(capsys.readouterr().out.split())
 
 
@@ -1327,13 +1334,12 @@ def test_a_law_of_hardening_counts_for_the_recommended_ceiling(capsys: Capture) 
     ball = ("--body", "sphere 10 mm", "--points", "64", "--size", "3 mm", "--load", "8 kN")
     elastic = ("--young", "210 GPa", "--poisson", "0.3")
     for given, factor in (
-        (("--yield-strength", "1.656 GPa"), "2.2"),
-        (("--hardening", "swift 1240 MPa 30 0.085"), "3.1"),
+        (("--yield-strength", "1.656 GPa"), 2.25),
+        (("--hardening", "swift 1240 MPa 30 0.085"), 3.15),
     ):
-        assert app.main(["solve", *ball, *elastic, *given]) == app.SOLVED
-        told = " ".join(capsys.readouterr().out.split())
-        assert f"than the {factor}" in told
-        assert "solve again with that ceiling" in told
+        assert app.main(["solve", *ball, *elastic, *given, "--json"]) == app.SOLVED
+        told = json.loads(capsys.readouterr().out)
+        assert told["calibrated"]["factor"] == pytest.approx(factor, abs=0.1)
 
 
 BALL = (

@@ -308,7 +308,7 @@ def test_what_the_command_cannot_compare_ends_in_one_sentence(
          "--quarters makes a group of each map"),
         (["compare", first, second, "--paired", *OPTIONS], "--paired needs two groups"),
         (["compare", *OPTIONS], "FILE is missing"),
-        (["compare", str(profile), str(profile), "--unit", "um", *OPTIONS[4:]],
+        (["compare", str(profile), str(profile), "--unit", "um, um", *OPTIONS[4:]],
          "is a profile; a comparison needs a map"),
     ):  # fmt: skip
         assert app.main(words) == app.BAD_INPUT, words

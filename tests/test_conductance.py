@@ -1,6 +1,7 @@
 import dataclasses
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,8 @@ import pytest
 import roughcontact as rc
 from roughcontact.cli import app
 from roughcontact.contact.cautions import Kind
-from roughcontact.joint import spread
+from roughcontact.joint import filling, spread
+from roughcontact.report import conducted
 from roughcontact.theory import constriction
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
@@ -47,6 +49,10 @@ def test_a_film_adds_its_resistance() -> None:
     assert added == pytest.approx(1e-12 / RESULT.contact_area)
     added = film.thermal_resistance - bare.thermal_resistance
     assert added == pytest.approx(1e-6 / RESULT.contact_area)
+    # What is told of a disc is no bound if it is below 32/(3π²) to 1.
+    text = " ".join(conducted.sentences(film))
+    bound = float(re.search(r"disc by at most ([\d.]+) % of the constriction", text)[1])
+    assert bound == pytest.approx(100 * (32 / (3 * math.pi**2) - 1), abs=0.05)
 
 
 def test_one_kind_of_conduction_is_enough() -> None:
@@ -77,7 +83,7 @@ def test_what_is_missing_or_wrong_gets_its_sentence() -> None:
         rc.Conductor(conductivity="4 W/m")
     small = rc.Surface(*rc.reference_map(32, 1))
     other = rc.solve(small, material=STEEL, load=1.0)
-    with pytest.raises(rc.InputError, match="are of different maps"):
+    with pytest.raises(rc.InputError, match="are of different grids, 64 × 64 points"):
         rc.conductance([RESULT, other], COPPER, COPPER)
     row = rc.Surface(ROUGH.heights[0], ROUGH.pixel[1])
     profile = rc.solve(row, material=STEEL, load=1e3, boundary="periodic")
@@ -92,6 +98,49 @@ def test_without_load_nothing_is_conducted() -> None:
     assert found.electrical_resistance[0] == math.inf
     assert found.electrical_conductance[0] == 0
     assert math.isnan(found.steps[0].greenwood_length)
+
+
+def test_a_gap_between_plates_conducts_by_its_width_and_the_jump() -> None:
+    gap = np.full((8, 8), 1e-6)
+    assert filling.gap_conductance(gap, filling.OIL) == pytest.approx(0.14 / 1e-6)
+    # 2 (2 - 0.9)/0.9 · 2.8/2.4/0.71 free paths of 67.5 nm.
+    jump = 2 * 1.1 / 0.9 * 2.8 / 2.4 / 0.71 * 67.5e-9
+    assert filling.AIR.jump == pytest.approx(jump, rel=2e-3)
+    assert filling.gap_conductance(gap, filling.AIR) == pytest.approx(
+        0.026 / (1e-6 + jump), rel=1e-3
+    )
+    # Side by side, and none where the bodies touch.
+    gap[:2], gap[2:4] = np.nan, 3e-6
+    mean = 0.5 * 0.14 / 1e-6 + 0.25 * 0.14 / 3e-6
+    assert filling.gap_conductance(gap, filling.OIL) == pytest.approx(mean)
+    # Of zero width it conducts what the bodies let through.
+    assert filling.gap_conductance(np.zeros((2, 2)), filling.OIL, 1e-8) == pytest.approx(1e8)
+
+
+def test_a_square_spreads_as_the_sum_over_its_parts() -> None:
+    # Uniform flux on 40² small squares: mean temperature over flux, edge and 1/k.
+    middle = (np.arange(40) + 0.5) / 40
+    y, x = (one.ravel() for one in np.meshgrid(middle, middle))
+    far = np.hypot(y - y[:, None], x - x[:, None])
+    np.fill_diagonal(far, 1 / (4 * math.asinh(1) * 40))
+    total = (1 / (2 * math.pi * far)).mean()
+    assert filling.spreading(4.0, 0.5) == pytest.approx(2 * 0.5 * total, rel=4e-3)
+
+
+def test_what_fills_the_gap_stands_beside_the_contact(tmp_path: Path) -> None:
+    found = rc.conductance(RESULT, COPPER, COPPER)
+    gap = np.where(RESULT.contact, np.nan, np.fmax(RESULT.gap, 0))
+    for name in ("air", "oil"):
+        whole, alone = found.filled_conductance(name)[0], found.thermal_conductance[0]
+        assert whole > alone
+        assert found.summary()[f"thermal_conductance_{name}"] == [whole]
+        assert whole - alone <= filling.gap_conductance(gap, getattr(filling, name.upper()))
+    # Of a ball, or between bodies of which no conductivity is known, there is no number per area.
+    free = rc.conductance(rc.solve(ROUGH, material=STEEL, load=1.0), COPPER, COPPER)
+    electrical = rc.conductance(RESULT, rc.Conductor(1e-8), rc.Conductor(1e-8))
+    for other in (free, electrical):
+        assert "thermal_conductance_air" not in other.summary()
+        assert np.isnan(other.filled_conductance("air")).all()
 
 
 def kinds(found: rc.Conductance) -> list[str]:

@@ -76,7 +76,7 @@ def test_the_content_decides_where_the_suffix_errs(tmp_path: Path) -> None:
         assert surface.provenance.origin is not None
         assert surface.provenance.origin.found["format"] == "text"
     # Whoever names the format is believed.
-    refused(wrong, "no text in UTF-8", format="text", unit="um", size=SIZE)
+    refused(wrong, "is no plain text", format="text", unit="um", size=SIZE)
     unknown = tmp_path / "map.bin"
     unknown.write_bytes(bytes(range(256)))
     refused(unknown, "unknown suffix '.bin'")
@@ -270,11 +270,13 @@ def test_the_table_of_examples_says_of_each_what_came_of_it(tmp_path: Path) -> N
     np.savez(tmp_path / "two.npz", a=HEIGHTS, b=HEIGHTS)
     classic(tmp_path / "map.nc")
     (tmp_path / "words.txt").write_text("this is no map\n")
-    lines = examples.table(tmp_path.iterdir()).splitlines()[2:]
-    assert [line.split("|")[2].strip() for line in lines] == [
-        "read with unit, size", "read", "read with unit, size, channel", "refused",
-    ]  # fmt: skip
-    assert "'this' in line 1" in lines[3]
+    paths = sorted(tmp_path.iterdir())
+    outcomes = [examples.judged(path) for path in paths]
+    hints = "read with unit um, size 1 mm x 1 mm"
+    assert [outcome for outcome, _ in outcomes] == [hints, "read", f"{hints}, channel", "refused"]
+    assert examples.counted(outcomes) == "of 4: 1 open alone, 2 with a hint, 1 do not open"
+    assert "'this' in line 1" in examples.table(paths, outcomes, []).splitlines()[5]
+    assert examples.table(paths, outcomes, outcomes).splitlines()[2].count(hints) == 2
 
 
 # Excel

@@ -385,6 +385,70 @@ def test_repeated_passes_shake_down() -> None:
 # --- the table -------------------------------------------------------------------------------
 
 
+def test_passes_end_with_one_that_indents_nothing() -> None:
+    ended = load_history(rough(), [0.5, 1.0, 0.0], passes=1000, material=STEEL)
+    assert (ended.passes, ended.requested_passes) == (2, 1000)
+    assert ended.shaken_down
+    # Those that were followed are the same, to the bit.
+    followed = load_history(rough(), passes([0.5, 1.0, 0.0], 2), material=STEEL)
+    assert [same(step) for step in ended.steps] == [same(step) for step in followed.steps]
+    assert ended.indentation.tobytes() == followed.indentation.tobytes()
+    assert ended.path == followed.path
+    # Elsewhere the surface has not been pressed yet.
+    pixel = rough().pixel[1]
+    moved = load_history(rough(), [1.0], passes=4, shift=(0.0, pixel), material=STEEL)
+    assert (moved.passes, len(moved.steps), moved.path[3].shift) == (4, 4, (0.0, 3 * pixel))
+    elastic = load_history(rough(), [1.0, 0.0], passes=3, material=STEEL, ceiling=None)
+    assert elastic.passes == 1
+
+
+def same(step: HistoryStep) -> HistoryStep:
+    return dataclasses.replace(step, seconds=0.0)
+
+
+@pytest.mark.parametrize("counter", [None, rough(48, 5)])
+def test_an_interrupted_history_goes_on_with_the_same_numbers(
+    counter: rc.Surface | None, tmp_path: Path
+) -> None:
+    pixel = rough().pixel[0]
+    options: dict[str, object] = {
+        "material": HARD, "counter_material": STEEL, "counter_surface": counter, "passes": 3,
+        "shift": (0.0, pixel),
+    }  # fmt: skip
+    whole = load_history(rough(), [0.5, 1.0], **options)
+    assert whole.indented_body == "counter_surface"
+
+    def stop(at: rc.Progress) -> None:
+        if at.number == 4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        load_history(rough(), [0.5, 1.0], **options, folder=tmp_path, progress=stop)
+    assert len(list(tmp_path.glob("step-*.npz"))) == 3
+    kept: list[int] = []
+    for _ in range(2):
+        # The second time all of it stands there.
+        again = load_history(
+            rough(), [0.5, 1.0], **options, folder=tmp_path,
+            progress=lambda at: kept.append(at.number) if at.kept else None,
+        )  # fmt: skip
+        assert [same(step) for step in again.steps] == [same(step) for step in whole.steps]
+        assert again.indentation.tobytes() == whole.indentation.tobytes()
+        for one, other in ((again.last, whole.last), (again.largest, whole.largest)):
+            assert one.pressure.tobytes() == other.pressure.tobytes()
+            assert one.gap.tobytes() == other.gap.tobytes()
+    assert kept == [1, 2, 3, 1, 2, 3, 4, 5, 6]
+    with pytest.raises(rc.InputError, match="holds another history: path differs"):
+        load_history(rough(), [0.5, 0.9], **options, folder=tmp_path)
+
+
+def test_more_passes_at_one_position_go_on_in_the_same_folder(tmp_path: Path) -> None:
+    once = load_history(rough(), [1.0, 0.0], material=STEEL, folder=tmp_path)
+    more = load_history(rough(), [1.0, 0.0], passes=9, material=STEEL, folder=tmp_path)
+    assert more.steps[:2] == once.steps
+    assert more.passes == 2
+
+
 @pytest.fixture(scope="module")
 def found() -> LoadHistory:
     return load_history(rough(32), passes([0.5, 1.0, 0.0], 2, (2 * 100e-6 / 32, 0.0)),

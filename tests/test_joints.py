@@ -15,6 +15,7 @@ from roughcontact.request.option import JOINTS
 from roughcontact.request.request import Request, from_text
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
+COPPER = rc.Conductor(conductivity=400)
 ROUGH = rc.Surface(*rc.reference_map(32, 3))
 
 
@@ -30,6 +31,67 @@ def solves(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
     monkeypatch.setattr(joints, "fresh", counted)
     return found
+
+
+def pressed(surface: rc.Surface = ROUGH, **more: Any) -> ContactResult:
+    return rc.solve(surface, **{"material": STEEL, "load": 0.3, "boundary": "periodic", **more})
+
+
+def conducted(contacts: list[ContactResult]) -> rc.Conductance:
+    return rc.conductance(contacts, COPPER, COPPER)
+
+
+OF_ONE_PAIR = [rc.leakage, conducted]
+
+
+@pytest.mark.parametrize("ask", [rc.interface_law, *OF_ONE_PAIR])
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"surface": rc.Surface(ROUGH.heights, (2e-6, 2e-6))}, "grid"),
+        ({"surface": rc.Surface(*rc.reference_map(64))}, "grid"),
+        ({"boundary": "periodic-x"}, "boundary"),
+        ({"material": rc.Material(70e9, 0.3, 1e9)}, "material of the body"),
+        ({"material": rc.Material(210e9, 0.3, 2e9)}, "material of the body"),
+        ({"counter_material": STEEL}, "material of the counter-body"),
+        ({"ceiling": None}, "elastic"),
+    ],
+)
+def test_contacts_of_a_joint_differ_in_nothing_but_the_load(
+    ask: Any, more: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(rc.InputError, match=words):
+        ask([pressed(), pressed(**more, load=0.2)])
+
+
+@pytest.mark.parametrize("ask", OF_ONE_PAIR)
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"surface": rc.Surface(*rc.reference_map(32, 4))},
+        {"counter_surface": rc.Surface(*rc.reference_map(32, 4))},
+    ],
+)
+def test_only_a_law_is_of_several_maps(ask: Any, more: dict[str, Any]) -> None:
+    with pytest.raises(rc.InputError, match="different maps"):
+        ask([pressed(), pressed(**more, load=0.2)])
+    # The same bodies, made anew, with a name and another ceiling.
+    again = pressed(
+        rc.Surface(ROUGH.heights.copy(), ROUGH.pixel), ceiling=2e9,
+        material=rc.Material(210e9, 0.3, 1e9, name="steel"), load=0.2,
+    )  # fmt: skip
+    assert len(ask([pressed(), again]).steps) == 2
+
+
+def test_maps_that_were_unloaded_are_pressed_alike() -> None:
+    surface = rc.Surface(*rc.reference_map(64, 3))
+    contacts = [pressed(surface, load=load) for load in (1.0, 3.0)]
+    left = rc.indented_surface(contacts[-1])
+    for more in ({"boundary": "free"}, {"counter_material": STEEL}):
+        with pytest.raises(rc.InputError, match="differ in"):
+            rc.interface_law(contacts, [pressed(left, ceiling=None, load=1.0, **more)])
+    without_strength = pressed(left, material=rc.Material(210e9, 0.3), load=1.0)
+    assert rc.interface_law(contacts, [without_strength]).branches == ("loading", "unloading")
 
 
 def request(folder: Path, **more: str) -> Request:

@@ -10,6 +10,7 @@ import pytest
 import roughcontact as rc
 from roughcontact.cli import app
 from roughcontact.contact.cautions import Kind
+from roughcontact.joint.filling import slip_factor
 from roughcontact.joint.flow import flow
 from roughcontact.joint.leakage import opened
 
@@ -71,6 +72,57 @@ def test_loads_close_the_gap_and_a_ceiling_closes_it_more() -> None:
         assert (ceiling.permeability(axis) < elastic.permeability(axis)).all()
 
 
+HELIUM = {"viscosity": 19.6e-6, "pressure_difference": 1e5}
+
+
+def test_a_gas_between_plates_slips_by_the_closed_form() -> None:
+    # Flow between plates with slip of λ ∂u/∂z at the walls: g³/12 + g² λ/2, of g³/12.
+    path = 0.2e-6
+    gap = np.full((8, 12), 1e-6)
+    for axis in (0, 1):
+        driven = flow(gap, (1e-6, 1e-6), axis, (0, 1)).density
+        assert slip_factor(gap, driven, path) == near((1e-18 / 12 + 1e-12 * path / 2) * 12 / 1e-18)
+    # Gaps one after the other, where all the flow passes each of them.
+    gap[:, ::2] = 0.3e-6
+    bare = flow(gap, (1e-6, 1e-6), 1, (0, 1))
+    slipping = flow((gap**3 + 6 * path * gap**2) ** (1 / 3), (1e-6, 1e-6), 1, (0, 1))
+    expected = slipping.permeability[1] / bare.permeability[1]
+    assert slip_factor(gap, bare.density, path) == near(expected, rel=0.06)
+    assert math.isnan(slip_factor(np.zeros((4, 4)), np.zeros((4, 4)), path))
+
+
+@pytest.mark.parametrize("pressure", [30e6, 300e6])
+def test_a_gas_in_a_rough_gap_slips_as_if_it_were_solved_with_it(pressure: float) -> None:
+    result = rc.solve(ROUGH, material=STEEL, load=rc.NominalPressure(pressure), boundary="periodic")
+    gap = opened(result)
+    for axis in (0, 1):
+        bare = flow(gap, ROUGH.pixel, axis, (0, 1))
+        for path in (0.07e-6, 0.4e-6):
+            slipping = flow((gap**3 + 6 * path * gap**2) ** (1 / 3), ROUGH.pixel, axis, (0, 1))
+            expected = slipping.permeability[axis] / bare.permeability[axis]
+            assert 0.84 * expected < slip_factor(gap, bare.density, path) < 1.01 * expected
+
+
+def test_a_gas_is_told_by_how_much_it_slips() -> None:
+    found = rc.leakage(RESULT, **HELIUM)
+    (caution,) = (caution for caution in found.cautions if caution.kind == Kind.SLIP)
+    # λ = η/p √(π R T/2M) at 20 °C.
+    speed = math.sqrt(math.pi * 8.314462618 * 293.15 / 2)
+    for name, mass, p in (("air", 28.96e-3, 151325.0), ("helium", 4.003e-3, 5e4)):
+        path = 19.6e-6 / p * speed / math.sqrt(mass)
+        gap = opened(RESULT)
+        factors = [slip_factor(gap, one.density, path) for one in found.flows]
+        assert caution.numbers[name] == near(max(factors))
+    assert caution.numbers["knudsen"] == near((caution.numbers["air"] - 1) / 6)
+    assert caution.numbers["helium"] > 2
+    # A liquid does not slip, and nothing is told of what has no rate.
+    for other in (rc.leakage(RESULT, **WATER), rc.leakage(RESULT)):
+        assert Kind.SLIP not in [caution.kind for caution in other.cautions]
+    # Under a high pressure the molecules are near each other.
+    dense = rc.leakage(RESULT, viscosity=19.6e-6, pressure_difference=1e9)
+    assert Kind.SLIP not in [caution.kind for caution in dense.cautions]
+
+
 def test_where_no_way_leads_through_is_an_answer() -> None:
     wall = RESULT.pressure.copy()
     wall[20] = 1e6
@@ -123,7 +175,7 @@ def test_what_is_missing_or_wrong_gets_its_sentence() -> None:
     with pytest.raises(rc.InputError, match="is empty"):
         rc.leakage([])
     other = rc.solve(rc.Surface(*rc.reference_map(32, 1)), material=STEEL, load=1.0)
-    with pytest.raises(rc.InputError, match="are of different maps"):
+    with pytest.raises(rc.InputError, match="are of different grids, 64 × 64 points"):
         rc.leakage([RESULT, other])
     row = rc.Surface(ROUGH.heights[0], ROUGH.pixel[1])
     profile = rc.solve(row, material=STEEL, load=1e3, boundary="periodic")

@@ -218,6 +218,17 @@ def test_corrected_area_counts_the_seam_of_a_period() -> None:
     assert shifted.corrected_contact_area == pytest.approx(result.corrected_contact_area, rel=1e-3)
 
 
+def test_two_loads_have_a_slope_whatever_is_saturated() -> None:
+    curve = rc.load_curve(rough(64), material=STEEL, loads=[1.0, 2.0])
+    assert not curve.low_loads.any()
+    secant = curve.steps[0].corrected_contact_area / curve.steps[0].load
+    expected = secant * curve.contact_modulus * curve.rms_gradient
+    assert curve.low_load_slope == pytest.approx(expected)
+    assert curve.summary()["low_load_slope"] == pytest.approx(expected)
+    # That of no theory, it is not drawn as one.
+    assert not any("κ" in line.get_label() for line in curve.plot().axes[0].lines)
+
+
 def test_low_load_slope_and_persson() -> None:
     surface = rough(128)
     curve = rc.load_curve(

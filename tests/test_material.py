@@ -55,23 +55,20 @@ def test_rigid_neither_deforms_nor_yields() -> None:
 
 
 @pytest.mark.parametrize(
-    ("constants", "words"),
+    ("argument", "value"),
     [
-        ({"young": -math.inf}, r"young must be positive \[Pa\], got -inf"),
-        ({"young": -2.5}, r"young must be positive \[Pa\], got -2\.5"),
-        ({"poisson": 0.5000001}, r"poisson must lie in \(-1, 0\.5\], got 0\.5000001"),
-        ({"poisson": -1.5}, r"poisson must lie in \(-1, 0\.5\], got -1\.5"),
-        ({"poisson": math.inf}, r"poisson must lie in \(-1, 0\.5\], got inf"),
-        ({"yield_strength": math.inf}, "yield_strength must be positive .*got inf.*leave"),
-        ({"yield_strength": -3.0}, r"yield_strength must be positive and finite .*got -3\.0"),
-        ({"hardness": 0.0}, r"hardness must be positive and finite \[Pa\], got 0\.0; leave it out"),
-        ({"hardness": math.nan}, "hardness must be positive and finite .*got nan"),
+        ("young", -math.inf), ("young", -2.5), ("young", 0), ("young", 1e-300), ("young", 1e300),
+        ("young", 10**400), ("poisson", 0.5000001), ("poisson", -1.5), ("poisson", math.inf),
+        ("yield_strength", math.inf), ("yield_strength", -3.0), ("yield_strength", 10**400),
+        ("hardness", 0.0), ("hardness", math.nan),
     ],
-)
-def test_the_message_names_argument_range_and_value(constants: dict, words: str) -> None:
-    with pytest.raises(InputError, match=words) as caught:
-        Material(**{"young": 210e9, "poisson": 0.3, **constants})
-    assert isinstance(caught.value, ValueError)
+)  # fmt: skip
+def test_constants_that_no_material_has(argument: str, value: float) -> None:
+    with pytest.raises(InputError) as caught:
+        Material(**{"young": 210e9, "poisson": 0.3, argument: value})
+    assert caught.value.argument == argument
+    assert caught.value.value is value
+    assert repr(value) in str(caught.value)
 
 
 @pytest.mark.parametrize("poisson", [-0.999, 0.0, 0.5])

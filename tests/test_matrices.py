@@ -66,8 +66,8 @@ def test_decimal_commas_where_nothing_else_is_meant(tmp_path: Path, mark: str) -
         ("# nothing\n\n", "holds no numbers"),
         ("1 2 3 4\n", "at least 2 × 2"),
         ("nan nan\nnan nan\n", "no finite value"),
-        (b"\xff\xfe1\x00", "no text in UTF-8"),
-        (b"\x89PNG\r\n\x1a\n\x00", "no text in UTF-8"),
+        (b"\xff\xfe1\x00\x00", "no plain text"),
+        (b"\x89PNG\r\n\x1a\n\x00", "no plain text"),
     ],
 )
 def test_text_that_is_no_matrix(tmp_path: Path, text: str | bytes, words: str) -> None:
@@ -209,7 +209,7 @@ def test_a_profile_is_no_map(tmp_path: Path, falling: bool) -> None:
     np.savetxt(tmp_path / "rows.txt", profile)
     np.save(tmp_path / "rows.npy", profile)
     for path in (tmp_path / "rows.txt", tmp_path / "rows.npy"):
-        assert read_surface(path, unit="um").is_profile
+        assert read_surface(path, unit="um, um").is_profile
     np.savetxt(tmp_path / "columns.txt", profile.T)
     np.save(tmp_path / "columns.npy", profile.T)
     for path in (tmp_path / "columns.txt", tmp_path / "columns.npy"):

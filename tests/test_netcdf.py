@@ -33,8 +33,8 @@ def replaced(file: h5py.File, **options: object) -> None:
 
 
 def more_points(file: h5py.File) -> None:
-    # 26.8 GiB where its axes say twelve points.
-    replaced(file, shape=(60000, 60000), dtype="f8", chunks=(100, 100), fillvalue=1e-6)
+    # 288 MB where its axes say twelve points.
+    replaced(file, shape=(6000, 6000), dtype="f8", chunks=(100, 100), fillvalue=1e-6)
 
 
 def no_fill(file: h5py.File) -> None:
@@ -50,7 +50,7 @@ def a_link(file: h5py.File) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (more_points, r"height has \(60000, 60000\) points, its axes \(3, 4\)"),
+        (more_points, r"height has \(6000, 6000\) points, its axes \(3, 4\)"),
         (no_fill, "height holds integers, but nan for what is missing"),
         (a_link, "height is no array of its own"),
     ],

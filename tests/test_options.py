@@ -8,6 +8,7 @@ import re
 import shlex
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,8 @@ from roughcontact.errors import InputError, Mention
 from roughcontact.fleet.plan import spell_key
 from roughcontact.material import hardening
 from roughcontact.plots.saving import save
-from roughcontact.request import outputs, parsing
+from roughcontact.request import maps, options, outputs, parsing, run
+from roughcontact.request.option import MAP, Option
 from roughcontact.request.options import (
     COMMANDS,
     OPTIONS,
@@ -207,6 +209,17 @@ def test_laws_of_hardening_in_text(text: str, law: hardening.Hardening) -> None:
     assert from_text("solve", None, given).bodies()[0].hardening == law
 
 
+def test_a_given_yield_strength_replaces_the_law_of_the_catalogue() -> None:
+    plain = {name: text for name, text in BALL.items() if name not in ("young", "poisson")}
+    given = {**plain, **NEEDED["solve"], "material": "100Cr6"}
+    own = from_text("solve", None, given).bodies()[0]
+    del given["yield-strength"]
+    known = from_text("solve", None, given).bodies()[0]
+    assert known.hardening is not None
+    assert own.hardening is None
+    assert own.hardness == known.hardness
+
+
 WORDS = st.text(min_size=1).filter(lambda text: text.strip() == text and "\0" not in text)
 
 
@@ -215,3 +228,55 @@ WORDS = st.text(min_size=1).filter(lambda text: text.strip() == text and "\0" no
 @example(name='"a"', files=["c"])
 def test_a_group_is_read_as_it_was_written(name: str, files: list[str]) -> None:
     assert parsing.group(parsing.group_text(name, files), "group") == (name, tuple(files))
+
+
+def test_no_option_has_a_name_that_is_not_known() -> None:
+    request = from_text("solve", None, {**BALL, "load": "1 N"})
+    assert request["load-point"] is None
+    for asked in (request.__getitem__, request.get):
+        with pytest.raises(KeyError, match="lod-point"):
+            asked("lod-point")
+    # An option of another task is there for what serves several.
+    assert request.get("passes") is None
+    with pytest.raises(KeyError, match="passes"):
+        request["passes"]
+
+
+@pytest.mark.parametrize("prepares", [True, False])
+def test_an_option_added_prepares_maps_where_its_row_says_so(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, prepares: bool
+) -> None:
+    row = Option("stretch", MAP, "FACTOR", "Factor.", parsing.number, default=1.0,
+                 prepares=prepares)  # fmt: skip
+    cached = (options.offered, options.all_names, options.preparing)
+    monkeypatch.setattr(options, "OPTIONS", (*OPTIONS, row))
+    for function in cached:
+        function.cache_clear()
+    step = maps._prepared
+
+    def stretched(request: Any, asked: Any, surface: Any, path: Path) -> Any:
+        made = step(request, asked, surface, path)
+        return replace(made, heights=asked["stretch"] * made.heights)
+
+    monkeypatch.setattr(maps, "_prepared", stretched)
+    np.save(tmp_path / "map.npy", np.random.default_rng(1).standard_normal((16, 16)))
+    given = {"unit": "nm", "size": "16 um", "young": "210 GPa", "poisson": "0.3", "load": "20 mN",
+             "ceiling": "none"}  # fmt: skip
+    requests = [
+        from_text("solve", tmp_path / "map.npy", {**given, "stretch": factor})
+        for factor in ("1", "4")
+    ]
+    try:
+        # Maps that two requests prepare in the same way are read once.
+        with run.together() as carry_out:
+            if not prepares:
+                with pytest.raises(KeyError, match="stretch"):
+                    carry_out(requests[0], lambda _: None)
+                return
+            once, four = (carry_out(one, lambda _: None).result for one in requests)
+    finally:
+        monkeypatch.undo()
+        for function in cached:
+            function.cache_clear()
+    assert np.ptp(four.surface.heights) == pytest.approx(4 * np.ptp(once.surface.heights))
+    assert four.contact_fraction < once.contact_fraction

@@ -124,8 +124,8 @@ def test_a_pipe_without_an_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 def test_a_pipe_that_gives_nothing_or_something_else(tmp_path: Path) -> None:
     path = fifo(tmp_path, "map.csv", lambda path: path.write_text("no numbers\n"))
     refused(path, "map.csv has 'no' in line 1", **GIVEN)
-    path = fifo(tmp_path, "map", lambda path: path.write_bytes(b"\x89PNG\r\n"))
-    refused(path, "map is no text in UTF-8")
+    path = fifo(tmp_path, "map", lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n\0"))
+    refused(path, "map is no plain text")
 
 
 @pytest.mark.parametrize("device", ["/dev/zero", "/dev/null", "/dev/random"])

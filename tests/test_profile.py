@@ -177,6 +177,82 @@ def test_two_columns_are_a_profile(tmp_path, name, options, unit):
     assert channel.shape == (1, 2000)
 
 
+DEKTAK = (
+    "Scan Parameters\nID,0\nStylus,Radius: 2.5 µm\nLength,1500.0 um\n\nAnalytical Results\n"
+    "Skew,468.0 um,0.0 um,733.0 um,0.0 um,6.96\n\nScan Data\nLateral um,Raw Micrometer,\n"
+)
+INDEXED = "index,x in µm,y in µm\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "head", "row", "encoding", "unit"),
+    [
+        ("a.csv", DEKTAK, "{x:.4f},{z:.7f},,", "cp1252", None),
+        ("b.csv", INDEXED, "{n},{x:.4f},{z:.7f}", "utf-16", None),
+        ("c.csv", INDEXED, "{n},{x:.4f},{z:.7f}", "utf-16-le", None),
+        ("d.csv", "X_(microns),y1\n", "{x:.4f},{z:.7f}", "utf-8", "um"),
+        ("e.txt", "µm µm\n2000\n", "   {x:.4e},   {z:.7e}", "utf-8", None),
+        ("f.txt", "µm µm\n1999\n", "{x:.4f}\t{z:.7f}", "cp1252", None),
+        ("g.hfm", "X;Y;valid\n[um];[um];[1/0]\n", "{x:.4f};{z:.7f};1", "utf-8", None),
+        ("h.asc", "", "{x:.4f} {z:.7f}", "utf-8", "um, um"),
+    ],
+)
+def test_profiles_as_other_programs_write_them(tmp_path, name, head, row, encoding, unit):
+    z = traced()[1]
+    lines = [row.format(n=n, x=0.5 * n, z=height) for n, height in enumerate(z)]
+    path = tmp_path / name
+    path.write_bytes((head + "\n".join(lines) + "\n").encode(encoding))
+    surface = rc.read_surface(path, unit=unit)
+    assert surface.is_profile
+    assert surface.pixel[1] == pytest.approx(5e-7, rel=1e-9)
+    np.testing.assert_allclose(surface.heights[0], 1e-6 * z, atol=1e-12)
+    assert rc.formats.read.channels(path)[0].shape == (1, 2000)
+
+
+def test_points_marked_as_not_valid_are_missing(tmp_path):
+    path = tmp_path / "t.hfm"
+    rows = (f"{n};{n % 3};{int(n != 5)}" for n in range(20))
+    path.write_text("X;Y;valid\n[mm];[um];[1/0]\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    surface = rc.read_surface(path)
+    assert surface.pixel[1] == pytest.approx(1e-3)
+    assert np.flatnonzero(np.isnan(surface.heights[0])).tolist() == [5]
+
+
+@pytest.mark.parametrize("stated", ["", "X_(microns),y1\n"])
+def test_one_unit_does_not_stand_for_two_columns(tmp_path, stated):
+    x, z = traced()
+    path = written(tmp_path / "t.csv", x, z, head=stated, mark=",")
+    with pytest.raises(rc.InputError, match=r"^t\.csv is a profile .* give .*unit="):
+        rc.read_surface(path)
+    if stated:
+        # That of the heights: the file gives the other.
+        surface = rc.read_surface(path, unit="nm")
+        assert surface.size[1] == pytest.approx(1e-6 * (x[-1] + 5e-4))
+        assert np.ptp(surface.heights) == pytest.approx(1e-9 * np.ptp(z))
+    else:
+        with pytest.raises(rc.InputError, match=r"needs two units, .*'um'.*unit=\"mm, um\""):
+            rc.read_surface(path, unit="um")
+
+
+def test_a_lone_number_that_counts_nothing_makes_no_profile(tmp_path):
+    x, z = traced()
+    path = written(tmp_path / "t.txt", x, z, head="mm um\n17\n")
+    with pytest.raises(rc.FormatError):
+        rc.read_surface(path)
+
+
+def test_positions_even_but_for_their_last_digit_are_not_interpolated(tmp_path):
+    z = traced()[1]
+    rows = (f"{0.15625 * n:.1f},{height:.6f}\n" for n, height in enumerate(z))
+    path = tmp_path / "t.csv"
+    path.write_text("Lateral um,Raw Micrometer\n" + "".join(rows), encoding="utf-8")
+    surface = rc.read_surface(path)
+    assert surface.shape == (1, 2000)
+    assert surface.pixel[1] == pytest.approx(0.15625e-6, rel=1e-4)
+    np.testing.assert_allclose(surface.heights[0], 1e-6 * z, atol=1e-12)
+    assert "100 nm" in surface.provenance.steps[0]
+
+
 def test_uneven_points_are_brought_to_equal_distances_and_told(tmp_path):
     x, _ = traced(uneven=2e-4)
     path = written(tmp_path / "t.txt", x, np.sin(20 * x))
@@ -220,7 +296,7 @@ def test_a_gap_of_the_trace_is_missing(tmp_path):
 def test_units_and_length_of_a_profile_are_asked_for_and_may_be_replaced(tmp_path):
     x, z = traced()
     bare = written(tmp_path / "bare.txt", x, z)
-    with pytest.raises(rc.InputError, match=r"gives no units of its positions.*'mm, um'"):
+    with pytest.raises(rc.InputError, match=r'gives no units of its positions.*unit="mm, um"'):
         rc.read_surface(bare)
     stated = written(tmp_path / "stated.txt", x, z, head="x [mm]\tz [um]\n")
     found = rc.read_surface(stated, unit="mm, nm")

@@ -16,6 +16,7 @@ import roughcontact as rc
 from roughcontact import pipes
 from roughcontact.cli import app
 from roughcontact.fleet import engines, plan, project
+from roughcontact.request import outputs
 from roughcontact.volume.archive import load_elastoplastic
 
 Capture = pytest.CaptureFixture[str]
@@ -409,6 +410,8 @@ def test_messages_name_key_and_line(
         ("[[contact]]\nname='a'\nfile='b'\ntask=[['law']]", ("different ones of",)),
         ("[[contact]]\nname='a'\nfile=\"b\\u0000\"", ("null character",)),
         (f"contact = {'[' * 3000}{']' * 3000}", ("too deep",)),
+        (f"[{'.'.join('a' * 1200)}]", ("too deep",)),
+        (f"[[contact]]\nname='a'\nfile='b'\n{'.'.join('a' * 1200)} = 1", ("too deep",)),
     ],
 )
 def test_a_file_that_is_no_project(
@@ -421,6 +424,32 @@ def test_a_file_that_is_no_project(
     assert all(word in err for word in words)
     assert app.main(["run", str(tmp_path / "absent.toml")]) == app.BAD_INPUT
     assert "cannot be read" in capsys.readouterr().err
+
+
+def test_a_byte_order_mark_is_no_part_of_a_project(folder: Path) -> None:
+    path = folder / "project.toml"
+    expected = project.load(path)
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert project.load(path) == expected
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('name = "two"', f'name = "{300 * "x"}"'),
+        # 250 and .json would do, 250 and .pieces would not.
+        ('name = "two"', f'name = "{250 * "x"}"'),
+        ('folder = "results"', f'folder = "{300 * "y"}"'),
+        ('folder = "results"', f'folder = "{"/".join(30 * [200 * "y"])}"'),
+    ],
+)
+def test_names_too_long_for_a_file_are_refused_before_anything_is_solved(
+    old: str, new: str, folder: Path
+) -> None:
+    with pytest.raises(rc.InputError, match="too many for the file system"):
+        project.load(changed(folder, old, new))
+    with pytest.raises(rc.InputError, match="303 characters"):
+        outputs.check_place(folder / f"{300 * 'x'}.nc", "output")
 
 
 TASKS = """\

@@ -97,3 +97,11 @@ def test_axes_that_tell_no_pixel(tmp_path: Path, capfd: pytest.CaptureFixture[st
         dataset.to_netcdf(tmp_path / f"{number}.nc", engine="h5netcdf")
         refused(tmp_path / f"{number}.nc", "nor evenly spaced coordinates")
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "utf-16", "utf-16-be"])
+def test_a_text_is_read_in_its_own_encoding(tmp_path: Path, encoding: str) -> None:
+    text = "# Width: 4.000 µm\n# Height: 3.000 µm\n# Value units: µm\n1 2 3 4\n5 6 7 8\n9 8 7 6\n"
+    surface = read_surface(write(tmp_path, "map.txt", text.encode(encoding)))
+    assert surface.size == pytest.approx((3e-6, 4e-6))
+    assert surface.heights[2, 0] == pytest.approx(9e-6)

@@ -54,6 +54,25 @@ def found(folder: Path, seen: list[tuple[int, int, float]]) -> rc.Rolling:
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("to_and_fro", [False, True])
+def test_passes_end_with_one_that_adds_no_plastic_strain(to_and_fro: bool, tmp_path: Path) -> None:
+    numbers: list[tuple[int, int, str]] = []
+    rolled_on = rc.roll(
+        nominal.flat(**GRID), counter_surface=nominal.cylinder(radius=1.5e-3, angle=90.0, **GRID),
+        material=STEEL, load=0.5, passes=1000, steps=2, boundary="periodic", to_and_fro=to_and_fro,
+        progress=lambda at: numbers.append((at.number, at.count, at.label)),
+    )  # fmt: skip
+    # The way back may flow where the way there does not.
+    assert len(rolled_on.passes) == 1 + to_and_fro
+    assert rolled_on.requested == 1000
+    assert rolled_on.shakedown is Shakedown.ELASTIC
+    # Steps are counted over all passes, so that the time left can be told.
+    assert numbers[0] == (1, 2000, "pass 1 of 1000")
+    assert numbers[-1] == (2 + 2 * to_and_fro, 2000, f"pass {1 + to_and_fro} of 1000")
+    rolled_on.save(tmp_path / "passes.nc")
+    assert rc.load_rolling(tmp_path / "passes.nc").requested == 1000
+
+
 def test_each_step_is_shown_once_and_in_order(
     found: rc.Rolling, seen: list[tuple[int, int, float]]
 ) -> None:

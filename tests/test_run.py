@@ -184,3 +184,27 @@ def test_the_report_on_a_nominal_pressure_names_it_and_repeats_it(tmp_path: Path
     assert "20 MPa on the whole map, 2400 µm², are 48 mN" in text
     assert "--load '20 MPa'" in text
     assert "Smooth beside rough" in text
+
+
+def test_time_left_is_told_from_the_first_finished_part_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now = 100.0
+    monkeypatch.setattr(underway.time, "monotonic", lambda: now)
+    left = underway.Forecast()
+
+    def told(number: int, count: int, after: float, kept: bool = False) -> str:
+        nonlocal now
+        now += after
+        return left(Progress(number, count, None, kept=kept))
+
+    # What was kept takes no time and tells none.
+    assert told(4, 10, 0.0, kept=True) == ""
+    assert told(5, 10, 0.0) == ""
+    assert told(5, 10, 50.0) == ""
+    assert told(6, 10, 50.0) == underway.left(1, 5, 100.0)
+    assert told(6, 10, 300.0) == underway.left(1, 5, 100.0)
+    assert told(7, 10, 0.0) == underway.left(2, 4, 400.0)
+    # Another series.
+    assert told(1, 3, 5.0) == ""
+    assert told(2, 3, 7.0) == underway.left(1, 2, 7.0)

@@ -10,6 +10,7 @@ import pytest
 import roughcontact as rc
 from roughcontact import statistics
 from roughcontact.contact.cautions import Kind
+from roughcontact.report import compared, results
 from roughcontact.surface import leveling
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
@@ -44,7 +45,12 @@ def test_parts_are_pressed_by_themselves_and_tell_the_error() -> None:
     assert one.area == pytest.approx(64e-6**2 * (one.relative / 0.05) ** 2)
     assert one.area_low < one.area < one.area_high
     assert one.drift == pytest.approx(np.mean(values) / one.value - 1)
+    # 64 parts, which would tell whether the scatter falls with the area, need 128 points a side.
     assert math.isnan(one.scaling)
+    assert (one.falls, one.bound) == (False, "at least")
+    assert all(row[-1] == "16 parts; at least" for row in results.listing(found)[1])
+    assert "at least" in compared.answer(found)
+    assert [c.kind for c in found.cautions if "128 points" in c.text] == [Kind.SCALING]
     assert {error.name for error in found.errors} == {
         "contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sa", "Sdq"
     }  # fmt: skip

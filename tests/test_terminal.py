@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.cli import app, console
+from roughcontact.cli import app, console, terminal
 from roughcontact.fleet.plan import Report
 
 SOURCE = Path(rc.__file__).parents[1]
@@ -110,7 +110,9 @@ def test_settings_of_matplotlib_do_not_reach_the_program(run: Run, tmp_path: Pat
     (tmp_path / "settings").write_text("text.usetex: True\nbackend: nonsense\n")
     options = "--points 128 --folder out"
     done = run(f"demo {options}", MATPLOTLIBRC="settings", MPLBACKEND="nonsense")
-    assert (done.returncode, done.stderr) == (app.SOLVED, "")
+    assert done.returncode == app.SOLVED
+    # A slow machine shows its progress.
+    assert all(line.startswith(terminal.LINE) for line in done.stderr.splitlines())
     assert (tmp_path / "out" / "overview.png").stat().st_size > 10_000
 
 
@@ -178,3 +180,21 @@ def test_the_status_tells_of_the_signal_wherever_it_came(tmp_path: Path) -> None
         env={**os.environ, "PYTHONPATH": str(SOURCE)},
     )  # fmt: skip
     assert done.returncode == app.SIGNALED + signal.SIGTERM
+
+
+def test_a_line_of_progress_every_ten_seconds_where_there_is_no_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    now = 0.0
+    monkeypatch.setattr(terminal.time, "monotonic", lambda: now)
+    with terminal.progress() as say:
+        for second in range(35):
+            now = float(second)
+            say(f"{second} of 35")
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.split() == "progress: 10 of 35 progress: 20 of 35 progress: 30 of 35".split()
+    with terminal.progress(quiet=True) as say:
+        now = 1000.0
+        say("nothing")
+    assert capsys.readouterr().err == ""

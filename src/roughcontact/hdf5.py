@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from roughcontact import memory
+from roughcontact import limits, memory
 from roughcontact.errors import FormatError
 
 # Deflate packs 1032 to 1 at most.
@@ -54,7 +54,8 @@ def check(path: Path) -> dict[str, Stored]:
     ------
     FormatError
         If an array or a group lies in another file: raw data outside, a virtual dataset, an
-        external link.
+        external link; if a map or a line announces bytes that the file cannot hold, packed as
+        measurements are.
     InsufficientMemoryError
         If one block of an array, which HDF5 reads as a whole, exceeds the memory that is free.
     ValueError
@@ -110,7 +111,11 @@ def _stored(path: Path, name: str, array: Any) -> Stored:
     kind = ""
     with contextlib.suppress(TypeError):
         kind = array.dtype.kind
-    return Stored(array.shape, math.prod(array.shape) * each, kind)
+    size = math.prod(array.shape) * each
+    # What is never written takes no place; fields over the depth may be nearly all zero.
+    if len(array.shape) <= 2:
+        limits.require_packing(f"{name!r} in {path.name}", size, path.stat().st_size)
+    return Stored(array.shape, size, kind)
 
 
 def _check_blocks(path: Path, name: str, array: Any, block: int) -> None:

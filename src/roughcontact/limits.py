@@ -85,12 +85,18 @@ def require_size(name: str, size: int, packed: int | None = None) -> None:
             f"{told}, more than the {BYTES / memory.GIB:.0f} GiB that a map may take; export a "
             "part of it"
         )
-    if packed is not None and size > most_unpacked(packed):
-        raise FormatError(
-            f"{told} or more, packed into {packed / 2**20:.1f} MiB as no measurement is; check "
-            "where the file is from"
-        )
+    if packed is not None:
+        require_packing(name, size, packed)
     memory.require(size, f"reading {name} needs", advice=("export a part of it",))
+
+
+def require_packing(name: str, size: int, packed: int) -> None:
+    """Raise `FormatError` for bytes that are packed into so few as nothing that was measured is."""
+    if size > most_unpacked(packed):
+        raise FormatError(
+            f"{name} holds {size / memory.GIB:.1f} GiB or more, packed into "
+            f"{packed / 2**20:.1f} MiB as no measurement is; check where the file is from"
+        )
 
 
 def most_unpacked(packed: int) -> int:

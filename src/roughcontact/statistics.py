@@ -120,7 +120,7 @@ class Whole:
         Variance of sixteen parts over that of 64, times four: 1 where neighbors are independent,
         more where long waves join them. NaN where there are no 64.
     falls : bool
-        Whether chance alone explains that it is not 1.
+        Whether chance alone explains that it is not 1; false where there are no 64 to tell.
     """
 
     half: float
@@ -327,13 +327,14 @@ def of_whole(levels: Mapping[int, ArrayLike]) -> Whole:
     it once in ten times, waves are not short, and the quarters count, if they tell more.
 
     Over Gaussian fields whose correlation has fallen to 1/e within three quarters of the width of
-    a sixteenth, the intervals hold in 93 to 97 of a hundred maps.
+    a sixteenth, the intervals hold in 93 to 97 of a hundred maps. Without 64 parts nothing tells
+    whether neighbors are independent: the half is the least that it may be.
     """
     many, few = (np.asarray(levels[n], dtype=np.float64) for n in (USUAL, USUAL // 2))
     variance = _deviation(many) ** 2 / many.size
     if 2 * USUAL not in levels:
         half = _student(many.size - 1) * math.sqrt(variance)
-        return Whole(half, USUAL, many.size, math.nan, falls=True)
+        return Whole(half, USUAL, many.size, math.nan, falls=False)
     small = np.asarray(levels[2 * USUAL], dtype=np.float64)
     variance += max(variance - _deviation(small) ** 2 / small.size, 0.0)
     half = _student(many.size - 1) * math.sqrt(variance)

@@ -82,6 +82,9 @@ _PLAIN = {
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
 }  # fmt: skip
 
+# Of a length that means anything: a hundredth of an atom.
+_SMALLEST_LENGTH = 1e-12
+
 # Letter case decides in SI (mN, MN), yet some spellings can only mean one thing.
 _LIKELY = {"pa": "Pa", "kpa": "kPa", "mpa": "MPa", "gpa": "GPa", "n": "N", "kn": "kN"}
 
@@ -231,7 +234,7 @@ def engineering(value: float, unit: str, digits: int = 4) -> str:
     str
         The number from 1 up to 1000 (where the first factor is a square, whose prefixes are further
         apart, from 0.1 up to 10⁵) with the prefixed unit, in powers of ten where no prefix from f
-        to P fits or the unit begins with none that has one.
+        to P fits or the unit begins with none that has one. A length below 1 pm is 0 m.
 
     Raises
     ------
@@ -247,6 +250,10 @@ def engineering(value: float, unit: str, digits: int = 4) -> str:
     """
     if digits < 1:
         raise ValueError(f"digits must be at least 1, got {digits}")
+    return _prefixed(0.0 if unit == "m" and abs(value) < _SMALLEST_LENGTH else value, unit, digits)
+
+
+def _prefixed(value: float, unit: str, digits: int = 4) -> str:
     if not math.isfinite(value) or value == 0:
         return f"{abs(value) if value == 0 else value:g} {unit}".rstrip()
     # Decimal, so that 999.96 rounds up before the prefix is chosen and no digits appear from
@@ -283,7 +290,8 @@ def lengths(values: Sequence[float], between: str = " × ") -> str:
     >>> lengths((1.0982520279867458e-06, 2e-6)), lengths((0.0, -5e-6), ", ")
     ('1.098 µm × 2 µm', '0 m, -5 µm')
     """
-    return between.join(engineering(value, "m") for value in values)
+    # Sides and pixels as they were given, a wrong unit included.
+    return between.join(_prefixed(value, "m") for value in values)
 
 
 def percent(share: float) -> str:

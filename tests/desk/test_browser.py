@@ -136,7 +136,7 @@ def test_a_measured_file_from_drop_to_download(
     seat.wait_for_title("at the points nearest to it")
     assert re.search(r"^line = \[", (served.folder / seat.key / "project.toml").read_text(), re.M)
     # What is taken away is, to the last digit, what the command line gives.
-    largest = text_of(seat.number("Largest pressure"))
+    largest = text_of(seat.number("Mean pressure"))
     result = seat.take("result (.nc)", tmp_path)
     report = seat.take("report", tmp_path)
     command = text_of(page.locator("pre").first)
@@ -297,3 +297,31 @@ def test_the_keyboard_alone_does_the_main_job(seat: Seat, tmp_path: Path) -> Non
     path = tmp_path / coming.value.suggested_filename
     coming.value.save_as(path)
     assert rc.load_result(path).converged
+
+
+def test_a_page_that_cannot_take_up_a_change_is_loaded_again_and_never_without_end(
+    seat: Seat,
+) -> None:
+    demonstrate(seat)
+    page = seat.page
+    broken = """() => { try { Bokeh.documents[0].apply_json_patch({events: [
+        {kind: "ModelChanged", model: {id: "unknown"}, attr: "text", new: ""}]}) } catch { } }"""
+    with page.expect_navigation():
+        page.evaluate(broken)
+    seat.loaded()
+    page.get_by_text("converged, certificate").wait_for()
+    page.evaluate(broken)
+    seat.alert("old state").wait_for()
+
+
+def test_two_tabs_of_one_work_are_both_live(seat: Seat, served: Served, chromium: Any) -> None:
+    demonstrate(seat)
+    other = Seat(chromium, f"{served.home}&work={seat.key}")
+    other.page.get_by_text("converged, certificate").wait_for()
+    for one, load in ((other, "30 MPa"), (seat, "50 MPa")):
+        one.type("Value with unit", load)
+        for tab in (seat, other):
+            tab.number("Load").filter(has_text=f"{10 * int(load[:2])} mN").wait_for()
+            assert tab.page.get_by_label("Value with unit").input_value() == load
+    assert other.errors == []
+    other.page.close()

@@ -61,7 +61,8 @@ def test_a_result_gives_its_own_digits_again(surface: rc.Surface, opened: list[A
 
 def test_the_page_is_served_and_ends(surface: rc.Surface, opened: list[Any]) -> None:
     page = surface.explore()
-    with urllib.request.urlopen(page.url, timeout=60) as answer:
+    visitor = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    with visitor.open(page.url, timeout=60) as answer:
         assert answer.status == 200
     assert page.url in page._repr_html_().replace("&amp;", "&")
     folder = work_of(page).parent

@@ -83,6 +83,61 @@ def test_a_page_asks_for_what_it_lacks_and_then_tells_the_contact(
     assert "<b>mine" not in text_of(page._bring._about)
 
 
+def is_old(page: Page) -> bool:
+    return bool(page._answers.styles)
+
+
+def test_results_of_another_request_are_gray_until_the_last_is_answered(
+    page: Page, tmp_path: Path
+) -> None:
+    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    assert is_old(page)
+    settle(page)
+    assert not is_old(page)
+    asked = page.session.number
+    assert page._answers.css_classes == [f"request-{asked}"]
+    page._give("load", "20 mN")
+    assert page.session.number == asked + 1
+    assert is_old(page)
+    assert page._answers.css_classes == [f"request-{asked}"]
+    settle(page)
+    assert not is_old(page)
+    assert "20 mN" in text_of(page._numbers)
+    page._do(page.session.undo)
+    assert is_old(page)
+    # What was solved meanwhile for another load is seen, and marked.
+    late = page.session._wanted
+    assert page.session.wait(PATIENCE)
+    page._give("load", "30 mN")
+    page._catch_up()
+    assert "10 mN" in text_of(page._numbers)
+    assert not page.session.is_wanted(late)
+    assert is_old(page)
+    settle(page)
+    assert "30 mN" in text_of(page._numbers)
+    assert not is_old(page)
+
+
+def test_two_pages_on_one_work_follow_each_other(page: Page, work: Work, tmp_path: Path) -> None:
+    bench = Bench(spare=False)
+    seen: list[Visit] = []
+    visit = Visit(work, None, tmp_path, bench, 2**20, lambda: None, lambda: [], lambda: seen)
+    first = Page(visit)
+    first._document = Loop()
+    seen.append(page._visit)
+    first._do(lambda: first.session.bring(map_file(tmp_path)))
+    first._do(lambda: first.session.give_all(dict(GIVEN)))
+    for one in (first, page):
+        settle(one)
+        assert "10 mN" in text_of(one._numbers)
+    assert page.session.state == first.session.state
+    first._remove()
+    settle(page)
+    assert "removed" in text_of(page.root[0])
+    bench.close()
+
+
 def test_what_cannot_be_pressed_is_seen_and_said(page: Page, tmp_path: Path) -> None:
     page._do(lambda: page.session.bring(map_file(tmp_path, holes=3)))
     page._do(lambda: page.session.give_all(dict(GIVEN)))

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
+from urllib.request import url2pathname
 
 import pytest
 
@@ -48,10 +49,16 @@ class Desk:
     def __init__(self, folder: Path, **more: Any) -> None:
         self.visits: list[Visit] = []
         self.ended: list[str] = []
-        self.server = Server(lambda: self.page, Settings(folder=folder, port=0, **more))
+        self.cookie = ""
+        self.server = Server(lambda: self.page, Settings(**{"folder": folder, "port": 0, **more}))
         self.thread = threading.Thread(target=self.server.run, daemon=True)
         self.thread.start()
         assert self.server.wait(PATIENCE)
+        parts = urlsplit(self.server.url)
+        shown = self.ask(f"/?{parts.query}", Host=parts.netloc)
+        assert shown.status == 302
+        self.cookie = shown.headers["Set-Cookie"].partition(";")[0]
+        self.home = shown.headers["Location"]
 
     def page(self, visit: Visit) -> Any:
         import panel as pn
@@ -69,16 +76,13 @@ class Desk:
     def port(self) -> int:
         return self.server.port
 
-    @property
-    def home(self) -> str:
-        parts = urlsplit(self.server.url)
-        return f"{parts.path}?{parts.query}"
-
     def ask(
         self, path: str, method: str = "GET", body: bytes | None = None, **headers: str
     ) -> Answer:
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE)
-        sent = {name.replace("_", "-"): value for name, value in headers.items()}
+        sent = {"Cookie": self.cookie} | {
+            name.replace("_", "-"): value for name, value in headers.items()
+        }
         with contextlib.closing(connection):
             connection.request(method, path, body, sent)
             answer = connection.getresponse()
@@ -167,7 +171,8 @@ def token_of(page: Answer) -> str:
 
 
 async def connected(desk: Desk, token: str, **headers: str) -> Any:
-    request = HTTPRequest(f"ws://127.0.0.1:{desk.port}/ws", headers=headers)
+    sent = {"Cookie": desk.cookie, **headers}
+    request = HTTPRequest(f"ws://127.0.0.1:{desk.port}/ws", headers=sent)
     return await websocket_connect(request, subprotocols=["bokeh", token])
 
 
@@ -197,6 +202,44 @@ def test_a_page_of_this_server_is_connected_and_no_other(desk: Desk) -> None:
         with pytest.raises(HTTPClientError) as caught:
             asyncio.run(connected(desk, token, **headers))
         assert caught.value.code == 403
+
+
+def test_what_changes_before_a_page_is_drawn_is_sent(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A change between the copy that a browser gets of a page and its first drawing is not lost."""
+    import panel as pn
+
+    made: list[Any] = []
+
+    def page(visit: Visit) -> Any:
+        made[:] = [pn.state.curdoc, pn.Column(pn.pane.Str(WORDS))]
+        desk.visits.append(visit)
+        return made[1]
+
+    monkeypatch.setattr(desk, "page", page)
+    monkeypatch.setattr(desk.server, "_page", page)
+    token = token_of(desk.open(desk.home))
+
+    async def told() -> str:
+        connection = await connected(desk, token)
+        # What acknowledges it has three parts.
+        for _ in range(3):
+            await connection.read_message()
+        header = {"msgid": "1", "msgtype": "PULL-DOC-REQ"}
+        for part in (header, {}, {}):
+            await connection.write_message(json.dumps(part))
+        heard = ""
+        while "PULL-DOC-REPLY" not in heard:
+            heard = await connection.read_message()
+        document, column = made
+        document.add_next_tick_callback(lambda: column.append(pn.pane.Str("what came late")))
+        while "what came late" not in heard:
+            heard = await asyncio.wait_for(connection.read_message(), 5.0)
+        await parted(connection)
+        return heard
+
+    assert '"name":"panel.models.markup.HTML"' in asyncio.run(told())
 
 
 def test_a_forged_session_is_refused(desk: Desk) -> None:
@@ -271,6 +314,17 @@ def test_a_file_that_is_too_large_is_refused(desk: Desk) -> None:
     assert sorted(os.listdir(desk.visits[0].work.folder)) == before
 
 
+def test_all_files_together_are_bounded(desk: Desk) -> None:
+    statuses = [upload(desk, "a.npy", b"x" * 1000).status for _ in range(server.TOGETHER + 1)]
+    assert statuses[0] == 200
+    assert statuses[-1] == 413
+    refused = json.loads(upload(desk, "a.npy", b"x" * 1000).text)
+    assert "Remove works" in refused["error"]
+    for path in desk.visits[0].work.folder.glob("map-*"):
+        path.unlink()
+    assert upload(desk, "a.npy", b"x" * 1000).status == 200
+
+
 def test_a_file_without_a_work_is_refused(desk: Desk) -> None:
     answer = desk.ask("/upload?work=" + "x" * 32 + "&name=a.opd", "POST", b"x")
     assert answer.status == 404
@@ -285,6 +339,7 @@ def test_a_file_that_does_not_come_to_its_end_leaves_nothing(desk: Desk) -> None
     with contextlib.closing(connection):
         connection.putrequest("POST", f"/upload{desk.home[1:]}&name=a.opd")
         connection.putheader("Content-Length", "900")
+        connection.putheader("Cookie", desk.cookie)
         connection.endheaders(b"x" * 100)
         until(lambda: sorted(os.listdir(folder)) != before)
     until(lambda: sorted(os.listdir(folder)) == before)
@@ -335,17 +390,17 @@ def test_who_comes_before_the_page_is_there_is_told_so(tmp_path: Path) -> None:
     served = Server(load, Settings(folder=tmp_path, port=0))
     thread = threading.Thread(target=served.run, daemon=True)
     thread.start()
-    place = urlsplit(served.url)
+    way = "/?" + urlsplit(served.url).query
     connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=PATIENCE)
     with contextlib.closing(connection):
-        connection.request("GET", f"{place.path}?{place.query}")
+        connection.request("GET", way, headers={"Sec-Fetch-Dest": "iframe"})
         answer = connection.getresponse()
         first = answer.read1().decode()
         assert "starting" in first
         assert all(address in first for address in starting.addresses())
         go_on.set()
         assert "location.replace" in answer.read().decode()
-        connection.request("GET", f"{place.path}?{place.query}")
+        connection.request("GET", way, headers={"Sec-Fetch-Dest": "iframe"})
         assert "Bokeh" in connection.getresponse().read().decode()
     served.stop()
     thread.join(PATIENCE)
@@ -412,25 +467,68 @@ def test_nothing_is_fetched_from_elsewhere(desk: Desk) -> None:
         assert desk.ask("/" + link.removeprefix("./").lstrip("/")).status == 200
 
 
-def test_others_are_let_in_with_the_token_alone(tmp_path: Path) -> None:
-    desk = Desk(tmp_path, origins=("http://lab-pc:5106",))
+@pytest.mark.parametrize("origins", [(), ("http://lab-pc:5106",)])
+def test_nobody_is_let_in_without_the_token(tmp_path: Path, origins: tuple[str, ...]) -> None:
+    desk = Desk(tmp_path, origins=origins)
     parts = urlsplit(desk.server.url)
-    assert parts.netloc == "lab-pc:5106"
-    there = {"Host": "lab-pc:5106"}
-    assert desk.ask("/", **there).status == 403
-    assert desk.ask("/?token=wrong", **there).status == 403
-    assert desk.ask("/ws", **there, Origin="http://lab-pc:5106").status == 403
+    assert parts.netloc == (f"127.0.0.1:{desk.port}" if not origins else "lab-pc:5106")
+    there = {"Host": parts.netloc, "Cookie": ""}
+    for path in (
+        "/",
+        desk.home,
+        "/?token=wrong",
+        "/?token=%ff",
+        f"/upload{desk.home[1:]}",
+        "/made",
+    ):
+        assert desk.ask(path, **there).status == 403
+    assert desk.ask("/ws", **there, Origin=f"http://{parts.netloc}").status == 403
+    name, _, value = desk.cookie.partition("=")
+    assert desk.ask("/", **{**there, "Cookie": f"{name}={value[:-1]}x"}).status == 403
     shown = desk.ask(f"/?{parts.query}", **there)
     assert shown.status == 302
     assert "token" not in shown.headers["Location"]
     cookie = shown.headers["Set-Cookie"]
     assert "HttpOnly" in cookie
-    page = desk.ask(shown.headers["Location"], **there, Cookie=cookie.partition(";")[0])
+    assert "SameSite=Lax" in cookie
+    page = desk.ask(shown.headers["Location"], **{**there, "Cookie": cookie.partition(";")[0]})
     assert page.status == 200
     # Nothing of it stands in the page.
     assert cookie.partition(";")[0].partition("=")[2] not in page.text
     assert desk.ask(shown.headers["Location"], Host="evil.example").status == 403
     desk.close()
+
+
+@pytest.mark.parametrize(("origins", "status"), [((), 200), (("http://lab-pc:5106",), 403)])
+def test_a_browser_of_this_machine_comes_in_again_after_a_restart(
+    tmp_path: Path, origins: tuple[str, ...], status: int
+) -> None:
+    first = Desk(tmp_path, origins=origins)
+    first.close()
+    again = Desk(tmp_path, origins=origins, port=first.port)
+    assert again.ask(again.home, Cookie=first.cookie).status == status
+    again.close()
+    assert not origins or not (tmp_path / "secret").exists()
+    assert origins or (tmp_path / "secret").stat().st_mode & 0o077 == 0
+
+
+def test_a_frame_keeps_its_token_for_it_has_no_cookie(desk: Desk) -> None:
+    asked = urlsplit(desk.server.url).query
+    before = len(desk.visits)
+    answer = desk.ask(f"/?{asked}", Cookie="", Sec_Fetch_Dest="iframe")
+    assert answer.status == 200
+    until(lambda: len(desk.visits) > before)
+    assert f"token={desk.visits[-1].token}" in asked
+    assert f"token={desk.visits[-1].token}" in desk.visits[-1].offer(Path("a-1.nc"))
+
+
+def test_programs_are_not_told_the_token(desk: Desk) -> None:
+    with desk.server.way_in() as address:
+        path = Path(url2pathname(urlsplit(address).path))
+        assert "token" not in address
+        assert desk.server.url.replace("&", "&amp;") in path.read_text(encoding="utf-8")
+        assert path.parent.stat().st_mode & 0o077 == 0
+    assert not path.exists()
 
 
 def test_others_are_let_in_only_if_they_are_named() -> None:
@@ -468,7 +566,7 @@ def test_the_command_serves_a_page_until_it_is_interrupted(tmp_path: Path) -> No
         connection = http.client.HTTPConnection("127.0.0.1", parts.port or 0, timeout=PATIENCE)
         with contextlib.closing(connection):
             connection.request("GET", f"/?{parts.query}")
-            assert connection.getresponse().status == 200
+            assert connection.getresponse().status == 302
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == app.SOLVED

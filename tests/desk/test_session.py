@@ -12,11 +12,13 @@ from hypothesis import HealthCheck, settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 import roughcontact as rc
-from roughcontact.desk.live import Failed, Prepared
+from roughcontact.desk.live import Failed, Live, Prepared
 from roughcontact.desk.session import Session
 from roughcontact.desk.state import PINNED, from_script
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.fleet import project
+from roughcontact.request.options import SOLVE
+from roughcontact.request.request import from_text
 from roughcontact.request.run import Outcome, run
 
 PATIENCE = 60.0
@@ -117,7 +119,7 @@ def test_a_file_that_is_gone_is_told(session: Session, tmp_path: Path) -> None:
     assert "a.npz" in session.failure.error.worded()
 
 
-def test_only_the_last_load_asked_for_is_told(tmp_path: Path) -> None:
+def test_of_loads_asked_for_meanwhile_only_the_last_is_told(tmp_path: Path) -> None:
     reading = threading.Event()
 
     heard = Heard()
@@ -135,8 +137,42 @@ def test_only_the_last_load_asked_for_is_told(tmp_path: Path) -> None:
     reading.set()
     assert session.wait(PATIENCE)
     loads = [what.result.load for what in heard.all if isinstance(what, Outcome) and what.result]
-    assert loads == [pytest.approx(0.004)]
+    # The one that began before them ends.
+    assert loads in ([pytest.approx(0.004)], [pytest.approx(0.01), pytest.approx(0.004)])
     session.close()
+
+
+def test_a_solve_that_began_ends_and_the_newest_waits(tmp_path: Path) -> None:
+    began, go_on = threading.Event(), threading.Event()
+    told: list[Any] = []
+
+    def hear(what: Any) -> None:
+        told.append(what)
+        if isinstance(what, Prepared) and "load" in what.request.given:
+            began.set()
+            assert go_on.wait(PATIENCE)
+
+    path = save_map(tmp_path, "a.npz")
+    live = Live(hear)
+    given = {**GIVEN, "level": "none"}
+    requests = [from_text(SOLVE, path, {**given, "load": f"{mN} mN"}) for mN in (1, 2, 3, 4)]
+    live.ask(requests[0])
+    assert began.wait(PATIENCE)
+    for request in requests[1:]:
+        live.ask(request)
+    go_on.set()
+    assert live.wait(PATIENCE)
+    solved = [what.request for what in told if isinstance(what, Outcome)]
+    assert [requests.index(request) for request in solved] == [0, 3]
+    # Other maps need no end of it.
+    began.clear(), go_on.clear(), told.clear()
+    live.ask(requests[0])
+    assert began.wait(PATIENCE)
+    live.ask(from_text(SOLVE, path, {**given, "level": "mean"}))
+    go_on.set()
+    assert live.wait(PATIENCE)
+    assert [what.request["level"] for what in told if isinstance(what, Outcome)] == ["mean"]
+    live.close()
 
 
 def test_the_map_is_read_and_prepared_once(session: Session, tmp_path: Path) -> None:

@@ -13,7 +13,6 @@ from roughcontact.contact import slab_archive
 from roughcontact.contact.slab import bands
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.halfspace.slab_symbols import operators
 from roughcontact.ranks import Ranks
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
@@ -79,8 +78,9 @@ def apply(folder, ranks):
     index = np.flatnonzero(here)
     for boundary in Boundary:
         alone = boundary.operator(shape, PIXEL, 2e11, workspace=Workspace(1))
-        make = operators(boundary, bands(shape, ranks.count), shape, PIXEL, 2e11, ranks,
-                         workspace=Workspace(3))  # fmt: skip
+        make = boundary.slab_operators(
+            bands(shape, ranks.count), shape, PIXEL, 2e11, ranks, workspace=Workspace(3)
+        )
         whole = make(shape, (1, 1))
         expected = alone(pressure)
         largest = np.abs(expected).max()

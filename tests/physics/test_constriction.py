@@ -5,9 +5,11 @@ import math
 
 import numpy as np
 import pytest
+from scipy.sparse.linalg import LinearOperator, cg
 
 import roughcontact as rc
 from roughcontact.contact.result import ContactResult
+from roughcontact.joint.filling import AIR, OIL
 from roughcontact.joint.spread import greenwood
 from roughcontact.theory import constriction, hertz
 
@@ -218,3 +220,54 @@ def test_the_correlation_of_rough_joints_is_within_its_scatter(ceiling: float | 
     # Nearly in proportion to the load, 0.95 and 0.94.
     slope = np.diff(np.log(found.column("length"))) / np.diff(np.log(found.column("load")))
     assert ((slope > 0.85) & (slope < 1.1)).all()
+
+
+def filled(result: rc.ContactResult, local: np.ndarray, resistivity: float) -> float:
+    """Return the conductance per area of half-spaces joined by local conductances, both solved.
+
+    The flux q under a unit drop of temperature: q/h + Σ(1/k) S q = 1, S q of a wave q/|k|.
+    """
+    edges = zip(local.shape, result.pair.pixel, strict=True)
+    y, x = (2 * math.pi * np.fft.fftfreq(points, edge) for points, edge in edges)
+    waves = np.hypot(y[:, None], x)
+    spread = resistivity / np.where(waves > 0, waves, np.inf)
+    joined = local > 0
+    series = np.where(joined, 1 / np.where(joined, local, 1), 0)
+
+    def rise(q: np.ndarray) -> np.ndarray:
+        q = np.where(joined, q.reshape(local.shape), 0)
+        spreading = np.fft.ifft2(np.fft.fft2(q) * spread).real
+        return np.where(joined, spreading + series * q, 0).ravel()
+
+    scale = 1 / (series + resistivity * result.pair.pixel[0] / 2)
+    n = local.size
+    flux, failed = cg(
+        LinearOperator((n, n), matvec=rise),
+        joined.astype(float).ravel(),
+        M=LinearOperator((n, n), matvec=lambda q: q * scale.ravel()),
+        rtol=1e-6,
+        maxiter=5000,
+    )
+    assert not failed
+    return float(flux.mean())
+
+
+def test_what_fills_the_gap_adds_as_if_both_were_solved_together() -> None:
+    surface = rc.generate((96, 96), (2e-6, 2e-6), Sq=0.4e-6, Sal=8e-6, seed=1)
+    metal = rc.Material(206e9, 0.3, 0.3e9)
+    steel, aluminium = rc.Conductor(conductivity=42.6), rc.Conductor(conductivity=167)
+    resistivity = 1 / 42.6 + 1 / 167
+    for pressure in (5e6, 80e6):
+        result = rc.solve(
+            surface, material=metal, load=rc.NominalPressure(pressure), boundary="periodic"
+        )
+        found = rc.conductance(result, steel, aluminium)
+        alone = filled(result, np.where(result.contact, np.inf, 0), resistivity)
+        assert found.thermal_conductance[0] == pytest.approx(alone, rel=1e-3)
+        for name, fluid, low, high in (("air", AIR, 0.75, 1.05), ("oil", OIL, 1.0, 1.35)):
+            with np.errstate(divide="ignore"):
+                gap = fluid.conductivity / (np.fmax(result.gap, 0) + fluid.jump)
+            both = filled(result, np.where(result.contact, np.inf, gap), resistivity)
+            added = found.column(f"{name}_gap")[0]
+            assert low * (both - alone) < added < high * (both - alone)
+            assert found.filled_conductance(name)[0] == pytest.approx(both, rel=0.15)

@@ -135,6 +135,23 @@ def test_unloading_starts_where_loading_ended_and_meets_the_history() -> None:
         assert told.contact_fraction == pytest.approx(step.contact_area / area, rel=0.02)
 
 
+def test_a_joint_that_was_pressed_harder_conducts_more() -> None:
+    # 20 MPa after 80 MPa on a ground face; the contact by the load history, apart from the law.
+    surface = rc.generate((128, 128), (2e-6, 2e-6), Sq=0.4e-6, Sal=8e-6, Str=0.2, seed=1)
+    pressures, metal = [20e6, 80e6], rc.Conductor(conductivity=40)
+    contacts = pressed(surface, pressures, SOFT)
+    law = rc.interface_law(contacts, after(contacts, pressures), body=metal, counter_body=metal)
+    area = surface.size[0] * surface.size[1]
+    history = load_history(
+        surface, [p * area for p in (80e6, 20e6)], material=SOFT, boundary="periodic"
+    )
+    unloaded = rc.conductance(history.last, metal, metal).thermal_conductance[0]
+    loaded = rc.conductance(contacts[0], metal, metal).thermal_conductance[0]
+    assert law.thermal_conductance(UNLOADING)[0] == pytest.approx(unloaded, rel=1e-3)
+    assert law.thermal_conductance(LOADING)[0] == pytest.approx(loaded, rel=1e-6)
+    assert unloaded > 1.3 * loaded
+
+
 @pytest.mark.parametrize("ratio", [1.0, 0.2])
 def test_inside_its_rim_a_free_map_has_the_law_of_a_periodic_one(ratio: float) -> None:
     # The same map, free and periodic, the latter looked at in the same window so that only the

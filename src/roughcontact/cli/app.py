@@ -316,8 +316,9 @@ def _carry_out_here(request: Request, as_json: bool, quiet: bool) -> None:
     from roughcontact.report import underway
     from roughcontact.request.run import run
 
+    left = underway.Forecast()
     with terminal.progress(quiet) as say:
-        outcome = run(request, say, lambda at: say(underway.described(at)))
+        outcome = run(request, say, lambda at: say(underway.described(at) + left(at)))
     shown.show(outcome, as_json, quiet)
 
 
@@ -537,7 +538,7 @@ def _materials(name: Path | str | None, given: Given) -> None:
 
     found = catalogue.entries() if name is None else (catalogue.entry(str(name)),)
     if "json" in given:
-        told = [{**dataclasses.asdict(entry), "advice": entry.advice} for entry in found]
+        told = [dataclasses.asdict(entry) for entry in found]
         print(to_json({"materials": told}))
     elif name is None:
         console.show_catalogue(found)

@@ -87,11 +87,19 @@ def show(outcome: Outcome) -> None:
 
 def show_solution(outcome: Outcome) -> None:
     """Print problem, answer and trust of a result, then its warnings and files."""
-    from roughcontact.report import smooth, sureness
+    from roughcontact.report import results, smooth, sureness
 
     result = outcome.result
     assert result is not None
-    _print_table(_problem(result, result), *_answers(result))
+    heads, answer = results.beside_calibrated(result, brief=True)
+    cells = [(_title(row), *texts) for row, texts in answer]
+    trust = _trust(result)
+    if heads:
+        _print_table(_problem(result, result))
+        _print_table(cells, heads=("", *heads))
+        _print_table(trust)
+    else:
+        _print_table(_problem(result, result), cells, trust)
     if result.converged and result.load:
         _print_table(sureness.rows(result, outcome.study), heads=sureness.HEADS)
     if smooth.applies(result):
@@ -284,9 +292,8 @@ def show_entry(entry: Entry) -> None:
     """Print a material with the source of each of its values."""
     rows = [("material", entry.key), ("also called", ", ".join(entry.names))]
     rows.append(("condition", entry.condition))
-    rows += [
-        (name, text) for name, text in (("note", entry.note), ("ceiling", entry.advice)) if text
-    ]
+    if entry.note:
+        rows.append(("note", entry.note))
     values: list[Cells] = [
         ("Young's modulus", engineering(entry.young.value, "Pa"), entry.young.source),
         ("Poisson's ratio", f"{entry.poisson.value:g}", entry.poisson.source),
@@ -296,6 +303,9 @@ def show_entry(entry: Entry) -> None:
         values.append(("yield strength", engineering(strength.value, "Pa"), strength.source))
     if entry.hardness is not None:
         values.append(("hardness", entry.hardness.text, entry.hardness.source))
+    if entry.exponent is not None:
+        exponent = entry.exponent
+        values.append(("hardening exponent", f"{exponent.value:g}", exponent.source))
     if entry.resistivity is not None:
         text = engineering(entry.resistivity.value, "Ω m")
         values.append(("resistivity", text, entry.resistivity.source))
@@ -441,13 +451,19 @@ def _problem(
 def _answers(result: Any) -> tuple[list[Cells], list[Cells]]:
     """Return what came out, and how exactly it is solved."""
     from roughcontact.report import results
+
+    return _cells(results.rows(result, brief=True)), _trust(result)
+
+
+def _trust(result: Any) -> list[Cells]:
+    """Return how exactly a result is solved."""
+    from roughcontact.report import results
     from roughcontact.report.quantities import TRUST
 
-    trust: list[Cells] = [
+    return [
         (title, terminal.spelled(text))
         for title, text in _cells(results.rows(result, TRUST, brief=True))
     ]
-    return _cells(results.rows(result, brief=True)), trust
 
 
 def _print_lines(text: str) -> None:

@@ -29,7 +29,7 @@ def show(outcome: Outcome, as_json: bool, quiet: bool) -> None:
     request = outcome.request
     if as_json:
         # Of this run alone: what was solved is the same, taken from a folder or not.
-        about = {} if request["folder"] is None else {"reused": outcome.reused}
+        about = {} if request.get("folder") is None else {"reused": outcome.reused}
         print(to_json({**outcome.record(), **about}))
     elif not quiet:
         # What draws tables takes time to import.
@@ -45,7 +45,7 @@ def show(outcome: Outcome, as_json: bool, quiet: bool) -> None:
         wanted = any(
             option.suffixes and request[name] for name, option in offered(request.task).items()
         )
-        folder = request["folder"]
+        folder = request.get("folder")
         terminal.complain(
             f"error: {terminal.spelled(outcome.shortfall, request.task)}"
             + ("; no file was written" if wanted else "")

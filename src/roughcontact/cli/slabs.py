@@ -81,8 +81,11 @@ def _carry_out_volume(request: Request, ranks: Ranks, as_json: bool, quiet: bool
     from roughcontact.report import underway
     from roughcontact.request import volumes
 
+    left = underway.Forecast()
     with terminal.progress(quiet or not ranks.first) as say:
-        outcome = volumes.run(request, ranks, say, lambda at: say(underway.described(at)))
+        outcome = volumes.run(
+            request, ranks, say, lambda at: say(underway.described(at) + left(at))
+        )  # fmt: skip
     if ranks.first:
         shown.show(outcome, as_json, quiet)
     elif outcome.failure is not None:

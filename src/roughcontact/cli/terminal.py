@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, TextIO
@@ -43,17 +44,42 @@ def open_streams() -> None:
             stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
 
 
+EVERY = 10.0
+"""Seconds between lines of progress where there is no terminal."""
+
+LINE = "progress: "
+"""How such a line begins."""
+
+
 @contextlib.contextmanager
 def progress(quiet: bool = False) -> Iterator[Say]:
-    """Give a function that shows a line on the terminal while the work goes on."""
-    if quiet or not sys.stderr.isatty():
+    """Give a function that shows progress on standard error: one line, or one every ten seconds."""
+    if quiet:
         yield lambda text: None
+        return
+    if not sys.stderr.isatty():
+        yield _now_and_then()
         return
     from rich.console import Console
     from rich.text import Text
 
     with Console(stderr=True, highlight=False).status("") as status:
         yield lambda text: status.update(Text(printable(text)))
+
+
+def _now_and_then() -> Say:
+    """Return a function that prints a line if the last one was long ago."""
+    last = time.monotonic()
+
+    def say(text: str) -> None:
+        nonlocal last
+        if time.monotonic() - last < EVERY:
+            return
+        last = time.monotonic()
+        with contextlib.suppress(OSError, ValueError):
+            print(f"{LINE}{one_line(text)}", file=sys.stderr, flush=True)
+
+    return say
 
 
 @contextlib.contextmanager

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from typing import Any
 
 RECOMMENDED = "recommended"
 """What `roughcontact.solve` is given as its ceiling to find it itself."""
+
+TOLD_CHANGE = 0.02
+"""Relative change of areas or gap from which the calibrated ceiling is told beside another."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,58 @@ class RecommendedCeiling:
     first_yield: float
     ceiling: float
     factor: float
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """The same contact under the ceiling that gives the contact area of plasticity in the volume.
+
+    Parameters
+    ----------
+    ceiling : float
+        The calibrated ceiling [Pa].
+    factor, load_ratio : float
+        Of the `RecommendedCeiling`.
+    load, approach : float
+        Load [N] and approach [m].
+    control : {"load", "approach"}
+        Which of them was given.
+    contact_area : float
+        Contact area [m²].
+    contact_fraction, saturated_fraction : float
+        Contact area and saturated area over that of the map.
+    mean_gap : float
+        Mean open gap [m].
+    change : float
+        Largest relative change of contact area, saturated area and mean gap.
+    certificate : float
+        ε of its solution.
+    convolutions : int
+        What it cost.
+    """
+
+    ceiling: float
+    factor: float
+    load_ratio: float
+    load: float
+    approach: float
+    control: str
+    contact_area: float
+    contact_fraction: float
+    saturated_fraction: float
+    mean_gap: float
+    change: float
+    certificate: float
+    convolutions: int
+
+    @property
+    def differs(self) -> bool:
+        """Whether it differs by so much that it is told."""
+        return self.change > TOLD_CHANGE
+
+    def summary(self) -> dict[str, Any]:
+        """Return it by name, in SI units, ready for JSON."""
+        return asdict(self)
 
 
 @dataclass(frozen=True)

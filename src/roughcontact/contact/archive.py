@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from roughcontact import memory, netcdf
 from roughcontact.contact import cautions, loads, ranges, verification
-from roughcontact.contact.advice import AgreedCeiling
+from roughcontact.contact.advice import AgreedCeiling, Calibrated
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import FormatError, InsufficientMemoryError
@@ -60,6 +60,20 @@ _RECOMMENDED = {
     "usual_contact_area": "m²",
     "usual_approach": "m",
     "usual_indentation": "m",
+}
+_CALIBRATED = {
+    "ceiling": "Pa",
+    "factor": "1",
+    "load_ratio": "1",
+    "load": "N",
+    "approach": "m",
+    "contact_area": "m²",
+    "contact_fraction": "1",
+    "saturated_fraction": "1",
+    "mean_gap": "m",
+    "change": "1",
+    "certificate": "1",
+    "convolutions": "1",
 }
 _WORDS = ("boundary", "precision", "control", "status", "version")
 # Those of them that the bodies know.
@@ -191,6 +205,10 @@ def _scalar_attributes(result: Any) -> dict[str, Any]:
         for name, unit in _RECOMMENDED.items():
             value = getattr(result.recommended, name)
             attributes |= _with_unit(f"recommended_{name}", value, unit)
+    if result.calibrated is not None:
+        for name, unit in _CALIBRATED.items():
+            value = getattr(result.calibrated, name)
+            attributes |= _with_unit(f"calibrated_{name}", value, unit)
     return attributes
 
 
@@ -206,6 +224,8 @@ def _material_attributes(body: str, material: Material) -> dict[str, Any]:
             attributes |= _with_unit(f"{body}_{name}", value, "Pa")
     if material.hardening is not None:
         attributes[f"{body}_hardening"] = hardening.to_text(material.hardening)
+    if material.caveat:
+        attributes[f"{body}_caveat"] = material.caveat
     return attributes
 
 
@@ -399,6 +419,7 @@ def _pair(maps: dict[str, NDArray[np.float64]], attributes: dict[str, Any]) -> P
             name=str(attributes[f"{body}_name"]),
             hardness=_optional(attributes, f"{body}_hardness"),
             hardening=_law(attributes.get(f"{body}_hardening")),
+            caveat=str(attributes.get(f"{body}_caveat", "")),
         )
         for body in MATERIALS
     }
@@ -417,6 +438,10 @@ def _scalars(attributes: dict[str, Any]) -> dict[str, Any]:
             name: float(attributes[f"recommended_{name}"]) for name in _RECOMMENDED
         }
         scalars["recommended"] = AgreedCeiling(**told | {"solves": int(told["solves"])})
+    if "calibrated_ceiling" in attributes:
+        told = {name: float(attributes[f"calibrated_{name}"]) for name in _CALIBRATED}
+        told |= {"control": scalars["control"], "convolutions": int(told["convolutions"])}
+        scalars["calibrated"] = Calibrated(**told)
     if _GIVEN in attributes:
         scalars["given"] = loads.from_summary(json.loads(str(attributes[_GIVEN])))
     # Files of earlier versions know no tilt.

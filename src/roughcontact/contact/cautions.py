@@ -50,6 +50,7 @@ class Kind(StrEnum):
     SPOTS = "spots that are no discs"
     FORM = "bodies curved as a whole"
     WAYS = "ways through the gap"
+    SLIP = "gas that slips"
     RANGE = "pressures that the maps resolve"
     RIM = "rim that is left out"
     STEPS = "pressures that are far apart"
@@ -58,6 +59,15 @@ class Kind(StrEnum):
     SMALL = "map small against its waves"
     WAY = "steps of a pass"
     AXIS = "roller that slides along its axis"
+    ATOMS = "contact of few atoms"
+    ADHESION = "adhesion"
+    MATERIAL = "material beyond the model"
+
+
+_FOREMOST = (
+    Kind.NOT_CONVERGED, Kind.UNITS, Kind.FILLED, Kind.STRAINS, Kind.ATOMS, Kind.ADHESION,
+    Kind.MATERIAL,
+)  # fmt: skip
 
 
 class Severity(StrEnum):
@@ -128,10 +138,16 @@ def of_measurement(notes: Iterable[str]) -> tuple[Caution, ...]:
 
 
 def ordered(found: Iterable[Caution]) -> tuple[Caution, ...]:
-    """Return cautions, each once and the severest first."""
-    rank = list(Severity)
+    """Return cautions, each once, the severest first and of these what makes the rest void."""
+    severities = list(Severity)
     once = {(c.kind, c.text): c for c in found}
-    return tuple(sorted(once.values(), key=lambda caution: rank.index(caution.severity)))
+
+    def rank(caution: Caution) -> tuple[int, int]:
+        foremost = caution.kind in _FOREMOST
+        place = _FOREMOST.index(Kind(caution.kind)) if foremost else len(_FOREMOST)
+        return severities.index(caution.severity), place
+
+    return tuple(sorted(once.values(), key=rank))
 
 
 def to_text(cautions: Iterable[Caution]) -> str:

@@ -328,15 +328,15 @@ def _judged(pair: Pair, softer: Material, slope: float, mean: float) -> Recommen
     bodies = [one for one in (pair.material, pair.counter_material) if one.compliance > 0]
     load = slope**2 * mean
     # With the ceiling that is recommended it bears the same load at another slope.
-    slope = _loaded(load, lambda s: _borne(bodies[0], _part(bodies, s)))
-    part = _part(bodies, slope)
-    parts = dict(zip(map(id, bodies), (part, slope - part), strict=False))
+    slope = _loaded(load, lambda s: _shared(bodies, s)[0])
+    borne, *taken = _shared(bodies, slope)
+    parts = dict(zip(map(id, bodies), taken, strict=True))
     yielding = [one for one in (pair.material, pair.counter_material) if one.yield_strength]
     flow = {id(one): _flow_stress(one, parts.get(id(one), 0.0)) for one in yielding}
     first = min(flow[id(one)] * _first_yield(one) for one in yielding)
-    found = yielding_sphere.ceiling(pair.contact_modulus * slope, _borne(bodies[0], part), first)
+    found = yielding_sphere.ceiling(pair.contact_modulus * slope, borne, first)
     bounds = [CEILING_FACTOR * flow[id(one)] for one in yielding]
-    bounds += [one.hardness for one in bodies if one.hardness and not one.yield_strength]
+    bounds += [one.hardness for one in bodies if one.hardness]
     ceiling = min(found, *bounds)
     assert softer.yield_strength is not None
     return RecommendedCeiling(
@@ -349,16 +349,23 @@ def _judged(pair: Pair, softer: Material, slope: float, mean: float) -> Recommen
     )
 
 
-def _part(bodies: Sequence[Material], slope: float) -> float:
-    """Return which part of a slope the first body takes: both bear the same mean pressure."""
+def _shared(bodies: Sequence[Material], slope: float) -> tuple[float, ...]:
+    """Return the mean pressure [Pa] that all bodies bear, and the part of a slope of each."""
     if len(bodies) == 1:
-        return slope
+        return _borne(bodies[0], slope), slope
     one, other = bodies
 
     def excess(part: float) -> float:
         return _borne(one, part) - _borne(other, slope - part)
 
-    return float(brentq(excess, 1e-9 * slope, (1 - 1e-9) * slope, rtol=1e-12))
+    least, most = 1e-9 * slope, (1 - 1e-9) * slope
+    # A body that bears more at so small a part is as good as rigid.
+    if excess(least) > 0:
+        return _borne(other, slope), 0.0, slope
+    if excess(most) < 0:
+        return _borne(one, slope), slope, 0.0
+    part = float(brentq(excess, least, most, rtol=1e-12))
+    return _borne(one, part), part, slope - part
 
 
 def _borne(body: Material, slope: float) -> float:
@@ -373,9 +380,7 @@ def _borne(body: Material, slope: float) -> float:
 
 def _flow_stress(body: Material, slope: float) -> float:
     assert body.yield_strength is not None
-    if body.hardening is None:
-        return body.yield_strength
-    return float(flow_stress(body.hardening, np.array(_STRAIN * slope)))
+    return float(flow_stress(body.law, np.array(_STRAIN * slope)))
 
 
 def _first_yield(body: Material) -> float:

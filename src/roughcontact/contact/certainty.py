@@ -1,37 +1,41 @@
 """How sure the headline numbers of a contact are: an interval for each, and what it comes from.
 
-The certificate says how exactly the problem as stated is solved. It knows nothing of the pixel,
+The certificate says how exactly the problem as stated is solved. It knows nothing of the grid,
 of the rim of spots and of what the ceiling stands in for, which move the numbers far more; what is
-known of these is gathered here.
+known of these is gathered here. What the measurement left out of the map is not in it.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
 import numpy as np
 
-from roughcontact.contact import judgment
+from roughcontact.contact import area, judgment
 from roughcontact.contact.ceiling import area_change
 from roughcontact.contact.result import ContactResult, Regime
-from roughcontact.contact.study import ResolutionStudy
-from roughcontact.material.material import softer
+from roughcontact.contact.study import STEADY, ResolutionStudy
 
 # What the change of one sphere is wrong by itself, beside what the rule is.
 _ONE_SPHERE = 0.02
+
+# Numbers of an elastic contact that each shorter wave moves on, and what tells so.
+_WITHOUT_LIMIT = {"contact_fraction": "corrected_fraction", "max_pressure": "max_pressure"}
 
 QUANTITIES = ("max_pressure", "contact_fraction", "saturated_fraction", "mean_gap", "approach")
 """Names of the numbers that get an interval."""
 
 
 class Cause(StrEnum):
-    """What moves a number away from that of the real contact."""
+    """What moves a number away from that of the real contact of the map as measured."""
 
     RIM = "rim of the spots"
-    PIXEL = "pixel"
+    GRID = "grid"
+    EDGE = "edge of the map"
+    WAVES = "shorter waves"
     YIELDING = "ceiling against plasticity of the volume"
     TOLERANCE = "tolerance"
 
@@ -45,7 +49,8 @@ class Doubt:
     cause : Cause
         The cause.
     low, high : float
-        Relative changes, ``low ≤ 0 ≤ high``; NaN where they are not known.
+        Relative changes, ``low ≤ 0 ≤ high``; NaN where they are not known, infinite where they have
+        no limit.
     """
 
     cause: Cause
@@ -83,7 +88,7 @@ class Interval:
 
     @property
     def high(self) -> float:
-        """Upper end [SI]."""
+        """Upper end [SI]; infinite where there is none."""
         return self.value * math.prod(1 + d.high for d in self.doubts if d.known)
 
     @property
@@ -108,7 +113,7 @@ def intervals(result: ContactResult, study: ResolutionStudy | None = None) -> tu
     result : ContactResult
         A solution.
     study : ResolutionStudy, optional
-        The same contact on other grids. Without one the pixel is an unknown cause.
+        The same contact on other grids. Without one the grid is an unknown cause.
 
     Returns
     -------
@@ -117,13 +122,15 @@ def intervals(result: ContactResult, study: ResolutionStudy | None = None) -> tu
 
     Notes
     -----
-    Rim: pixels that the rim of a spot crosses count in full; the lower end is
-    `ContactResult.corrected_contact_area`. Pixel: the change from the pixel of the map to half of
-    it, which is the error of the grid, and that from twice the pixel to the pixel, taken as what
-    a measurement twice as fine would change once more. Yielding: `ceiling.area_change`, give or
-    take what the recommended ceiling was wrong by on contacts of this kind, and as far as the
-    hardness as a ceiling where it is at odds with the yield strength; known of the contact area
-    alone, no cause below first yield or where no strength is known. Tolerance: the
+    Grid: where the number lies on ever finer grids of the same heights, `study.limits`. Rim, where
+    there is no such study: pixels that the rim of a spot crosses count in full; the lower end is
+    `ContactResult.corrected_contact_area`. Edge: the largest pressure of an elastic contact has no
+    limit at an edge at which the map ends (r^-1/2, as of a flat punch). Shorter waves: contact area
+    and largest pressure of an elastic map that is rough down to its pixel, which is where they
+    change by 5 % or more from twice its pixel to its own, have none either; how far they would go
+    is not known. Yielding: `ceiling.area_change`, give or
+    take what the recommended ceiling was wrong by on contacts of this kind; known of the contact
+    area alone, no cause below first yield or where no strength is known. Tolerance: the
     certificate.
     """
     yields = result.regime not in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN)
@@ -132,13 +139,11 @@ def intervals(result: ContactResult, study: ResolutionStudy | None = None) -> tu
         value = float(getattr(result, name))
         if name == result.control or not (math.isfinite(value) and value):
             continue
-        doubts = [
-            _pixel(name, study),
-            Doubt(Cause.TOLERANCE, -result.certificate, result.certificate),
-        ]
+        grid = _grid(name, result, study)
+        doubts = [*grid, Doubt(Cause.TOLERANCE, -result.certificate, result.certificate)]
         if yields:
             doubts.insert(0, _yielding(name, result))
-        if name == "contact_fraction":
+        if name == "contact_fraction" and not grid[0].known:
             doubts.insert(0, _rim(result))
         found.append(Interval(name, value, tuple(doubts)))
     return tuple(found)
@@ -160,12 +165,6 @@ def _yielding(name: str, result: ContactResult) -> Doubt:
     error = judgment.shown_error(result) + _ONE_SPHERE
     # Both NaN where the rule was never tried.
     low, high = _around(change, error * (1 + change))
-    body = softer(result.material, result.counter_material)
-    if body is not None and body.hardness is not None and body.at_odds is not None:
-        # The rule knows the yield strength alone; where flow is full the hardness is borne.
-        full = replace(advice, ceiling=body.hardness)
-        reached = area_change(full, result.ceiling, result.contact_modulus)
-        low, high = min(low, reached), max(high, reached)
     return Doubt(Cause.YIELDING, low, high)
 
 
@@ -176,8 +175,27 @@ def _around(change: float, error: float) -> tuple[float, float]:
     return min(0.0, change - error), max(0.0, change + error)
 
 
-def _pixel(name: str, study: ResolutionStudy | None) -> Doubt:
-    changes = () if study is None else study.changes(name)[-2:]
-    if len(changes) < 2 or not all(map(math.isfinite, changes)):
-        return Doubt(Cause.PIXEL, math.nan, math.nan)
-    return Doubt(Cause.PIXEL, min(0.0, *changes), max(0.0, *changes))
+def _grid(name: str, result: ContactResult, study: ResolutionStudy | None) -> list[Doubt]:
+    """Return what the grid, and what is below it, may move."""
+    value = float(getattr(result, name))
+    elastic = result.ceiling is None
+    at_edge = elastic and area.at_edge(result.contact, result.boundary)
+    if name == "max_pressure" and (at_edge or (study is not None and study.at_edge)):
+        return [Doubt(Cause.EDGE, 0.0, math.inf)]
+    if study is None:
+        return [Doubt(Cause.GRID, math.nan, math.nan)]
+    low, high = study.limits(name)
+    if name == "max_pressure" and result.ceiling is not None:
+        high = min(high, float(np.max(result.ceiling)))
+    ends = sorted((low / value - 1, high / value - 1))
+    # NaN stays, since it comes first.
+    found = [Doubt(Cause.GRID, min(ends[0], 0.0), max(ends[1], 0.0))]
+    if elastic and name in _WITHOUT_LIMIT and _rough(_WITHOUT_LIMIT[name], study):
+        found.append(Doubt(Cause.WAVES, math.nan, math.nan))
+    return found
+
+
+def _rough(name: str, study: ResolutionStudy) -> bool:
+    """Return whether a number changes from twice the pixel of the map to its own."""
+    coarser = sum(grid.value > 1 for grid in study.grids)
+    return 0 < coarser < len(study.grids) and abs(study.changes(name)[coarser - 1]) >= STEADY

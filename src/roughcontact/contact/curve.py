@@ -26,6 +26,9 @@ Array = NDArray[np.float64]
 LOW_LOAD = 0.05
 """Contact fraction up to which the area is taken as proportional to the load."""
 
+LOW_SATURATION = 0.1
+"""Saturated part of the contact area up to which it is taken for that of an elastic contact."""
+
 
 @dataclass(frozen=True)
 class LoadStep:
@@ -174,20 +177,33 @@ class LoadCurve(Shown):
         return 2 * self.column("unloading_stiffness") / self.contact_modulus
 
     @cached_property
+    def low_loads(self) -> NDArray[np.bool_]:
+        """Which loads touch no more than a twentieth of the map and hardly saturate, shape (n,)."""
+        area, load = self.column("corrected_contact_area"), self.column("load")
+        low: NDArray[np.bool_] = (
+            (area <= LOW_LOAD * self.nominal_area)
+            & (self.column("saturated_area") <= LOW_SATURATION * area)
+            & (load > 0)
+        )
+        return low
+
+    @cached_property
     def low_load_slope(self) -> float:
         """κ of A = κ W/(E* h′), where no more than a twentieth of the map touches.
 
-        Least squares through the origin on the corrected contact area of the loads at which no
-        more than a tenth of it is saturated; NaN if there is none. Theory: √(2π) = 2.5 (Bush,
+        Least squares through the origin on the corrected contact area of the `low_loads`, at which
+        no more than a tenth of it is saturated; without any, the secant from the origin to the
+        smallest load, which is that of no theory. NaN without load. Theory: √(2π) = 2.5 (Bush,
         Gibson and Thomas 1975), √(8/π) = 1.6 (Persson 2001); boundary elements: 1.8 to 2.3 (Hyun
         et al. 2004). It means something where there are many spots.
         """
         area, load = self.column("corrected_contact_area"), self.column("load")
-        saturated = self.column("saturated_area")
-        low = (area <= LOW_LOAD * self.nominal_area) & (saturated <= 0.1 * area) & (load > 0)
-        if not low.any():
-            return math.nan
-        slope = float(area[low] @ load[low] / (load[low] @ load[low]))
+        taken = self.low_loads
+        if not taken.any():
+            if not (load > 0).any():
+                return math.nan
+            taken = load == load[load > 0].min()
+        slope = float(area[taken] @ load[taken] / (load[taken] @ load[taken]))
         return slope * self.contact_modulus * self.rms_gradient
 
     @property

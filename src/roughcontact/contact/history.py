@@ -179,7 +179,7 @@ class LoadHistory(Shown):
     Parameters
     ----------
     path : tuple of Stage
-        What was asked for.
+        The stages that were followed.
     steps : tuple of HistoryStep
         What was found, one a stage.
     indented_body : {"surface", "counter_surface"}
@@ -205,6 +205,10 @@ class LoadHistory(Shown):
         What else is known of the numbers, from the measurement of the maps.
     given : tuple of GivenLoad
         The loads in the form in which they were given, those that were no forces.
+    passes : int
+        How often the path was followed.
+    requested_passes : int
+        How often it was to be followed; fewer passes suffice once one indents nothing.
     """
 
     path: tuple[Stage, ...]
@@ -219,6 +223,8 @@ class LoadHistory(Shown):
     recommended: AgreedCeiling | None = None
     remarks: tuple[Caution, ...] = ()
     given: tuple[GivenLoad, ...] = ()
+    passes: int = 1
+    requested_passes: int = 1
 
     @property
     def under_largest(self) -> ContactResult:
@@ -239,7 +245,7 @@ class LoadHistory(Shown):
         if advice is None or not isinstance(ceiling, float):
             return largest.cautions
         bodies = (largest.material, largest.counter_material)
-        left = imprint.doubt(advice, ceiling, any(body.hardening for body in bodies))
+        left = imprint.doubt(advice, ceiling, any(body.hardens for body in bodies))
         return largest.cautions if left is None else ordered([*largest.cautions, left])
 
     @property
@@ -333,14 +339,14 @@ class LoadHistory(Shown):
 
 
 def passes(
-    loads: Sequence[float], count: int, shift: tuple[float, float] = (0.0, 0.0)
+    loads: Sequence[Stage | Quantity | Load], count: int, shift: Quantities = (0.0, 0.0)
 ) -> list[Stage]:
     """Return the stages of a load cycle that is repeated, each time a step further.
 
     Parameters
     ----------
-    loads : sequence of float
-        Normal loads of one pass [N], in their order.
+    loads : sequence of Stage, float, str, quantity of pint or `Load`
+        Stages or normal loads of one pass, in their order.
     count : int
         Number of passes; all of them together have at most 10,000 stages.
     shift : (float, float)
@@ -364,11 +370,12 @@ def passes(
     (0.0, 4e-06)
     """
     require_count(1, most_passes(len(loads)), count=count)
-    step = Stage(load=0.0, shift=shift).shift
+    dy, dx = Stage(load=0.0, shift=shift).shift
+    stages = [one if isinstance(one, Stage) else Stage(load=one) for one in loads]
     return [
-        Stage(load=load, shift=(number * step[0], number * step[1]))
+        replace(stage, shift=(stage.shift[0] + number * dy, stage.shift[1] + number * dx))
         for number in range(count)
-        for load in loads
+        for stage in stages
     ]
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from roughcontact.contact import area, hertzian
+from roughcontact.contact import area, hertzian, validity
 from roughcontact.contact.advice import RECOMMENDED, RecommendedCeiling
 from roughcontact.contact.cautions import (
     Caution,
@@ -24,13 +24,13 @@ from roughcontact.contact.cautions import (
     unsealed,
     warned,
 )
-from roughcontact.contact.ceiling import recommended_ceiling
+from roughcontact.contact.ceiling import area_change, recommended_ceiling
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.spots import FEW_PIXELS, Spots
 from roughcontact.errors import Mention, parts_of
 from roughcontact.material.material import softer
 from roughcontact.surface.surface import Surface
-from roughcontact.units import counted, engineering, percent
+from roughcontact.units import changed_by, counted, engineering, percent
 
 SMALL_SLOPE, LARGE_SLOPE = 0.1, 0.3
 """Root-mean-square slopes at which the error of order slope² is 1 % and about 10 %."""
@@ -53,17 +53,11 @@ STRENGTHS = (1e-6, 0.3)
 LONGEST_SIDE = 10.0
 """Side of a map [m] that nothing measures."""
 
-LARGE_STRAIN = 0.1
-"""Pressure over contact modulus, which the strain is of the order of; plastic strain."""
-
 SHOWN_CONTACT = 0.3
 """Share of a rough map in contact up to which the recommended ceiling was tried."""
 
 SHOWN_SPHERE, SHOWN_ROUGH, SHOWN_HARDENING = 0.05, 0.09, 0.08
 """Largest errors of the area with the recommended ceiling: spheres and lines, maps, hardening."""
-
-MANY_FILLED = 0.05
-"""Share of a map that is filled from which its numbers are estimates."""
 
 SPIKY_KURTOSIS = 20.0
 """Kurtosis of heights that no process of manufacture gives.
@@ -184,9 +178,7 @@ def carrying_pixels(result: ContactResult, spots: Spots) -> int:
     """
     if spots.count == 0:
         return 0
-    carried = np.cumsum(spots.load)
-    index = int(np.searchsorted(carried, 0.5 * carried[-1]))
-    return round(float(spots.area[min(index, spots.count - 1)]) / result.pixel_area)
+    return round(spots.halfway(spots.area) / result.pixel_area)
 
 
 def advice(result: ContactResult) -> RecommendedCeiling | None:
@@ -197,16 +189,6 @@ def advice(result: ContactResult) -> RecommendedCeiling | None:
     if result.pair.is_profile or carrying_pixels(result, result.spots()) < FEW_PIXELS:
         return None
     return recommended_ceiling(result)
-
-
-def filled_share(surface: Surface) -> float:
-    """Return the share of a map that was not measured but filled, as far as it is known."""
-    missing = sum(
-        float(step.found.get("missing", 0))
-        for step in surface.provenance.operations
-        if step.method == "filled"
-    )
-    return min(missing / surface.heights.size, 1.0)
 
 
 # The checks
@@ -320,52 +302,34 @@ def _mistaken(what: str, unit: str, **numbers: float) -> Caution:
     return warned(Kind.UNITS, f"{what}: numbers without a unit are taken in {unit}", **numbers)
 
 
-def _strains(result: ContactResult) -> Caution | None:
-    ratio = result.max_pressure / result.contact_modulus
-    if not ratio > LARGE_STRAIN:
-        return None
-    return careful(
-        Kind.STRAINS,
-        f"the largest pressure is {percent(ratio) if ratio <= 1 else f'{ratio:.3g} times'} "
-        f"{'of ' if ratio <= 1 else ''}the contact modulus: the strains there are beyond any "
-        "linear elasticity",
-        strain=ratio,
-    )
-
-
 def _ceiling(result: ContactResult) -> Caution | None:
     """Return which ceiling would be nearer to plasticity of the volume, if another one would.
 
-    None if the ceiling is right to `CEILING_ERROR`, is not felt, or cannot be judged: a map of
-    ceilings, a hardness of more than three yield strengths with no law of hardening, spots of a
-    few pixels.
+    None if the numbers under that ceiling are there, if the ceiling is right to `CEILING_ERROR`, is
+    not felt, or cannot be judged: a map of ceilings, spots of a few pixels.
     """
     ceiling, body = result.ceiling, softer(result.material, result.counter_material)
     if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
         return None
-    # What hardens far beyond its yield strength is told by `_hardness`.
-    if body.at_odds is not None and body.at_odds < 1:
+    # One caution about the ceiling at most: `_hardness` tells of numbers of two conditions.
+    if result.calibrated is not None or result.recommended is not None or body.at_odds is not None:
         return None
     found = advice(result)
-    if found is None or found.load_ratio < TRANSITION or result.recommended is not None:
-        return None
-    if body.hardening is None and body.ceiling and ceiling > (1 + 1e-9) * body.ceiling:
+    if found is None or found.load_ratio < TRANSITION:
         return None
     too_high = min(ceiling, result.max_pressure) > (1 + CEILING_ERROR) * found.ceiling
     too_low = result.saturated_fraction > 0 and ceiling < (1 - CEILING_ERROR) * found.ceiling
     if not (too_high or too_low):
         return None
-    times = float(f"{found.load_ratio:.2g}")
-    error = 100 * (ceiling / found.ceiling - 1)
+    change = area_change(found, ceiling, result.contact_modulus)
     return careful(
         Kind.CEILING,
-        f"the ceiling is {abs(error):.0f} % {'higher' if error > 0 else 'lower'} than the "
-        f"{found.factor:.2f} yield strengths ({engineering(found.ceiling, 'Pa', 3)}) that give "
-        f"spots like these, at {times:.7g} times the load of first yield, the contact area of "
-        f"plasticity in the volume ({_shown(result)}): solve again with that ceiling, ",
+        f"under the calibrated ceiling, {found.factor:.2f} yield strengths, the contact area "
+        f"changes by about {changed_by(change)}: ",
         Mention("ceiling", RECOMMENDED),
         recommended_ceiling=found.ceiling,
         load_ratio=found.load_ratio,
+        area_change=change,
     )
 
 
@@ -389,61 +353,27 @@ def shown_error(result: ContactResult) -> float:
         return math.nan
     if rough and result.contact_fraction > SHOWN_CONTACT:
         return math.nan
-    if any(body.hardening for body in bodies):
+    if any(body.hardens for body in bodies):
         return SHOWN_HARDENING
     return SHOWN_ROUGH if rough else SHOWN_SPHERE
 
 
 def _hardness(result: ContactResult) -> Caution | None:
-    """Return which of yield strength and hardness is the better ceiling, where they disagree."""
+    """Return that the yield strength of the softer body is too high for its hardness."""
     ceiling, body = result.ceiling, softer(result.material, result.counter_material)
     if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
         return None
-    own = result.recommended is not None or math.isclose(ceiling, body.ceiling or math.nan)
     ratio, hardness = body.at_odds, body.hardness
-    if ratio is None or hardness is None or not own:
+    if ratio is None or hardness is None or not result.max_pressure > (1 + 1e-9) * hardness:
         return None
-    low = ceiling < hardness
-    if not (result.saturated_fraction if low else result.max_pressure > hardness):
-        return None
-    better = Mention("ceiling", engineering(hardness, "Pa", 4))
-    numbers = {"three_yield_strengths": ratio * hardness, "hardness": hardness}
-    told = (
-        f"the ceiling ({engineering(ceiling, 'Pa', 3)}), from the yield strength of "
-        f"{body.name or 'the softer body'}, is {ceiling / hardness:.2g} of its hardness "
-        f"({engineering(hardness, 'Pa', 3)}): "
-    )
-    if not low:
-        told += "no contact bears more than the hardness, which is the better ceiling: "
-        return careful(Kind.HARDNESS, told, better, **numbers)
-    extent = "length" if result.pair.is_profile else "area"
-    told += (
-        f"it hardens as it flows, and where flow is full the contact {extent} is "
-        f"{hardness / ceiling:.2g} times too large and the hardness the better ceiling, "
-    )
-    if result.pair.is_profile:
-        return careful(Kind.HARDNESS, told, better, **numbers)
     return careful(
         Kind.HARDNESS,
-        told,
-        better,
-        "; short of that give a law of ",
-        Mention("hardening"),
-        *(() if result.recommended is not None else (" and ", Mention("ceiling", RECOMMENDED))),
-        **numbers,
+        f"three yield strengths of {body.name or 'the softer body'} are {ratio:.2g} times its "
+        "hardness, which no contact exceeds: ",
+        Mention("ceiling", engineering(hardness, "Pa", 4)),
+        three_yield_strengths=ratio * hardness,
+        hardness=hardness,
     )
-
-
-def _shown(result: ContactResult) -> str:
-    """Return how well the recommended ceiling does, or what keeps it from being known."""
-    error = shown_error(result)
-    if not math.isnan(error):
-        which = {SHOWN_SPHERE: "contacts of one spot", SHOWN_ROUGH: "rough maps"}
-        return f"to {100 * error:.0f} % on {which.get(error, 'contacts that harden')}"
-    if result.contact_fraction > SHOWN_CONTACT and result.spots().count > 1:
-        part = f"{100 * SHOWN_CONTACT:.0f} %"
-        return f"shown for maps with up to {part} in contact only, so here a guess"
-    return "shown for Poisson's ratios from 0 to 0.5 only, so here a guess"
 
 
 def _spikes(result: ContactResult) -> Caution | None:
@@ -523,21 +453,6 @@ def spikes(surface: Surface) -> tuple[float, float] | None:
     return (kurtosis, peak) if peak > SPIKY_PEAK else None
 
 
-def _filled(result: ContactResult) -> Caution | None:
-    bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
-    share = max(filled_share(body) for body in bodies)
-    if share == 0:
-        return None
-    text = f"{percent(share)} of the {result.pair.whole} was not measured but filled smoothly"
-    if share < MANY_FILLED:
-        return noted(Kind.FILLED, text, filled=share)
-    return careful(
-        Kind.FILLED,
-        f"{text}: there is no roughness there, and what touches there was not measured",
-        filled=share,
-    )
-
-
 def _missing(result: ContactResult) -> Caution | None:
     missing = int(np.count_nonzero(np.isnan(result.gap)))
     if not missing:
@@ -545,7 +460,7 @@ def _missing(result: ContactResult) -> Caution | None:
     share = missing / result.gap.size
     part = f"{percent(share)} of the {result.pair.whole}"
     was = "was" if missing == 1 else "were"
-    said = noted if share < MANY_FILLED else careful
+    said = noted if share < validity.MANY_MISSING else careful
     return said(
         Kind.MISSING,
         f"{counted(missing, 'missing point')} ({part}) {was} treated as never touching",
@@ -564,7 +479,10 @@ CHECKS = (
     Check("size of the spots in pixels", _resolution),
     Check("units of moduli, strengths and lengths", _units),
     Check("slopes", _slopes),
-    Check("strains", _strains),
+    Check("strains", validity.strains),
+    Check("number of atoms in contact", validity.atoms, lambda r: not r.pair.is_profile),
+    Check("adhesion", validity.adhesion, lambda r: not r.pair.is_profile),
+    Check("what the materials do that the model does not", validity.materials),
     Check(
         "the ceiling against plasticity of the volume",
         _ceiling,
@@ -579,7 +497,7 @@ CHECKS = (
         ),
     ),
     Check("spikes of the measurement", _spikes),
-    Check("filled points", _filled),
+    Check("filled points", validity.filled),
     Check("missing points", _missing),
     Check("Hertz's theory behind the load", hertzian.of_given_load, hertzian.behind_load),
     Check("checksums of its file", lambda _: unsealed(), lambda r: r.unsealed),

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import checksums, limits
+from roughcontact import limits
 from roughcontact.contact import resume
 from roughcontact.contact.advice import RECOMMENDED, AgreedCeiling
 from roughcontact.contact.ceiling import resolved_ceiling
@@ -30,13 +30,11 @@ from roughcontact.contact.stiffness import ahead, growth, unloading_stiffness
 from roughcontact.contact.terms import Terms
 from roughcontact.errors import (
     ConvergenceError,
-    FormatError,
     InputError,
     Mention,
     Sentence,
     require_count,
 )
-from roughcontact.files import replacing
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.solvers.bar import drawn
@@ -392,43 +390,19 @@ def _write_step(
         "following_index": start,
         "following": following.ravel()[start],
         **asdict(step),
-        **mark,
     }
-    try:
-        with replacing(path) as stream:
-            np.savez(stream, **arrays, checksum=checksums.of_arrays(arrays))
-    except OSError as error:
-        raise InputError(
-            f"{path} cannot be written ({error.strerror}); the steps before it are kept"
-        ) from None
+    resume.write_step(path, arrays, mark)
 
 
 def _read_step(
     path: Path, shape: tuple[int, int], mark: Mapping[str, Any]
 ) -> tuple[LoadStep, Array, Array]:
     names = [field.name for field in fields(LoadStep)]
-    held = ("index", "pressure", "following_index", "following", *names, *mark)
-    try:
-        with path.open("rb") as stream, np.load(stream) as stored:
-            arrays = {name: stored[name] for name in held}
-            sound = str(stored["checksum"]) == checksums.of_arrays(arrays)
-            pressure, following = np.zeros(shape), np.zeros(shape)
-            pressure.ravel()[arrays["index"]] = arrays["pressure"]
-            following.ravel()[arrays["following_index"]] = arrays["following"]
-    # NumPy and zipfile fail on damaged files with errors of many kinds.
-    except Exception as error:
-        raise FormatError(
-            f"{path} cannot be read as a step of a sweep ({type(error).__name__}); remove it to "
-            "solve it again"
-        ) from None
-    if not sound:
-        raise FormatError(
-            f"{path} was damaged or changed after it was written; remove it to solve it again"
-        )
-    if any(arrays[name].item() != value for name, value in mark.items()):
-        raise FormatError(
-            f"{path} is a step of another sweep or of another load; remove it to solve it again"
-        )
+    held = ("index", "pressure", "following_index", "following", *names)
+    arrays = resume.read_step(path, held, mark, "sweep")
+    pressure, following = np.zeros(shape), np.zeros(shape)
+    pressure.ravel()[arrays["index"]] = arrays["pressure"]
+    following.ravel()[arrays["following_index"]] = arrays["following"]
     values: dict[str, Any] = {
         field.name: (int if field.type == "int" else float)(arrays[field.name])
         for field in fields(LoadStep)

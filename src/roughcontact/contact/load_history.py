@@ -3,23 +3,34 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, fields, replace
 from numbers import Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._version import __version__
+from roughcontact.contact import resume
 from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.checks import check
 from roughcontact.contact.facing import Facing, facing, indented
-from roughcontact.contact.history import HistoryStep, LoadHistory, Stage
+from roughcontact.contact.history import (
+    SHAKEN_DOWN,
+    HistoryStep,
+    LoadHistory,
+    Stage,
+    passes as repeated,
+)
 from roughcontact.contact.loads import GivenLoad, Load, given as given_load
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.resume import Place
 from roughcontact.contact.solve import press
 from roughcontact.contact.terms import Terms
 from roughcontact.errors import CapacityError, ConvergenceError, InputError, Mention, Sentence
@@ -27,9 +38,9 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers.bar import drawn
 from roughcontact.solvers.bounded import Status
-from roughcontact.solvers.progress import Step, Tell, numbered
+from roughcontact.solvers.progress import Progress, Step, Tell, numbered
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantity, lengths
+from roughcontact.units import Quantities, Quantity, lengths
 
 Array = NDArray[np.float64]
 
@@ -60,6 +71,8 @@ def load_history(
     surface: Surface,
     path: Sequence[Stage | Quantity | Load],
     *,
+    passes: int = 1,
+    shift: Quantities = (0.0, 0.0),
     material: Material,
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
@@ -67,6 +80,7 @@ def load_history(
     boundary: str = "free",
     tolerance: float = TOLERANCE,
     max_iterations: int = 2000,
+    folder: str | os.PathLike[str] | None = None,
     progress: Tell = None,
 ) -> LoadHistory:
     """Follow a path of loads and positions with a ceiling that indents for good.
@@ -79,8 +93,17 @@ def load_history(
     path : sequence of Stage, float, str, quantity of pint or `Load`
         The stages one after the other; a load in any form that `solve` takes is one at the first
         position.
+    passes : int
+        How often the path is followed. Without a shift the last pass is the first that adds no
+        more than 1e-5 of the indented volume: all further ones would repeat it.
+    shift : (float, float)
+        Lateral shift ``(y, x)`` of the counter-body from pass to pass [m].
     tolerance : float
         Certificate ε of every step.
+    folder : path, optional
+        Where every finished step is saved at once; made if it does not exist. The same call on
+        the same folder goes on after the last finished step and ends with the same numbers. It
+        may ask for more passes.
     progress : callable or bool, optional
         ``True`` draws a bar on standard error; a function is
         called with a `Progress`: the number of the stage and the solver's `Step`.
@@ -134,14 +157,30 @@ def load_history(
     >>> history.shaken_down, history.steps[0].indentation_volume > 0
     (True, True)
     """
-    asked = _stages(path)
+    one_pass = _stages(path)
+    asked = repeated(one_pass, passes, shift)
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
     pair.require_map("a load history")
-    stages = tuple(stage.on(pair) for stage in asked)
     terms = Terms(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
+    way = _way(pair, asked, terms, len(one_pass))
+    with _claimed(folder, way, terms) as place:
+        recommended = None
+        if isinstance(ceiling, str) and ceiling == RECOMMENDED:
+            first = _heaviest(way)
+            recommended = first.recommended
+            way = replace(way, terms=replace(terms, ceiling=first.ceiling))
+            _check_way(way)
+        history = _followed(way, place, progress)
+    given = _given(asked[: len(history.steps)], history.path)
+    return replace(history, recommended=recommended, given=given)
+
+
+def _way(pair: Pair, asked: Sequence[Stage], terms: Terms, each: int) -> _Way:
+    """Return the path of two bodies in pixels, once it has passed all checks."""
+    stages = tuple(stage.on(pair) for stage in asked)
     check(pair, replace(terms, load=_LEAST), held=HELD)
     limit = resolved_ceiling(terms.ceiling, pair)
-    shifts = [_pixels(stage.shift, surface, n) for n, stage in enumerate(stages, start=1)]
+    shifts = [_pixels(stage.shift, pair.surface, n) for n, stage in enumerate(stages, start=1)]
     bodies = facing(pair, shifts)
     if bodies.on_counter and isinstance(limit, np.ndarray) and any(map(any, shifts)):
         raise InputError(
@@ -151,15 +190,33 @@ def load_history(
         )  # fmt: skip
     untouched = np.zeros(bodies.indented.shape)
     reference = bodies.facing(untouched, (0, 0)).highest
-    way = _Way(bodies, replace(terms, ceiling=limit), stages, shifts, reference)
+    way = _Way(bodies, replace(terms, ceiling=limit), stages, shifts, reference, each)
     _check_way(way)
-    given = _given(asked, stages)
-    if not (isinstance(ceiling, str) and ceiling == RECOMMENDED):
-        return replace(_followed(way, progress), given=given)
-    first = _heaviest(way)
-    way = replace(way, terms=replace(terms, ceiling=first.ceiling))
-    _check_way(way)
-    return replace(_followed(way, progress), recommended=first.recommended, given=given)
+    return way
+
+
+@contextmanager
+def _claimed(
+    folder: str | os.PathLike[str] | None, way: _Way, terms: Terms
+) -> Iterator[Place | None]:
+    """Hold the folder of the steps alone, if there is one."""
+    if folder is None:
+        yield None
+        return
+    ceiling = terms.ceiling
+    record = {
+        **way.bodies.pair.record(),
+        "ceiling": ceiling if isinstance(ceiling, str | None) else resume.digest(ceiling),
+        "boundary": str(way.bodies.pair.boundary),
+        "tolerance": terms.tolerance,
+        "max_iterations": terms.max_iterations,
+        # Further passes at one position may be asked for later; a flat grows with their shifts.
+        "path": [asdict(stage) for stage in way.stages[: way.each if way.stays else None]],
+    }
+    with resume.claimed(
+        folder, record, kind="history", record="history.json", pattern="step-*.npz"
+    ) as place:
+        yield place
 
 
 def _given(asked: Sequence[Stage], stages: Sequence[Stage]) -> tuple[GivenLoad, ...]:
@@ -189,7 +246,8 @@ def _first_loaded(way: _Way, number: int, ceiling: Any) -> ContactResult:
 class _Way:
     """A path of loads and positions of two bodies, in pixels.
 
-    ``reference`` is the largest sum of their heights at the first position [m].
+    ``reference`` is the largest sum of their heights at the first position [m], ``each`` the
+    number of stages in a pass.
     """
 
     bodies: Facing
@@ -197,6 +255,21 @@ class _Way:
     stages: tuple[Stage, ...]
     shifts: list[tuple[int, int]]
     reference: float
+    each: int
+
+    @property
+    def stays(self) -> bool:
+        """Whether all passes are at the positions of the first."""
+        return all(
+            shift == self.shifts[number % self.each] for number, shift in enumerate(self.shifts)
+        )
+
+    def settled(self, steps: Sequence[HistoryStep]) -> bool:
+        """Return whether these steps end with a pass that indented nothing."""
+        if len(steps) % self.each or not self.stays:
+            return False
+        volume = [step.indentation_volume for step in steps]
+        return math.fsum(volume[-self.each :]) <= SHAKEN_DOWN * math.fsum(volume)
 
     def largest(self) -> list[int]:
         """Return which stages, from 0, have the largest load and the largest approach."""
@@ -240,43 +313,110 @@ def _check_way(way: _Way) -> None:
                     ) from None
 
 
-def _followed(way: _Way, progress: Tell) -> LoadHistory:
+def _followed(way: _Way, place: Place | None, progress: Tell) -> LoadHistory:
     """Return what a path that has passed all checks leaves behind."""
-    bodies, count = way.bodies, len(way.stages)
+    bodies, largest = way.bodies, 0
     indentation = np.zeros(bodies.indented.shape)
-    untouched = np.zeros_like(indentation)
     steps: list[HistoryStep] = []
-    result: ContactResult | None = None
-    largest: ContactResult | None = None
-    before = bodies.pair
-    for number, (stage, shift) in enumerate(zip(way.stages, way.shifts, strict=True), start=1):
-        pair = bodies.facing(indentation, shift)
-        lowered = way.lowered(pair)
-        terms = way.terms_of(stage, lowered)
-        try:
-            result = _pressed(pair, terms, numbered(progress, number, count))
-        except ConvergenceError as error:
-            text = Sentence(f"stage {number} of {count}: ", *error.parts)
-            raise ConvergenceError(text, error.result) from None
-        if largest is None or result.load > largest.load:
-            largest, before = result, bodies.facing(untouched, shift)
-        new = result.residual_indentation
+    results: dict[int, ContactResult | None] = {}
+    for number, shift in enumerate(way.shifts):
+        kept = _kept(way, number, place)
+        if kept is not None:
+            step, new, result = *kept, None
+            if callable(progress):
+                progress(Progress(number + 1, len(way.stages), None, kept=True))
+        else:
+            step, new, result = _solved(way, number, indentation, place, progress)
+            _keep(way, number, place, step, new)
         bodies.indent(indentation, new, shift)
-        steps.append(_step(result, stage, lowered, new))
-    assert result is not None
-    assert largest is not None
+        steps.append(step)
+        if step.load > steps[largest].load:
+            largest = number
+        # The others are not needed again.
+        results = {n: found for n, found in results.items() if n == largest} | {number: result}
+        if way.settled(steps):
+            break
+    last, most = (
+        results[n] or _solved(way, n, _indented_before(way, n, place), place, None)[2]
+        for n in (len(steps) - 1, largest)
+    )
     indentation.flags.writeable = False
     return LoadHistory(
-        path=way.stages,
+        path=way.stages[: len(steps)],
         steps=tuple(steps),
         indented_body="counter_surface" if bodies.on_counter else "surface",
         indentation=indentation,
         origin=bodies.origin,
         residual=indented(bodies.indented, indentation),
-        last=result,
-        largest=largest,
-        before=before,
+        last=last,
+        largest=most,
+        before=bodies.facing(np.zeros_like(indentation), way.shifts[largest]),
+        passes=len(steps) // way.each,
+        requested_passes=len(way.stages) // way.each,
     )
+
+
+def _solved(
+    way: _Way, number: int, indentation: Array, place: Place | None, progress: Tell
+) -> tuple[HistoryStep, Array, ContactResult]:
+    """Return a stage, by its number from 0, what it indents, and its contact."""
+    count, stage = len(way.stages), way.stages[number]
+    pair = way.bodies.facing(indentation, way.shifts[number])
+    lowered = way.lowered(pair)
+    label = "" if count == way.each else f"pass {number // way.each + 1} of {count // way.each}"
+    try:
+        terms = way.terms_of(stage, lowered)
+        result = _pressed(pair, terms, numbered(progress, number + 1, count, label))
+    except ConvergenceError as error:
+        kept = "" if place is None else f"; the stages before it are kept in {place.folder}"
+        text = Sentence(f"stage {number + 1} of {count}: ", *error.parts, kept)
+        raise ConvergenceError(text, error.result) from None
+    new = result.residual_indentation
+    return _step(result, stage, lowered, new), new, result
+
+
+# Steps on disk. Of a contact only what it indents is kept: solved again it has the same bits.
+
+
+def _indented_before(way: _Way, number: int, place: Place | None) -> Array:
+    """Return the indentation before a stage, by its number from 0."""
+    indentation = np.zeros(way.bodies.indented.shape)
+    for before, shift in enumerate(way.shifts[:number]):
+        kept = _kept(way, before, place)
+        assert kept is not None
+        way.bodies.indent(indentation, kept[1], shift)
+    return indentation
+
+
+def _place(way: _Way, number: int, place: Place) -> tuple[Path, dict[str, Any]]:
+    """Return the file of a stage, by its number from 0, and what makes it one of this history."""
+    stage = way.stages[number]
+    asked = stage.force if stage.approach is None else stage.approach
+    mark = {"problem": place.problem, "number": number + 1, "asked": asked}
+    return place.folder / f"step-{number + 1:04d}.npz", mark
+
+
+def _keep(way: _Way, number: int, place: Place | None, step: HistoryStep, new: Array) -> None:
+    if place is not None:
+        file, mark = _place(way, number, place)
+        index = np.flatnonzero(new)
+        arrays = {"index": index, "indented": new.ravel()[index], **asdict(step)}
+        resume.write_step(file, arrays, mark)
+
+
+def _kept(way: _Way, number: int, place: Place | None) -> tuple[HistoryStep, Array] | None:
+    """Return a stage, by its number from 0, and what it indented, if the folder has it."""
+    if place is None:
+        return None
+    file, mark = _place(way, number, place)
+    if not file.exists():
+        return None
+    kinds = {field.name: int if field.type == "int" else float for field in fields(HistoryStep)}
+    arrays = resume.read_step(file, ("index", "indented", *kinds), mark, "history")
+    new = np.zeros(way.bodies.pair.shape)
+    new.ravel()[arrays["index"]] = arrays["indented"]
+    values: dict[str, Any] = {name: kind(arrays[name]) for name, kind in kinds.items()}
+    return HistoryStep(**values), new
 
 
 def _pressed(pair: Pair, terms: Terms, progress: Callable[[Step], None] | None) -> ContactResult:

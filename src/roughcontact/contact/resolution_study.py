@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact.contact import area
 from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.checks import check
@@ -175,8 +176,12 @@ class _Study:
         found = ResolutionStudy((), (), (), at_ceiling=False)
         if name == "grids":
             grids = self.grids()
-            at_ceiling = all(saturated for _, saturated in grids[-3:])
-            found = replace(found, grids=tuple(grid for grid, _ in grids), at_ceiling=at_ceiling)
+            found = replace(
+                found,
+                grids=tuple(grid for grid, _, _ in grids),
+                at_ceiling=all(saturated for _, saturated, _ in grids[-3:]),
+                at_edge=any(at_edge for _, _, at_edge in grids[-1:]),
+            )
         elif name == "cutoffs":
             found = replace(found, cutoffs=self.cutoffs())
         else:
@@ -209,8 +214,8 @@ class _Study:
         count = sum(map(len, self._wanted))
         return press(pair, terms, progress=numbered(self.progress, self.number, count, label))
 
-    def grids(self) -> list[tuple[Variant, bool]]:
-        """Return the solves on other grids, and whether the ceiling was reached."""
+    def grids(self) -> list[tuple[Variant, bool, bool]]:
+        """Return the solves on other grids; whether they reach a ceiling, an edge without one."""
         boundary = self.pair.boundary
         outline = _changed(self.pair, partial(_divisible, boundary=boundary))
         found = []
@@ -227,7 +232,8 @@ class _Study:
             except InsufficientMemoryError as error:
                 self.notes.append(f"The grid with {factor:g} × the pixel was left out: {error}.")
                 continue
-            found.append((_variant(factor, result), bool(result.saturated.any())))
+            at_edge = result.ceiling is None and area.at_edge(result.contact, boundary)
+            found.append((_variant(factor, result), bool(result.saturated.any()), at_edge))
         return found
 
     def cutoffs(self) -> tuple[Variant, ...]:
@@ -269,7 +275,7 @@ def _changed(pair: Pair, change: Callable[[Surface], Surface]) -> Pair:
 
 
 def _variant(value: float, result: ContactResult) -> Variant:
-    area, nominal = result.contact_area, result.pressure.size * result.pixel_area
+    touching, nominal = result.contact_area, result.pressure.size * result.pixel_area
     return Variant(
         value=value,
         shape=result.surface.shape,
@@ -278,7 +284,7 @@ def _variant(value: float, result: ContactResult) -> Variant:
         corrected_fraction=result.corrected_contact_area / nominal,
         saturated_fraction=result.saturated_fraction,
         max_pressure=result.max_pressure,
-        mean_pressure=result.load / area if area else math.inf,
+        mean_pressure=result.load / touching if touching else math.inf,
         approach=result.approach,
         mean_gap=result.mean_gap,
         certificate=result.certificate,
@@ -313,7 +319,7 @@ def _scaled(surface: Surface, factor: float, boundary: Boundary) -> Surface:
             (shape if axis in boundary.periodic_axes else grid)[axis] for axis in (0, 1)
         )
         grid = rows, columns
-        heights = filters.resample(surface.filled().heights, grid, "bandlimited")
+        heights = filters.resample(surface.filled(1.0).heights, grid, "bandlimited")
         if factor < 1:
             grid = shape
             heights = filters.resample(heights, grid, "spline")

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact import area, spots
-from roughcontact.contact.advice import AgreedCeiling
+from roughcontact.contact.advice import AgreedCeiling, Calibrated
 from roughcontact.contact.cautions import Caution
 from roughcontact.contact.loads import GivenLoad
 from roughcontact.contact.pair import Pair
@@ -122,6 +122,8 @@ class ContactResult(Shown):
         resolution; ``cautions`` tells it with what the result shows by itself.
     given : GivenLoad or None
         The load in the form in which it was given, where that was no force.
+    calibrated : Calibrated or None
+        The same contact under the calibrated ceiling, where that was computed.
     """
 
     pair: Pair
@@ -146,6 +148,7 @@ class ContactResult(Shown):
     recommended: AgreedCeiling | None = None
     remarks: tuple[Caution, ...] = ()
     given: GivenLoad | None = None
+    calibrated: Calibrated | None = None
 
     def __post_init__(self) -> None:
         """Make the maps read-only."""

@@ -9,17 +9,18 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from roughcontact import checksums, locks
 from roughcontact.errors import FormatError, InputError, OtherRunError
-from roughcontact.files import to_json, write
+from roughcontact.files import replacing, to_json, write
 
 
 @dataclass(frozen=True)
@@ -135,6 +136,43 @@ def _closed(folder: Path, reason: str = "") -> InputError:
     return InputError(
         f"{folder} cannot be written to{reason}; give another folder", argument="folder"
     )
+
+
+def write_step(path: Path, arrays: Mapping[str, Any], mark: Mapping[str, Any]) -> None:
+    """Write a finished step, complete once it is there, with what makes it one of this run."""
+    held = {**arrays, **mark}
+    try:
+        with replacing(path) as stream:
+            np.savez(stream, **held, checksum=checksums.of_arrays(held))
+    except OSError as error:
+        raise InputError(
+            f"{path} cannot be written ({error.strerror}); the steps before it are kept"
+        ) from None
+
+
+def read_step(
+    path: Path, names: Sequence[str], mark: Mapping[str, Any], kind: str
+) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a step that `write_step` wrote for the same run; ``kind`` names it."""
+    try:
+        with path.open("rb") as stream, np.load(stream) as stored:
+            arrays = {name: stored[name] for name in (*names, *mark)}
+            sound = str(stored["checksum"]) == checksums.of_arrays(arrays)
+    # NumPy and zipfile fail on damaged files with errors of many kinds.
+    except Exception as error:
+        raise FormatError(
+            f"{path} cannot be read as a step of a {kind} ({type(error).__name__}); remove it to "
+            "solve it again"
+        ) from None
+    if not sound:
+        raise FormatError(
+            f"{path} was damaged or changed after it was written; remove it to solve it again"
+        )
+    if any(arrays[name].item() != value for name, value in mark.items()):
+        raise FormatError(
+            f"{path} is a step of another {kind} or of another load; remove it to solve it again"
+        )
+    return arrays
 
 
 def digest(*parts: Any) -> str:

@@ -59,7 +59,7 @@ class SamplingError:
     scaling : float
         Whether the scatter falls with the root of the area, 1 if it does; see `statistics.Whole`.
     falls : bool
-        Whether chance alone explains that it is not 1.
+        Whether chance alone explains that it is not 1; false where it is not known.
     """
 
     name: str
@@ -77,6 +77,13 @@ class SamplingError:
     def relative(self) -> float:
         """Half of the interval over the value."""
         return self.half / abs(self.value)
+
+    @property
+    def bound(self) -> str:
+        """What error and area are where the scatter is not known to fall with the area."""
+        if self.falls:
+            return ""
+        return "at most" if self.scaling < 1 else "at least"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -151,6 +158,14 @@ class SamplingStudy(Shown):
     def _judged(self) -> Iterator[Caution]:
         """Yield where the parts do not stand for the whole."""
         errors = self.errors
+        blind = [one for one in errors if math.isnan(one.scaling)]
+        if blind:
+            yield careful(
+                Kind.SCALING,
+                "a map below 128 points a side has too few parts to tell whether the scatter falls "
+                "with the root of the area; error and area are at least what is told",
+                parts=max(one.parts for one in blind),
+            )
         slow = [one for one in errors if not one.falls and one.scaling > 1]
         if slow:
             yield warned(

@@ -32,7 +32,6 @@ from roughcontact.errors import (
     require_choice,
     require_positive,
 )
-from roughcontact.halfspace import slab_symbols
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace, default_workers
 from roughcontact.material.material import RIGID, Material
@@ -120,8 +119,7 @@ def _solved(
     progress: Callable[[Step], None] | None,
 ) -> bounded.Solution:
     cores = workers or max(1, default_workers() // slab.ranks.beside())
-    make = slab_symbols.operators(
-        pair.boundary,
+    make = pair.boundary.slab_operators(
         slab.edges,
         slab.shape,
         slab.pixel,

@@ -41,6 +41,13 @@ class Spots:
         """Number of spots."""
         return self.area.size
 
+    def halfway(self, values: Array) -> float:
+        """Return the value which the spots that carry half of the load have or exceed."""
+        order = np.argsort(-values, kind="stable")
+        carried = np.cumsum(self.load[order])
+        index = int(np.searchsorted(carried, 0.5 * carried[-1]))
+        return float(values[order[min(index, self.count - 1)]])
+
 
 def find(pressure: Array, pixel: tuple[float, float], periodic_axes: tuple[int, ...] = ()) -> Spots:
     """Return the connected parts of the contact.

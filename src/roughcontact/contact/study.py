@@ -28,6 +28,16 @@ QUANTITIES = {
 # Not judged: both count from the highest point, which every finer grid finds higher.
 _MOVED = ("approach", "mean_gap")
 
+# Least and largest order of convergence that is believed; that of the contact area is one.
+_ORDERS = (0.5, 1.0)
+
+# Factors of safety, where three grids agree on an order and where they do not (Roache 1994).
+_AGREED, _AT_ODDS = 1.25, 3.0
+
+# Of the change before the last: two grids may agree by chance, and heights between the points of
+# a map are made up; benchmarks/intervals.py counts how often intervals hold.
+_BY_CHANCE = 0.2
+
 
 @dataclass(frozen=True)
 class Variant:
@@ -83,6 +93,9 @@ class ResolutionStudy(Shown):
         elastic contact or a ceiling that differs from pixel to pixel.
     at_ceiling : bool
         Whether the largest pressure is the ceiling on each of the three finest grids.
+    at_edge : bool
+        Whether the largest pressure has no limit: without a ceiling, contact reaches an edge at
+        which the map ends, on the finest grid.
     notes : tuple of str
         Grids that were left out, and why.
     """
@@ -91,24 +104,36 @@ class ResolutionStudy(Shown):
     cutoffs: tuple[Variant, ...]
     ceilings: tuple[Variant, ...]
     at_ceiling: bool
+    at_edge: bool = False
     notes: tuple[str, ...] = ()
 
-    def changes(self, name: str) -> tuple[float, ...]:
-        """Return the relative changes of a quantity from each grid to the next finer one."""
+    def values(self, name: str) -> tuple[float, ...]:
+        """Return a quantity on each grid, the coarsest first."""
         known = (*QUANTITIES, *_MOVED)
         if name not in known:
             raise InputError(
                 f"must be one of {', '.join(known)}, got {name!r}", argument="name", value=name
             )
-        values = [getattr(grid, name) for grid in self.grids]
-        return tuple(_change(old, new) for old, new in pairwise(values))
+        return tuple(getattr(grid, name) for grid in self.grids)
+
+    def changes(self, name: str) -> tuple[float, ...]:
+        """Return the relative changes of a quantity from each grid to the next finer one."""
+        return tuple(_change(old, new) for old, new in pairwise(self.values(name)))
+
+    def limits(self, name: str) -> tuple[float, float]:
+        """Return between which values a quantity lies on ever finer grids; see `limits`."""
+        if self.at_edge and name == "max_pressure":
+            return max(self.values(name)), math.inf
+        return limits(self.values(name))
 
     def independent(self, name: str) -> bool:
         """Return whether a quantity no longer changes with the pixel.
 
         It must change by less than 5 % over the two finest steps: from twice the pixel of the map
-        to its own, and from that to half of it.
+        to its own, and from that to half of it. A largest pressure without a limit never is.
         """
+        if self.at_edge and name == "max_pressure":
+            return False
         return all(abs(change) < STEADY for change in self.changes(name)[-2:])
 
     @property
@@ -116,10 +141,11 @@ class ResolutionStudy(Shown):
         """Names of the quantities that say whether the contact depends on the grid.
 
         A quantity that is nowhere other than zero says nothing, nor does the largest pressure
-        where it is the ceiling.
+        where it is the ceiling or has no limit.
         """
-        told = (name for name in QUANTITIES if any(getattr(grid, name) for grid in self.grids))
-        return tuple(name for name in told if not (self.at_ceiling and name == "max_pressure"))
+        told = (name for name in QUANTITIES if any(self.values(name)))
+        known = self.at_ceiling or self.at_edge
+        return tuple(name for name in told if not (known and name == "max_pressure"))
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
@@ -144,7 +170,7 @@ class ResolutionStudy(Shown):
     @property
     def sentences(self) -> tuple[str, ...]:
         """What the study says, in plain words."""
-        names = [name for name in QUANTITIES if any(getattr(grid, name) for grid in self.grids)]
+        names = [name for name in QUANTITIES if any(self.values(name))]
         judged = self.judged
         steady = [QUANTITIES[name] for name in judged if self.independent(name)]
         pixels = [engineering(max(grid.pixel), "m", 3) for grid in self.grids[-3:]]
@@ -171,6 +197,11 @@ class ResolutionStudy(Shown):
                 "The maximum pressure is the ceiling on these grids: that it does not change says "
                 "nothing about the resolution."
             )
+        if self.at_edge:
+            said.append(
+                "The maximum pressure has no limit: the contact is elastic and reaches an edge of "
+                "the map."
+            )
         if len(self.cutoffs) > 1:
             said.append(_span("Filtering", "the cut-off", self.cutoffs, judged, "m"))
         if len(self.ceilings) > 1:
@@ -188,6 +219,57 @@ class ResolutionStudy(Shown):
         from roughcontact.report import results
 
         return results.summary(self)
+
+
+def limits(values: Sequence[float]) -> tuple[float, float]:
+    """Return between which values a number lies in the limit, from its values on a few grids.
+
+    Parameters
+    ----------
+    values : sequence of float
+        On grids of half the pixel each, the coarsest first; the last four count, three at least.
+
+    Returns
+    -------
+    (float, float)
+        NaN of fewer than three values, infinite where changes of 5 % or more do not fall.
+
+    Notes
+    -----
+    Grid convergence index. With the last change e, and p the logarithm to base 2 of the change
+    before over it, within 0.5 and 1, the limit lies between the last value but one and
+    e 1.25/(2ᵖ - 1) beyond the last; or 3 e to either side of the last where the two changes differ
+    in sign or e is the larger one, if e is below 5 % or the change before them is larger. The
+    interval is wider on either side by 20 % of the change that e is compared with, a margin of this
+    package, set on maps that took no part in the count of benchmarks/intervals.py.
+
+    References
+    ----------
+    Roache 1994, doi:10.1115/1.2910291
+
+    Examples
+    --------
+    >>> limits([2.0, 1.5, 1.25])
+    (0.8375, 1.6)
+    >>> limits([1.0, 1.4, 2.0])
+    (-inf, inf)
+    """
+    if len(values) < 3 or not all(map(math.isfinite, values)):
+        return math.nan, math.nan
+    changes = [new - old for old, new in pairwise(values[-4:])]
+    last, before, size = values[-1], changes[-2], abs(changes[-1])
+    if size < abs(before) and changes[-1] * before > 0:
+        order = min(max(math.log2(abs(before) / size), _ORDERS[0]), _ORDERS[1])
+        beyond = last + changes[-1] * _AGREED / (2**order - 1)
+        ends = values[-2], beyond
+    else:
+        if size >= abs(before):
+            before = changes[0]
+        if size >= abs(before) and size > STEADY * abs(last):
+            return -math.inf, math.inf
+        ends = last - _AT_ODDS * size, last + _AT_ODDS * size
+    margin = _BY_CHANCE * abs(before)
+    return min(ends) - margin, max(ends) + margin
 
 
 def _change(old: float, new: float) -> float:

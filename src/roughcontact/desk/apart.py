@@ -371,7 +371,7 @@ def carry_out(tell: Callable[[Progress | str], None], request: Request) -> Any:
 def folders_of(request: Request) -> list[Path]:
     """Return the folders that a request writes into."""
     found = {path.parent for _, path in request.places}
-    return sorted(found | ({Path(request["folder"])} if request["folder"] else set()))
+    return sorted(found | ({Path(request.get("folder"))} if request.get("folder") else set()))
 
 
 def read(

@@ -30,6 +30,7 @@ _QUESTION = {
 _HOLES = {
     "error": "–",
     "fill": "fill them smoothly",
+    "fill-all": "fill them smoothly, even above 30 %",
     "mask": "let them never touch",
     "crop": "keep the largest rectangle without them",
 }
@@ -275,7 +276,7 @@ def _sources(name: str) -> str:
         entry = catalogue.entry(name)
     except RoughcontactError:
         return ""
-    values = (entry.young, entry.poisson, entry.yield_strength)
+    values = (entry.young, entry.poisson, entry.yield_strength, entry.exponent)
     sources = dict.fromkeys(value.source for value in values if value is not None)
     text = "; ".join(sources)
     return f'<p class="quiet">Values: {words.escaped(text)}</p>'

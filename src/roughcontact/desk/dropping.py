@@ -25,8 +25,9 @@ export function render({ model, el }) {
   area.append(words, input, bar);
 
   function send(file) {
-    const work = new URLSearchParams(window.location.search).get("work") || "";
-    const query = new URLSearchParams({ work: work, name: file.name });
+    const query = new URLSearchParams({ name: file.name });
+    const asked = new URLSearchParams(window.location.search);
+    for (const name of ["work", "token"]) if (asked.has(name)) query.set(name, asked.get(name));
     const request = new XMLHttpRequest();
     const base = window.location.pathname.replace(/[/]?$/, "/");
     request.open("POST", base + model.address + "?" + query);

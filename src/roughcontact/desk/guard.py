@@ -1,4 +1,4 @@
-"""Who is let in: requests for this server, from its own pages, with the token where one is asked.
+"""Who is let in: requests for this server, from its own pages, with the token or its cookie.
 
 A page of another site in the same browser can send requests here, and make its own name lead to
 this machine (DNS rebinding): both name a host or an origin that is not ours.
@@ -14,7 +14,13 @@ from urllib.parse import urlencode, urlsplit
 
 from tornado.httputil import HTTPHeaders, HTTPServerRequest
 from tornado.routing import AnyMatches, Matcher, Rule, RuleRouter
-from tornado.web import Application, OutputTransform, RequestHandler
+from tornado.web import (
+    Application,
+    OutputTransform,
+    RequestHandler,
+    create_signed_value,
+    decode_signed_value,
+)
 
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 """What this machine is called by itself."""
@@ -22,7 +28,10 @@ LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 TOKEN, WORK = "token", "work"
 """What an address tells: the token, and the key of a piece of work."""
 
-_COOKIE = "roughcontact-desk"
+# Parts of Bokeh and Panel, which anybody may have: a page in a frame shows no cookie for them.
+_PUBLIC = "/static/"
+_LET_IN = b"let in"
+_DAYS = 31
 # Nothing that a page shows comes from elsewhere, whatever it holds; Bokeh makes functions of text.
 # A notebook on this machine may show it.
 _POLICY = (
@@ -43,11 +52,23 @@ class Door:
     origins : tuple of str
         Origins besides those of this machine itself, such as ``"http://lab-pc:5106"``.
     token : str
-        What has to be shown; empty where nobody has to.
+        What has to be shown once; the browser gets a cookie for it.
+    secret : bytes
+        Signs the cookie.
+    port : int
+        Where the server listens: a browser has the cookies of all ports of a machine.
     """
 
-    origins: tuple[str, ...] = ()
-    token: str = ""
+    origins: tuple[str, ...]
+    token: str
+    secret: bytes
+    port: int
+
+    @property
+    def cookie(self) -> tuple[str, str]:
+        """Name and value of the cookie of a browser that has shown the token."""
+        name = f"roughcontact-desk-{self.port}"
+        return name, create_signed_value(self.secret, name, _LET_IN).decode("ascii")
 
     def refusal(self, request: HTTPServerRequest) -> str:
         """Return why a request is refused; empty if it is not."""
@@ -68,12 +89,17 @@ class Door:
         return ""
 
     def _knows_token(self, request: HTTPServerRequest) -> bool:
-        if not self.token:
+        if request.path.startswith(_PUBLIC):
             return True
-        cookie = request.cookies.get(_COOKIE)
-        shown = [] if cookie is None else [cookie.value]
-        shown += [word.decode("utf-8", "replace") for word in request.arguments.get(TOKEN, [])]
-        return any(hmac.compare_digest(word.encode(), self.token.encode()) for word in shown)
+        name, _ = self.cookie
+        cookie = request.cookies.get(name)
+        if (
+            cookie is not None
+            and decode_signed_value(self.secret, name, cookie.value, max_age_days=_DAYS) == _LET_IN
+        ):
+            return True
+        shown = request.arguments.get(TOKEN, [])
+        return any(hmac.compare_digest(word, self.token.encode()) for word in shown)
 
 
 def _host_of(origin: str) -> str:
@@ -140,13 +166,23 @@ class _Matching(Matcher):
 
 
 def _is_lost(request: HTTPServerRequest, find: Callable[[str], bool]) -> bool:
-    """Return whether a page is asked for without a work, or with a token to be put away."""
-    return request.path == "/" and (TOKEN in request.arguments or not find(key_of(request)))
+    """Return whether a page is asked for without a work, or with a token to be put away.
+
+    In a frame of another page, such as a notebook, browsers keep no cookies: the token stays.
+    """
+    is_framed = request.headers.get("Sec-Fetch-Dest") in ("iframe", "frame")
+    put_away = TOKEN in request.arguments and not is_framed
+    return request.path == "/" and (put_away or not find(key_of(request)))
 
 
 def key_of(request: Any) -> str:
     """Return the key of the work that a request is about; empty if it tells none."""
-    return next((word.decode("ascii", "replace") for word in request.arguments.get(WORK, [])), "")
+    return told_of(request, WORK)
+
+
+def told_of(request: Any, name: str) -> str:
+    """Return what the address of a request tells by a name; empty if it tells nothing."""
+    return next((word.decode("ascii", "replace") for word in request.arguments.get(name, [])), "")
 
 
 class _Refused(RequestHandler):
@@ -168,8 +204,10 @@ class _Entrance(RequestHandler):
         self._door, self._find, self._create = door, find, create
 
     def get(self) -> None:
-        if self._door.token:
-            self.set_cookie(_COOKIE, self._door.token, httponly=True, samesite="Lax", path="/")
+        name, value = self._door.cookie
+        self.set_cookie(
+            name, value, expires_days=_DAYS, httponly=True, samesite="Lax", path="/"
+        )  # fmt: skip
         key = key_of(self.request)
         if key and not self._find(key):
             self.set_status(404)

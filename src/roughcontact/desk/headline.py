@@ -10,15 +10,18 @@ from roughcontact.desk.words import escaped, label, spelled
 from roughcontact.report import chapters, results
 from roughcontact.report.quantities import TRUST
 
-_KEYS = ("load", "approach", "contact_fraction", "max_pressure", "saturated_fraction", "mean_gap")
+_KEYS = ("load", "approach", "contact_fraction", "mean_pressure", "saturated_fraction", "mean_gap")
 
 
 def numbers(result: ContactResult) -> str:
     """Return the headline numbers as a list of terms."""
     keys = [key for key in _KEYS if result.ceiling is not None or key != "saturated_fraction"]
-    cells = chapters.headlines(result, keys)
+    cells, told = chapters.headlines(result, keys), results.under_calibrated(result)
+    others = (f"calibrated {told[key]}" if key in told else "" for key in keys)
     terms = "".join(
-        f"<div><dt>{escaped(cell[0])}</dt><dd>{escaped(cell[1])}</dd></div>" for cell in cells
+        f"<div><dt>{escaped(cell[0])}</dt><dd>{escaped(cell[1])} <small>{escaped(other)}</small>"
+        "</dd></div>"
+        for cell, other in zip(cells, others, strict=True)
     )
     return f'<dl class="numbers" style="margin: 0">{terms}</dl>'
 
@@ -70,5 +73,8 @@ def table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> str:
 
 def all_numbers(result: ContactResult) -> str:
     """Return everything that is told of a contact, as the report does."""
-    rows = [*results.rows(result), *results.rows(result, TRUST)]
-    return table((row.title, row.text, row.meaning) for row in rows)
+    heads, answer = results.beside_calibrated(result)
+    told = [(row.title, *texts, row.meaning) for row, texts in answer]
+    empty = ("",) * (len(heads) - 1)
+    told += [(r.title, r.text, *empty, r.meaning) for r in results.rows(result, TRUST)]
+    return table(told, ("", *heads, "") if heads else ())

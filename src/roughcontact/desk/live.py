@@ -1,7 +1,7 @@
 """The contact that follows what is asked for: read once, prepared once, only the last one solved.
 
-A thread of its own does the work, so that whoever asks goes on at once. What is asked while it is
-at work replaces what was asked before: nothing queues.
+A thread of its own does the work, so that whoever asks goes on at once. A solve that began ends,
+unless other maps are requested; of the requests that come meanwhile only the newest waits.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from typing import Any
 from roughcontact.errors import FormatError, InputError, RoughcontactError
 from roughcontact.formats import read
 from roughcontact.request import maps
+from roughcontact.request.options import preparing
 from roughcontact.request.request import Request
 from roughcontact.request.run import Outcome, solved
 from roughcontact.solvers.progress import Progress
@@ -63,7 +64,7 @@ Told = Prepared | Outcome | Progress | Failed | str
 
 
 class _Stale(Exception):  # noqa: N818 - no error: something newer was asked for
-    """Something else was asked for in the meantime."""
+    """Other maps were asked for in the meantime, or nothing any more."""
 
 
 class Live:
@@ -89,6 +90,7 @@ class Live:
         self._reader = reader
         self._changed = threading.Condition()
         self._asked: tuple[Request, bool] | None = None
+        self._under_way: Request | None = None
         self._at_work = False
         self._closed = False
         self._drop = False
@@ -98,7 +100,7 @@ class Live:
         self._thread.start()
 
     def ask(self, request: Request, prepare_only: bool = False) -> None:
-        """Solve this next, in place of what waits or is under way.
+        """Solve this next, in place of what waits.
 
         Parameters
         ----------
@@ -131,9 +133,6 @@ class Live:
                 lambda: self._asked is None and not self._at_work, seconds
             )
 
-    def _is_idle(self) -> bool:
-        return self._asked is None and not self._at_work
-
     # In the thread.
 
     def _follow(self) -> None:
@@ -147,6 +146,7 @@ class Live:
                     return
                 assert self._asked is not None
                 (request, prepare_only), self._asked = self._asked, None
+                self._under_way = request
                 self._at_work, self._drop = True, False
             with contextlib.suppress(_Stale):
                 self._tell(self._found(request, prepare_only))
@@ -180,12 +180,19 @@ class Live:
 
     def _tell(self, what: Told) -> None:
         with self._changed:
-            if self._asked is not None or self._closed or self._drop:
+            if self._closed or self._drop or self._needs_others():
                 raise _Stale
         self._told(what)
 
+    def _needs_others(self) -> bool:
+        """Whether what waits needs other maps, or only maps."""
+        if self._asked is None or self._under_way is None:
+            return False
+        request, prepare_only = self._asked
+        return prepare_only or _maps_of(request) != _maps_of(self._under_way)
+
     def _maps(self, request: Request) -> tuple[Surface, ...]:
-        key = request.file, tuple(request.given.get(name) for name in maps.PREPARING)
+        key = _maps_of(request)
         if self._prepared is None or self._prepared[0] != key:
             self._prepared = None
             found = maps.surfaces(request, self._tell, partial(self._reading, request.inputs))
@@ -203,6 +210,11 @@ class Live:
             self._read[key] = self._reader(path, announced, *reading)
         announced(self._read[key].shape)
         return self._read[key]
+
+
+def _maps_of(request: Request) -> tuple[Any, ...]:
+    """Return what the prepared maps of a request depend on."""
+    return request.file, tuple(request.given.get(name) for name in preparing())
 
 
 def _moment(path: Path) -> tuple[int, int] | None:

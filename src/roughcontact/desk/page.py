@@ -26,15 +26,16 @@ from roughcontact.desk import (
 from roughcontact.desk.controls import button
 from roughcontact.desk.detail import Numbers, Texture
 from roughcontact.desk.live import Failed, Live, Prepared, Told
-from roughcontact.desk.reach import tell_when_lost
+from roughcontact.desk.reach import reload_when_broken, tell_when_lost
 from roughcontact.desk.server import Visit
 from roughcontact.desk.session import Session
 from roughcontact.desk.sight import Sight
-from roughcontact.desk.state import Line, Value
+from roughcontact.desk.state import Line, State, Value
 from roughcontact.desk.tabs import Views
 from roughcontact.errors import RoughcontactError
 from roughcontact.report import underway
 from roughcontact.request import making
+from roughcontact.request.request import Request
 from roughcontact.request.run import Outcome
 from roughcontact.solvers.progress import Progress
 
@@ -43,8 +44,9 @@ _SHORT = 0.6
 
 
 class Shown(NamedTuple):
-    """A result, and what is told of it as HTML."""
+    """A result, the request it answers, and what is told of it as HTML."""
 
+    request: Request
     result: ContactResult
     numbers: str
     trust: str
@@ -68,8 +70,9 @@ class Page:
         self._lock = threading.Lock()
         self._news: list[Told | Shown] = []
         self.session = session = Session(
-            work.project, self._hear, partial(Live, reader=apart.reader(bench))
+            work.project, self._hear, partial(Live, reader=apart.reader(bench)), visit.share
         )
+        visit.heard.append(self._adopt)
         self.sight = Sight(self._drawn, self._kept)
         self._bring = bring.Bring(session, visit, self._generate, self._show, self._remove)
         self._preparation = column.Preparation(session, self._show)
@@ -96,9 +99,15 @@ class Page:
                 "Take away": self._take_away,
             },
         )
+        self._answer = 0
+        self._answers = pn.Column(
+            self._numbers, self._trust, self._cautions, self._views.root,
+            sizing_mode="stretch_both", margin=0,
+        )  # fmt: skip
         self.root = self._laid_out()
         if self._document is not None:
             tell_when_lost(self._document)
+            reload_when_broken(self._document)
             # The controls are there before the frames that wait for a map.
             pn.state.onload(self.sight.make)
         if visit.file is not None and session.state.file is None:
@@ -113,9 +122,28 @@ class Page:
         self.session.close()
 
     def _remove(self) -> None:
+        self._visit.share(None)
+        self._end()
+        self._visit.forget()
+
+    def _end(self) -> None:
         self.close()
         self.root[:] = [pn.pane.HTML("<p>This work is removed.</p>", **style.SHEET)]
-        self._visit.forget()
+
+    def _adopt(self, state: State | None) -> None:
+        """Follow another page on the same work; None where that removed it."""
+        if state is None:
+            self.close()
+            self._run(self._end)
+        else:
+            self.session.adopt(state)
+            self._run(self._follow)
+
+    def _follow(self) -> None:
+        self._show()
+        outcome = self.session.outcome
+        if outcome is not None and outcome.result is not None:
+            self.sight.cut(outcome.result, self.session.state.line)
 
     # What one does.
 
@@ -173,7 +201,7 @@ class Page:
             return
         if isinstance(what, Outcome) and what.result is not None:
             # Words cost time, which the other pages of the server have not.
-            what = _shown(what.result)
+            what = _shown(what.request, what.result)
         with self._lock:
             first = not self._news
             # Only the last of a kind matters: a picture that is late is not drawn.
@@ -214,12 +242,18 @@ class Page:
                     self.sight.show(what.surfaces[0], None, self.session.state.line)
                 if missing and not failed:
                     self._tell_missing()
+                if failed or missing:
+                    self._mark(True)
             case Shown():
+                is_current = self.session.is_wanted(what.request)
+                if not is_current and (self.session.state.missing or self.session.failure):
+                    return
                 self.sight.show(what.result.surface, what.result, self.session.state.line)
                 self._numbers.object = what.numbers
                 self._trust.object = what.trust
                 self._cautions.object = what.cautions
                 self._views.show()
+                self._mark(is_current)
             case Failed():
                 text = self.session.state.named(words.told(what.error))
                 # Said aloud once, at the control if there is one for it.
@@ -228,10 +262,18 @@ class Page:
                 self._cautions.object = ""
                 self._trust.object = _wrong(text) if asked else _alert(text)
                 self.sight.clear()
+                self._mark(True)
             case Progress():
                 self._wait_on(underway.described(what))
             case str():
                 self._wait_on(what)
+
+    def _mark(self, answered: bool = False) -> None:
+        """Gray what is seen unless it answers the last request."""
+        if answered:
+            self._answer = self.session.number
+        styles = {} if self._answer == self.session.number else style.OLD
+        self._answers.param.update(styles=styles, css_classes=[f"request-{self._answer}"])
 
     def _wait_on(self, text: str) -> None:
         """Show what is under way."""
@@ -265,6 +307,10 @@ class Page:
         self._views.show()
         self._load.show(session.prepared)
         self._undo.disabled, self._redo.disabled = not session.can_undo, not session.can_redo
+        nothing = "file" in session.state.missing
+        if nothing:
+            self.sight.clear()
+        self._mark(nothing)
         if session.state.missing:
             self._tell_missing()
 
@@ -301,15 +347,15 @@ class Page:
             width=style.SIDE, margin=(8, 12, 8, 12),
         )  # fmt: skip
         main = pn.Column(
-            self._load.root, self._bar, self._numbers, self._trust, self._cautions,
-            self._views.root,
+            self._load.root, self._bar, self._answers,
             sizing_mode="stretch_both", margin=(10, 12, 8, 0),
         )  # fmt: skip
         return pn.Row(side, main, sizing_mode="stretch_both")
 
 
-def _shown(result: ContactResult) -> Shown:
+def _shown(request: Request, result: ContactResult) -> Shown:
     return Shown(
+        request,
         result,
         headline.numbers(result),
         headline.trust(result),

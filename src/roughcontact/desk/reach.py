@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import panel as pn
 import param
-from bokeh.events import ConnectionLost
+from bokeh.events import ConnectionLost, DocumentReady
 from bokeh.models import CustomJS
 from panel.custom import JSComponent
 
@@ -17,6 +17,8 @@ LOST = (
     "The program has ended, or cannot be reached. What was done is kept: start it again, and "
     "reload this page."
 )
+
+BROKEN = "This page shows an old state. Reload it."
 
 _STRIP = """
 export function render({ model }) {
@@ -180,6 +182,26 @@ class Check(JSComponent):  # type: ignore[misc]
     _stylesheets: ClassVar = [_CHECK_SHEET]
 
 
+def send_all_after_pull(document: Any) -> None:
+    """Have no change dropped between the browser's copy of a document and its first drawing.
+
+    Panel drops what changes before the page is drawn, as part of the copy that is still to be made.
+    """
+    copied = document.to_json
+
+    def copy(*more: Any, **named: Any) -> Any:
+        made = copied(*more, **named)
+        pn.state._connected[document] = True
+        return made
+
+    document.to_json = copy
+
+
+def reload_when_broken(document: Any) -> None:
+    """Have a page loaded again when it cannot take up a change; a second time, have it say so."""
+    document.js_on_event(DocumentReady, CustomJS(args={"words": BROKEN}, code=_BROKEN))
+
+
 def tell_when_lost(document: Any) -> None:
     """Have a page say so when the program that serves it has ended."""
     document.js_on_event(ConnectionLost, CustomJS(args={"words": LOST}, code=_LOST))
@@ -194,5 +216,23 @@ if (document.getElementById("lost") == null) {{
   said.style.cssText = `position: fixed; z-index: 1000; inset: 0 0 auto 0; padding: 10px 16px;
     background: {style.WARNING}; color: white; font: 14px {style.FONT}`
   document.body.append(said)
+}}
+"""
+
+_BROKEN = f"""
+const again = 60000
+for (const page of Bokeh.documents) {{
+  const apply = page.apply_json_patch.bind(page)
+  page.apply_json_patch = (...patch) => {{
+    try {{
+      apply(...patch)
+    }} catch (error) {{
+      const last = Number(sessionStorage.getItem("broken"))
+      sessionStorage.setItem("broken", Date.now())
+      if (Date.now() - last > again) location.reload()
+      else {{ {_LOST} }}
+      throw error
+    }}
+  }}
 }}
 """

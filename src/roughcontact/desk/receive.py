@@ -21,9 +21,9 @@ class Receive(RequestHandler):
     ``name``, what the user calls it; or ``error``, a sentence.
     """
 
-    def initialize(self, works: Works, limit: int) -> None:
+    def initialize(self, works: Works, limit: int, together: int) -> None:
         """Keep what it needs."""
-        self._works, self._limit = works, limit
+        self._works, self._limit, self._together = works, limit, together
         self._ends = ExitStack()
         self._upload: Upload | None = None
 
@@ -37,9 +37,13 @@ class Receive(RequestHandler):
             self._refuse(404, "this piece of work is not there any more")
             return
         name = self.get_query_argument("name", "")
+        if "Content-Length" not in self.request.headers:
+            self._refuse(411, "a file is sent with its length")
+            return
         try:
-            size = int(self.request.headers.get("Content-Length", 0))
+            size = int(self.request.headers["Content-Length"])
             require_size(shown(name), size, self._limit)
+            self._ends.enter_context(self._works.room(shown(name), size, self._together))
         except InputError as error:
             self._refuse(413, str(error))
             return

@@ -83,7 +83,7 @@ def span(form: Form, prepared: Prepared) -> tuple[float, float]:
     request, surface = prepared.request, prepared.surfaces[0]
     bodies = request.bodies()
     pressure = _HIGHEST * contact_modulus(*bodies)
-    softest, ceiling = softer(*bodies), request["ceiling"]
+    softest, ceiling = softer(*bodies), request.get("ceiling")
     if isinstance(ceiling, str):
         ceiling = None if softest is None else softest.ceiling
     if ceiling is not None:

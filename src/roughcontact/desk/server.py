@@ -5,11 +5,13 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import gc
+import html
 import logging
 import secrets
 import signal
 import socket
 import sys
+import tempfile
 import threading
 import webbrowser
 from collections.abc import Callable, Iterator
@@ -39,6 +41,9 @@ UPLOAD_LIMIT = memory.GIB
 MOST_PAGES = 32
 """Pages that are open at a time: each holds the maps that it shows."""
 
+TOGETHER = 8
+"""The files of all works may have so many times the limit of one."""
+
 UPLOADS = "/upload"
 """Where a page sends a file: ``POST /upload?work=KEY&name=NAME``, the bytes as its body."""
 
@@ -57,6 +62,10 @@ _FULL = (
     f"{MOST_PAGES} pages are open, as many as this program keeps in memory: close one that is "
     "not needed, and reload this page half a minute later."
 )
+_WAY_IN = """<!doctype html><html lang="en"><head><meta charset="utf-8">
+<meta http-equiv="refresh" content="0; url={url}"><title>roughcontact</title></head>
+<body><p><a href="{url}">Open the page</a></p></body></html>
+"""
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 
@@ -125,6 +134,12 @@ class Visit:
         Removes the work with all its files.
     earlier : callable
         Returns the other works of whoever sits at this machine; none where others are let in.
+    peers : callable
+        Returns the other pages on the same work.
+    token : str
+        The token, where the browser keeps no cookie.
+    heard : list of callable
+        What this page calls with a state that another one on the same work shares.
     """
 
     work: Work
@@ -134,12 +149,23 @@ class Visit:
     upload_limit: int
     forget: Callable[[], None]
     earlier: Callable[[], list[Work]]
+    peers: Callable[[], list[Visit]] = list
+    token: str = ""
+    heard: list[Callable[[Any], None]] = field(default_factory=list)
     _ends: ExitStack = field(default_factory=ExitStack)
 
     def offer(self, path: Path) -> str:
         """Return the address of a file in this page's folder, as seen from the page."""
         asked = {"work": self.work.key, "page": self.folder.name, "file": path.name}
+        if self.token:
+            asked["token"] = self.token
         return f"{OFFERED[1:]}?{urlencode(asked)}"
+
+    def share(self, state: Any) -> None:
+        """Tell the other pages on the same work what it has come to."""
+        for visit in self.peers():
+            for take in visit.heard:
+                take(state)
 
     def at_end(self, done: Callable[[], object]) -> None:
         """Have something done when the page is gone, the last one told first."""
@@ -184,16 +210,27 @@ class Server:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._server: Any = None
         self._ready = threading.Event()
-        self._token = secrets.token_urlsafe(24) if settings.is_open else ""
+        self._token = secrets.token_urlsafe(24)
         self.first = self._works.create()
         self.bench = Bench()
 
     @property
     def url(self) -> str:
         """The address of the first work."""
-        told = {"token": self._token} if self._token else {}
-        base = self._settings.origins[0] if self._token else f"http://{HOST}:{self.port}"
-        return f"{base}/?{urlencode({**told, 'work': self.first.key})}"
+        origins = self._settings.origins
+        base = origins[0] if origins else f"http://{HOST}:{self.port}"
+        return f"{base}/?{urlencode({'token': self._token, 'work': self.first.key})}"
+
+    @contextlib.contextmanager
+    def way_in(self) -> Iterator[str]:
+        """Give the address of a file that leads to `url`: all accounts see what programs are told.
+
+        Only this user can read it, and it goes at the end.
+        """
+        with tempfile.TemporaryDirectory(prefix="open-", dir=self._works.folder) as folder:
+            path = Path(folder) / "open.html"
+            path.write_text(_WAY_IN.format(url=html.escape(self.url)), encoding="utf-8")
+            yield path.as_uri()
 
     def run(self) -> None:
         """Serve until `stop` is called or Ctrl-C comes; then all that it began ends."""
@@ -242,7 +279,10 @@ class Server:
         from roughcontact.desk.starting import Doors
 
         doors = Doors()
-        door = guard.Door(self._settings.origins, self._token)
+        # What others were let in by ends with the program.
+        own = not self._settings.is_open
+        secret = self._works.secret if own else secrets.token_bytes(32)
+        door = guard.Door(self._settings.origins, self._token, secret, self.port)
         http = HTTPServer(
             guard.guarded(door, self._knows, lambda: self._works.create().key, doors),
             max_body_size=_LARGEST_REQUEST,
@@ -297,7 +337,15 @@ class Server:
             build_applications({"/": self._opened}, title="roughcontact"),
             extra_patterns=[
                 (OFFERED, Offer, {"works": self._works}),
-                (UPLOADS, Receive, {"works": self._works, "limit": self._settings.upload_limit}),
+                (
+                    UPLOADS,
+                    Receive,
+                    {
+                        "works": self._works,
+                        "limit": self._settings.upload_limit,
+                        "together": TOGETHER * self._settings.upload_limit,
+                    },
+                ),
             ],
             # The guard has looked at it.
             extra_websocket_origins=["*"],
@@ -325,7 +373,7 @@ class Server:
         """Return what a new page shows."""
         import panel as pn
 
-        from roughcontact.desk import guard
+        from roughcontact.desk import guard, reach
 
         document = pn.state.curdoc
         assert document is not None
@@ -341,9 +389,11 @@ class Server:
         visit = Visit(
             work, self._settings.file if fresh else None, folder, self.bench,
             self._settings.upload_limit, partial(self._works.remove, work.key),
-            partial(self._others, work), ends,
+            partial(self._others, work), partial(self._peers, context.id),
+            guard.told_of(context.request, guard.TOKEN), _ends=ends,
         )  # fmt: skip
         self._visits[context.id] = visit
+        reach.send_all_after_pull(document)
         document.on_session_destroyed(lambda context: self._leave(context.id))
         # Not before: it would take its time from this page.
         document.add_timeout_callback(self.bench.warm, _WARM)
@@ -376,6 +426,13 @@ class Server:
         if self._settings.is_open:
             return []
         return [other for other in self._works.kept() if other.key != work.key]
+
+    def _peers(self, session: str) -> list[Visit]:
+        own = self._visits.get(session)
+        return [
+            visit for visit in self._visits.values()
+            if own is not None and visit is not own and visit.work.key == own.work.key
+        ]  # fmt: skip
 
     def _leave(self, session: str) -> None:
         visit = self._visits.pop(session, None)
@@ -411,10 +468,12 @@ def serve(load: Load, settings: Settings, say: Callable[[str], None]) -> None:
             "whoever has this address can read files that are brought here and use this "
             "machine's processor and memory; over http others on the network can read along"
         )
-    if settings.browser:
-        threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
-    with contextlib.suppress(KeyboardInterrupt):
-        server.run()
+    with contextlib.ExitStack() as ends:
+        if settings.browser:
+            opening = ends.enter_context(server.way_in())
+            threading.Thread(target=webbrowser.open, args=(opening,), daemon=True).start()
+        with contextlib.suppress(KeyboardInterrupt):
+            server.run()
 
 
 def _listening(settings: Settings) -> tuple[socket.socket, int]:

@@ -33,15 +33,17 @@ class Session:
         ``told(what)`` is called from another thread with what `Live` tells.
     follow : callable
         Makes what solves: `Live`, or what is like it.
+    share : callable
+        ``share(state)`` is called with each new state, for the other pages on the same work.
 
     Attributes
     ----------
     prepared : Prepared or None
         The maps as they are prepared, as soon as they are there.
-    outcome : Outcome or None
-        The contact of the state, as soon as it is there.
     failure : Failed or None
         Why there is none.
+    number : int
+        Of the request for the state: each is larger than those before.
     """
 
     def __init__(
@@ -49,10 +51,13 @@ class Session:
         project: Path,
         told: Callable[[Told], None],
         follow: Callable[[Callable[[Told], None]], Live] = Live,
+        share: Callable[[State], None] = lambda _: None,
     ) -> None:
         self.project = project
+        self.number = 0
+        self._share = share
         self.prepared: Prepared | None = None
-        self.outcome: Outcome | None = None
+        self._outcome: Outcome | None = None
         self.failure: Failed | None = None
         self._told = told
         self._wanted: Request | None = None
@@ -67,6 +72,16 @@ class Session:
     def state(self) -> State:
         """What is asked for now."""
         return self._state
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """The contact of the state, as soon as it is there."""
+        found = self._outcome
+        return found if found is not None and self.is_wanted(found.request) else None
+
+    def is_wanted(self, request: Request) -> bool:
+        """Return whether a request is that of the state."""
+        return request is self._wanted
 
     @property
     def can_undo(self) -> bool:
@@ -156,10 +171,19 @@ class Session:
             self._past.append(self._state)
             self._become(self._future.pop())
 
+    def adopt(self, state: State) -> None:
+        """Take up the state to which another page on the same work came."""
+        before = self._state
+        self._remember()
+        self._state = state
+        if (state.given, state.file) != (before.given, before.file):
+            self.solve()
+
     def solve(self) -> None:
         """Solve the state, or prepare its maps where something is missing for more."""
         state = self._state
-        self.outcome = self.failure = None
+        self.number += 1
+        self._outcome = self._wanted = self.failure = None
         if "file" in state.missing:
             self._live.cancel()
             self.prepared = None
@@ -195,24 +219,29 @@ class Session:
     def _change(self, state: State, solve: bool = True) -> None:
         if state == self._state:
             return
+        self._remember()
+        self._become(state, solve)
+
+    def _remember(self) -> None:
         self._past = [*self._past[-_REMEMBERED + 1 :], self._state]
         self._future.clear()
-        self._become(state, solve)
 
     def _become(self, state: State, solve: bool = True) -> None:
         files.write(self.project, state.script)
         self._state = state
         if solve:
             self.solve()
+        self._share(state)
 
     def _hear(self, what: Told) -> None:
         # What was under way when something else was asked for.
-        if isinstance(what, (Prepared, Outcome, Failed)) and what.request is not self._wanted:
+        is_late = isinstance(what, (Prepared, Outcome, Failed)) and what.request is not self._wanted
+        if is_late and not isinstance(what, Outcome):
             return
         if isinstance(what, Prepared):
             self.prepared = what
         elif isinstance(what, Outcome):
-            self.outcome = what
+            self._outcome = None if is_late else what
         elif isinstance(what, Failed):
             self.failure = what
             self._show_at_least(what)

@@ -50,6 +50,9 @@ FOLD = f"""
 .card-header:focus-visible {{ outline: 2px solid {ACCENT}; }}
 """
 
+OLD = {"opacity": "0.4"}
+"""How results look that answer another request than the last."""
+
 SECTION = {"border-top": f"1px solid {LINE}", "padding-top": "8px"}
 SHEETS: dict[str, Any] = {"stylesheets": [TEXT]}
 SHEET: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 0)}

@@ -31,6 +31,7 @@ _SUFFIX = re.compile(r"(?:\.[A-Za-z0-9]{1,12}){1,2}$")
 _LONGEST_NAME = 200
 # What a server that was killed left lies longer than another needs to take its lock.
 _SETTLED = 60.0
+_SECRET = "secret"
 _PAGE, _LOCK = "page-", "lock"
 
 
@@ -131,6 +132,7 @@ class Works:
 
     def __init__(self, folder: Path | None = None) -> None:
         self.folder = state_folder() if folder is None else folder
+        self._coming = 0
         try:
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as error:
@@ -161,6 +163,35 @@ class Works:
         except OSError:
             return None
         return Work(key, folder)
+
+    @property
+    def secret(self) -> bytes:
+        """What signs the cookies of this user's browsers: made once, for nobody else to read."""
+        path = self.folder / _SECRET
+        if not path.exists():
+            files.write(path, secrets.token_hex(_KEY_BYTES))
+            path.chmod(0o600)
+        return path.read_bytes()
+
+    @contextmanager
+    def room(self, name: str, size: int, limit: int) -> Iterator[None]:
+        """Hold room for a file while it comes; refuse it if all have more than a limit with it."""
+        kept = self._coming
+        # What is being written has a hidden name; its announced size is held already.
+        for path in self.folder.glob("*/[!.]*"):
+            with contextlib.suppress(OSError):
+                kept += path.stat().st_size if path.is_file() else 0
+        if kept + size > limit:
+            raise InputError(
+                f"{name} has {_words(size)}, and the works kept here have {_words(kept)}: more "
+                f"than {_words(limit)} together. Remove works that are not needed, or start the "
+                "desk with a larger ", Mention("upload_limit"),
+            )  # fmt: skip
+        self._coming += size
+        try:
+            yield
+        finally:
+            self._coming -= size
 
     def kept(self) -> list[Work]:
         """Return the works in which something was done, the last used first."""

@@ -150,7 +150,7 @@ def run(
         if engine is None:
             engine = stack.enter_context(processes(_at_once(tasks(entries))))
         folders = {entry.summary.parent for entry in entries}
-        for folder in {entry.request["folder"] for entry in entries} - {None}:
+        for folder in {entry.request.get("folder") for entry in entries} - {None}:
             stack.callback(_clear, folder)
         marks = {}
         for folder in folders:
@@ -301,7 +301,7 @@ class _Run:
         entries = [part.entry for part in task.parts]
         read = {path: _resolved(path) for path in task.inputs}
         sums = {lies: self._content(path) for path, lies in read.items()}
-        folders = {one.request["folder"] for one in entries} - {None}
+        folders = {one.request.get("folder") for one in entries} - {None}
         kept = (path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file())
         parts = tuple(
             replace(part, entry=replace(

@@ -14,6 +14,7 @@ from typing import Any
 
 from roughcontact import limits, pipes
 from roughcontact.errors import FormatError, InputError, Mention
+from roughcontact.fleet import keeping
 from roughcontact.fleet.plan import Entry, spell_key
 from roughcontact.request import outputs, parsing
 from roughcontact.request.option import JOINTS
@@ -39,6 +40,9 @@ _OWN_KEYS = ("name", "file", "task")
 _MAPS = {COMPARE: ("files", "groups"), LAW: ("file", "files")}
 """What tasks on several maps may have, one of which they need."""
 _MATERIAL_KEYS = ("young", "poisson", "yield-strength")
+
+# Levels of tables and lists, texts among them: those of groups of files are five.
+_DEEPEST = 20
 
 WRITABLE = tuple(
     dict.fromkeys(
@@ -86,7 +90,7 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
     """
     path = Path(path)
     try:
-        with pipes.regular(path) as file, file.open(encoding="utf-8") as stream:
+        with pipes.regular(path) as file, file.open(encoding="utf-8-sig") as stream:
             text = stream.read(limits.TEXT + 1)
         if len(text) > limits.TEXT:
             raise FormatError(
@@ -101,24 +105,31 @@ def load(path: str | os.PathLike[str]) -> list[Entry]:
     except ValueError as error:
         raise FormatError(f"{path.name} is no TOML file: {error}") from None
     except RecursionError:
-        raise FormatError(f"{path.name} nests its brackets too deep") from None
-    if any("\0" in text for text in _texts(read)):
-        raise FormatError(f"{path.name} has a text with a null character, which no name may have")
+        raise FormatError(f"{path.name} nests its tables or brackets too deep") from None
+    _check_content(path.name, read)
     project = _project(_Source(path, _lines(text)), read)
     found = list(_entries(project))
     _check_places(path, found)
     return [entry for _, entry in found]
 
 
-def _texts(read: Any) -> Iterator[str]:
-    """Yield all keys and values that are texts."""
-    if isinstance(read, str):
-        yield read
-    elif isinstance(read, dict):
-        yield from read
-        read = list(read.values())
-    for value in read if isinstance(read, list) else ():
-        yield from _texts(value)
+def _check_content(name: str, read: dict[str, Any]) -> None:
+    """Refuse tables in tables beyond all that a contact has, and null characters."""
+    level: list[Any] = [read]
+    for _ in range(_DEEPEST):
+        inner: list[Any] = []
+        for value in level:
+            if isinstance(value, dict):
+                inner += [*value, *value.values()]
+            elif isinstance(value, list):
+                inner += value
+            elif isinstance(value, str) and "\0" in value:
+                raise FormatError(
+                    f"{name} has a text with a null character, which no name may have"
+                )
+        level = inner
+    if level:
+        raise FormatError(f"{name} nests its tables or brackets too deep")
 
 
 Lines = dict[tuple[str, ...], int]
@@ -220,6 +231,10 @@ def _project(source: _Source, read: dict[str, Any]) -> _Project:
     if not isinstance(folder, str):
         raise source.refusal(("folder",), f"folder must be a text, got {folder!r}")
     target = source.path.parent / folder
+    try:
+        outputs.check_name(target, "folder")
+    except InputError as error:
+        raise source.refusal(("folder",), error.worded()) from None
     if target.exists() and not target.is_dir():
         raise source.refusal(("folder",), f"folder '{target}' is a file")
     write = read.get("write", ["nc"])
@@ -247,8 +262,10 @@ def _check_places(path: Path, found: list[tuple[_Contact, Entry]]) -> None:
     inputs = {outputs.identity(other) for other in (*read, path)}
     writers: dict[outputs.Identity, Entry] = {}
     for contact, entry in found:
-        for argument, place in (*entry.request.places, ("output", entry.summary)):
+        own = entry.summary, keeping.place_of(entry)
+        for argument, place in (*entry.request.places, *(("output", place) for place in own)):
             try:
+                outputs.check_name(place, argument)
                 outputs.refuse_inputs(place, argument, inputs)
             except InputError as error:
                 told = error.worded(partial(spell_key, task=contact.task))

@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import codecs
 from pathlib import Path
+from typing import TextIO
 
 from roughcontact import hdf5
 
 _START = 4096
+# Bytes by which a text shows its encoding: of more than one line in a head.
+_TEXT_START = 2**15
 
 # First bytes -> name of the format.
 _SIGNATURES = (
@@ -53,7 +56,7 @@ def format_of(path: Path, hinted: str | None) -> str | None:
             return name
     if start.startswith(_HDF5) and (hinted is None or hinted in _PLAIN):
         return hinted if hinted == "netcdf" else _in_hdf5(path, hinted)
-    if (hinted is None or hinted in _SHARED) and _is_text(start):
+    if (hinted is None or hinted in _SHARED) and encoding_of(path):
         return TEXT
     return hinted
 
@@ -78,10 +81,34 @@ def _in_hdf5(path: Path, hinted: str | None) -> str:
         return HDF5
 
 
-def _is_text(start: bytes) -> bool:
-    """Return whether bytes are text, cut off anywhere."""
-    try:
-        text = codecs.getincrementaldecoder("utf-8-sig")().decode(start)
-    except UnicodeDecodeError:
-        return False
-    return bool(text) and all(c.isprintable() or c in "\t\r\n\f" for c in text)
+def encoding_of(path: Path) -> str | None:
+    """Return the encoding of a text as its beginning shows it; None of what is no text.
+
+    UTF-8, UTF-16 with its mark or of plain letters, and Windows-1252 of whatever is neither.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    """
+    with path.open("rb") as stream:
+        start = stream.read(_TEXT_START)
+    if start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        encodings: tuple[str, ...] = ("utf-16",)
+    elif len(start) > 1 and not (any(start[1::2]) and any(start[::2])):
+        encodings = ("utf-16-be",) if any(start[1::2]) else ("utf-16-le",)
+    else:
+        encodings = ("utf-8-sig", "cp1252")
+    for encoding in encodings:
+        try:
+            text = codecs.getincrementaldecoder(encoding)().decode(start)
+        except UnicodeDecodeError:
+            continue
+        if text and all(c.isprintable() or c in "\t\r\n\f\xa0" for c in text):
+            return encoding
+    return None
+
+
+def opened(path: Path, errors: str = "strict") -> TextIO:
+    """Return a text, opened in its own encoding; ``errors`` as for `open`."""
+    return path.open(encoding=encoding_of(path) or "utf-8-sig", errors=errors)

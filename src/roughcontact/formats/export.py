@@ -168,6 +168,7 @@ FORMATS = (
     }),
     OutputFormat(".npz", {
         Kind.SURFACE: Content("heights and pixel, every bit", _npz),
+        Kind.LAW: Content("arrays", _law),
     }),
     OutputFormat(".x3p", {
         Kind.SURFACE: Content("heights and pixel, every bit; ISO 25178-72", _x3p),
@@ -284,7 +285,8 @@ def save(result: Result | InterfaceLaw | Rolling, path: str | os.PathLike[str]) 
     path : str or path
         File to write: ``.nc`` (everything), ``.vti`` (all maps), ``.csv`` (the pressure),
         ``.json`` (the summary) or, with plasticity of the volume, ``.vtr`` (the volume). A law has
-        ``.csv``, ``.json``, ``.inp`` (Abaqus), ``.ccx`` (CalculiX) and ``.txt`` (lubrication);
+        ``.csv``, ``.json``, ``.npz``, ``.inp`` (Abaqus), ``.ccx`` (CalculiX) and ``.txt``
+        (lubrication);
         passes have ``.pvd`` (all steps).
 
     Raises

@@ -268,7 +268,7 @@ def _check_packed(path: Path, kind: str) -> None:
         start = stream.read(4)
     if kind in _HDF5 or start == b"\x89HDF":
         for name, stored in hdf5.check(path).items():
-            limits.require_size(f"{name!r} in {path.name}", stored.size)
+            limits.require_size(f"{name!r} in {path.name}", stored.size, packed=path.stat().st_size)
             if stored.kind == "c":
                 raise FormatError(
                     f"{path.name} holds complex numbers in {name!r}, no heights; copy or export it "

@@ -1,4 +1,4 @@
-"""Laws of interfaces for other programs: decks for Abaqus and CalculiX, tables, JSON."""
+"""Laws of interfaces for other programs: decks for Abaqus and CalculiX, tables, JSON, arrays."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import os
 import textwrap
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._version import __version__
-from roughcontact.files import to_json, write
+from roughcontact.files import replacing, to_json, write
 from roughcontact.joint.interface import UNLOADING, InterfaceLaw, LawTable
 from roughcontact.joint.law_curve import ERROR, between, thinned
 from roughcontact.units import engineering
@@ -34,17 +35,18 @@ _LENGTH, _PRESSURE, _CONDUCTANCE = 1e3, 1e-6, 1e-3
 def csv(law: InterfaceLaw) -> str:
     """Return the thinned tables of all branches as text, SI units in the head.
 
-    Overclosure is minus the separation of the mean planes.
+    Overclosure is minus the separation of the mean planes. The conductance of the contact is the
+    last column where it is known what the bodies conduct.
     """
     head = "branch,pressure [Pa],overclosure [m],separation [m],mean_gap [m],contact_fraction [1]"
-    rows = [
-        f"{table.branch},{p!r},{-u!r},{u!r},{gap!r},{contact!r}"
-        for table in _tables(law)
-        for p, u, gap, contact in zip(
-            table.pressure.tolist(), table.separation.tolist(), table.mean_gap.tolist(),
-            table.contact_fraction.tolist(), strict=True,
-        )
-    ]  # fmt: skip
+    names = ["pressure", "overclosure", "separation", "mean_gap", "contact_fraction"]
+    if law.bodies is not None:
+        head += ",thermal_conductance [W/(m² K)]"
+        names.append("thermal_conductance")
+    rows = []
+    for table in _tables(law):
+        columns = [getattr(table, name).tolist() for name in names]
+        rows += [",".join([table.branch, *map(repr, row)]) for row in zip(*columns, strict=True)]
     return "\n".join([head, *rows]) + "\n"
 
 
@@ -58,8 +60,11 @@ def abaqus(law: InterfaceLaw) -> str:
         "The faces stand for the mean planes of the rough surfaces. Overclosure 0: the mean "
         "planes meet. Negative overclosure: the faces are apart.",
     )
-    rows = [] if law.bodies is None else ["*GAP CONDUCTANCE, PRESSURE", *_conductance(law)]
-    return _deck(law, told, lambda table: -table.separation, rows)
+
+    def rows(branch: str) -> list[str]:
+        return ["*GAP CONDUCTANCE, PRESSURE", *_conductance(law, branch)]
+
+    return _deck(law, told, lambda table: table.overclosure, rows)
 
 
 def calculix(law: InterfaceLaw) -> str:
@@ -75,14 +80,17 @@ def calculix(law: InterfaceLaw) -> str:
         "Use TYPE=NODE TO SURFACE: face-to-face contact of CalculiX 2.20 makes no pressure of a "
         "table. Beyond the last row the pressure stays as it is.",
     )
-    rows = [] if law.bodies is None else [
-        *_comments(
-            "Conductance over pressure. In node-to-surface contact with a table of overclosure "
-            "CalculiX 2.20 takes the first row, whatever the pressure: give *GAP CONDUCTANCE with "
-            "the row that fits."
-        ),
-        *(f"** {row}" for row in _conductance(law)),
-    ]  # fmt: skip
+
+    def rows(branch: str) -> list[str]:
+        return [
+            *_comments(
+                "Conductance over pressure. In node-to-surface contact with a table of overclosure "
+                "CalculiX 2.20 takes the first row, whatever the pressure: give *GAP CONDUCTANCE "
+                "with the row that fits."
+            ),
+            *(f"** {row}" for row in _conductance(law, branch)),
+        ]
+
     return _deck(law, told, lambda table: table.separation[0] - table.separation, rows)
 
 
@@ -113,6 +121,18 @@ def lubrication(law: InterfaceLaw) -> str:
     return "\n".join(lines) + "\n"
 
 
+def arrays(law: InterfaceLaw) -> dict[str, Any]:
+    """Return all that is told of each branch over the pressure, as ``loading_pressure`` and so on.
+
+    SI units; shape (n,).
+    """
+    return {
+        f"{branch}_{name}": np.asarray(values)
+        for branch, columns in law.summary()["branches"].items()
+        for name, values in columns.items()
+    }
+
+
 def _numbers(law: InterfaceLaw) -> str:
     return to_json(law.summary()) + "\n"
 
@@ -124,7 +144,12 @@ _TEXTS: dict[str, Callable[[InterfaceLaw], str]] = {
 
 def save(law: InterfaceLaw, path: str | os.PathLike[str]) -> None:
     """Write a law in the format that the suffix of the file names; see `formats.export`."""
-    write(path, _TEXTS[Path(path).suffix.lower()](law))
+    suffix = Path(path).suffix.lower()
+    if suffix == ".npz":
+        with replacing(path) as stream:
+            np.savez(stream, **arrays(law))
+        return
+    write(path, _TEXTS[suffix](law))
 
 
 def _tables(law: InterfaceLaw) -> Iterator[LawTable]:
@@ -151,9 +176,9 @@ def _deck(
     law: InterfaceLaw,
     told: tuple[str, ...],
     overclosure: Callable[[LawTable], Array],
-    conductance: list[str],
+    conductance: Callable[[str], list[str]],
 ) -> str:
-    """Return a surface interaction for each branch."""
+    """Return a surface interaction for each branch, with its conductance if that is known."""
     lines = [
         *_head(law, "**"),
         "** Units: mm, N, s, t, K; pressure in MPa, conductance in mW/(mm^2 K)",
@@ -171,7 +196,7 @@ def _deck(
             f"*SURFACE INTERACTION, NAME=ROUGH_{table.branch.upper()}",
             "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TABULAR",
             *_rows(table.pressure[apart] * _PRESSURE, across[apart]),
-            *conductance,
+            *(conductance(table.branch) if law.bodies is not None else ()),
         ]
     return "\n".join(lines) + "\n"
 
@@ -188,9 +213,8 @@ def _short(law: InterfaceLaw, branch: str) -> LawTable:
     return table
 
 
-def _conductance(law: InterfaceLaw) -> list[str]:
-    pressure = law.pressures()
-    values = law.conductance
+def _conductance(law: InterfaceLaw, branch: str) -> list[str]:
+    pressure, values = law.pressures(branch), law.thermal_conductance(branch)
     there = np.isfinite(values)
     fine = between(pressure[there])
     found = np.exp(np.interp(np.log(fine), np.log(pressure[there]), np.log(values[there])))

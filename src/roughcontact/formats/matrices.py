@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from roughcontact import limits, units
 from roughcontact.errors import FormatError, InputError, Mention
-from roughcontact.formats import heads, numpy_files, points, traces
+from roughcontact.formats import content, heads, numpy_files, points, traces
 from roughcontact.formats.heads import Head
 from roughcontact.formats.numpy_files import Arrays
 from roughcontact.formats.scale import asked_pixel, in_metres, refuse_unit, unit_in_metres
@@ -105,7 +105,7 @@ def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
 def _foreign_head(path: Path) -> Head:
     """Return what another program has written above its numbers; an empty head if nothing."""
     try:
-        with path.open(encoding="utf-8-sig", errors="replace") as stream:
+        with content.opened(path, errors="replace") as stream:
             return heads.head_of(path, _lines(path, stream)) or Head(0)
     except OSError as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None
@@ -247,7 +247,7 @@ def _naming(path: Path) -> Iterator[None]:
 def _head_of_text(path: Path) -> dict[str, str]:
     """Return what the head of a text matrix states; nothing if it has no head of this program."""
     try:
-        with path.open(encoding="utf-8-sig", errors="replace") as stream:
+        with content.opened(path, errors="replace") as stream:
             lines = _lines(path, stream)
             if next(lines, "").strip() != TEXT_MARK:
                 return {}
@@ -335,7 +335,7 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
     first, columns, room = 0, 0, 0
     delimiter: str | None = None
     try:
-        with path.open(encoding="utf-8-sig") as stream:
+        with content.opened(path) as stream:
             for number, line in enumerate(_lines(path, stream), start=1):
                 ended = line.endswith("\n")
                 if number <= head:
@@ -373,7 +373,7 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
                 values.extend(row)
     except UnicodeDecodeError:
         raise FormatError(
-            f"{path.name} is no text in UTF-8; save it as a plain text matrix, or give its ",
+            f"{path.name} is no plain text; save it as a plain text matrix, or give its ",
             Mention("format"),
         ) from None
     except OSError as error:

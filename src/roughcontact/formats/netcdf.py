@@ -71,10 +71,13 @@ def _map(path: Path, asked: Asked) -> Surface:
     try:
         with netcdf.opened(path) as dataset:
             height = dataset["height"]
-            limits.require_points(path.name, height.shape, _EACH)
-            if height.ndim == 2:
-                asked.expect(height.shape)
             dimensions, unit = height.dims, height.attrs.get("units")
+            if dimensions != ("y", "x") or unit != "m" or height.dtype.kind not in "fiu":
+                raise FormatError(
+                    f"{path.name} has 'height' over {dimensions} with units {unit!r}; {expected}"
+                )
+            limits.require_points(path.name, height.shape, _EACH)
+            asked.expect(height.shape)
             values = np.asarray(height.values)
             attributes = dict(dataset.attrs)
             coordinates = [
@@ -91,10 +94,6 @@ def _map(path: Path, asked: Asked) -> Surface:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)}); {expected}") from None
     if changed:
         raise netcdf.altered(path.name, changed)
-    if dimensions != ("y", "x") or unit != "m" or values.dtype.kind not in "fiu":
-        raise FormatError(
-            f"{path.name} has 'height' over {dimensions} with units {unit!r}; {expected}"
-        )
     try:
         if "pixel_y" in attributes and "pixel_x" in attributes:
             pixel = float(attributes["pixel_y"]), float(attributes["pixel_x"])

@@ -24,7 +24,7 @@ FORMATS: tuple[InputFormat, ...] = (
     InputFormat("xlsx", (".xlsx",), spreadsheets.read, spreadsheets.channels),
     InputFormat("hdf5", (".h5", ".hdf5"), hdf5_arrays.read, hdf5_arrays.channels),
     InputFormat(
-        "text", (".csv", ".txt", ".asc", ".xyz"), matrices.read_text, matrices.text_channels
+        "text", (".csv", ".txt", ".asc", ".xyz", ".hfm"), matrices.read_text, matrices.text_channels
     ),
     *(
         InputFormat(
@@ -66,8 +66,9 @@ def read_surface(
         height channel.
     unit : str, optional
         Unit of the heights, such as ``"um"``; for files that do not give it, and only these, but
-        for texts of other programs, whose own it replaces. If a file gives lengths of its sides,
-        or coordinates, but no unit, they are in this unit as well.
+        for texts of other programs, whose own it replaces. If a map gives lengths of its sides,
+        or coordinates, but no unit, they are in this unit as well. Two columns of a profile need
+        both, positions first, ``"mm, um"``, unless the file gives that of the positions.
     size : (float, float) or str, optional
         Lengths of the sides ``(y, x)`` [m], or with their units, ``"0.1 mm x 0.2 mm"``;
         one length for a square grid. For files that do not give it, and only these unless

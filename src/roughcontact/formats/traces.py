@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import limits
-from roughcontact.errors import FormatError, InputError
+from roughcontact.errors import FormatError, InputError, Mention
+from roughcontact.formats import content
 from roughcontact.formats.scale import asked_pixel, in_metres, is_length, unit_in_metres
 from roughcontact.formats.source import Asked, surface_of
 from roughcontact.surface.grid import WIDTH
@@ -24,7 +25,9 @@ from roughcontact.units import engineering
 Array = NDArray[np.float64]
 
 FEWEST = 9
-"""Points below which columns may as well be a narrow map."""
+"""Points below which columns may as well be a narrow map, where nothing names their units."""
+
+_FEWEST_NAMED = 3
 
 # Bytes that reading takes a point, and lines in front of the first numbers, at most.
 _EACH, _HEAD = 200, 200
@@ -33,6 +36,9 @@ _LONGEST = 10_000
 # Distance from an even grid that is rounding of what is printed, over the step; steps over the
 # median from which nothing was measured in between.
 _EVEN, _GAP = 0.02, 5.0
+# Share of steps unlike the median, and deviation from an even grid over the last digit, by which
+# positions are rounded.
+_MIXED, _ROUNDED = 0.1, 1.2
 
 _NUMBER = r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?"
 _BLANK = r"|nan|n/?a|bad|\*+|-{2,}"
@@ -41,6 +47,14 @@ _OF_A_MAP = "# roughcontact map"
 _FILLED = re.compile(rf"\s*{_NUMBER}\s*")
 _BRACKETED = re.compile(r"[\[(]\s*([a-zA-Z\u00b5\u03bcÅ]+)\s*[\])]")
 _UNIT = re.compile(r"[\[(/]\s*([a-zA-Z\u00b5\u03bcÅ]+)\s*[\])]?\s*$")
+# A unit without brackets, where nothing else could be meant: "x in um", "Raw Micrometer".
+_WORD = re.compile(
+    r"(?:^|[\s_])([munp\u00b5\u03bc]?m|Å|microns?|(?:[Mm]illi|[Mm]icro|[Nn]ano)?[Mm]et(?:er|re)s?)\s*$"
+)
+
+# Names of a third column: behind the heights, or in front of the positions.
+_VALID = re.compile(r"\s*valid\s*", re.IGNORECASE)
+_NUMBERED = re.compile(r"\W*(?:index|number|point|sample|nr|no|n|i)?\W*", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -62,35 +76,63 @@ class Trace:
 def found(path: Path) -> Trace | None:
     """Return the trace in a text; None if it holds no two columns of which the first advances.
 
+    A third column may number the points in front of them, or mark behind them which are valid.
+
     Parameters
     ----------
     path : Path
         The file.
     """
     head: list[str] = []
-    rows: list[tuple[float, float]] = []
-    room = 0
+    rows: list[tuple[float, ...]] = []
+    room, count = 0, ""
     try:
-        with path.open(encoding="utf-8-sig") as stream:
+        with content.opened(path) as stream:
             while line := stream.readline(_LONGEST):
                 text = line.split("#", 1)[0].strip(" \r\n") if rows else line.strip(" \r\n")
                 cells = _cells(text)
-                if len(cells) != 2 or not all(map(_CELL.fullmatch, cells)):
-                    no_head = len(cells) != 2 and any(map(_FILLED.fullmatch, cells))
+                numbers = all(map(_CELL.fullmatch, cells))
+                if not (numbers and len(cells) in (2, 3)):
+                    no_head = numbers and any(map(_FILLED.fullmatch, cells))
+                    if no_head and len(cells) == 1 and not rows and not count:
+                        # How many follow.
+                        count = cells[0].strip()
+                        continue
                     if (rows and text) or no_head or len(line) == _LONGEST or len(head) == _HEAD:
                         return None
                     if text.startswith(_OF_A_MAP):
                         return None
                     head.append(text)
                     continue
+                if len(cells) != (len(rows[0]) if rows else 3 if _third(head) else 2):
+                    return None
                 if len(rows) >= room:
                     room = 2 * room + 1024
-                    limits.require_points(path.name, (room, 2), _EACH)
-                rows.append((_value(cells[0]), _value(cells[1])))
+                    limits.require_points(path.name, (room, len(cells)), _EACH)
+                rows.append(tuple(map(_value, cells)))
     # Whoever reads a map tells what is wrong with the file.
     except (UnicodeDecodeError, OSError):
         return None
-    return in_columns(np.array(rows, dtype=np.float64).reshape(-1, 2), _units(head))
+    if not rows or (count and count not in (str(len(rows)), str(len(rows) - 1))):
+        return None
+    return _of_rows(np.array(rows, dtype=np.float64), head)
+
+
+def _third(head: Sequence[str]) -> str:
+    """Return what the third column of a trace is by its name; empty if nothing names one."""
+    named = [cells for line in head if len(cells := _cells(line.lstrip("# "))) == 3]
+    if any(_VALID.fullmatch(cells[2]) for cells in named):
+        return "valid"
+    return "number" if any(_NUMBERED.fullmatch(cells[0]) for cells in named) else ""
+
+
+def _of_rows(values: Array, head: Sequence[str]) -> Trace | None:
+    """Return the trace in rows of two or three numbers below a head."""
+    third = _third(head) if values.shape[1] == 3 else ""
+    if third == "valid":
+        values[values[:, 2] != 1.0, 1] = np.nan
+    first = int(third == "number")
+    return in_columns(values[:, first : first + 2], _units(head, values.shape[1], first))
 
 
 def in_columns(values: NDArray[Any], units: tuple[str, str] = ("", "")) -> Trace | None:
@@ -103,7 +145,7 @@ def in_columns(values: NDArray[Any], units: tuple[str, str] = ("", "")) -> Trace
     units : (str, str)
         Of positions and heights, where they are known.
     """
-    if values.shape[1] != 2 or len(values) < FEWEST:
+    if values.shape[1] != 2 or len(values) < (_FEWEST_NAMED if any(units) else FEWEST):
         return None
     columns = values.astype(np.float64)
     steps = np.diff(columns[:, 0])
@@ -120,8 +162,8 @@ def read(path: Path, trace: Trace, asked: Asked) -> Surface:
     trace : Trace
         What it holds.
     asked : Asked
-        What is said of it: a unit of both columns, or those of positions and heights with a
-        comma between them.
+        What is said of it: units of positions and heights with a comma between them, or that of
+        the heights where the file gives that of the positions.
 
     Raises
     ------
@@ -130,8 +172,8 @@ def read(path: Path, trace: Trace, asked: Asked) -> Surface:
     """
     along, across = _metres(path, trace.units, asked)
     position, heights = trace.columns.T
-    even, spacing, notes = evenly(position * along, heights)
-    if asked.unit is not None and trace.units[0]:
+    even, spacing, notes = evenly(position * along, heights, _last_digit(position) * along)
+    if asked.unit is not None and all(trace.units):
         notes += (f"read: units {' and '.join(trace.units)} of the file replaced by {asked.unit}",)
     stated = (WIDTH, spacing)
     asked.expect((1, even.size))
@@ -140,13 +182,17 @@ def read(path: Path, trace: Trace, asked: Asked) -> Surface:
     return surface_of(path, in_metres(even[None], across), pixel, about, across, stated)
 
 
-def evenly(position: Array, heights: Array) -> tuple[Array, float, tuple[str, ...]]:
+def evenly(
+    position: Array, heights: Array, digit: float = 0.0
+) -> tuple[Array, float, tuple[str, ...]]:
     """Return the heights of a trace at equal distances.
 
     Parameters
     ----------
     position, heights : ndarray, shape (n,)
         Where the stylus was [m], rising or falling, and how high; NaN where missing.
+    digit : float
+        What the positions are rounded to [m]: steps that differ by no more are equal ones.
 
     Returns
     -------
@@ -166,6 +212,14 @@ def evenly(position: Array, heights: Array) -> tuple[Array, float, tuple[str, ..
     off = position - position[0] - mean * np.arange(position.size)
     if np.abs(off).max() <= _EVEN * mean:
         return np.ascontiguousarray(heights), mean, ()
+    # Equal steps rounded are short and long ones in turn; one that is missing is a single long one.
+    if digit and np.mean(np.abs(steps - median) > 0.5 * digit) > _MIXED:
+        index = np.arange(position.size)
+        slope = float(np.polyfit(index, position - position[0], 1)[0])
+        if np.ptp(position - slope * index) <= _ROUNDED * digit:
+            text = (engineering(value, "m", 3) for value in (digit, slope))
+            note = "read: positions rounded to {} are taken as {} apart".format(*text)
+            return np.ascontiguousarray(heights), slope, (note,)
     count = round(length / median) + 1
     limits.require_points("the profile", (1, count), _EACH)
     spacing = length / (count - 1)
@@ -182,6 +236,12 @@ def evenly(position: Array, heights: Array) -> tuple[Array, float, tuple[str, ..
     return even, spacing, (note,)
 
 
+def _last_digit(position: Array) -> float:
+    """Return the decimal place that positions are rounded to; 0 where they have many digits."""
+    places = (p for p in range(7) if np.array_equal(np.round(position, p), position))
+    return next((10.0**-p for p in places), 0.0)
+
+
 def _cells(text: str) -> list[str]:
     for mark in (";", "\t"):
         if mark in text:
@@ -193,8 +253,10 @@ def _cells(text: str) -> list[str]:
         cells = words if len(words) > 1 and all(map(_CELL.fullmatch, words)) else text.split(",")
         if len(cells) == 1:
             cells = words
-    # Many programs end each row with the mark.
-    return cells[:-1] if len(cells) > 2 and not cells[-1].strip() else cells
+    # Many programs end each row with the mark, some with several.
+    while len(cells) > 2 and not cells[-1].strip():
+        cells = cells[:-1]
+    return cells
 
 
 def _value(cell: str) -> float:
@@ -202,34 +264,62 @@ def _value(cell: str) -> float:
     return float(text) if re.fullmatch(_NUMBER, text) else math.nan
 
 
-def _units(head: Sequence[str]) -> tuple[str, str]:
-    """Return the units that the last line in front of the numbers gives its two columns."""
-    for line in reversed(head):
+def _units(head: Sequence[str], count: int = 2, first: int = 0) -> tuple[str, str]:
+    """Return the units that the last line in front of the numbers gives positions and heights.
+
+    They are in the column ``first`` of ``count``, and in the next.
+    """
+    partly = ("", "")
+    lines = [line for line in head if line.strip()]
+    for line in reversed(lines):
         bracketed = _BRACKETED.findall(line)
         if len(bracketed) == 2 and all(is_length(Path(), word) for word in bracketed):
             return bracketed[0], bracketed[1]
         cells = _cells(line.lstrip("# "))
-        if len(cells) == 2:
-            named = [_UNIT.search(cell) for cell in cells]
-            plain = [cell.strip() for cell in cells]
-            words = [match[1] if match else cell for match, cell in zip(named, plain, strict=True)]
-            if all(is_length(Path(), word) for word in words):
-                return words[0], words[1]
-    return "", ""
+        if len(cells) != count:
+            continue
+        x, z = cells[first : first + 2]
+        named = _unit_named(x), _unit_named(z)
+        plain = named[0] or x.strip(), named[1] or z.strip()
+        if all(is_length(Path(), word) for word in plain):
+            return plain
+        if line is lines[-1]:
+            partly = named
+    return partly
+
+
+def _unit_named(cell: str) -> str:
+    """Return the unit of length with which the name of a column ends; empty if with none."""
+    match = _UNIT.search(cell) or _WORD.search(cell)
+    if match is None:
+        return ""
+    word = match[1] if len(match[1]) < 4 else match[1].lower()
+    return word if is_length(Path(), word) else ""
 
 
 def _metres(path: Path, stated: tuple[str, str], asked: Asked) -> tuple[float, float]:
-    """Return the units of positions and heights [m]."""
-    words = list(stated) if stated[0] else []
-    if asked.unit is not None:
-        words = [word.strip() for word in asked.unit.split(",")]
-    if not words or len(words) > 2:
+    """Return the units of positions and heights [m]: as said of the file, or else by its head.
+
+    A single unit is that of the heights.
+    """
+    said = [] if asked.unit is None else [word.strip() for word in asked.unit.split(",")]
+    if len(said) == 1:
+        said = [stated[0], *said]
+    words = said or list(stated)
+    if len(words) == 2 and all(words):
+        return unit_in_metres(path, words[0]), unit_in_metres(path, words[1])
+    if asked.unit is None and stated[0]:
         raise InputError(
-            f"{path.name} is a profile and gives no units of its positions and heights; give them "
-            "in this order, e.g. 'mm, um'",
-            argument="unit",
-        )
-    return unit_in_metres(path, words[0]), unit_in_metres(path, words[-1])
+            f"{path.name} is a profile with positions in {stated[0]}, but gives no unit of its "
+            "heights; give it, e.g. ", Mention("unit", "um"),
+        )  # fmt: skip
+    problem = "gives no units of its positions and heights"
+    if asked.unit is not None:
+        problem = f"needs two units, of its positions and heights, got {asked.unit!r}"
+    raise InputError(
+        f"{path.name} is a profile and {problem}; give both in this order, e.g. ",
+        Mention("unit", "mm, um"),
+    )
 
 
 def column(path: Path, heights: Array, asked: Asked) -> Surface:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import StrEnum
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -10,8 +10,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from roughcontact.errors import InputError, require_choice
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from roughcontact.halfspace.convolution import Convolution
     from roughcontact.halfspace.fft import Workspace
+    from roughcontact.halfspace.slabs import SlabConvolution
+    from roughcontact.ranks import Ranks
 
 
 class Boundary(StrEnum):
@@ -65,9 +70,23 @@ class Boundary(StrEnum):
         return _BEYOND[self].assumption
 
     @property
+    def works(self) -> tuple[str, ...]:
+        """Keys of the works that its response of the half-space is from."""
+        return _BEYOND[self].works
+
+    @property
     def of_profile(self) -> Boundary:
-        """What it is for a profile, one row of a body that goes on alike along y."""
-        return Boundary.PERIODIC if 1 in self.periodic_axes else Boundary.PERIODIC_Y
+        """What it is for a profile, one row of a body that goes on alike along y.
+
+        Raises
+        ------
+        InputError
+            If it is not known for profiles.
+        """
+        name = _BEYOND[self].of_profile
+        if not name:
+            raise self._not_known("profiles", [b for b in Boundary if _BEYOND[b].of_profile])
+        return Boundary(name)
 
     def require_stress(self) -> None:
         """Raise `InputError` unless the stress below such a map is known."""
@@ -80,12 +99,15 @@ class Boundary(StrEnum):
     def _require_known_below(self, what: str) -> None:
         """Raise `InputError` if the half-space below such a map is not known, as ``what`` needs."""
         if not _BEYOND[self].known_below:
-            known = " or ".join(repr(str(b)) for b in Boundary if _BEYOND[b].known_below)
-            raise InputError(
-                f"= {str(self)!r} is not available for {what}; solve with {known}",
-                argument="boundary",
-                value=self,
-            )
+            raise self._not_known(what, [b for b in Boundary if _BEYOND[b].known_below])
+
+    def _not_known(self, what: str, known: Sequence[Boundary]) -> InputError:
+        names = " or ".join(repr(str(boundary)) for boundary in known)
+        return InputError(
+            f"= {str(self)!r} is not available for {what}; solve with {names}",
+            argument="boundary",
+            value=self,
+        )
 
     def operator(
         self,
@@ -163,6 +185,42 @@ class Boundary(StrEnum):
 
         return operator
 
+    def slab_operators(
+        self,
+        edges: Sequence[int],
+        shape: tuple[int, int],
+        pixel: tuple[float, float],
+        contact_modulus: float,
+        ranks: Ranks,
+        *,
+        precision: str = "double",
+        workspace: Workspace,
+    ) -> Callable[[tuple[int, int], tuple[int, int]], SlabConvolution]:
+        """Return what makes the operator of a map on several ranks, and that of coarser grids.
+
+        Parameters
+        ----------
+        edges, ranks
+            As for `slab_symbols.operators`.
+        shape, pixel, contact_modulus, precision, workspace
+            As for `operators`.
+
+        Returns
+        -------
+        callable
+            ``operator(shape, (ky, kx))`` as `bounded.solve` wants it; all ranks call it together.
+        """
+        from roughcontact.halfspace import slab_symbols
+
+        symbol = _BEYOND[self].slab_symbol
+        if symbol is None:
+            known = [b for b in Boundary if _BEYOND[b].slab_symbol]
+            raise self._not_known("a map on several ranks", known)
+        return slab_symbols.operators(
+            symbol, self.free_axes, longer_side(shape, pixel), edges, shape, pixel, contact_modulus,
+            ranks, precision=precision, workspace=workspace,
+        )  # fmt: skip
+
     def operator_memory(self, shape: tuple[int, int], precision: str) -> int:
         """Return the memory of `operator` at work, in bytes.
 
@@ -194,6 +252,9 @@ class Boundary(StrEnum):
         shape : (int, int)
             Grid points ``(ny, nx)``.
         """
+        own = _BEYOND[self].kernel_memory
+        if own is not None:
+            return own(shape)
         ny, nx = shape
         return 2 * (ny + 1) * (nx + 1) << len(self.free_axes)
 
@@ -205,12 +266,39 @@ def longer_side(shape: tuple[int, int], pixel: tuple[float, float]) -> float:
 
 
 class _Beyond(NamedTuple):
+    """All that depends on a boundary: who adds one adds its name and one of these.
+
+    Parameters
+    ----------
+    periodic_axes : tuple of int
+        Axes along which the map goes on beyond an edge on the opposite side: 0 y, 1 x.
+    meaning, heading, assumption : str
+        In a few words; heading of the assumption; in sentences, for a reader of the results.
+    works : tuple of str
+        Keys, in `roughcontact.references`, of the works that the response is from.
+    operator : callable
+        ``operator(shape, pixel, contact_modulus, datum=, precision=, workspace=)``.
+    known_below : bool
+        Whether stress and plasticity below such a map are known.
+    of_profile : str
+        Name of the boundary that it is for a profile; empty if it is none.
+    slab_symbol : callable, optional
+        The share of the kernel of one of several ranks, see `slab_symbols`.
+    kernel_memory : callable, optional
+        ``kernel_memory(shape)``, bytes of a quarter of the kernel's spectrum in double precision;
+        by default that of a kernel on the map, twice as long along free axes.
+    """
+
     periodic_axes: tuple[int, ...]
     meaning: str
     heading: str
     assumption: str
+    works: tuple[str, ...]
     operator: Callable[..., Convolution]
     known_below: bool = False
+    of_profile: str = ""
+    slab_symbol: Callable[..., tuple[NDArray[np.float64], float]] | None = None
+    kernel_memory: Callable[[tuple[int, int]], int] | None = None
 
 
 # Arrays are for who makes an operator: to name a boundary, or to list them, takes none.
@@ -234,6 +322,24 @@ def _endless(*problem: Any, **options: Any) -> Convolution:
     return convolution.strip(*problem, **options)
 
 
+def _free_slab(*problem: Any) -> tuple[NDArray[np.float64], float]:
+    from roughcontact.halfspace import slab_symbols
+
+    return slab_symbols.free(*problem)
+
+
+def _periodic_slab(*problem: Any) -> tuple[NDArray[np.float64], float]:
+    from roughcontact.halfspace import slab_symbols
+
+    return slab_symbols.periodic(*problem)
+
+
+def _endless_slab(*problem: Any, axis: int) -> tuple[NDArray[np.float64], float]:
+    from roughcontact.halfspace import slab_symbols
+
+    return slab_symbols.strip_y(*problem) if axis == 0 else slab_symbols.strip_x(*problem)
+
+
 def _strip(axis: int) -> _Beyond:
     along, across = ("y", "x") if axis == 0 else ("x", "y")
     return _Beyond(
@@ -247,7 +353,10 @@ def _strip(axis: int) -> _Beyond:
         "without bound, so the approach needs a datum: a uniform line load along "
         f"{along} is taken to displace nothing at a distance of the longer side of the map. "
         "Pressures and gaps under a given load do not depend on it.",
+        ("Johnson1985", "DLMF"),
         partial(_endless, axis=axis),
+        of_profile="periodic-y" if axis == 0 else "periodic",
+        slab_symbol=partial(_endless_slab, axis=axis),
     )
 
 
@@ -257,8 +366,11 @@ _BEYOND = {
         "the map is all that touches",
         "Half-spaces, free boundary",
         "The map is all that touches: there is no contact outside of it.",
+        ("Johnson1985", "Love1929"),
         _free,
         known_below=True,
+        of_profile="periodic-y",
+        slab_symbol=_free_slab,
     ),
     Boundary.PERIODIC: _Beyond(
         (0, 1),
@@ -268,8 +380,11 @@ _BEYOND = {
         "is that on one period, and every spot feels the copies of all others. A measured "
         "map does not fit its own opposite edge; the seam is then a step that the surface "
         "does not have.",
+        ("Johnson1985", "Stanley1997"),
         _periodic,
         known_below=True,
+        of_profile="periodic",
+        slab_symbol=_periodic_slab,
     ),
     Boundary.PERIODIC_X: _strip(1),
     Boundary.PERIODIC_Y: _strip(0),

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from roughcontact.errors import require_pixel, require_positive
 from roughcontact.halfspace import fft, kernels
-from roughcontact.halfspace.boundary import Boundary, longer_side
 from roughcontact.halfspace.convolution import BAND
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.slabs import TRAVELLING, Layout, SlabConvolution, cut_up
@@ -20,7 +19,9 @@ Array = NDArray[np.float64]
 
 
 def operators(
-    boundary: Boundary,
+    symbol: Callable[..., tuple[Array, float]],
+    free_axes: Sequence[int],
+    datum: float,
     edges: Sequence[int],
     shape: tuple[int, int],
     pixel: tuple[float, float],
@@ -34,8 +35,13 @@ def operators(
 
     Parameters
     ----------
-    boundary : Boundary
-        What lies beyond the edges of the map.
+    symbol : callable
+        ``symbol(layout, pixel, ranks, workspace, datum)`` makes the share of a rank: `free`,
+        `periodic`, `strip_x` or `strip_y`.
+    free_axes : sequence of int
+        Axes along which the map ends at its edges.
+    datum : float
+        Where strips take the displacement as zero [m].
     edges : sequence of int
         First row of each rank, and ``ny``; they stay rows on coarser grids where they are
         multiples of the coarsening.
@@ -59,18 +65,17 @@ def operators(
     """
     require_pixel(pixel)
     require_positive(contact_modulus=contact_modulus)
-    datum = longer_side(shape, pixel)
 
     def operator(shape: tuple[int, int], coarsening: tuple[int, int]) -> SlabConvolution:
         coarse = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
         rows = (*(edge // coarsening[0] for edge in edges[:-1]), shape[0])
-        padded = _period(boundary, shape)
+        padded = _period(free_axes, shape)
         waves = padded[1] // 2 + 1
         columns = _shared_out(waves, ranks.count)
         layout = Layout(shape, padded, rows, columns)
-        symbol, softness = _SYMBOLS[boundary](layout, coarse, ranks, workspace, datum)
+        own, softness = symbol(layout, coarse, ranks, workspace, datum)
         return SlabConvolution(
-            symbol, layout, ranks, workspace,
+            own, layout, ranks, workspace,
             # On coarse grids the error of the grid outweighs that of the arithmetic.
             precision=precision if coarsening == (1, 1) else "single",
             softness=softness / contact_modulus,
@@ -84,9 +89,9 @@ def _shared_out(lines: int, count: int) -> tuple[int, ...]:
     return tuple(lines * rank // count for rank in range(count + 1))
 
 
-def _period(boundary: Boundary, shape: tuple[int, int]) -> tuple[int, int]:
+def _period(free_axes: Sequence[int], shape: tuple[int, int]) -> tuple[int, int]:
     ny, nx = (
-        2 * fft.fast_length(points) if axis in boundary.free_axes else points
+        2 * fft.fast_length(points) if axis in free_axes else points
         for axis, points in enumerate(shape)
     )
     return ny, nx
@@ -95,9 +100,10 @@ def _period(boundary: Boundary, shape: tuple[int, int]) -> tuple[int, int]:
 # What a rank makes of the symbol: that of its own columns, for E* = 1 Pa over a factor.
 
 
-def _free(
+def free(
     layout: Layout, pixel: tuple[float, float], ranks: Ranks, work: Workspace, datum: float
 ) -> tuple[Array, float]:
+    """Return the share of a rank of the symbol of a free map, and the factor before it."""
     points, width = layout.padded[0] // 2 + 1, layout.padded[1] // 2 + 1
     bands = -(-points // BAND)
     tops = [min(BAND * (bands * rank // ranks.count), points) for rank in range(ranks.count)]
@@ -116,24 +122,27 @@ def _free(
     return fft.even_spectrum(symbol, work, axes=(0,)), pixel[0]
 
 
-def _periodic(
+def periodic(
     layout: Layout, pixel: tuple[float, float], ranks: Ranks, work: Workspace, datum: float
 ) -> tuple[Array, float]:
+    """Return the share of a rank of the symbol of a period, and the factor before it."""
     return kernels.periodic(layout.shape, pixel, 1.0, layout.waves(ranks.number)), 1.0
 
 
-def _strip_x(
+def strip_x(
     layout: Layout, pixel: tuple[float, float], ranks: Ranks, work: Workspace, datum: float
 ) -> tuple[Array, float]:
+    """Return the share of a rank for a strip along x, and the factor before it."""
     shape, edges = (layout.padded[0] // 2 + 1, layout.padded[1]), (1.0, pixel[1] / pixel[0])
     own = layout.waves(ranks.number)
     table = kernels.strip(shape, edges, 1.0, datum / pixel[0], own)
     return fft.even_spectrum(table, work, axes=(0,)), pixel[0]
 
 
-def _strip_y(
+def strip_y(
     layout: Layout, pixel: tuple[float, float], ranks: Ranks, work: Workspace, datum: float
 ) -> tuple[Array, float]:
+    """Return the share of a rank for a strip along y, and the factor before it."""
     # The kernel knows x as the periodic axis.
     shape, edges = (layout.padded[1] // 2 + 1, layout.padded[0]), (1.0, pixel[0] / pixel[1])
     waves = layout.padded[0] // 2 + 1
@@ -142,14 +151,6 @@ def _strip_y(
     table = kernels.strip(shape, edges, 1.0, datum / pixel[1], own)
     rows = fft.even_spectrum(np.ascontiguousarray(table.T), work, axes=(1,))
     return _transposed(rows, tops, layout.columns, ranks), pixel[1]
-
-
-_SYMBOLS: dict[Boundary, Callable[..., tuple[Array, float]]] = {
-    Boundary.FREE: _free,
-    Boundary.PERIODIC: _periodic,
-    Boundary.PERIODIC_X: _strip_x,
-    Boundary.PERIODIC_Y: _strip_y,
-}
 
 
 def _transposed(rows: Array, tops: Sequence[int], columns: Sequence[int], ranks: Ranks) -> Array:

@@ -17,6 +17,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.stiffness import unloading_stiffness
 from roughcontact.errors import InputError
 from roughcontact.joint import judgment
+from roughcontact.joint.filling import AIR, OIL, gap_conductance, spreading
 from roughcontact.joint.judgment import Texture
 from roughcontact.joint.series import of_one_pair
 from roughcontact.joint.spread import greenwood
@@ -31,6 +32,12 @@ Array = NDArray[np.float64]
 
 OF = "the resistance of a contact"
 """What needs a map, in words."""
+
+EVEN_FLOW = 32 / (3 * math.pi**2) - 1
+"""Constriction of a disc by uniform flow over that of constant potential, less one: 8.1 %.
+
+Carslaw and Jaeger, Conduction of Heat in Solids (1959), section 8.2.
+"""
 
 
 @dataclass(frozen=True)
@@ -55,6 +62,10 @@ class ConductanceStep:
         The same by the correlation for nominally flat rough joints [m]: Cooper, Mikic and
         Yovanovich under a ceiling, Mikic without, and the spreading from the outline of a free map;
         NaN where the bodies are curved as a whole, or periodic along one axis only.
+    air_gap, oil_gap : float
+        What air or oil in the gap conducts beside the contact, per area [W/(m² K)]; NaN unless the
+        conductivities are known and the map is periodic along both axes. See
+        `roughcontact.joint.filling.gap_conductance`.
     """
 
     load: float
@@ -64,6 +75,8 @@ class ConductanceStep:
     length: float
     greenwood_length: float
     correlation_length: float
+    air_gap: float = math.nan
+    oil_gap: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -123,7 +136,8 @@ class Conductance(Shown):
         coarser : ContactResult
             The same bodies under the largest load on a grid of larger pixels.
         """
-        fine, coarse = self.steps[-1], _step(coarser, Texture(coarser.pair))
+        coarse = _step(coarser, Texture(coarser.pair), self.thermal_resistivity)
+        fine = self.steps[-1]
         length, area = (
             new / old - 1 if old and math.isfinite(old) else 0.0
             for new, old in (
@@ -160,8 +174,7 @@ class Conductance(Shown):
     @property
     def thermal_resistivity(self) -> float:
         """Sum of 1/k of the two bodies [m K/W]; NaN where one is not known."""
-        first, second = (1 / (body.conductivity or math.nan) for body in self.bodies)
-        return first + second
+        return _thermal_resistivity(self.bodies)
 
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `ConductanceStep`."""
@@ -186,6 +199,16 @@ class Conductance(Shown):
     def thermal_conductance(self) -> Array:
         """Conductance of the contact per nominal area h [W/(m² K)], shape (n,)."""
         return self._per_area(self.thermal_resistance)
+
+    def filled_conductance(self, filling: str) -> Array:
+        """Return h of contact and gap side by side [W/(m² K)], shape (n,).
+
+        Parameters
+        ----------
+        filling : {"air", "oil"}
+            What is in the gap; see `ConductanceStep`.
+        """
+        return self.thermal_conductance + self.column(f"{filling}_gap")
 
     def resistance(self, kind: str, by: str = "length") -> Array:
         """Return the resistance of the contact, shape (n,).
@@ -280,7 +303,8 @@ def conductance(
     -----
     The potential on the contact is constant, as is the displacement under a rigid punch of the
     same outline: with the stiffness K of that punch the constriction length is L = 2 K/E*, and
-    R = Σρ/L (Barber 2003, doi:10.1098/rspa.2002.1038). The gap conducts nothing.
+    R = Σρ/L (Barber 2003, doi:10.1098/rspa.2002.1038). The gap conducts nothing;
+    `Conductance.filled_conductance` adds air or oil in it.
 
     With a free boundary this is the resistance between points far away in both bodies, in which
     the spreading from all of the map is contained. With a periodic one it is what the joint adds to
@@ -289,8 +313,7 @@ def conductance(
     as the potential of an endless strip has no bound.
 
     A film adds its resistance over the contact area. As it evens the flow out, the true
-    resistance is a little larger: on a disc by less than 8 % of the constriction, which a
-    uniform flow has more than one of constant potential, 32/(3π²) to 1.
+    resistance is a little larger: on a disc by at most 8.1 % of the constriction (`EVEN_FLOW`).
 
     Examples
     --------
@@ -305,7 +328,7 @@ def conductance(
     bodies = (_conductor(body, "body"), _conductor(counter_body, "counter_body"))
     films = (_film(film, "film", "film"), _film(thermal_film, "thermal film", "thermal_film"))
     _check(bodies, films)
-    steps, judged, largest = _looked_at(contacts)
+    steps, judged, largest = _looked_at(contacts, _thermal_resistivity(bodies))
     return Conductance(steps, bodies, *films, largest, over_loads(judged, "N"))
 
 
@@ -313,7 +336,7 @@ Judged = list[tuple[float, tuple[Caution, ...]]]
 
 
 def _looked_at(
-    contacts: ContactResult | Iterable[ContactResult],
+    contacts: ContactResult | Iterable[ContactResult], resistivity: float
 ) -> tuple[tuple[ConductanceStep, ...], Judged, ContactResult]:
     """Return what each contact has and is judged by, by ascending load, and the last of them."""
     found: list[tuple[ConductanceStep, tuple[Caution, ...]]] = []
@@ -322,7 +345,7 @@ def _looked_at(
     for result in of_one_pair(contacts, OF):
         if texture is None or texture.pair is not result.pair:
             texture = Texture(result.pair)
-        step = _step(result, texture)
+        step = _step(result, texture, resistivity)
         found.append((step, (*result.cautions, *_cautions(result, step, texture))))
         if largest is None or result.load >= largest.load:
             largest = result
@@ -332,7 +355,15 @@ def _looked_at(
     return steps, [(step.load, cautions) for step, cautions in found], largest
 
 
-def _step(result: ContactResult, texture: Texture) -> ConductanceStep:
+def _step(result: ContactResult, texture: Texture, resistivity: float) -> ConductanceStep:
+    gaps = {}
+    if len(result.boundary.periodic_axes) == 2 and not math.isnan(resistivity):
+        gap = np.where(result.contact, np.nan, np.maximum(result.gap, 0))
+        spread = spreading(result.pixel_area, resistivity)
+        gaps = {
+            "air_gap": gap_conductance(gap, AIR, spread),
+            "oil_gap": gap_conductance(gap, OIL, spread),
+        }
     return ConductanceStep(
         load=result.load,
         contact_area=result.contact_area,
@@ -341,6 +372,7 @@ def _step(result: ContactResult, texture: Texture) -> ConductanceStep:
         length=2 * unloading_stiffness(result) / result.contact_modulus,
         greenwood_length=greenwood(result),
         correlation_length=_correlation(result, texture),
+        **gaps,
     )
 
 
@@ -376,6 +408,11 @@ def _correlation(result: ContactResult, texture: Texture) -> float:
     # square to 2 %.
     whole = constriction.ellipse(*(side / math.sqrt(math.pi) for side in result.pair.size))
     return 1 / (1 / joint + 1 / whole)
+
+
+def _thermal_resistivity(bodies: tuple[Conductor, Conductor]) -> float:
+    first, second = (1 / (body.conductivity or math.nan) for body in bodies)
+    return first + second
 
 
 def _conductor(given: Conductor | str, argument: str) -> Conductor:

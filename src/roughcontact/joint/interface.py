@@ -159,6 +159,8 @@ float
         ū of an elastic joint by Persson's theory from the spectra of the maps [m].
     resolved : bool
         Whether the maps resolve the law under this pressure; see `InterfaceLaw.resolved`.
+    thermal_conductance : float
+        Of the contact per area [W/(m² K)]; NaN where it is not known what the bodies conduct.
     """
 
     branch: str
@@ -177,6 +179,7 @@ float
     stiffness_half: float
     persson_separation: float
     resolved: bool
+    thermal_conductance: float
 
 
 @dataclass(frozen=True)
@@ -194,8 +197,8 @@ class LawTable:
         p̄ [Pa], strictly ascending; the first is zero.
     separation : ndarray, shape (n,)
         ū [m], strictly descending; the first is that of first touch. Overclosure is -ū.
-    mean_gap, contact_fraction : ndarray, shape (n,)
-        At the same pressures [m], [1].
+    mean_gap, contact_fraction, thermal_conductance : ndarray, shape (n,)
+        At the same pressures [m], [1], [W/(m² K)].
     """
 
     branch: str
@@ -204,6 +207,12 @@ class LawTable:
     separation: Array
     mean_gap: Array
     contact_fraction: Array
+    thermal_conductance: Array
+
+    @property
+    def overclosure(self) -> Array:
+        """-ū, as finite-element programs have it [m], shape (n,)."""
+        return -self.separation
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -295,6 +304,7 @@ class InterfaceLaw(Shown):
                  "unloading_stiffness")  # fmt: skip
         means = {name: self.mean(branch, name) for name in names}
         theory, resolved = self.persson(pressures), self.resolved
+        conductance = self.thermal_conductance(branch)
         for number, pressure in enumerate(pressures.tolist()):
             at = {name: found[number] for name, found in means.items()}
             scatter = {
@@ -309,6 +319,7 @@ class InterfaceLaw(Shown):
                 **{f"{name}_half": one.high - one.value for name, one in scatter.items()},
                 persson_separation=float(theory[number]),
                 resolved=resolved.low <= pressure <= resolved.high,
+                thermal_conductance=float(conductance[number]),
             )
 
     def curve(self, branch: str = LOADING) -> Curve:
@@ -327,6 +338,8 @@ class InterfaceLaw(Shown):
         for name, start in (("mean_gap", separation[0]), ("contact_fraction", 0.0)):
             values = np.interp(log, own, self.values(branch, name).mean(axis=0))
             more.append(np.concatenate([[start], values]))
+        values = self._conductance_between(branch, log)
+        more.append(np.concatenate([[math.nan if self.bodies is None else 0.0], values]))
         return LawTable(branch, error, pressure, separation, *more)
 
     @cached_property
@@ -383,23 +396,39 @@ class InterfaceLaw(Shown):
         found = [persson.persson_decay(law.wave_numbers, law.variances) for law in self.maps]
         return math.fsum(found) / len(found)
 
-    @property
-    def conductance(self) -> Array:
-        """Thermal conductance of the joint per area at `pressures` [W/(m² K)], shape (n,).
+    def thermal_conductance(self, branch: str = LOADING) -> Array:
+        """Return the conductance of the contact per area at `pressures` [W/(m² K)], shape (n,).
 
-        From the unloading stiffness, as that of `joint.conductance`; NaN without `bodies`.
+        From the unloading stiffness of the contacts of the branch, as that of `joint.conductance`;
+        the mean over the maps. NaN without `bodies`, infinite where a map is closed.
         """
         if self.bodies is None:
-            return np.full(self.pressures().shape, math.nan)
+            return np.full(self.pressures(branch).shape, math.nan)
         resistivity = math.fsum(1 / (body.conductivity or math.nan) for body in self.bodies)
-        found = []
-        for law in self.maps:
-            length = 2 * law.at(LOADING, "unloading_stiffness", self.pressures())
-            contact = law.at(LOADING, "contact_fraction", self.pressures())
-            resistance = resistivity * self.contact_modulus / length + self.thermal_film / contact
-            found.append(1 / resistance)
-        mean: Array = np.mean(found, axis=0)
+        with np.errstate(divide="ignore"):
+            constriction = (
+                resistivity
+                * self.contact_modulus
+                / (2 * self.values(branch, "unloading_stiffness"))
+            )
+            film = self.thermal_film / self.values(branch, "contact_fraction")
+            mean: Array = np.mean(1 / (constriction + film), axis=0)
         return mean
+
+    def _conductance_between(self, branch: str, log: Array) -> Array:
+        """Return `thermal_conductance` at some ln p̄, a power of p̄ between two that were solved."""
+        own, values = np.log(self.pressures(branch)), self.thermal_conductance(branch)
+        there = np.isfinite(values)
+        if not there.any():
+            return np.full(log.shape, values[0])
+        found = np.exp(np.interp(log, own[there], np.log(values[there])))
+        # A map that is closed resists no more.
+        return np.where(log > own[there][-1], values[-1], found)
+
+    @property
+    def conductance(self) -> Array:
+        """`thermal_conductance` of first loading [W/(m² K)], shape (n,)."""
+        return self.thermal_conductance(LOADING)
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
@@ -431,9 +460,9 @@ class InterfaceLaw(Shown):
         Parameters
         ----------
         path : str or path
-            ``.json``: all numbers. ``.csv``: the thinned tables. ``.inp``: a deck for Abaqus.
-            ``.ccx``: one for CalculiX. ``.txt``: a table for mixed lubrication; see
-            `roughcontact.formats.laws`.
+            ``.json``: all numbers. ``.npz``: those of each branch as arrays. ``.csv``: the thinned
+            tables. ``.inp``: a deck for Abaqus. ``.ccx``: one for CalculiX. ``.txt``: a table for
+            mixed lubrication; see `roughcontact.formats.laws`.
 
         Raises
         ------

@@ -19,11 +19,12 @@ from roughcontact.contact.smooth import shape_of
 from roughcontact.contact.stiffness import local_stiffness
 from roughcontact.errors import InputError, Mention
 from roughcontact.joint.interface import InterfaceLaw, LawPoint, MapLaw
+from roughcontact.joint.series import require_alike, require_one_model, same_heights
 from roughcontact.joint.window import Window, window_of
 from roughcontact.material import catalogue
 from roughcontact.material.conductor import Conductor
 from roughcontact.surface import spectrum
-from roughcontact.units import Quantity, lengths, quantity
+from roughcontact.units import Quantity, quantity
 
 Array = NDArray[np.float64]
 
@@ -163,9 +164,9 @@ def _collected(contacts: Iterable[ContactResult]) -> list[_Samples]:
     for result in [contacts] if isinstance(contacts, ContactResult) else contacts:
         # Under a load that a map has had, it is another that is the same.
         known = (one for one in found if result.load not in one.loads)
-        samples = next((one for one in known if _alike(one.pair, result.pair)), None)
+        _check(result, found[0].largest if found else result)
+        samples = next((one for one in known if same_heights(one.pair, result.pair)), None)
         if samples is None:
-            _check(result, found[0].largest if found else result)
             samples = _Samples(result.pair, *window_of(result.pair), result)
             found.append(samples)
         samples.add(result)
@@ -183,7 +184,11 @@ def _after(
     loads: set[float] = set()
     for result in unloading:
         again = result.load in loads
-        if not pairs or again or not _alike(pairs[-1], result.pair):
+        require_alike(
+            collected[0].pair, result.pair, "unloading", "; give the maps pressed alike",
+            only_elastic=True,
+        )  # fmt: skip
+        if not pairs or again or not same_heights(pairs[-1], result.pair):
             loads.clear()
             if len(pairs) == len(collected):
                 raise _stranger(len(pairs) + 1)
@@ -205,8 +210,6 @@ def _after(
 
 def _lowered(samples: _Samples, pair: Pair, number: int) -> float:
     """Return the mean depth by which the largest load of a map indented it inside its rim [m]."""
-    if pair.shape != samples.pair.shape:
-        raise _stranger(number)
     depth = samples.pair.heights - pair.heights
     scale = float(np.nanmax(np.abs(samples.pair.heights)))
     if np.nanmin(depth) < -_ROUNDING * scale:
@@ -294,18 +297,6 @@ def _spectrum(pair: Pair, window: Window | None) -> dict[str, Array]:
     return {"wave_numbers": q, "variances": density * waves / area}
 
 
-def _alike(first: Pair, second: Pair) -> bool:
-    """Return whether two pairs are of the same maps."""
-    if first.shape != second.shape or first.pixel != second.pixel:
-        return False
-    if (first.counter_surface is None) != (second.counter_surface is None):
-        return False
-    return np.array_equal(first.surface.heights, second.surface.heights, equal_nan=True) and (
-        first.counter_surface is second.counter_surface
-        or np.array_equal(first.heights, second.heights, equal_nan=True)
-    )
-
-
 def _check(result: ContactResult, first: ContactResult) -> None:
     """Refuse a map that has no law, or no part in that of the first."""
     pair, other = result.pair, first.pair
@@ -316,18 +307,12 @@ def _check(result: ContactResult, first: ContactResult) -> None:
             "form away, or leave the nominal bodies out",
             argument="contacts",
         )
-    if pair.shape != other.shape or not np.allclose(pair.pixel, other.pixel, rtol=1e-6, atol=0):
-        grids = [f"{p.shape[0]} × {p.shape[1]} points of {lengths(p.pixel)}" for p in (other, pair)]
-        raise InputError(
-            f"are of different grids, {grids[0]} and {grids[1]}: contact and stiffness depend on "
-            "the pixel; bring the maps to one ", Mention("pixel"), " and crop them to one size",
-            argument="contacts",
-        )  # fmt: skip
-    if (pair.boundary, pair.contact_modulus) != (other.boundary, other.contact_modulus):
-        raise InputError(
-            "differ in boundary or materials: give maps of one surface, pressed alike",
-            argument="contacts",
-        )
+    require_alike(
+        other, pair, "contacts",
+        "; contact and stiffness depend on all of them: give maps of one surface on one grid (",
+        Mention("pixel"), "), pressed alike",
+    )  # fmt: skip
+    require_one_model(first.ceiling is None, result.ceiling is None)
 
 
 def _judged(collected: Sequence[_Samples]) -> tuple[Caution, ...]:

@@ -304,8 +304,9 @@ def leakage(
     flows.
 
     A liquid leaks k Δp w/(12 η l). An ideal gas at one temperature leaks the same volume, counted
-    at the mean of both pressures, as p ∇p is ∇p²/2; where the gap is no wider than the free path
-    of its molecules, some 70 nm in air, it slips and leaks more.
+    at the mean of both pressures, as p ∇p is ∇p²/2. Where the gap is not much wider than the free
+    path of its molecules it slips and leaks more: a caution tells by what factor, see
+    `roughcontact.joint.filling.slip_factor`.
 
     References
     ----------
@@ -329,7 +330,10 @@ def leakage(
     flows: tuple[Flow, ...] = ()
     for result in of_one_pair(contacts, OF):
         step, driven = _step(result, axes)
-        own = leakage_judgment.of_step(result, step.constriction, axes)
+        own = [*leakage_judgment.of_step(result, step.constriction, axes)]
+        if seal is not None:
+            fluid = seal.viscosity, seal.pressure_difference
+            own += leakage_judgment.slip(opened(result), driven, *fluid)
         found.append((step, (*result.cautions, *own)))
         if largest is None or result.load >= largest.load:
             largest, flows = result, driven

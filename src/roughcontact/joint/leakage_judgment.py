@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
 
 from roughcontact.contact.cautions import Caution, Kind, careful, noted
 from roughcontact.contact.result import ContactResult
+from roughcontact.joint.filling import AIR_MASS, ATMOSPHERE, HELIUM_MASS, slip_factor
+from roughcontact.joint.flow import Flow
 from roughcontact.joint.percolation import Constriction
+from roughcontact.theory.rarefied import mean_free_path
 from roughcontact.units import changed_by, engineering, percent
 
 THRESHOLD = 0.42
@@ -20,6 +26,12 @@ _NEAR = 0.1
 # Distance from it within which what leaks is that of a few constrictions.
 
 _MOVED = 0.1
+
+GAS = 5e-5
+"""Viscosity [Pa s] below which a fluid is a gas: those have 9 to 35 µPa s, liquids 200 and more."""
+
+# Factor by which helium leaks more from which on slip is told.
+_SLIPS = 1.05
 
 
 def of_step(
@@ -47,6 +59,46 @@ def of_step(
             "of a single constriction: another part of the same face may leak many times as much",
             contact_fraction=result.contact_fraction,
         )
+
+
+def slip(
+    gap: NDArray[np.float64], flows: Sequence[Flow], viscosity: float, pressure_difference: float
+) -> Iterator[Caution]:
+    """Yield by how much a gas leaks more than is told, the lightest and air at its viscosity.
+
+    Parameters
+    ----------
+    gap : ndarray, shape (ny, nx)
+        Gap [m], 0 where it is closed.
+    flows : sequence of Flow
+        What flows without slip.
+    viscosity, pressure_difference : float
+        Of the fluid [Pa s], and from inlet to outlet [Pa].
+    """
+    open_flows = [flow for flow in flows if flow.percolates]
+    if viscosity >= GAS or not open_flows:
+        return
+    # The outlet at the atmosphere, and in vacuum.
+    outer, inner = ATMOSPHERE + pressure_difference / 2, pressure_difference / 2
+    air, helium = (
+        max(
+            slip_factor(gap, flow.density, mean_free_path(viscosity, pressure, mass))
+            for flow in open_flows
+        )
+        for pressure, mass in ((outer, AIR_MASS), (inner, HELIUM_MASS))
+    )
+    if helium < _SLIPS:
+        return
+    # Of the plane gap that lets as much through.
+    knudsen = (air - 1) / 6
+    yield careful(
+        Kind.SLIP,
+        f"gases slip: air with its outlet at 1 atm (Kn {knudsen:.2g}) leaks at least {air:.2g} "
+        f"times what is told, helium into vacuum {helium:.2g} times",
+        knudsen=knudsen,
+        air=air,
+        helium=helium,
+    )
 
 
 def grid(changes: tuple[float, float], pixel: float) -> Iterator[Caution]:

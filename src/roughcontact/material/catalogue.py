@@ -13,7 +13,11 @@ from typing import NamedTuple
 from roughcontact.errors import InputError
 from roughcontact.material import hardness
 from roughcontact.material.conductor import Conductor
+from roughcontact.material.hardening import Swift
 from roughcontact.material.material import Material
+
+# Plastic strain of a proof stress, in millionths.
+_PROOF = 2000.0
 
 
 class Value(NamedTuple):
@@ -56,6 +60,10 @@ class Entry:
         Electrical resistivity at room temperature [Ω m]; left out of insulators, too.
     conductivity : Value, optional
         Thermal conductivity at room temperature [W/(m K)].
+    exponent : Value, optional
+        Hardening exponent n: at a plastic strain e the yield strength is σ_Y (1 + e/0.002)ⁿ.
+    caveat : str
+        What the material does that no contact here includes, for `Material`.
     """
 
     key: str
@@ -68,18 +76,8 @@ class Entry:
     note: str = ""
     resistivity: Value | None = None
     conductivity: Value | None = None
-
-    @property
-    def advice(self) -> str:
-        """Which ceiling is the better one where yield strength and hardness are at odds."""
-        ratio = self.material.at_odds
-        if ratio is None:
-            return ""
-        why = "it hardens as it flows" if ratio < 1 else "the two are not of one condition"
-        return (
-            f"three yield strengths, the usual ceiling, are {ratio:.2g} of the hardness: {why}, "
-            "and where flow is full the hardness is the better ceiling"
-        )
+    exponent: Value | None = None
+    caveat: str = ""
 
     @property
     def material(self) -> Material:
@@ -91,7 +89,17 @@ class Entry:
             yield_strength=None if strength is None else strength.value,
             name=self.key,
             hardness=None if number is None else hardness.ceiling(number.text),
+            hardening=self.hardening,
+            caveat=self.caveat,
         )
+
+    @property
+    def hardening(self) -> Swift | None:
+        """The law of hardening, if its exponent is known."""
+        if self.yield_strength is None or self.exponent is None:
+            return None
+        strength, exponent = self.yield_strength.value, self.exponent.value
+        return Swift(strength / _PROOF**exponent, _PROOF, exponent)
 
     @property
     def conductor(self) -> Conductor:
@@ -209,6 +217,7 @@ _LUCEFIN_H13 = "Lucefin Group, Technical card 1.2344 X40CrMoV5-1, rev. 2013"
 _GEARS = "ISO 6336-2, Calculation of load capacity of spur and helical gears, part 2: Z_E = 189.8"
 _TYPE_304 = "AISI Type 304 stainless steel, material data sheet (MatWeb)"
 _ROLLED_440C = "Rolled Alloys, Data sheet 440C stainless"
+_THYROTHERM = "Schmolz + Bickenbach, Thyrotherm 2344 Magnum (AISI H13), Technical data sheet"
 _ASC_H13 = "ASC Forgings, H13 hot work tool steel (DIN 1.2344), product data"
 _D2 = "AISI D2 cold work tool steel, data sheet, scribd.com/document/231841150"
 _AZOM_D2 = "AZoM, D2 tool steel (UNS T30402), azom.com ArticleID 6214"
@@ -217,6 +226,7 @@ _GJL = "EN 1561:1997, Founding - Grey cast irons, annex A (separately cast 30 mm
 _GJS = "EN 1563:1997, Founding - Spheroidal graphite cast irons"
 _RCI = "RCI Industries and Technologies, Phosphor bronze grade IV (CuSn8), product data"
 _CUSN12NI2 = "MakeItFrom.com, EN CC484K (CuSn12Ni2-C) tin bronze (compilation)"
+_BRONZES = "EN 1982:1998, Copper and copper alloys - Ingots and castings, table 21"
 _DURBIN = "Durbin Metals, Data sheet CW614N brass flat bar and profiles (EN 12167:2011)"
 _AL6061 = "MatWeb, Aluminum 6061-T6 (typical values of the Aluminum Association)"
 _AL7075 = "MatWeb, Aluminum 7075-T6 (typical values of the Aluminum Association)"
@@ -232,9 +242,17 @@ _WC = "MakeItFrom.com, Tungsten carbide (compilation)"
 _SILICA = "MakeItFrom.com, Fused silica (compilation)"
 _POLYSILICON = "Sharpe, Yuan, Vaidyanathan and Edwards, Proc. IEEE MEMS (1997) 424"
 
+# Exponents that follow from other values of the row: three times the yield strength at a plastic
+# strain of 8 % is the hardness.
+_TABOR = (
+    "derived from yield strength and hardness of this row by the rule of Tabor, The Hardness of "
+    "Metals (1951): hardness of 3 flow stresses at a strain of 8 %"
+)
+
 _BRITTLE = (
     "Brittle, without a yield strength: the ceiling is the hardness; cracks are not modelled."
 )
+_CREEPS = "viscoelastic, so that stiffness and strength fall with time and indentations recover"
 _VISCOELASTIC = (
     "Viscoelastic: E and σ_Y are those of a test of minutes and fall with time; an indentation "
     "recovers, so that no hardness is given."
@@ -253,6 +271,7 @@ _ENTRIES = (
         ),
         hardness=Number("746 HV30", _LUCEFIN_100CR6),
         note="Yield strength and hardness are of two sheets; of the balls only that they are hard.",
+        exponent=Value(0.0692, _TABOR),
     ),
     Entry(
         "16MnCr5",
@@ -291,6 +310,7 @@ _ENTRIES = (
         note="Larger sections are weaker: +QT of 16 to 40 mm has at least 750 MPa (EN 10083-3).",
         resistivity=Value(220e-9, "MatWeb, AISI 4140: specimen hardened and tempered, 20 °C"),
         conductivity=Value(42.6, "Meusburger, Material grades, 1.7225: at 20 °C"),
+        exponent=Value(0.033, _TABOR),
     ),
     Entry(
         "X5CrNi18-10",
@@ -300,11 +320,14 @@ _ENTRIES = (
         poisson=Value(0.29, _TYPE_304),
         yield_strength=Value(215e6, _TYPE_304),
         note=(
-            "Hardens as it flows, so that three times the proof stress is a low ceiling. Its "
-            "hardness is quoted as 70 HRB, a scale whose conversion does not hold for austenite."
+            "Its hardness is quoted as 70 HRB, a scale whose conversion does not hold for "
+            "austenite."
         ),
         resistivity=Value(720e-9, f"{_TYPE_304}: at 20 °C"),
         conductivity=Value(16.2, f"{_TYPE_304}: 0 to 100 °C"),
+        exponent=Value(
+            0.2287, f"derived from {_TYPE_304}: tensile strength 505 MPa, by Considère's rule"
+        ),
     ),
     Entry(
         "X2CrNiMo17-12-2",
@@ -316,6 +339,7 @@ _ENTRIES = (
         hardness=Number("170 HBW", "Outokumpu, Forta 316L/4404, typical of hot rolled coil"),
         resistivity=Value(740e-9, f"{_TUBING_316}: alloy 316 at 20 °C"),
         conductivity=Value(14.6, f"{_TUBING_316}: 20 to 100 °C"),
+        exponent=Value(0.1816, _TABOR),
     ),
     Entry(
         "X105CrMo17",
@@ -327,6 +351,7 @@ _ENTRIES = (
         hardness=Number("56 HRC", _ROLLED_440C),
         resistivity=Value(600e-9, _QINGHE_440C),
         conductivity=Value(24.2, f"{_QINGHE_440C}: at 100 °C"),
+        exponent=Value(0.0361, _TABOR),
     ),
     Entry(
         "X40CrMoV5-1",
@@ -337,7 +362,8 @@ _ENTRIES = (
         yield_strength=Value(1380e6, f"{_ASC_H13}: upper end, at a tensile strength of 1590 MPa"),
         hardness=Number("48 HRC", f"{_LUCEFIN_H13}: at a tensile strength of 1640 MPa"),
         resistivity=Value(543e-9, f"{_LUCEFIN_H13}: at 20 °C"),
-        conductivity=Value(19.2, f"{_LUCEFIN_H13}: at 20 °C; others give 26 at 100 °C"),
+        conductivity=Value(25.5, f"{_THYROTHERM}: tempered to 46 HRC, at 21 °C"),
+        exponent=Value(0.0573, _TABOR),
     ),
     Entry(
         "X153CrMoV12",
@@ -348,6 +374,7 @@ _ENTRIES = (
         yield_strength=Value(2200e6, f"{_D2}: compressive, Rc0.2"),
         hardness=Number("62 HRC", _D2),
         note="The yield strength is the compressive one.",
+        exponent=Value(0.048, _TABOR),
     ),
     Entry(
         "HS6-5-2C",
@@ -373,6 +400,7 @@ _ENTRIES = (
         ),
         note="The yield strength is the compressive one; in tension 165 to 228 MPa.",
         conductivity=Value(46, "MakeItFrom.com, EN-JL 1040 grey cast iron (compilation)"),
+        exponent=Value(0.2139, f"{_TABOR}; 719 MPa there, compressive strength 840 MPa ({_GJL})"),
     ),
     Entry(
         "EN-GJS-500-7",
@@ -383,6 +411,7 @@ _ENTRIES = (
         yield_strength=Value(320e6, f"{_GJS}: least value"),
         hardness=Number("200 HBW", f"{_GJS}: middle of 170 to 230 HB"),
         conductivity=Value(35.2, "Iron-foundry.com, UNI 4544 GS500-7 (EN-GJS-500-7), product data"),
+        exponent=Value(0.2056, _TABOR),
     ),
     Entry(
         "Cu-ETP",
@@ -394,6 +423,7 @@ _ENTRIES = (
         hardness=Number("80 HV", f"{_WIELAND}: middle of 65 to 95 HV"),
         resistivity=Value(17.2e-9, f"{_WIELAND}: 58 MS/m"),
         conductivity=Value(390, _WIELAND),
+        exponent=Value(0.1209, _TABOR),
     ),
     Entry(
         "CuSn8",
@@ -405,18 +435,20 @@ _ENTRIES = (
         hardness=Number("175 HV", f"{_RCI}: least value of temper HB"),
         resistivity=Value(133e-9, f"{_KROMTEL}: 7.5 MS/m"),
         conductivity=Value(62, f"{_KROMTEL}; {_RCI}: 67"),
+        exponent=Value(0.1167, _TABOR),
     ),
     Entry(
         "CuSn12Ni2-C",
         ("CC484K", "tin bronze", "gear bronze"),
-        "as cast",
+        "centrifugally or continuously cast",
         young=Value(110e9, _CUSN12NI2),
         poisson=Value(0.34, _CUSN12NI2),
-        yield_strength=Value(200e6, _CUSN12NI2),
+        yield_strength=Value(180e6, f"{_BRONZES}: least value; 160 MPa of sand castings"),
         hardness=Number(
             "100 HBW 2.5/62.5",
             f"{_CUSN12NI2}; force index 10 as ISO 6506-1 asks of copper alloys",
         ),
+        exponent=Value(0.1694, _TABOR),
     ),
     Entry(
         "CuZn39Pb3",
@@ -468,6 +500,7 @@ _ENTRIES = (
             1.78e-6, "ASM Aerospace Specification Metals, Ti-6Al-4V annealed bar, MTP644 (MatWeb)"
         ),
         conductivity=Value(6.7, "BTI Metals, Ti 6Al-4V ELI, product data: 100 to 300 °C"),
+        exponent=Value(0.0804, _TABOR),
     ),
     Entry(
         "WC-6Co",
@@ -537,6 +570,7 @@ _ENTRIES = (
         poisson=Value(0.46, _CALLISTER_NU),
         yield_strength=Value(14.5e6, f"{_CALLISTER_YIELD}: middle of 13.8 to 15.2 MPa"),
         note=_VISCOELASTIC,
+        caveat=_CREEPS,
         conductivity=Value(
             0.25,
             "Springer Handbook of Condensed Matter and Materials Data (2005), table 3.3-13: 0.23 "
@@ -551,5 +585,6 @@ _ENTRIES = (
         poisson=Value(0.36, "Kurtz and Devine, Biomaterials 28 (2007) 4845, table of properties"),
         yield_strength=Value(98.3e6, "Polymers 16 (2024) 3007, doi:10.3390/polym16213007"),
         note=_VISCOELASTIC,
+        caveat=_CREEPS,
     ),
 )

@@ -7,18 +7,24 @@ from dataclasses import dataclass
 from numbers import Real
 
 from roughcontact.errors import InputError, Mention
-from roughcontact.material.hardening import Hardening, Perfect
+from roughcontact.material.hardening import Hardening, Perfect, Swift
 from roughcontact.material.hardness import stress
 from roughcontact.units import Quantity, quantity
 
 CEILING_FACTOR = 3.0
 """Pressure ceiling over yield strength of the softer body (Tabor 1951: H ≈ 3 σ_Y)."""
 
+# Bounds of moduli and strengths [Pa]: the powers of them that enter anywhere are numbers, too.
+_LEAST, _MOST = 1e-50, 1e50
+
 # Poisson's ratio up to which a cylinder first yields at its surface.
 _AT_SURFACE = 0.1938
 
 AT_ODDS = 0.15
-"""Difference of three yield strengths and the hardness that is worth a word."""
+"""Excess of three yield strengths over the hardness from which they are not of one condition."""
+
+PROOF_STRAIN, TABOR_STRAIN = 0.002, 0.08
+"""Plastic strains of a proof stress, and of a hardness test (Tabor 1951)."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +48,9 @@ class Material:
         as for ceramics.
     hardening : Perfect, Linear, Swift, Tabulated or Kinematic, optional
         How the yield strength grows with the plastic strain; its first value is taken for
-        ``yield_strength``. Without it a body with a yield strength is perfectly plastic.
+        ``yield_strength``. Without it see ``law``.
+    caveat : str
+        What the material does that no contact here includes; every result warns of it.
 
     Raises
     ------
@@ -56,6 +64,7 @@ class Material:
     name: str = ""
     hardness: float | None = None
     hardening: Hardening | None = None
+    caveat: str = ""
 
     def __init__(
         self,
@@ -65,6 +74,7 @@ class Material:
         name: str = "",
         hardness: Quantity | None = None,
         hardening: Hardening | None = None,
+        caveat: str = "",
     ) -> None:
         strength = quantity(yield_strength, "pressure", "yield_strength")
         object.__setattr__(self, "young", quantity(young, "pressure", "young"))
@@ -73,6 +83,7 @@ class Material:
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "hardness", stress(hardness, "hardness"))
         object.__setattr__(self, "hardening", hardening)
+        object.__setattr__(self, "caveat", caveat)
         self._check()
 
     def _check(self) -> None:
@@ -84,29 +95,21 @@ class Material:
                 raise InputError(
                     f"must be a number in SI units, got {value!r}", argument=name, value=value
                 )
-        if not self.young > 0:
-            raise InputError(
-                f"must be positive [Pa], got {self.young!r}", argument="young", value=self.young
-            )
+        for name in ("young", "yield_strength", "hardness"):
+            value = getattr(self, name)
+            rigid = name == "young" and value == math.inf
+            if value is not None and not (_LEAST <= value <= _MOST or rigid):
+                without = "inf is rigid" if name == "young" else "leave it out where it is unknown"
+                raise InputError(
+                    f"must be positive, {_LEAST:g} to {_MOST:g} Pa, got {value!r}; {without}",
+                    argument=name,
+                    value=value,
+                )
         if not -1 < self.poisson <= 0.5:
             raise InputError(
                 f"must lie in (-1, 0.5], got {self.poisson!r}",
                 argument="poisson",
                 value=self.poisson,
-            )
-        if self.yield_strength is not None and not 0 < self.yield_strength < math.inf:
-            raise InputError(
-                f"must be positive and finite [Pa], got {self.yield_strength!r}; "
-                "leave it out for a body that does not yield",
-                argument="yield_strength",
-                value=self.yield_strength,
-            )
-        if self.hardness is not None and not 0 < self.hardness < math.inf:
-            raise InputError(
-                f"must be positive and finite [Pa], got {self.hardness!r}; "
-                "leave it out where it is unknown",
-                argument="hardness",
-                value=self.hardness,
             )
         if self.hardening is None:
             return
@@ -145,18 +148,43 @@ class Material:
         return CEILING_FACTOR * self.yield_strength
 
     @property
-    def at_odds(self) -> float | None:
-        """Three yield strengths over the hardness, where the two are more than 15 % apart.
+    def law(self) -> Hardening:
+        """How a body that yields hardens: one rule for yield strength, hardness and law.
 
-        ``None`` where they agree, where one is not known, and where a law of hardening says what
-        the yield strength leaves open. Below 1 the metal hardens before its hardness is measured,
-        at a strain of some 8 %; above 1 the two are not of one condition. The hardness is the
-        better ceiling in both cases, once plastic flow is full.
+        The law of ``hardening`` if there is one. Of a body whose hardness H exceeds 3 σ_Y, Swift's
+        law through the yield strength and H/3 at the strain of a hardness test,
+        σ = σ_Y (1 + e/0.002)ⁿ with n = ln(H/3σ_Y)/ln(41). Else perfect plasticity.
+
+        References
+        ----------
+        Tabor, The Hardness of Metals (1951): H ≈ 3 σ(8 %); Swift, J. Mech. Phys. Solids 1 (1952) 1
+        """
+        if self.hardening is not None:
+            return self.hardening
+        strength = self.yield_strength or math.inf
+        usual = CEILING_FACTOR * strength
+        if self.hardness is None or self.hardness <= usual:
+            return Perfect(strength)
+        exponent = math.log(self.hardness / usual) / math.log1p(TABOR_STRAIN / PROOF_STRAIN)
+        offset, exponent = 1e6 * PROOF_STRAIN, min(exponent, 1.0)
+        return Swift(strength / offset**exponent, offset, exponent)
+
+    @property
+    def hardens(self) -> bool:
+        """Whether its yield strength grows with the plastic strain."""
+        return self.yield_strength is not None and not isinstance(self.law, Perfect)
+
+    @property
+    def at_odds(self) -> float | None:
+        """Three yield strengths over the hardness where they exceed it by more than 15 %.
+
+        The two are not of one condition then. ``None`` elsewhere, and where a law of hardening is
+        given.
         """
         if self.yield_strength is None or self.hardness is None or self.hardening is not None:
             return None
         ratio = CEILING_FACTOR * self.yield_strength / self.hardness
-        return ratio if abs(ratio - 1) > AT_ODDS else None
+        return ratio if ratio - 1 > AT_ODDS else None
 
     @property
     def first_yield_pressure(self) -> float | None:
@@ -221,11 +249,6 @@ def contact_modulus(first: Material, second: Material) -> float:
     if compliance == 0:
         raise InputError("both bodies are rigid: at least one needs a finite Young's modulus")
     return 1 / compliance
-
-
-def law_of(body: Material) -> Hardening:
-    """Return the law of hardening of a material, perfect plasticity without one."""
-    return body.hardening or Perfect(body.yield_strength or math.inf)
 
 
 def softer(first: Material, second: Material) -> Material | None:

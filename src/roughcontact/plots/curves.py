@@ -139,7 +139,8 @@ def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
     contact_theory, saturated_theory = curve.persson
     # The law is one of elastic contact; the area of a saturated one is load over ceiling.
     law = slope * load / (curve.contact_modulus * curve.rms_gradient)
-    lines = [(law, "--", NEUTRAL, f"κ W/(E* h′), κ = {slope:.2f}")]
+    low = curve.low_loads.any()
+    lines = [(law, "--", NEUTRAL, f"κ W/(E* h′), κ = {slope:.2f}")] if low else []
     if isinstance(curve.ceiling, float) and saturated.any():
         lines.append((load / curve.ceiling, ":", NEUTRAL, "load / ceiling"))
     lines += [

@@ -12,14 +12,10 @@ import numpy as np
 from roughcontact.contact import imprint, judgment
 from roughcontact.contact.cautions import Caution, Kind
 from roughcontact.contact.history import VOLUME_ACCOUNT, LoadHistory
-from roughcontact.contact.judgment import (
-    LARGE_SLOPE,
-    LARGE_STRAIN,
-    SMALL_SLOPE,
-    carrying_pixels,
-)
+from roughcontact.contact.judgment import LARGE_SLOPE, SMALL_SLOPE, carrying_pixels
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import FEW_PIXELS, Spots
+from roughcontact.contact.validity import LARGE_STRAIN
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material, contact_modulus, softer
 from roughcontact.report import wording
@@ -306,7 +302,7 @@ def _left_behind(result: ContactResult) -> str:
     if advice is None or not isinstance(result.ceiling, float):
         return ""
     bodies = (result.material, result.counter_material)
-    found = imprint.doubt(advice, result.ceiling, any(body.hardening for body in bodies))
+    found = imprint.doubt(advice, result.ceiling, any(body.hardens for body in bodies))
     return "" if found is None else sentence(found.text)
 
 

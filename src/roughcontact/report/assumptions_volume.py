@@ -6,8 +6,8 @@ import itertools
 import math
 
 from roughcontact.contact.cautions import Kind
-from roughcontact.contact.judgment import LARGE_STRAIN
 from roughcontact.contact.spots import Spots
+from roughcontact.contact.validity import LARGE_STRAIN
 from roughcontact.material.hardening import Kinematic
 from roughcontact.material.material import Material
 from roughcontact.report.assumptions import (

@@ -333,7 +333,7 @@ def load_curve(curve: LoadCurve) -> Chapter:
         f"{'loads' if curve.control == 'load' else 'approaches'}. Every one is solved as if it "
         "were the first: the model keeps no history, so that this is loading, not unloading.",
     )
-    if math.isfinite(curve.low_load_slope) and not curve.is_profile:
+    if curve.low_loads.any() and not curve.is_profile:
         chapter.add(
             "text",
             f"At small loads (no more than {percent(LOW_LOAD)} in contact) the area grows as "

@@ -354,9 +354,7 @@ def _each(read: Callable[[SamplingError], Any]) -> Callable[[SamplingStudy], lis
 
 
 def _from(one: SamplingError) -> str:
-    if math.isnan(one.scaling) or one.falls:
-        return f"{one.parts} parts"
-    return f"{one.parts} parts; {'at least' if one.scaling > 1 else 'at most'}"
+    return f"{one.parts} parts; {one.bound}" if one.bound else f"{one.parts} parts"
 
 
 SAMPLING: Table = (
@@ -404,7 +402,7 @@ SAMPLING_COLUMNS: Columns = (
 def answer(study: SamplingStudy) -> str:
     """Return in one sentence what area the contact area needs."""
     one = study.error("contact_fraction")
-    bound = "" if one.falls else "at least " if one.scaling > 1 else "at most "
+    bound = f"{one.bound} " if one.bound else ""
     return (
         f"{study.whole.name}: for {FIVE} ({LEVEL} interval) of the contact area "
         f"{bound}{side(one.area)}; this map, {lengths(study.whole.size)}, gives "

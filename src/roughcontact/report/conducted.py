@@ -7,7 +7,9 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
-from roughcontact.joint.conductance import Conductance
+import numpy as np
+
+from roughcontact.joint.conductance import EVEN_FLOW, Conductance
 from roughcontact.joint.spread import CASES, CORRELATED, SPOTTED
 from roughcontact.material.conductor import Conductor
 from roughcontact.report import tables
@@ -58,6 +60,50 @@ def _by_area(found: Conductance) -> bool:
     return len(found.largest.boundary.periodic_axes) == 2
 
 
+def _filled(found: Conductance) -> bool:
+    """Return whether it is known what a filled gap adds."""
+    return _thermal(found) and _by_area(found)
+
+
+def _in_gap(filling: str) -> Callable[[Conductance], str]:
+    """Return h with the gap filled under the smallest and the largest load, and what it adds."""
+
+    def told(found: Conductance) -> str:
+        whole = found.filled_conductance(filling)
+        with np.errstate(divide="ignore"):
+            added = found.column(f"{filling}_gap") / found.thermal_conductance
+        return " to ".join(
+            f"{engineering(whole[end], 'W/(m² K)', 3)} ({changed_by(added[end])})"
+            for end in sorted({0, len(found.steps) - 1})
+        )
+
+    return told
+
+
+def _filled_by(name: str) -> Callable[[Conductance], list[float]]:
+    return lambda result: result.filled_conductance(name).tolist()
+
+
+def _fillings() -> tuple[Quantity, ...]:
+    return tuple(
+        Quantity(
+            f"with_{name}", f"with {name} in the gap", unit="W/(m² K)", stored=False, when=_filled,
+            of=_filled_by(name), text=_in_gap(name),
+        )
+        for name in ("air", "oil")
+    )  # fmt: skip
+
+
+def _filled_columns() -> Columns:
+    return tuple(
+        Column(
+            f"thermal_conductance_{name}", f"with {name}", unit="W/(m² K)", brief=False,
+            of=_filled_by(name), when=_filled,
+        )
+        for name in ("air", "oil")
+    )  # fmt: skip
+
+
 def _ratio(name: str) -> Callable[[Conductance], list[str]]:
     """Return how far an estimate of the constriction length is off, a resistance being over it."""
 
@@ -87,6 +133,7 @@ CONDUCTANCE: Table = (
         "thermal_film", "thermal film", unit="m² K/W",
         form=lambda v: f"{v:.4g} m² K/W" if v else "none", when=_thermal,
     ),
+    *_fillings(),
     Quantity(
         "coarser", "on a coarser grid", of=lambda r: r.coarser and asdict(r.coarser),
         text=lambda r: (
@@ -132,6 +179,7 @@ CONDUCTANCE_COLUMNS: Columns = (
         "thermal_conductance", "per area", unit="W/(m² K)", stored=False,
         of=lambda r: r.thermal_conductance.tolist(), when=lambda r: _thermal(r) and _by_area(r),
     ),
+    *_filled_columns(),
     Column(
         "greenwood_length", "Greenwood", unit="m", shown=_ratio("greenwood_length"),
     ),
@@ -165,10 +213,13 @@ def sentences(found: Conductance) -> tuple[str, ...]:
         "The constriction length over the sum of the resistivities of the two bodies, or of their "
         "1/k, is the conductance.",
         meaning,
-        "All of the contact conducts, what has flowed included; the gap conducts nothing.",
+        "All of the contact conducts, what has flowed included; the gap conducts nothing"
+        + (", unless it is filled: with air (1 bar) or oil in it the contact and the gap conduct "
+           "side by side." if _filled(found) else "."),
         *(
             ("The film is added over the contact area; as it evens the flow out, the true "
-             "resistance is a little larger, on a disc by less than 8 % of the constriction.",)
+             f"resistance is a little larger, on a disc by at most {percent(EVEN_FLOW)} of the "
+             "constriction.",)
             if film else ()
         ),
         "The resistance of an elastic contact hangs on its coarse outline, where the current "

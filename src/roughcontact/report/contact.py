@@ -254,7 +254,14 @@ def _title(result: ContactResult) -> str:
 
 def _key_numbers(result: ContactResult) -> list[Cells]:
     other = "approach" if result.control == "load" else "load"
-    told = chapters.headlines(result, [*tables.HEADLINES, other])
+    keys = [*tables.HEADLINES, other]
+    beside = results.under_calibrated(result)
+    told: list[Cells] = [
+        (name, text, f"{meaning}; {beside[key]} with the calibrated ceiling")
+        if key in beside
+        else (name, text, meaning)
+        for key, (name, text, meaning) in zip(keys, chapters.headlines(result, keys), strict=True)
+    ]
     if result.ceiling is not None:
         return told
     elastic = ABSENT, "purely elastic: no ceiling"
@@ -279,7 +286,9 @@ def _certificate_in_short(result: ContactResult) -> str:
 def results_chapter(result: ContactResult, study: ResolutionStudy | None) -> Chapter:
     """Return the chapter on what came out, and how sure it is."""
     chapter = Chapter("Results")
-    chapter.add("table", chapters.quantities(results.rows(result)))
+    heads, answer = results.beside_calibrated(result)
+    told = [(row.title, *texts, row.meaning) for row, texts in answer]
+    chapter.add("table", Table(told, ("quantity", *(heads or ("value",)), "meaning")))
     if result.converged and result.load:
         chapter.add("text", f"{sureness.WHAT} {sureness.NOT_BOUNDED}")
         told = [(capital(name), *texts) for name, *texts in sureness.rows(result, study)]

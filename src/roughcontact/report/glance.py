@@ -90,7 +90,9 @@ def _tables(shown: Any) -> list[list[Cells]]:
     if isinstance(shown, Surface):
         rows = rows_of(inputs.TRACE if shown.is_profile else inputs.SURFACE, shown)
         return [[(row.name, row.text) for row in rows]]
-    told: list[Cells] = [(row.name, row.text) for row in results.rows(shown, brief=True)]
+    heads, answer = results.beside_calibrated(shown, brief=True)
+    told: list[Cells] = [("", *heads)] if heads else []
+    told += [(row.name, *texts) for row, texts in answer]
     head, steps = results.listing(shown, brief=True)
     if len(steps) > 2 * _ENDS:
         steps = [*steps[:_ENDS], ("…",) * len(head), *steps[-_ENDS:]]

@@ -134,7 +134,7 @@ def bodies(model: str, profile: bool = False) -> Table:
     if model == "volume":
         return tuple(quantity for quantity in BODY if quantity.key != "hardness")
     law = quantity_of(BODY, "hardening")
-    hardens = replace(law, when=lambda body: body.hardening is not None)
+    hardens = replace(law, when=lambda body: body.hardens)
     return tuple(hardens if quantity is law else quantity for quantity in BODY)
 
 

@@ -38,7 +38,7 @@ def _columns(law: InterfaceLaw, branch: str) -> dict[str, list[float]]:
 
 
 def _tables(law: InterfaceLaw) -> dict[str, Any]:
-    names = ("pressure", "separation", "mean_gap", "contact_fraction")
+    names = ("pressure", "separation", "mean_gap", "contact_fraction", "thermal_conductance")
     told = {branch: law.table(branch) for branch in law.branches}
     return {
         branch: {"error": table.error, **{name: getattr(table, name).tolist() for name in names}}
@@ -131,6 +131,10 @@ LAW_COLUMNS: Columns = (
     Column(
         "unloading_stiffness", "falling", unit="Pa/m", form=_per_length, when=_flows,
     ),
+    Column(
+        "thermal_conductance", "conductance", unit="W/(m² K)", digits=3, brief=False,
+        when=lambda law: law.bodies is not None,
+    ),
     Column("separation_deviation", unit="m"),
     Column("contact_deviation"),
     Column("stiffness_deviation", unit="Pa/m"),
@@ -145,7 +149,11 @@ LAW_COLUMNS: Columns = (
 
 
 def _known(law: InterfaceLaw) -> str:
-    return f"{100 * max(law.curve(branch).error for branch in law.branches):.2g} %"
+    """Return how well the law is known between the pressures; nothing where that is not known."""
+    error = max(law.curve(branch).error for branch in law.branches)
+    if math.isnan(error):
+        return "."
+    return f"; between those that were solved the law is known to about {100 * error:.2g} %."
 
 
 def sentences(law: InterfaceLaw) -> tuple[str, ...]:
@@ -181,6 +189,5 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
             ("Persson's theory needs maps without missing points.",)
         ),
         f"Tables for other programs have as many rows as straight lines need for {100 * ERROR:.0f} "
-        "% of the pressure; between those that were solved the law is known to about "
-        f"{_known(law)}.",
+        f"% of the pressure{_known(law)}",
     )  # fmt: skip

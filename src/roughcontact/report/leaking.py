@@ -192,9 +192,8 @@ def _sides(found: Leakage) -> str:
 def sentences(found: Leakage) -> tuple[str, ...]:
     """Return what a reader of the leakage has to know."""
     fluid = (
-        "The rate is k Δp w/(12 η l) of a liquid; of a gas it is the volume at the mean of the "
-        "pressures at inlet and outlet, as long as the gap is wider than the free path of its "
-        "molecules, some 70 nm in air."
+        "The rate is k Δp w/(12 η l) of a liquid; of a gas that does not slip it is the volume at "
+        "the mean of the pressures at inlet and outlet."
     )
     return (
         "Reynolds' equation of a thin film in the gap as it is: nothing flows through contact, "

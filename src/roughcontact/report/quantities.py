@@ -180,6 +180,7 @@ def sizable(key: str) -> Callable[[Any], Sequence[float]]:
 
 
 Table = Sequence[Quantity]
+Cells = tuple[str, ...]
 Columns = Sequence[Column]
 
 

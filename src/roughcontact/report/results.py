@@ -37,6 +37,7 @@ from roughcontact.report import (
 )
 from roughcontact.report.quantities import (
     ANSWER,
+    Cells,
     Columns,
     Row,
     Table,
@@ -185,6 +186,37 @@ def save_summary(result: Estimate, path: str | os.PathLike[str]) -> None:
 def rows(result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
     """Return what is told of a result; see `quantities.rows_of`."""
     return rows_of(table_of(result), result, part, brief)
+
+
+_CALIBRATED = (
+    "contact_area", "contact_fraction", "saturated_fraction", "mean_pressure", "mean_gap",
+    "approach",
+)  # fmt: skip
+
+
+def under_calibrated(result: Any) -> dict[str, str]:
+    """Return what is told under the calibrated ceiling, by key; nothing where it is the same."""
+    other = getattr(result, "calibrated", None)
+    if other is None or not other.differs:
+        return {}
+    return {key: quantity_of(tables.CONTACT, key).row(other).text for key in _CALIBRATED}
+
+
+def _ceilings(result: ContactResult) -> tuple[str, str]:
+    """Return the heads of two columns: the ceiling of a result, and the calibrated one."""
+    assert result.calibrated is not None
+    factors = (result.calibrated.factor * float(result.ceiling or 0) / result.calibrated.ceiling,
+               result.calibrated.factor)  # fmt: skip
+    own, other = (f"{factor:.3g} σ_Y" for factor in factors)
+    return f"ceiling {own}", f"calibrated, {other}"
+
+
+def beside_calibrated(result: Any, brief: bool = False) -> tuple[Cells, list[tuple[Row, Cells]]]:
+    """Return heads and rows of an answer, with a second column where another ceiling changes it."""
+    found, told = rows(result, brief=brief), under_calibrated(result)
+    if not told:
+        return (), [(row, (row.text,)) for row in found]
+    return _ceilings(result), [(row, (row.text, told.get(row.key, ""))) for row in found]
 
 
 def first_yield(onset: StressResult, brief: bool = False) -> list[Row]:

@@ -22,7 +22,10 @@ def counted(rolling: Rolling) -> str:
 def _way(rolling: Rolling) -> str:
     steps = max(one.steps for one in rolling.passes)
     way = "to and fro" if rolling.to_and_fro else "each from the same start"
-    return f"{counted(rolling)}, {way}, {steps} steps each at most"
+    ended = ""
+    if len(rolling.passes) < rolling.requested:
+        ended = f", ended: the last adds no plastic strain ({rolling.requested} requested)"
+    return f"{counted(rolling)}, {way}, {steps} steps each at most{ended}"
 
 
 _SMALL, _TINY = 1e-4, 1e-5
@@ -69,6 +72,7 @@ ROLLING: Table = (
         "friction", "friction", symbol="μ", of=_friction, part=PROBLEM,
         meaning="of full sliding", when=lambda r: bool(_friction(r)),
     ),
+    Quantity("requested", of=lambda r: r.requested or len(r.passes)),
     Quantity("to_and_fro"),
     Quantity(
         "shakedown", "passes come to", of=lambda r: str(r.shakedown), text=lambda r: r.answer,

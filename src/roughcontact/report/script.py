@@ -360,6 +360,8 @@ def _material(body: Material) -> str:
         words.append(f"hardness={_number(body.hardness)}")
     if body.name:
         words.append(f"name={_quoted(body.name)}")
+    if body.caveat:
+        words.append(f"caveat={_quoted(body.caveat)}")
     return f"rc.Material({', '.join(words)})"
 
 

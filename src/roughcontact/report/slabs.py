@@ -91,7 +91,7 @@ def save(
     page.check_path(path)
     told = [row for part in (ANSWER, TRUST) for row in rows_of(SLABS, result, part)]
     by_key = {row.key: row for row in told}
-    headlines = ("max_pressure", "contact_area", "saturated_fraction", "mean_gap")
+    headlines = ("mean_pressure", "contact_area", "saturated_fraction", "mean_gap")
     text = page.render(
         [
             _problem(result),

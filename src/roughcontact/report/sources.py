@@ -30,14 +30,6 @@ from roughcontact.volume.rolling import Rolling
 
 Uses = Iterator[tuple[str, tuple[Reference, ...]]]
 
-# The response of the half-space to pressure, by boundary; of a profile that of plane strain.
-_KERNELS = {
-    Boundary.FREE: ("Johnson1985", "Love1929"),
-    Boundary.PERIODIC: ("Johnson1985", "Stanley1997"),
-    Boundary.PERIODIC_X: ("Johnson1985", "DLMF"),
-    Boundary.PERIODIC_Y: ("Johnson1985", "DLMF"),
-}
-
 # What was done to a map, by method of `Surface` or what made it.
 _STEPS = {
     "filtered": ("filter of the map", "ISO16610-61"),
@@ -164,7 +156,7 @@ def _of_contact(result: ContactResult) -> Uses:
     yield from _elastic(result)
     if result.ceiling is not None:
         yield _CEILING
-    if result.recommended is not None:
+    if result.recommended is not None or result.calibrated is not None:
         yield _RECOMMENDED
     if result.smooth is not None:
         ellipse = result.smooth.shape.kind == ELLIPSE
@@ -194,9 +186,8 @@ def _of_maps(origins: Iterable[Provenance], is_profile: bool) -> Uses:
 
 def _solved(boundary: Boundary, is_profile: bool, yields: bool) -> Uses:
     """Yield kernel and solver; ``yields`` where a yield strength is known."""
-    yield cited(
-        "response of the half-space", *(("Johnson1985",) if is_profile else _KERNELS[boundary])
-    )
+    # Of a profile that of plane strain.
+    yield cited("response of the half-space", *(("Johnson1985",) if is_profile else boundary.works))
     yield cited("principle of minimum", "Kalker1977")
     yield cited(
         "solver", "Polonsky1999", "Hintermueller2002", "Pardalos1990", "Birgin2000", "More1991",
@@ -279,10 +270,10 @@ def _of_volume(result: ElastoplasticResult) -> Uses:
     if result.travelled:
         yield cited("bodies that move", "Boucly2007")
     for body in result.bodies:
-        yield from _of_law(body.material.hardening)
+        yield from _of_law(body.material.law)
 
 
-def _of_law(law: Hardening | None) -> Uses:
+def _of_law(law: Hardening) -> Uses:
     if isinstance(law, Kinematic):
         yield cited("kinematic hardening", "Prager1955", "Simo1998")
         law = law.isotropic

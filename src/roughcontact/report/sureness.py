@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from roughcontact.contact import certainty
 from roughcontact.contact.certainty import Cause, Interval
 from roughcontact.contact.result import ContactResult
@@ -10,11 +12,12 @@ from roughcontact.report import results
 from roughcontact.report.quantities import Quantity, Table, quantity_of
 from roughcontact.units import changed_by, percent
 
-HEADS = ("how sure", "between", "because of")
+HEADS = ("on this map", "between", "because of")
 
 WHAT = (
-    "How sure the numbers are, as far as it is known: what whole pixels at the rim of spots add, "
-    "what finer pixels change, what yielding in the volume changes, and the tolerance."
+    "Where the numbers of the map as measured lie, as far as is known: what whole pixels at the "
+    "rim of spots add, what finer grids change, what yielding in the volume changes, and the "
+    "tolerance. What the measurement left out is in none of them."
 )
 
 NOT_BOUNDED = (
@@ -46,6 +49,8 @@ def _row(interval: Interval, table: Table) -> tuple[str, str, str]:
 
 
 def _ends(quantity: Quantity, interval: Interval) -> str:
+    if math.isinf(interval.high):
+        return f"{quantity.told(interval.value)}, not bounded"
     low, high = (quantity.told(value) for value in (interval.low, interval.high))
     if interval.unknown and low == high:
         return f"{low}, not bounded"
@@ -57,8 +62,10 @@ def _causes(interval: Interval) -> list[str]:
     found = []
     for doubt in interval.doubts:
         if not doubt.known:
-            unknown = "not studied" if doubt.cause is Cause.PIXEL else "not known"
+            unknown = "not studied" if doubt.cause is Cause.GRID else "not known"
             found.append(f"{doubt.cause} {unknown}")
+        elif math.isinf(doubt.high):
+            found.append(f"{doubt.cause}: no limit")
         elif max(-doubt.low, doubt.high) >= _LEAST:
             ends = [changed_by(end) for end in (doubt.low, doubt.high) if abs(end) >= _LEAST]
             found.append(f"{doubt.cause} {' to '.join(ends)}")

@@ -181,10 +181,13 @@ CONTACT: Table = (
         of=_saturated_share, form=percent, stored=False, brief=False,
         when=lambda r: _limited(r) and _touches(r),
     ),
-    Quantity("max_pressure", "largest pressure", unit="Pa", meaning="on any pixel"),
     Quantity(
         "mean_pressure", "mean pressure", unit="Pa", meaning="load over contact area",
-        of=lambda r: r.load / r.contact_area, stored=False, brief=False, when=_touches,
+        of=lambda r: r.load / r.contact_area, stored=False, when=_touches,
+    ),
+    Quantity(
+        "max_pressure", "largest pressure", unit="Pa", meaning="on any pixel",
+        text=wording.largest_pressure,
     ),
     Quantity("mean_gap", "mean gap", unit="m", meaning="of the open gap; closed points count 0"),
     Quantity(
@@ -202,6 +205,7 @@ CONTACT: Table = (
         "regime", "regime", meaning="how far the softer body is from elastic",
         of=lambda r: str(r.regime),
     ),
+    Quantity("calibrated", of=lambda r: r.calibrated and r.calibrated.summary()),
     *estimated.BESIDE,
     Quantity("hertz", of=smooth.record),
     *_cautions(),
@@ -220,7 +224,7 @@ CONTACT: Table = (
 )  # fmt: skip
 """Of a `ContactResult`."""
 
-HEADLINES = ("max_pressure", "contact_fraction", "saturated_fraction", "mean_gap")
+HEADLINES = ("contact_fraction", "mean_pressure", "saturated_fraction", "mean_gap")
 """What a report on a contact says first."""
 
 
@@ -251,16 +255,6 @@ def _of_contact(key: str, **changes: Any) -> Quantity:
     return within("solution", quantity_of(CONTACT, key), **changes)
 
 
-def _turns(result: ElastoplasticResult) -> list[float]:
-    """Return the loads at which the path turns, the last of all included."""
-    loads = [step.load for step in result.increments]
-    return [
-        load
-        for before, load, after in zip([0.0, *loads], loads, [*loads[1:], None], strict=False)
-        if after is None or (load - before) * (after - load) < 0
-    ]
-
-
 def _laws(result: ElastoplasticResult) -> str:
     contact = result.solution
     law = wording.hardening(contact.material)
@@ -271,7 +265,7 @@ def _laws(result: ElastoplasticResult) -> str:
 
 VOLUME: Table = (
     Quantity(
-        "turns", "loads", symbol="W", unit="N", of=_turns, part=PROBLEM, stored=False, brief=False,
+        "turns", "loads", symbol="W", unit="N", part=PROBLEM, stored=False, brief=False,
         form=lambda loads: " → ".join(engineering(load, "N") for load in [0.0, *loads]),
         meaning="as given",
     ),
@@ -480,10 +474,11 @@ def _certificates() -> Quantity:
     )  # fmt: skip
 
 
-def _slope(slope: float) -> str:
-    if math.isnan(slope):
-        return "not defined: no load is low (5 % of the map) and elastic"
-    return f"{slope:.4g}; theory 1.6 (Persson) to 2.5 (Bush, Gibson, Thomas)"
+def _slope(curve: LoadCurve) -> str:
+    slope = f"{curve.low_load_slope:.4g}"
+    if curve.low_loads.any():
+        return f"{slope}; theory 1.6 (Persson) to 2.5 (Bush, Gibson, Thomas)"
+    return f"{slope} at the smallest load; none is low (5 % of the map) and elastic"
 
 
 def _given_loads(unit: Callable[[Any], str] = lambda _: "N") -> Quantity:
@@ -504,7 +499,8 @@ CURVE: Table = (
     Quantity("rms_gradient", "root-mean-square slope", symbol="h′"),
     Quantity("ceiling", unit="Pa", of=_ceiling_stored),
     Quantity(
-        "low_load_slope", "low-load slope", symbol="κ", meaning="of A = κ W/(E* h′)", form=_slope,
+        "low_load_slope", "low-load slope", symbol="κ", meaning="of A = κ W/(E* h′)", text=_slope,
+        when=lambda curve: math.isfinite(curve.low_load_slope),
     ),
     *_cautions(),
     _certificates(),
@@ -573,6 +569,8 @@ HISTORY: Table = (
     Quantity("recommended", of=lambda h: h.recommended and h.recommended.summary()),
     Quantity("tolerance", of="last.tolerance"),
     Quantity("indented_body"),
+    Quantity("passes", "passes", text=wording.passes, when=lambda h: h.requested_passes > 1),
+    Quantity("requested_passes"),
     Quantity("indentation_volume", "indented volume", unit="m³"),
     Quantity(
         "max_indentation", "indentation", unit="m",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING
 
 from roughcontact import units
@@ -37,6 +38,26 @@ def _step(step: Step) -> str:
 def _look(look: Look) -> str:
     load = units.engineering(look.load, "N")
     return f"at {load}: iteration {look.iteration}, residual {look.residual:.1e}"
+
+
+class Forecast:
+    """How long parts that are alike will take, from those that are done."""
+
+    def __init__(self) -> None:
+        self._first = self._at = self._count = 0
+        self._start = self._begun = 0.0
+
+    def __call__(self, at: Progress) -> str:
+        """Return the words of `left`; called with every `Progress`."""
+        now = time.monotonic()
+        if at.kept or at.count != self._count or at.number < self._at:
+            # What was kept tells no time.
+            self._first, self._count, self._start = at.number + at.kept, at.count, now
+            self._at, self._begun = self._first, now
+        elif at.number > self._at:
+            self._at, self._begun = at.number, now
+        done, to_do = self._at - self._first, self._count - self._at + 1
+        return left(done, to_do, self._begun - self._start)
 
 
 def left(done: int, to_do: int, seconds: float) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact.ceiling import AGREEMENT
+from roughcontact.contact.history import SHAKEN_DOWN
 from roughcontact.contact.loads import NAMES, GivenLoad, HertzPressure, LineLoad, NominalPressure
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer
@@ -19,6 +20,7 @@ from roughcontact.units import changed_by, engineering
 
 if TYPE_CHECKING:
     from roughcontact.contact.advice import AgreedCeiling
+    from roughcontact.contact.history import LoadHistory
     from roughcontact.contact.result import ContactResult
     from roughcontact.volume.result import ElastoplasticResult
 
@@ -90,6 +92,12 @@ def limit(
         return f"{text}, {recommended(agreed)}"
     factor = float(ceiling) / body.yield_strength
     return f"{text}, as given: {factor:.3g} times the yield strength{whose}"
+
+
+def largest_pressure(result: ContactResult) -> str:
+    """Return the largest pressure, and whether it is the ceiling that was given."""
+    value = engineering(result.max_pressure, "Pa")
+    return f"{value}, ceiling (given)" if result.saturated_fraction else value
 
 
 def given_load(given: GivenLoad, result: ContactResult) -> str:
@@ -202,7 +210,11 @@ def hardening(body: Material) -> str:
     str
         Such as ``"linear hardening, modulus 2 GPa"``.
     """
-    law = body.hardening
+    if is_rigid(body):
+        return "rigid"
+    if body.yield_strength is None:
+        return "elastic"
+    law = body.law
     if isinstance(law, Kinematic):
         back = f"kinematic hardening, modulus {engineering(law.modulus, 'Pa')}"
         if isinstance(law.isotropic, Perfect):
@@ -212,13 +224,12 @@ def hardening(body: Material) -> str:
         return f"linear hardening, modulus {engineering(law.modulus, 'Pa')}"
     if isinstance(law, Swift):
         strength = engineering(law.coefficient, "Pa")
-        return f"Swift hardening, {strength} ({law.offset:g} + 1e6 e)^{law.exponent:g}"
+        text = f"Swift hardening, {strength} ({law.offset:g} + 1e6 e)^{law.exponent:.3g}"
+        return text if body.hardening is not None else f"{text}, from yield strength and hardness"
     if isinstance(law, Tabulated):
         last = engineering(law.stress[-1], "Pa")
         return f"tabulated hardening, {last} from a strain of {law.strain[-1]:g} on"
-    if is_rigid(body):
-        return "rigid"
-    return "elastic" if body.yield_strength is None else "perfectly plastic"
+    return "perfectly plastic"
 
 
 def _one_ceiling(material: Material, counter_material: Material) -> bool:
@@ -229,6 +240,15 @@ def _one_ceiling(material: Material, counter_material: Material) -> bool:
 def is_rigid(body: Material) -> bool:
     """Return whether a material is rigid."""
     return body.young == RIGID.young
+
+
+def passes(history: LoadHistory) -> str:
+    """Return how often the path of a history was followed, and why no more often."""
+    count, requested = history.passes, history.requested_passes
+    if count == requested:
+        return f"{count}"
+    added = f"adds less than {100 * SHAKEN_DOWN:g} % to the indented volume"
+    return f"{count} of {requested}: pass {count} {added}, further ones repeat it"
 
 
 def step_error(result: ElastoplasticResult) -> str:

@@ -174,7 +174,7 @@ def labels(request: Request) -> tuple[str, ...]:
     Quarters go by the names of their files, where these are their own.
     """
     names = list(request.groups)
-    if not request["quarters"]:
+    if not request.get("quarters"):
         return tuple(names)
     short = [Path(path).name for path in names]
     return tuple(

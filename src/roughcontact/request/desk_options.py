@@ -31,7 +31,8 @@ OPTIONS = (
     ),
     _option(
         "upload-limit", SERVER, "SIZE", 'Largest file that may be brought, such as "500 MB"; '
-        "default: 1 GiB.", parsing.data, default=2**30,
+        "all files together may have 8 times as much; default: 1 GiB.",
+        parsing.data, default=2**30,
     ),
     _option(
         "port", SERVER, "NUMBER", "Port to listen on; default: 5106, or a free one where that is "
@@ -39,8 +40,8 @@ OPTIONS = (
     ),
     _option(
         "address", SERVER, "ADDRESS", "Address to listen on. Another than the default, such as "
-        "0.0.0.0, lets other machines in: with --allow-origin, and a token that is part of the "
-        "address that is printed; default: 127.0.0.1.", parsing.words, default="127.0.0.1",
+        "0.0.0.0, lets other machines in, with --allow-origin; default: 127.0.0.1.",
+        parsing.words, default="127.0.0.1",
     ),
     _option(
         "allow-origin", SERVER, "URL", "Start of the address under which browsers of other "

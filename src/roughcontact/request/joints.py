@@ -113,7 +113,7 @@ def fresh(surface: Surface, **options: Any) -> ContactResult:
     """Solve a contact; see `contact.solve.solve`."""
     from roughcontact.contact.solve import solve
 
-    return solve(surface, **options)
+    return solve(surface, **options, calibrated=False)
 
 
 @contextmanager

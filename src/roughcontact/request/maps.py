@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from roughcontact import limits
 from roughcontact.errors import InputError, Mention, Sentence, parts_of
 from roughcontact.formats import read
 from roughcontact.formats.scale import pixel_of
 from roughcontact.request import memory
+from roughcontact.request.options import preparing
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.surface import nominal, registration
+from roughcontact.surface.cleaning import MOST_FILLED
 from roughcontact.surface.resolution import Limit
 from roughcontact.surface.surface import Surface
-
-PREPARING = (
-    "format", "channel", "unit", "size", "override-size", "body", "points", "counter-body",
-    "counter-surface", "align", "offset", "angle", "mirror", "crop", "outliers", "holes", "level",
-    "form", "s-filter", "l-filter", "pixel", "rotate",
-)  # fmt: skip
-"""The options that the prepared maps depend on; all others leave them as they are."""
+from roughcontact.units import percent
 
 Reader = Callable[..., Surface]
 """``reader(path, announced, *reading)``, as `formats.read.read_announced`."""
@@ -46,30 +43,31 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
     list of Surface
         One, or two on the same grid.
     """
+    asked = preparation(request)
     maps = []
-    form = request["body"]
+    form = asked["body"]
     for path in request.inputs:
         say(f"reading {path.name}")
-        reading = (request[name] for name in ("format", "channel", "unit", "size", "override-size"))
+        reading = (asked[name] for name in ("format", "channel", "unit", "size", "override-size"))
         fits = partial(memory.require_prepared, request)
         surface = reader(path, fits, *reading)
         if str(path) in request.names:
             known = surface.provenance.known_as(Path(request.names[str(path)]).name)
             surface = replace(surface, provenance=known)
-        maps.append(_prepared(request, surface, path))
+        maps.append(_prepared(request, asked, surface, path))
     if request.file is None:
-        points = request["points"]
+        points = asked["points"]
         memory.require(request, points)
-        maps.insert(0, form(shape=points, pixel=pixel_of(request["size"], points)))
+        maps.insert(0, form(shape=points, pixel=pixel_of(asked["size"], points)))
     elif form is not None:
         maps[0] = _on_form(maps[0], form)
     if request.aligned:
         say("aligning the maps")
-        offset, angle = request["offset"] or (0.0, 0.0), request["angle"] or 0.0
-        matched = registration.matched(maps[0], maps[1], offset, angle, request["mirror"])
+        offset, angle = asked["offset"] or (0.0, 0.0), asked["angle"] or 0.0
+        matched = registration.matched(maps[0], maps[1], offset, angle, asked["mirror"])
         # What one of them does not cover the other cannot touch.
         maps = [surface.masked() for surface in matched]
-    counter_form = request["counter-body"]
+    counter_form = asked["counter-body"]
     if counter_form is not None:
         if len(maps) == 2:
             maps[1] = _on_form(maps[1], counter_form)
@@ -80,9 +78,14 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
     return maps
 
 
+def preparation(request: Request) -> dict[str, Any]:
+    """Return all that the maps of a request are prepared by: no other option can be asked for."""
+    return {name: request.get(name) for name in preparing()}
+
+
 def prepared_by(request: Request) -> str:
     """Return a word for what the prepared maps of a request depend on."""
-    return repr(([str(path) for path in request.inputs], [request[name] for name in PREPARING]))
+    return repr(([str(path) for path in request.inputs], preparation(request)))
 
 
 def resolution_notes(request: Request, maps: Sequence[Surface]) -> tuple[str, ...]:
@@ -93,7 +96,7 @@ def resolution_notes(request: Request, maps: Sequence[Surface]) -> tuple[str, ..
     measured = [surface for surface in maps if surface.provenance.instrument]
     once: dict[str, list[tuple[Limit, str]]] = {}
     for surface in measured:
-        for limit in surface.resolution_limits(request["tip-radius"]):
+        for limit in surface.resolution_limits(request.get("tip-radius")):
             once.setdefault(limit.cause, []).append((limit, surface.provenance.source))
     return tuple(_of_the_coarsest(found, len(measured)) for found in once.values())
 
@@ -112,40 +115,50 @@ def _on_form(surface: Surface, form: nominal.Body) -> Surface:
     return surface.with_form(form(shape=surface.shape, pixel=surface.pixel))
 
 
-def _prepared(request: Request, surface: Surface, path: Path) -> Surface:
+def _prepared(request: Request, asked: Mapping[str, Any], surface: Surface, path: Path) -> Surface:
     # Points go first, then form, then waves: each step sees what the one before has cleaned.
-    if request["crop"] is not None:
+    if asked["crop"] is not None:
         rows, columns = (
             (part.start or 0, points if part.stop is None else part.stop)
-            for part, points in zip(request["crop"], surface.shape, strict=True)
+            for part, points in zip(asked["crop"], surface.shape, strict=True)
         )
         surface = surface.cropped(rows, columns)
-    if request["outliers"] is not None:
-        surface = surface.without_outliers(request["outliers"])
-    if request["holes"] == "crop" and surface.missing:
+    if asked["outliers"] is not None:
+        surface = surface.without_outliers(asked["outliers"])
+    if asked["holes"] == "crop" and surface.missing:
         surface = surface.largest_rectangle()
-    if request["level"] != "none":
-        surface = surface.leveled(request["level"])
-    if request["form"] is not None:
-        surface = surface.without_form(*request["form"])
-    if surface.missing and request["holes"] == "error":
+    if asked["level"] != "none":
+        surface = surface.leveled(asked["level"])
+    if asked["form"] is not None:
+        surface = surface.without_form(*asked["form"])
+    if surface.missing and asked["holes"] == "error":
         raise InputError(
             f"{path.name} has {surface.missing} missing points; choose ", Mention("holes", "fill"),
             " (smooth interpolation), ", Mention("holes", "mask"), " (they never touch) or ",
             Mention("holes", "crop"), " (the largest rectangle without them), or cut them away "
             "with ", Mention("crop"),
         )  # fmt: skip
-    surface = surface.filled() if request["holes"] == "fill" else surface.masked()
-    if request["s-filter"] is not None or request["l-filter"] is not None:
-        surface = surface.filtered(request["s-filter"], request["l-filter"])
-    if request["pixel"] is not None:
-        grid = [side / request["pixel"] for side in surface.size]
+    share = surface.missing / surface.heights.size
+    if asked["holes"] == "fill" and share > MOST_FILLED:
+        raise InputError(
+            f"{path.name} has no height at {percent(share)} of its points, and at most "
+            f"{percent(MOST_FILLED)} are filled: cut it with ", Mention("crop"), ", or choose ",
+            Mention("holes", "mask"), " (they never touch) or ", Mention("holes", "fill-all"),
+            " (smooth interpolation, whatever their share)",
+        )  # fmt: skip
+    if asked["holes"] in ("fill", "fill-all"):
+        surface = surface.filled(1.0 if asked["holes"] == "fill-all" else MOST_FILLED)
+    surface = surface.masked()
+    if asked["s-filter"] is not None or asked["l-filter"] is not None:
+        surface = surface.filtered(asked["s-filter"], asked["l-filter"])
+    if asked["pixel"] is not None:
+        grid = [side / asked["pixel"] for side in surface.size]
         if surface.is_profile:
             grid[0] = 1.0
-        limits.require_grid("pixel", grid, request["pixel"])
+        limits.require_grid("pixel", grid, asked["pixel"])
         ny, nx = map(round, grid)
         # A pixel that leaves no map is refused below, before anything is made.
         if min(ny, nx) > 0:
             memory.require(request, (ny, nx))
-        surface = surface.resampled(pixel=(request["pixel"], request["pixel"]), method="spline")
-    return surface.rotated(request["rotate"]) if request["rotate"] % 360 else surface
+        surface = surface.resampled(pixel=(asked["pixel"], asked["pixel"]), method="spline")
+    return surface.rotated(asked["rotate"]) if asked["rotate"] % 360 else surface

@@ -60,9 +60,9 @@ def require(request: Request, shape: tuple[int, int]) -> None:
     from roughcontact.contact import find, load_curve, load_history, subsurface
     from roughcontact.contact.memory import Room
 
-    counter = any(request[name] is not None for name in ("counter-surface", "counter-body"))
+    counter = any(request.get(name) is not None for name in ("counter-surface", "counter-body"))
     bodies = 2 if counter else 1
-    boundary, precision = Boundary(request["boundary"]), request["precision"]
+    boundary, precision = Boundary(request["boundary"]), request.get("precision")
     if request.kind in (VOLUME, ROLL):
         from roughcontact.volume import extent, memory as volume
 
@@ -74,9 +74,9 @@ def require(request: Request, shape: tuple[int, int]) -> None:
                   FIND: find.HELD, CONDUCTANCE: 2, LEAK: _FLOWING}  # fmt: skip
         held = series.get(request.kind, 0)
         Room(shape, boundary, precision or "double", bodies + held).require()
-    if request.kind == STRESS or request["first-yield"]:
-        subsurface.require_memory(shape, boundary=boundary, friction=request["friction"] or 0.0)
-    if request["report"] is not None:
+    if request.kind == STRESS or request.get("first-yield"):
+        subsurface.require_memory(shape, boundary=boundary, friction=request.get("friction") or 0.0)
+    if request.get("report") is not None:
         memory.require(shape, bodies + _REPORTED, "the report on a map")
 
 

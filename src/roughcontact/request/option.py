@@ -61,6 +61,8 @@ class Option:
         What the public functions call it, where they have names of their own for it.
     suffixes : tuple of str
         Of a file to write: how its name may end.
+    prepares : bool
+        Whether the prepared maps depend on it; maps are prepared by these options alone.
     model : str
         The only model of ``SOLVE`` that it serves; empty for both.
     """
@@ -75,6 +77,7 @@ class Option:
     many: bool = False
     arguments: tuple[str, ...] = ()
     suffixes: tuple[str, ...] = ()
+    prepares: bool = False
     model: str = ""
 
     @property

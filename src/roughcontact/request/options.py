@@ -61,7 +61,7 @@ CEILING, VOLUME = "ceiling", "volume"
 """The models of ``SOLVE``."""
 
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
-HOLES = ("error", "fill", "mask", "crop")
+HOLES = ("error", "fill", "fill-all", "mask", "crop")
 SURFACES = export.suffixes(Kind.SURFACE)
 RESULTS = {CEILING: export.suffixes(Kind.CONTACT), VOLUME: export.suffixes(Kind.VOLUME)}
 """How files of results may end, by model."""
@@ -78,25 +78,27 @@ OPTIONS = (
     *joint_options.MAPS,
     Option(
         "format", MAP, "NAME", "Format of the file; default: told by its suffix.", parsing.words,
-        fits=(*PREPARED, INFO),
+        fits=(*PREPARED, INFO), prepares=True,
     ),
     Option(
         "channel", MAP, "NAME|INDEX", "Height channel; default: the one the file proposes.",
-        parsing.words, fits=(*PREPARED, INFO),
+        parsing.words, fits=(*PREPARED, INFO), prepares=True,
     ),
     Option(
-        "unit", MAP, "UNIT", "Unit of the heights, if the file gives none, such as um.",
-        parsing.words, fits=(*PREPARED, INFO),
+        "unit", MAP, "UNIT",
+        'Unit of the heights, if the file gives none, such as um; of a profile "mm, um", positions '
+        "first.",
+        parsing.words, fits=(*PREPARED, INFO), prepares=True,
     ),
     Option(
         "size", MAP, "LENGTHS",
         'Sides (y, x) of the map, if there is no file or it gives none: "0.1 mm x 0.2 mm".',
-        parsing.words, fits=(*PREPARED, INFO),
+        parsing.words, fits=(*PREPARED, INFO), prepares=True,
     ),
     Option(
         "override-size", MAP, "",
         "Take --size though the file gives one, where that is wrong; the preparation records both.",
-        fits=(*PREPARED, INFO), default=False,
+        fits=(*PREPARED, INFO), default=False, prepares=True,
     ),
     Option(
         "tip-radius", MAP, "LENGTH",
@@ -105,7 +107,7 @@ OPTIONS = (
     ),
     Option(
         "points", MAP, "NUMBER|NYxNX", "Grid of a nominal --body without a FILE, such as 256.",
-        parsing.points,
+        parsing.points, prepares=True,
     ),
     Option(
         "points", MAP, "NUMBER", "Points per side; default: 1024.",
@@ -113,44 +115,45 @@ OPTIONS = (
     ),
     Option(
         "crop", MAP, "ROWS,COLUMNS", "Part of the map to keep, such as 0:256,100:356.",
-        parsing.window, fits=PREPARED,
+        parsing.window, fits=PREPARED, prepares=True,
     ),
     Option(
         "outliers", MAP, "NUMBER",
         "Treat points as missing that lie further from their surroundings than this many robust "
-        "standard deviations, such as 6.", parsing.number, fits=PREPARED,
+        "standard deviations, such as 6.", parsing.number, fits=PREPARED, prepares=True,
     ),
     Option(
         "level", MAP, "|".join(LEVELS),
         "What is fitted and subtracted; default: plane (by least squares).",
-        parsing.choice(*LEVELS), default="plane", fits=PREPARED,
+        parsing.choice(*LEVELS), default="plane", fits=PREPARED, prepares=True,
     ),
     Option(
         "form", MAP, "FORM",
         'Form to remove by least squares: sphere, cylinder or "polynomial 4".', parsing.form,
-        fits=PREPARED,
+        fits=PREPARED, prepares=True,
     ),
     Option(
         "holes", MAP, "|".join(HOLES),
-        "Missing points: error refuses them, fill interpolates smoothly, mask lets them never "
-        "touch, crop keeps the largest rectangle without them; default: error.",
-        parsing.choice(*HOLES), default="error", fits=PREPARED,
+        "Missing points: error refuses them, fill interpolates smoothly up to 30 % of the points "
+        "(fill-all any share), mask lets them never touch, crop keeps the largest rectangle "
+        "without them; default: error.",
+        parsing.choice(*HOLES), default="error", fits=PREPARED, prepares=True,
     ),
     Option(
         "s-filter", MAP, "LENGTH", 'Remove waves shorter than this (ISO 16610-61), such as '
-        '"2.5 um".', LENGTH, arguments=("s",), fits=PREPARED,
+        '"2.5 um".', LENGTH, arguments=("s",), fits=PREPARED, prepares=True,
     ),
     Option(
         "l-filter", MAP, "LENGTH", 'Remove waves longer than this, such as "80 um".', LENGTH,
-        arguments=("l",), fits=PREPARED,
+        arguments=("l",), fits=PREPARED, prepares=True,
     ),
     Option(
         "pixel", MAP, "LENGTH", 'Resample (cubic splines) to about this pixel, such as "0.5 um".',
-        LENGTH, fits=PREPARED,
+        LENGTH, fits=PREPARED, prepares=True,
     ),
     Option(
         "rotate", MAP, "DEGREES", "Turn the map counter-clockwise by a multiple of 90.",
-        parsing.turns, default=0, fits=PREPARED,
+        parsing.turns, default=0, fits=PREPARED, prepares=True,
     ),
     *comparison_options.LOADS,
     *joint_options.LOADS,
@@ -223,8 +226,8 @@ OPTIONS = (
         parsing.stages, fits=(HISTORY,),
     ),
     Option(
-        "passes", BODIES, "NUMBER", "How often the path is followed; default: 1.",
-        parsing.counted(1, limits.STEPS), fits=(HISTORY,), default=1,
+        "passes", BODIES, "NUMBER", "How often the path is followed, ended by a pass that indents "
+        "nothing; default: 1.", parsing.counted(1, limits.STEPS), fits=(HISTORY,), default=1,
     ),
     Option(
         "shift", BODIES, "LENGTHS",
@@ -278,34 +281,34 @@ OPTIONS = (
         "body", BODIES, "FORM",
         'Nominal form under the roughness, or alone with --points and --size: "sphere 10 mm", '
         '"cylinder 5 mm 90 deg", "ellipsoid 10 mm 4 mm", "punch 20 um", "cone 0.01", "wedge 0.01". '
-        "Angles run counter-clockwise.", parsing.body,
+        "Angles run counter-clockwise.", parsing.body, prepares=True,
     ),
     Option(
         "counter-body", BODIES, "FORM", "Nominal form of the counter-body; default: flat.",
-        parsing.body, fits=SINGLE,
+        parsing.body, fits=SINGLE, prepares=True,
     ),
     Option(
         "counter-surface", BODIES, "FILE",
         "Height map of the counter-body, laid on point by point; on another grid it needs --align.",
-        parsing.path, fits=SINGLE,
+        parsing.path, fits=SINGLE, prepares=True,
     ),
     Option(
         "align", BODIES, "",
         "Bring both maps to one grid, centre on centre, and keep what both cover.", default=False,
-        fits=SINGLE,
+        fits=SINGLE, prepares=True,
     ),
     Option(
         "offset", BODIES, "LENGTHS", 'Shift (y, x) of the aligned counter-map, such as "0 um, '
-        '5 um".', parsing.offset, fits=SINGLE,
+        '5 um".', parsing.offset, fits=SINGLE, prepares=True,
     ),
     Option(
         "angle", BODIES, "DEGREES", "Turn of the aligned counter-map, counter-clockwise.",
-        parsing.number, fits=SINGLE,
+        parsing.number, fits=SINGLE, prepares=True,
     ),
     Option(
         "mirror", BODIES, "",
         "Mirror the aligned counter-map, as a map measured from its own front needs.",
-        default=False, fits=SINGLE,
+        default=False, fits=SINGLE, prepares=True,
     ),
     Option(
         "ceiling", BODIES, "PRESSURE",
@@ -314,6 +317,11 @@ OPTIONS = (
         "area of plasticity in the volume, found by solving again; none: purely elastic; default: "
         "auto.",
         parsing.ceiling, default="auto", fits=CAPPED, model=CEILING,
+    ),
+    Option(
+        "uncalibrated", BODIES, "",
+        "Do not solve again under the calibrated ceiling, whose numbers are a second column.",
+        default=False, fits=(SOLVE,), model=CEILING,
     ),
     Option(
         "model", BODIES, f"{CEILING}|{VOLUME}",
@@ -445,7 +453,7 @@ OPTIONS = (
     ),
     Option(
         "folder", OUTPUT, "FOLDER", "Where finished steps are kept, to go on later.", parsing.path,
-        fits=(SWEEP,),
+        fits=(SWEEP, HISTORY),
     ),
     Option(
         "folder", OUTPUT, "FOLDER", "Where the files go; default: roughcontact-demo.",
@@ -495,6 +503,18 @@ SHOWN = ("json", "quiet")
 def offered(command: str) -> Mapping[str, Option]:
     """Return the options that fit a command, by name, in the order of its help."""
     return {option.name: option for option in OPTIONS if command in option.fits}
+
+
+@lru_cache
+def all_names() -> frozenset[str]:
+    """Return the names of the options of all commands."""
+    return frozenset(option.name for option in OPTIONS)
+
+
+@lru_cache
+def preparing() -> tuple[str, ...]:
+    """Return the names of the options that the prepared maps depend on."""
+    return tuple(dict.fromkeys(option.name for option in OPTIONS if option.prepares))
 
 
 def named(argument: str, command: str) -> str | None:

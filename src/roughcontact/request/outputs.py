@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Callable, Iterable, Sequence, Set
 from pathlib import Path
@@ -22,6 +23,9 @@ from roughcontact.request.options import (
 Say = Callable[[str], None]
 Task = tuple[Path, Callable[[Path], object]]
 Identity = str | tuple[int, int]
+
+# Characters of a long name that a message shows.
+_SHOWN = 40
 
 
 def figure_names(kind: str) -> tuple[str, ...]:
@@ -97,6 +101,7 @@ def figure_files(start: str, names: Iterable[str]) -> dict[str, Path]:
 
 def check_place(path: Path, argument: str, inputs: Iterable[Path] = ()) -> None:
     """Raise `InputError` unless a file of that name can be written and replaces no input."""
+    check_name(path, argument)
     folder = path.parent
     if path.is_dir():
         raise InputError(f"'{path}' is a folder; give the name of a file", argument=argument)
@@ -107,6 +112,24 @@ def check_place(path: Path, argument: str, inputs: Iterable[Path] = ()) -> None:
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(Mention(argument), f": no permission to write into the folder '{folder}'")
     refuse_inputs(path, argument, {identity(other) for other in inputs})
+
+
+def check_name(path: Path, argument: str) -> None:
+    """Raise `InputError` if the file system takes no name of that length."""
+    whole = path.absolute()
+    # A folder that is missing would be all that the system looks at.
+    there = next(folder for folder in whole.parents if os.path.isdir(folder))
+    for place in (*(there / part for part in whole.relative_to(there).parts), whole):
+        try:
+            place.lstat()
+        except OSError as error:
+            if error.errno == errno.ENAMETOOLONG:
+                name = str(place) if place is whole else place.name
+                raise InputError(
+                    Mention(argument),
+                    f": the name '{name[:_SHOWN]}…' has {len(name)} characters, too many for the "
+                    "file system; give a shorter one",
+                ) from None
 
 
 def refuse_inputs(path: Path, argument: str, inputs: Set[Identity]) -> None:

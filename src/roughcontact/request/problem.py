@@ -22,7 +22,7 @@ def arguments(request: Request, maps: Sequence[Surface], *solver: str) -> dict[s
         "material": material,
         "counter_material": counter_material,
         "counter_surface": maps[1] if len(maps) > 1 else None,
-        "ceiling": request["ceiling"],
+        "ceiling": request.get("ceiling"),
         "boundary": request["boundary"],
         **request.solver(*solver),
     }

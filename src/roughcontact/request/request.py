@@ -26,6 +26,7 @@ from roughcontact.request.options import (
     SWEEP,
     VOLUME,
     Given,
+    all_names,
     offered,
     parsed,
 )
@@ -43,8 +44,8 @@ _MOVES = ("align", "offset", "angle", "mirror")
 class Request:
     """One run: what was asked for, checked as far as it can be without its files.
 
-    ``request["s-filter"]`` is the value of an option: that given, or else its default; None where
-    the task has no such option.
+    ``request["s-filter"]`` is the value of an option: that given, or else its default. What serves
+    several tasks asks by ``request.get("folder")`` for an option that only some of them have.
 
     Parameters
     ----------
@@ -92,7 +93,7 @@ class Request:
         if self.task == ROLL:
             self._check_roll()
         self._check_model()
-        if self["load-point"] is not None and (self.load[0] is None or self["study"]):
+        if self.get("load-point") is not None and (self.load[0] is None or self.get("study")):
             raise InputError(
                 "needs ", Mention("load"), ", and goes without ", Mention("study"),
                 argument="load_point",
@@ -101,23 +102,32 @@ class Request:
             paths = self[name] if option.many else (self[name],)
             for path in paths:
                 if option.suffixes and isinstance(path, Path):
-                    outputs.check_suffix(path, option, self["model"] or CEILING)
+                    outputs.check_suffix(path, option, self.get("model") or CEILING)
 
     def __getitem__(self, name: str) -> Any:
-        """Return the value of an option."""
-        option = offered(self.task).get(name)
-        return self.values.get(name, None if option is None else option.default)
+        """Return the value of an option of the task; `KeyError` if it has none of that name."""
+        option = offered(self.task)[name]
+        return self.values.get(name, option.default)
+
+    def get(self, name: str) -> Any:
+        """Return the value of an option, None if the task does not have it.
+
+        `KeyError` if no task has it.
+        """
+        if name not in all_names():
+            raise KeyError(name)
+        return self[name] if name in offered(self.task) else None
 
     @property
     def kind(self) -> str:
         """The task, or ``"volume"`` for a solve with that model."""
-        return VOLUME if self["model"] == VOLUME else self.task
+        return VOLUME if self.get("model") == VOLUME else self.task
 
     @property
     def inputs(self) -> list[Path]:
         """The files that are read."""
         maps = [path for paths in self.groups.values() for path in paths]
-        single = (self.file, self["counter-surface"])
+        single = (self.file, self.get("counter-surface"))
         return [*(path for path in single if path is not None), *maps]
 
     @property
@@ -127,9 +137,9 @@ class Request:
         In a comparison, the four quarters of a map are a group with the name of its file.
         """
         found: dict[str, list[Path]] = {"": list(self.files)} if self.files else {}
-        for name, words in self["group"] or ():
+        for name, words in self.get("group") or ():
             found.setdefault(name, []).extend(path for word in words for path in matching(word))
-        if self["quarters"] and self.task == COMPARE:
+        if self.get("quarters") and self.task == COMPARE:
             return {
                 self.names.get(str(path), str(path)): [path]
                 for paths in found.values()
@@ -140,13 +150,13 @@ class Request:
     @property
     def aligned(self) -> bool:
         """Whether the maps have to be brought to one grid."""
-        return any(self[name] not in (None, False) for name in _MOVES)
+        return any(self.get(name) not in (None, False) for name in _MOVES)
 
     @property
     def load(self) -> tuple[Any, str]:
         """The load in the form in which it is given, None where there is none, and its argument."""
-        argument = "load" if self["hertz"] is None else "hertz"
-        return self[argument], argument
+        argument = "load" if self.get("hertz") is None else "hertz"
+        return self.get(argument), argument
 
     @property
     def loads(self) -> list[Any]:
@@ -154,13 +164,13 @@ class Request:
         from roughcontact.contact.load_curve import spaced
         from roughcontact.contact.loads import NominalPressure
 
-        if self["load"] is not None:
+        if self.get("load") is not None:
             return list(self["load"])
         return [NominalPressure(p) for p in spaced(self["from"], self["to"], self["steps"])]
 
     def moments(self, load: float) -> tuple[float, float] | None:
         """Return the moments (y, x) about the middle of the map that a tilt balances [N m]."""
-        point = self["load-point"]
+        point = self.get("load-point")
         return None if point is None else (load * point[0], load * point[1])
 
     @property
@@ -192,8 +202,8 @@ class Request:
         from roughcontact.material.material import RIGID, Material
 
         body = self._material("")
-        if self["hardening"] is not None:
-            body = _hardened(body, self["yield-strength"], self["hardening"])
+        if self.get("hardening") is not None:
+            body = _hardened(body, self["yield-strength"], self.get("hardening"))
         constants = ("material", "young", "poisson")
         if all(self[f"counter-{name}"] is None for name in constants):
             strength = self["counter-yield-strength"]
@@ -207,12 +217,12 @@ class Request:
 
     def figures(self) -> Iterator[tuple[str, str, Path]]:
         """Yield option, figure (empty: the only one) and file of what is to be drawn."""
-        if self["figures"] is not None:
+        if self.get("figures") is not None:
             names = outputs.figure_names(self.kind)
-            for name, path in outputs.figure_files(self["figures"], names).items():
+            for name, path in outputs.figure_files(self.get("figures"), names).items():
                 yield "figures", name, path
-        if self["figure"] is not None:
-            yield "figure", "", self["figure"]
+        if self.get("figure") is not None:
+            yield "figure", "", self.get("figure")
 
     def check_places(self) -> None:
         """Refuse outputs that cannot be written, or would replace an input."""
@@ -223,7 +233,9 @@ class Request:
     def places(self) -> tuple[tuple[str, Path], ...]:
         """The files that are written, each with the argument that asks for it, in their order."""
         single = [
-            (name, self[name]) for name in ("residual", "movie", "report") if self[name] is not None
+            (name, self.get(name))
+            for name in ("residual", "movie", "report")
+            if self.get(name) is not None
         ]
         return (
             *(("output", path) for path in self.outputs),
@@ -238,7 +250,7 @@ class Request:
         return wanted if isinstance(wanted, tuple) else () if wanted is None else (wanted,)
 
     def _check_maps(self) -> None:
-        nominal = all(self[name] is not None for name in ("body", "points", "size"))
+        nominal = all(self.get(name) is not None for name in ("body", "points", "size"))
         measured = self.file is not None or bool(self.groups)
         if not measured and not nominal and self.task != ESTIMATE:
             raise InputError(
@@ -250,12 +262,12 @@ class Request:
             raise InputError(
                 "needs a ", Mention("file"), " and a ", Mention("size"), argument="override_size"
             )
-        if measured and self["points"] is not None:
+        if measured and self.get("points") is not None:
             raise InputError(
                 "goes with a nominal ", Mention("body"), " without ", Mention("file"), "; see ",
                 Mention("pixel"), argument="points",
             )  # fmt: skip
-        if self["counter-surface"] is None and self.aligned:
+        if self.get("counter-surface") is None and self.aligned:
             raise InputError(
                 Mention("align"), ", ", Mention("offset"), ", ", Mention("angle"), " and ",
                 Mention("mirror"), " need a ", Mention("counter_surface"),
@@ -272,7 +284,7 @@ class Request:
             )  # fmt: skip
 
     def _check_roll(self) -> None:
-        if self["counter-body"] is None and self["counter-surface"] is None:
+        if self.get("counter-body") is None and self.get("counter-surface") is None:
             raise InputError(
                 "is needed: what passes over the body, such as ",
                 Mention("counter_body", "cylinder 5 mm 90 deg"), "; or a ",
@@ -425,11 +437,11 @@ class Request:
 
         known = self[f"{prefix}material"]
         found = Conductor() if known is None else catalogue.entry(known.name).conductor
-        given = {name: self[f"{prefix}{name}"] for name in ("resistivity", "conductivity")}
+        given = {name: self.get(f"{prefix}{name}") for name in ("resistivity", "conductivity")}
         return replace(found, **{name: value for name, value in given.items() if value is not None})
 
     def _check_model(self) -> None:
-        model = self["model"] or CEILING
+        model = self.get("model") or CEILING
         for name, option in offered(self.task).items():
             if option.model in ("", model) or self[name] == option.default:
                 continue
@@ -457,6 +469,9 @@ class Request:
             for name in ("young", "poisson", "yield-strength")
         }
         given = {name: value for name, value in constants.items() if value is not None}
+        if "yield_strength" in given:
+            # The law of hardening of the catalogue starts at the yield strength of the catalogue.
+            given["hardening"] = None
         under = prefix.replace("-", "_")
         for name, example in (("young", "210 GPa"), ("poisson", "0.3")):
             if known is None and name not in given:

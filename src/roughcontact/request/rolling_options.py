@@ -21,8 +21,9 @@ _ONLY = (ROLL,)
 
 WAYS = (
     Option(
-        "passes", BODIES, "NUMBER", "How often the counter-body passes; there and back are two; "
-        "default: 5.", parsing.counted(1, limits.STEPS), fits=_ONLY, default=5,
+        "passes", BODIES, "NUMBER",
+        "How often the counter-body passes, ended by a pass that adds no plastic strain; there and "
+        "back are two; default: 5.", parsing.counted(1, limits.STEPS), fits=_ONLY, default=5,
     ),
     Option(
         "steps", BODIES, "NUMBER", "Places at which the contact of a pass is solved; default: 32.",

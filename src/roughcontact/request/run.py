@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from roughcontact.contact.compared import Comparison
     from roughcontact.contact.curve import LoadCurve
     from roughcontact.contact.found import FoundLoads
-    from roughcontact.contact.history import LoadHistory, Stage
+    from roughcontact.contact.history import LoadHistory
     from roughcontact.contact.result import ContactResult
     from roughcontact.contact.sampling import SamplingStudy
     from roughcontact.contact.stress import StressResult
@@ -353,6 +353,7 @@ def _contact(request: Request, maps: Sequence[Surface], look: Look) -> ContactRe
         load=force,
         approach=request["approach"],
         moments=request.moments(force),
+        calibrated=request.kind == SOLVE and not request["uncalibrated"],
         on_failure="return",
         progress=look,
     )
@@ -397,7 +398,7 @@ def _roll(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Ou
     with _kept(request, "pass-*/step-*.nc", look) as (watch, reused):
         found, given, frames = rolling.rolled(request, maps, watch)
     last = replace(found.result, solution=replace(found.result.solution, given=given))
-    found, reuse = replace(found, result=last), sum(reused)
+    found, reuse = replace(found, result=last), max(reused, default=0)
     return Outcome(request, last.solution, last, rolling=found, frames=frames, reused=reuse)
 
 
@@ -442,16 +443,20 @@ def _sweep(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> O
 
 
 def _history(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
+    from roughcontact.contact.history import Stage
     from roughcontact.contact.load_history import load_history
 
-    stages = _stages(request)
-    history = load_history(
-        maps[0],
-        stages,
-        **problem.arguments(request, maps, "tolerance", "max-iterations"),
-        progress=look,
-    )
-    return Outcome(request, history.last, history=history)
+    with _kept(request, "step-*.npz", look) as (watch, reused):
+        history = load_history(
+            maps[0],
+            [Stage(**{control: value}) for control, value in request["path"]],
+            **problem.arguments(request, maps, "tolerance", "max-iterations"),
+            passes=request["passes"],
+            shift=request["shift"],
+            folder=request["folder"],
+            progress=watch,
+        )
+    return Outcome(request, history.last, history=history, reused=len(reused))
 
 
 def _find(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Outcome:
@@ -468,17 +473,6 @@ def _find(request: Request, maps: Sequence[Surface], say: Say, look: Look) -> Ou
         progress=look,
     )
     return Outcome(request, loads.largest, loads=loads)
-
-
-def _stages(request: Request) -> list[Stage]:
-    from roughcontact.contact.history import Stage
-
-    y, x = request["shift"]
-    return [
-        Stage(**{control: value}, shift=(number * y, number * x))
-        for number in range(request["passes"])
-        for control, value in request["path"]
-    ]
 
 
 _TASKS: dict[str, Callable[[Request, Sequence[Surface], Say, Look], Outcome]] = {
@@ -505,7 +499,7 @@ def _kept(request: Request, pattern: str, look: Look) -> Iterator[tuple[Look, li
     try:
         yield watch, reused
     except KeyboardInterrupt:
-        folder = request["folder"]
+        folder = request.get("folder")
         kept = () if folder is None else sorted(folder.glob(pattern))
         raise outputs.UnfinishedError(kept) from None
 
@@ -533,8 +527,8 @@ def files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
         from roughcontact.plots import movie
 
         yield request["movie"], partial(movie.save, outcome.rolling, outcome.frames)
-    if request["report"] is not None:
-        yield request["report"], partial(_report, outcome, maps)
+    if request.get("report") is not None:
+        yield request.get("report"), partial(_report, outcome, maps)
     if outcome.comparison is not None:
         from roughcontact.report import comparison
 
@@ -585,7 +579,7 @@ def _curve_report(curve: LoadCurve, request: Request, maps: Sequence[Surface], p
     from roughcontact.report import steps
 
     options = problem.arguments(request, maps, "tolerance", "max-iterations", "precision")
-    result = solve(maps[0], **options, load=curve.steps[-1].load)
+    result = solve(maps[0], **options, load=curve.steps[-1].load, calibrated=False)
     result = replace(result, remarks=curve.remarks)
     twin = result.elastic() if result.saturated_fraction else None
     steps.save_curve(curve, result, path, elastic=twin, **_telling(request))

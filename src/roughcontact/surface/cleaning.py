@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from numbers import Real
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,10 @@ from roughcontact.errors import InputError, require_positive
 from roughcontact.surface import blocks
 
 Array = NDArray[np.float64]
+
+
+MOST_FILLED = 0.3
+"""Share of missing points above which a map is filled on request only."""
 
 
 def remove_outliers(heights: Array, limit: float = 6.0, window: int = 5) -> Array:
@@ -144,7 +149,7 @@ def rotate(heights: Array, angle: int = 90) -> Array:
     return turned
 
 
-def crop(heights: Array, rows: tuple[int, int], columns: tuple[int, int]) -> Array:
+def crop(heights: NDArray[Any], rows: tuple[int, int], columns: tuple[int, int]) -> NDArray[Any]:
     """Return the part of a map between two rows and two columns.
 
     Parameters

@@ -10,7 +10,8 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.sparse.linalg import SuperLU, splu
 
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, Mention
+from roughcontact.units import percent
 
 Array = NDArray[np.float64]
 
@@ -23,7 +24,7 @@ _TOLERANCE = 1e-10
 _MOST_STEPS = 500
 
 
-def fill(heights: Array, pixel: tuple[float, float]) -> Array:
+def fill(heights: Array, pixel: tuple[float, float], most: float = 1.0) -> Array:
     """Return the heights with missing points replaced by a harmonic surface.
 
     Parameters
@@ -32,6 +33,8 @@ def fill(heights: Array, pixel: tuple[float, float]) -> Array:
         Heights, NaN where missing.
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
+    most : float
+        Largest share of missing points that is filled.
 
     Returns
     -------
@@ -42,7 +45,7 @@ def fill(heights: Array, pixel: tuple[float, float]) -> Array:
     Raises
     ------
     InputError
-        If every point is missing.
+        If every point is missing, or more than ``most`` of them.
 
     Notes
     -----
@@ -56,6 +59,15 @@ def fill(heights: Array, pixel: tuple[float, float]) -> Array:
     if missing.all():
         raise InputError(
             "has no finite value: there is nothing to fill the holes from", argument="heights"
+        )
+    share = float(missing.mean())
+    if not share <= most:
+        raise InputError(
+            f"has no height at {percent(share)} of its points, and at most {percent(most)} are "
+            "filled: crop it, let the missing points never touch (masked), or fill them all with ",
+            Mention("most", 1.0),
+            argument="surface",
+            value=share,
         )
     filled = heights.copy()
     if not missing.any():

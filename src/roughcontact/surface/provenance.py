@@ -103,6 +103,19 @@ class Provenance:
         made = () if self.origin is None else (self.origin,)
         return tuple(text for step in (*made, *self.operations) for text in step.sentences)
 
+    def filled_share(self, points: int) -> float:
+        """Return the share of the points that were filled, on the grid that they had then.
+
+        ``points`` are those of the map now, for what an earlier version filled.
+        """
+        share = 0.0
+        for step in self.operations:
+            if step.method == "filled":
+                share += step.found.get("missing", 0) / step.found.get("points", points)
+            elif "filled" in step.found:
+                share = step.found["filled"] / step.found["points"]
+        return min(share, 1.0)
+
     def known_as(self, name: str) -> Provenance:
         """Return the provenance with the name that a user has for the file that was read."""
         origin = self.origin

@@ -64,6 +64,8 @@ class Surface(Shown):
     pixel: tuple[float, float]
     provenance: Provenance = field(default_factory=Provenance)
     holes_masked: bool = False
+    # Which points are filled, as long as they are those of the grid.
+    _filled: NDArray[np.bool_] | None = field(default=None, init=False)
 
     def __init__(
         self,
@@ -237,8 +239,13 @@ class Surface(Shown):
         step = Operation("without_outliers", given, {"points": count})
         return self._after(step, heights, holes_masked=self.holes_masked and not count)
 
-    def filled(self) -> Surface:
+    def filled(self, most: float = cleaning.MOST_FILLED) -> Surface:
         """Return a copy with its holes filled smoothly; measured points keep their bits.
+
+        Parameters
+        ----------
+        most : float
+            Largest share of missing points that is filled; `InputError` above it.
 
         Returns
         -------
@@ -251,8 +258,10 @@ class Surface(Shown):
         # Imported late: sparse solvers double the time of the first import.
         from roughcontact.surface.filling import fill
 
-        step = Operation("filled", found={"missing": self.missing})
-        return self._after(step, fill(self.heights, self.pixel))
+        found = {"missing": self.missing, "points": self.heights.size}
+        heights = fill(self.heights, self.pixel, most)
+        filled = np.isnan(self.heights) | (False if self._filled is None else self._filled)
+        return self._after(Operation("filled", {"most": most}, found), heights, filled=filled)
 
     def masked(self) -> Surface:
         """Return a copy whose missing points are accepted as points that never touch.
@@ -286,7 +295,10 @@ class Surface(Shown):
             If the part does not lie on the map.
         """
         part = cleaning.crop(self.heights, rows, columns)
-        return self._after(Operation("cropped", {"rows": rows, "columns": columns}), part)
+        filled = None if self._filled is None else cleaning.crop(self._filled, rows, columns)
+        found = {} if filled is None else {"filled": int(filled.sum()), "points": filled.size}
+        step = Operation("cropped", {"rows": rows, "columns": columns}, found)
+        return self._after(step, part, filled=filled)
 
     def largest_rectangle(self) -> Surface:
         """Return the largest rectangular part without holes.
@@ -513,20 +525,11 @@ class Surface(Shown):
         spline = not alignment.coincident(placement)
         cutoffs = alignment.cutoffs(placement) if spline else (0.0, 0.0)
         flat = Operation("nominal.flat", {"shape": grid.shape, "pixel": grid.pixel})
-        step = Operation(
-            "aligned",
-            {
-                "grid": Provenance("nominal flat", origin=flat),
-                "offset": shift,
-                "angle": angle,
-                "mirrored": mirrored,
-            },
-            {
-                "spline": spline,
-                "smoothing": [c * edge for c, edge in zip(cutoffs, self.pixel, strict=True)],
-                "outside": outside,
-            },
-        )
+        smoothing = [c * edge for c, edge in zip(cutoffs, self.pixel, strict=True)]
+        found = {"spline": spline, "smoothing": smoothing, "outside": outside}
+        given = {"offset": shift, "angle": angle, "mirrored": mirrored}
+        given = {"grid": Provenance("nominal flat", origin=flat), **given}
+        step = Operation("aligned", given, found)
         # Who accepted the holes has not accepted what the map does not cover.
         accepted = self.holes_masked and not outside
         return self._after(step, heights, pixel=grid.pixel, holes_masked=accepted)
@@ -586,7 +589,11 @@ class Surface(Shown):
         *,
         pixel: tuple[float, float] | None = None,
         holes_masked: bool | None = None,
+        filled: NDArray[np.bool_] | None = None,
     ) -> Surface:
         """Return what an operation has made of the map."""
         accepted = self.holes_masked if holes_masked is None else holes_masked
-        return Surface(heights, pixel or self.pixel, self.traced().then(step), accepted)
+        after = Surface(heights, pixel or self.pixel, self.traced().then(step), accepted)
+        same = filled is None and pixel is None and after.shape == self.shape
+        object.__setattr__(after, "_filled", self._filled if same else filled)
+        return after

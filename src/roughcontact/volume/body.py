@@ -14,7 +14,7 @@ from roughcontact.halfspace.layers import Pull
 from roughcontact.halfspace.plastic import HalfSpace
 from roughcontact.halfspace.shares import Share
 from roughcontact.material.hardening import back_modulus, plastic_increment
-from roughcontact.material.material import Material, law_of
+from roughcontact.material.material import Material
 from roughcontact.solvers.anderson import Parts
 from roughcontact.volume.plastic_body import PlasticBody
 
@@ -53,7 +53,7 @@ class Body:
         self.slid: Way = (0.0, 0.0)
         self.material, self.pixel = material, pixel
         self.boundary, self.precision, self._share = boundary, precision, share
-        self.law = law_of(material)
+        self.law = material.law
         # Of Prager's back stress, by the tensor of plastic strain.
         self._back = 2 / 3 * back_modulus(self.law)
         self.shear_modulus = material.young / (2 * (1 + material.poisson))

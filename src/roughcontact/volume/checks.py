@@ -19,7 +19,6 @@ from roughcontact.errors import (
     require_count,
     require_positive,
 )
-from roughcontact.material.material import law_of
 from roughcontact.units import Quantities, quantity
 from roughcontact.volume import stepping
 from roughcontact.volume.contact_solver import ContactSolver
@@ -134,7 +133,7 @@ def check_capacity(problem: Problem, solver: ContactSolver, load: float) -> None
     if not problem.pair.boundary.free_axes:
         return
     strain = np.array(1e9)
-    strongest = min(float(law.strength(strain)) for law in map(law_of, problem.yielding))
+    strongest = min(float(body.law.strength(strain)) for body in problem.yielding)
     capacity = _PUNCH * strongest * solver.area * np.count_nonzero(np.isfinite(solver.initial_gap))
     if load > capacity:
         raise CapacityError(

@@ -8,7 +8,7 @@ import numpy as np
 
 from roughcontact.contact import judgment
 from roughcontact.contact.cautions import Caution, Kind, careful, ordered, warned
-from roughcontact.contact.judgment import LARGE_STRAIN
+from roughcontact.contact.validity import LARGE_STRAIN
 from roughcontact.errors import Mention, parts_of
 from roughcontact.halfspace import tensors
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated
@@ -126,10 +126,8 @@ def largest_strain(result: ElastoplasticResult) -> float:
 def perfectly_plastic(result: ElastoplasticResult) -> bool:
     """Return whether a body that yields does not harden."""
     return any(
-        law is None
-        or isinstance(law, Perfect)
-        or (isinstance(law, Linear | Kinematic) and law.modulus == 0)
-        for law in (body.material.hardening for body in result.bodies)
+        isinstance(law, Perfect) or (isinstance(law, Linear | Kinematic) and law.modulus == 0)
+        for law in (body.material.law for body in result.bodies)
     )
 
 
@@ -215,7 +213,7 @@ def _deformations(result: ElastoplasticResult) -> Caution | None:
 
 def _hardening(result: ElastoplasticResult) -> Caution | None:
     for body in result.bodies:
-        law = body.material.hardening
+        law = body.material.law
         law = law.isotropic if isinstance(law, Kinematic) else law
         if isinstance(law, Tabulated) and body.max_plastic_strain > law.strain[-1]:
             return careful(

@@ -71,6 +71,7 @@ def save_rolling(rolling: Rolling, path: str | os.PathLike[str]) -> None:
         "rolling_direction": rolling.direction,
         "rolling_to_and_fro": int(rolling.to_and_fro),
         "rolling_step": rolling.step,
+        "rolling_requested": rolling.requested,
     }
     if rolling.axis is not None:
         dataset.attrs["rolling_axis"] = rolling.axis
@@ -120,7 +121,8 @@ def load_rolling(path: str | os.PathLike[str]) -> Rolling:
             passes=passes,
             direction=float(dataset.attrs["rolling_direction"]),
             to_and_fro=bool(dataset.attrs["rolling_to_and_fro"]),
-            # Earlier files tell neither.
+            # Earlier files tell none of them.
+            requested=int(dataset.attrs.get("rolling_requested", 0)),
             step=float(dataset.attrs.get("rolling_step", 0.0)),
             axis=None if axis is None else float(axis),
         )

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.halfspace import tensors
-from roughcontact.material.material import Material, law_of
+from roughcontact.material.material import Material
 from roughcontact.volume.profiles import LayerProfile
 
 Array = NDArray[Any]
@@ -143,7 +143,7 @@ class PlasticBody:
     @property
     def flows_back(self) -> bool:
         """Whether the residual stress passes the yield strength."""
-        strength = law_of(self.material).strength(self.accumulated)
+        strength = self.material.law.strength(self.accumulated)
         return bool((self.residual_von_mises > (1 + _ROUNDING) * strength).any())
 
     def most_strained(self, inside: Window) -> tuple[int, int, int]:
@@ -186,4 +186,4 @@ class PlasticBody:
             )
         )
         faces = np.append(0.0, np.cumsum(self.thickness))
-        return faces, accumulated, law_of(self.material).strength(accumulated), stress, residual
+        return faces, accumulated, self.material.law.strength(accumulated), stress, residual

@@ -151,6 +151,16 @@ class ElastoplasticResult(Shown):
             self.largest_pressure.flags.writeable = False
 
     @property
+    def turns(self) -> list[float]:
+        """Loads at which the path turns, the last of all included [N]."""
+        loads = [step.load for step in self.increments]
+        return [
+            load
+            for before, load, after in zip([0.0, *loads], loads, [*loads[1:], None], strict=False)
+            if after is None or (load - before) * (after - load) < 0
+        ]
+
+    @property
     def contact(self) -> ContactResult:
         """The ``solution``, by its old name."""
         return self.solution

@@ -17,7 +17,7 @@ from roughcontact import limits
 from roughcontact.contact.cautions import Caution, ordered
 from roughcontact.errors import InputError, require_count
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.material.material import RIGID, Material, law_of
+from roughcontact.material.material import RIGID, Material
 from roughcontact.references import References
 from roughcontact.shown import Shown
 from roughcontact.solvers.progress import Progress, Tell
@@ -68,6 +68,8 @@ class Rolling(Shown):
         Distance between the places of a pass [m]; 0 where it is not known.
     axis : float, optional
         Where the axis of a nominal cylinder lies that passes [degrees].
+    requested : int
+        How many passes were requested; they end with one that adds no plastic strain.
     """
 
     result: ElastoplasticResult
@@ -77,6 +79,7 @@ class Rolling(Shown):
     folder: Path | None = None
     step: float = 0.0
     axis: float | None = None
+    requested: int = 0
 
     @property
     def shakedown(self) -> Shakedown:
@@ -255,7 +258,8 @@ precision, progress
     load : float, str or quantity of pint
         Normal load on the whole way [N].
     passes : int
-        How many; there and back are two.
+        How many; there and back are two. The last is the first that adds no plastic strain at
+        all, of those to and fro the second in a row: all further ones would add none.
     steps : int
         Steps of a pass.
     way : float, str or quantity of pint
@@ -311,19 +315,27 @@ precision, progress
     """
     require_count(1, limits.STEPS, passes=passes, steps=steps)
     length = _length(quantity(way, "length", "way"), surface, Boundary(boundary), direction)
-    stops = _stops(length, steps, centered)
-    there = _pass(quantity(load, "force", "load"), stops, direction, friction)
-    both = there, [replace(point, direction=direction + 180) for point in reversed(there)]
+    stops, force = _stops(length, steps, centered), quantity(load, "force", "load")
+    ways = _ways(_pass(force, stops, direction, friction), passes, direction, to_and_fro)
     solved = partial(
         solve_elastoplastic, surface, counter_surface=counter_surface, material=material,
         counter_material=counter_material, boundary=boundary, tolerance=tolerance,
         max_iterations=max_iterations, precision=precision,
     )  # fmt: skip
-    ways, tell = [both[n % 2 * to_and_fro] for n in range(passes)], _labelled(progress, passes)
+    tell = _labelled(progress, passes, steps)
     result, done = _rolled(solved, {"depth": depth, "layers": layers}, ways, folder, tell, each)
-    place = None if folder is None else Path(folder)
-    axis = rolling_judgment.axis_of(counter_surface)
-    return Rolling(result, done, float(direction), to_and_fro, place, length / steps, axis)
+    return Rolling(
+        result, done, float(direction), to_and_fro, None if folder is None else Path(folder),
+        length / steps, rolling_judgment.axis_of(counter_surface), passes,
+    )  # fmt: skip
+
+
+def _ways(
+    there: list[PathPoint], passes: int, direction: float, to_and_fro: bool
+) -> list[list[PathPoint]]:
+    """Return the points of all passes, of which every other may go back."""
+    both = there, [replace(point, direction=direction + 180) for point in reversed(there)]
+    return [both[n % 2 * to_and_fro] for n in range(passes)]
 
 
 def _rolled(
@@ -337,6 +349,7 @@ def _rolled(
     """Go the passes one after the other; the first needs to know its volume."""
     result: ElastoplasticResult | None = None
     done: list[Pass] = []
+    alike = len({path[0].direction for path in ways})
     seconds = 0.0
     for number, path in enumerate(ways, 1):
         before = result
@@ -350,16 +363,20 @@ def _rolled(
         )
         seconds += result.seconds
         done.append(passes_of.told(result, before, ways[0][0].direction))
+        # Of those to and fro the way back may flow where the way there does not.
+        if not any(one.flow for one in done[-alike:]) and len(done) >= alike:
+            break
     assert result is not None
     return replace(result, seconds=seconds), tuple(done)
 
 
-def _labelled(progress: Tell, count: int) -> Callable[[int], Tell]:
+def _labelled(progress: Tell, count: int, steps: int) -> Callable[[int], Tell]:
     """Return what gives, by the number of a pass, what is told of its steps."""
 
     def told(number: int, at: Progress) -> None:
         assert callable(progress)
-        progress(replace(at, label=f"pass {number} of {count}"))
+        done, label = (number - 1) * steps, f"pass {number} of {count}"
+        progress(replace(at, number=done + at.number, count=count * steps, label=label))
 
     return lambda number: partial(told, number) if callable(progress) else progress
 
@@ -407,7 +424,7 @@ def _alike(values: list[float]) -> bool:
 
 def _yield_strain(body: PlasticBody) -> float:
     modulus = body.material.young / (2 * (1 + body.material.poisson))
-    return law_of(body.material).initial / (3 * modulus)
+    return body.material.law.initial / (3 * modulus)
 
 
 def shakedown_load(
