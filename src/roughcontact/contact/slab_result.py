@@ -104,7 +104,7 @@ iterations, convolutions, seconds, version, given
     given: GivenLoad | None = None
 
     tilt = (0.0, 0.0)
-    moments = recommended = None
+    moments = recommended = calibrated = None
 
     @property
     def converged(self) -> bool:

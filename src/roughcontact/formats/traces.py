@@ -214,8 +214,8 @@ def evenly(
         return np.ascontiguousarray(heights), mean, ()
     # Equal steps rounded are short and long ones in turn; one that is missing is a single long one.
     if digit and np.mean(np.abs(steps - median) > 0.5 * digit) > _MIXED:
-        index = np.arange(position.size)
-        slope = float(np.polyfit(index, position - position[0], 1)[0])
+        index = np.arange(position.size) - 0.5 * steps.size
+        slope = float(np.sum(index * off) / np.sum(index**2)) + mean
         if np.ptp(position - slope * index) <= _ROUNDED * digit:
             text = (engineering(value, "m", 3) for value in (digit, slope))
             note = "read: positions rounded to {} are taken as {} apart".format(*text)
