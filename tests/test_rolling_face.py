@@ -14,6 +14,7 @@ import pytest
 
 import roughcontact as rc
 from reading import measurement, needs_reader
+from rollers import Line
 from roughcontact.cli import app
 from roughcontact.contact.cautions import Kind
 from roughcontact.plots import movie
@@ -216,6 +217,17 @@ def test_strain_that_is_taken_back_is_not_large(found: rc.Rolling) -> None:
     torn = replace(found.result, bodies=(replace(body, plastic_strain=100 * body.plastic_strain),))
     assert judgment.largest_strain(torn) > 0.1
     assert Kind.PLASTIC_STRAINS in {caution.kind for caution in torn.cautions}
+
+
+def test_hardness_alone_hides_no_ratcheting() -> None:
+    line = Line(4.6, points=32)
+    steel = replace(line.steel, hardness=4e9)
+    assert steel.hardens
+    found = rc.roll(
+        line.flat, counter_surface=line.roller, material=steel, load=line.load, passes=1, steps=2,
+        boundary="periodic", layers=line.layers, centered=True,
+    )  # fmt: skip
+    assert not found.result.bodies[0].material.hardens
 
 
 def test_a_way_with_two_ends_lies_around_the_counter_body() -> None:

@@ -242,13 +242,6 @@ _WC = "MakeItFrom.com, Tungsten carbide (compilation)"
 _SILICA = "MakeItFrom.com, Fused silica (compilation)"
 _POLYSILICON = "Sharpe, Yuan, Vaidyanathan and Edwards, Proc. IEEE MEMS (1997) 424"
 
-# Exponents that follow from other values of the row: three times the yield strength at a plastic
-# strain of 8 % is the hardness.
-_TABOR = (
-    "derived from yield strength and hardness of this row by the rule of Tabor, The Hardness of "
-    "Metals (1951): hardness of 3 flow stresses at a strain of 8 %"
-)
-
 _BRITTLE = (
     "Brittle, without a yield strength: the ceiling is the hardness; cracks are not modelled."
 )
@@ -271,7 +264,6 @@ _ENTRIES = (
         ),
         hardness=Number("746 HV30", _LUCEFIN_100CR6),
         note="Yield strength and hardness are of two sheets; of the balls only that they are hard.",
-        exponent=Value(0.0692, _TABOR),
     ),
     Entry(
         "16MnCr5",
@@ -310,7 +302,6 @@ _ENTRIES = (
         note="Larger sections are weaker: +QT of 16 to 40 mm has at least 750 MPa (EN 10083-3).",
         resistivity=Value(220e-9, "MatWeb, AISI 4140: specimen hardened and tempered, 20 °C"),
         conductivity=Value(42.6, "Meusburger, Material grades, 1.7225: at 20 °C"),
-        exponent=Value(0.033, _TABOR),
     ),
     Entry(
         "X5CrNi18-10",
@@ -339,7 +330,6 @@ _ENTRIES = (
         hardness=Number("170 HBW", "Outokumpu, Forta 316L/4404, typical of hot rolled coil"),
         resistivity=Value(740e-9, f"{_TUBING_316}: alloy 316 at 20 °C"),
         conductivity=Value(14.6, f"{_TUBING_316}: 20 to 100 °C"),
-        exponent=Value(0.1816, _TABOR),
     ),
     Entry(
         "X105CrMo17",
@@ -351,7 +341,6 @@ _ENTRIES = (
         hardness=Number("56 HRC", _ROLLED_440C),
         resistivity=Value(600e-9, _QINGHE_440C),
         conductivity=Value(24.2, f"{_QINGHE_440C}: at 100 °C"),
-        exponent=Value(0.0361, _TABOR),
     ),
     Entry(
         "X40CrMoV5-1",
@@ -363,7 +352,6 @@ _ENTRIES = (
         hardness=Number("48 HRC", f"{_LUCEFIN_H13}: at a tensile strength of 1640 MPa"),
         resistivity=Value(543e-9, f"{_LUCEFIN_H13}: at 20 °C"),
         conductivity=Value(25.5, f"{_THYROTHERM}: tempered to 46 HRC, at 21 °C"),
-        exponent=Value(0.0573, _TABOR),
     ),
     Entry(
         "X153CrMoV12",
@@ -374,7 +362,6 @@ _ENTRIES = (
         yield_strength=Value(2200e6, f"{_D2}: compressive, Rc0.2"),
         hardness=Number("62 HRC", _D2),
         note="The yield strength is the compressive one.",
-        exponent=Value(0.048, _TABOR),
     ),
     Entry(
         "HS6-5-2C",
@@ -400,7 +387,6 @@ _ENTRIES = (
         ),
         note="The yield strength is the compressive one; in tension 165 to 228 MPa.",
         conductivity=Value(46, "MakeItFrom.com, EN-JL 1040 grey cast iron (compilation)"),
-        exponent=Value(0.2139, f"{_TABOR}; 719 MPa there, compressive strength 840 MPa ({_GJL})"),
     ),
     Entry(
         "EN-GJS-500-7",
@@ -411,7 +397,6 @@ _ENTRIES = (
         yield_strength=Value(320e6, f"{_GJS}: least value"),
         hardness=Number("200 HBW", f"{_GJS}: middle of 170 to 230 HB"),
         conductivity=Value(35.2, "Iron-foundry.com, UNI 4544 GS500-7 (EN-GJS-500-7), product data"),
-        exponent=Value(0.2056, _TABOR),
     ),
     Entry(
         "Cu-ETP",
@@ -423,7 +408,6 @@ _ENTRIES = (
         hardness=Number("80 HV", f"{_WIELAND}: middle of 65 to 95 HV"),
         resistivity=Value(17.2e-9, f"{_WIELAND}: 58 MS/m"),
         conductivity=Value(390, _WIELAND),
-        exponent=Value(0.1209, _TABOR),
     ),
     Entry(
         "CuSn8",
@@ -435,7 +419,6 @@ _ENTRIES = (
         hardness=Number("175 HV", f"{_RCI}: least value of temper HB"),
         resistivity=Value(133e-9, f"{_KROMTEL}: 7.5 MS/m"),
         conductivity=Value(62, f"{_KROMTEL}; {_RCI}: 67"),
-        exponent=Value(0.1167, _TABOR),
     ),
     Entry(
         "CuSn12Ni2-C",
@@ -448,7 +431,6 @@ _ENTRIES = (
             "100 HBW 2.5/62.5",
             f"{_CUSN12NI2}; force index 10 as ISO 6506-1 asks of copper alloys",
         ),
-        exponent=Value(0.1694, _TABOR),
     ),
     Entry(
         "CuZn39Pb3",
@@ -500,7 +482,6 @@ _ENTRIES = (
             1.78e-6, "ASM Aerospace Specification Metals, Ti-6Al-4V annealed bar, MTP644 (MatWeb)"
         ),
         conductivity=Value(6.7, "BTI Metals, Ti 6Al-4V ELI, product data: 100 to 300 °C"),
-        exponent=Value(0.0804, _TABOR),
     ),
     Entry(
         "WC-6Co",

@@ -17,6 +17,7 @@ from roughcontact import limits
 from roughcontact.contact.cautions import Caution, ordered
 from roughcontact.errors import InputError, require_count
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.material.hardening import Perfect
 from roughcontact.material.material import RIGID, Material
 from roughcontact.references import References
 from roughcontact.shown import Shown
@@ -250,9 +251,10 @@ def roll(
 
     Parameters
     ----------
-    surface, material, counter_material, boundary, depth, layers, tolerance, max_iterations, \
-precision, progress
+    surface, boundary, depth, layers, tolerance, max_iterations, precision, progress
         As for `roughcontact.solve_elastoplastic`.
+    material, counter_material : Material
+        A body without a law of hardening is perfectly plastic, whatever its hardness.
     counter_surface : Surface
         Heights of the counter-body at the start of a pass.
     load : float, str or quantity of pint
@@ -318,8 +320,8 @@ precision, progress
     stops, force = _stops(length, steps, centered), quantity(load, "force", "load")
     ways = _ways(_pass(force, stops, direction, friction), passes, direction, to_and_fro)
     solved = partial(
-        solve_elastoplastic, surface, counter_surface=counter_surface, material=material,
-        counter_material=counter_material, boundary=boundary, tolerance=tolerance,
+        solve_elastoplastic, surface, counter_surface=counter_surface, material=_flows(material),
+        counter_material=_flows(counter_material), boundary=boundary, tolerance=tolerance,
         max_iterations=max_iterations, precision=precision,
     )  # fmt: skip
     tell = _labelled(progress, passes, steps)
@@ -328,6 +330,13 @@ precision, progress
         result, done, float(direction), to_and_fro, None if folder is None else Path(folder),
         length / steps, rolling_judgment.axis_of(counter_surface), passes,
     )  # fmt: skip
+
+
+def _flows(body: Material) -> Material:
+    """Return a body that does not harden unless a law was given: one that hardens shakes down."""
+    if body.yield_strength is None or body.hardening is not None:
+        return body
+    return replace(body, hardening=Perfect(body.yield_strength))
 
 
 def _ways(
