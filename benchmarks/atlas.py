@@ -33,7 +33,9 @@ import atlas_cases as cases
 import roughcontact as rc
 from roughcontact.fleet import engines
 from roughcontact.joint import formulas
+from roughcontact.joint.estimate import LEAST_WAVES
 from roughcontact.request.fleet_options import DASK, LOCAL, MPI
+from roughcontact.theory import johnson
 
 FOLDER = Path(__file__).parent / "atlas"
 CEILING, VOLUME = FOLDER / "ceiling.csv", FOLDER / "volume.csv"
@@ -95,12 +97,18 @@ def measurements(place: Path, name: str) -> str:
     """Solve the cases of a measured map, if it lies in the domain of the formulas."""
     surface, about = cases.measured(place)
     domain = formulas.stored().domain["ceiling"]
-    for group, key in (("breadth", "breadth"), ("texture", "Str"), ("skewness", "Ssk")):
+    skewness, kurtosis = float(about["Ssk"]), float(about["Sku"])
+    known = {
+        "breadth": about["breadth"], "texture": about["Str"], "skewness": skewness,
+        "tails": kurtosis / johnson.usual_kurtosis(skewness),
+        "middle": kurtosis - johnson.least_kurtosis(skewness),
+    }  # fmt: skip
+    for group, value in known.items():
         low, high = domain[group]
-        if not low <= float(about[key]) <= high:
-            return f"{name} left out, {group} {about[key]:.3g}"
+        if not low <= float(value) <= high:
+            return f"{name} left out, {group} {value:.3g}"
     waves = float(about.pop("waves"))
-    if waves < cases.FEWEST:
+    if waves < LEAST_WAVES:
         return f"{name} left out, {waves:.1f} autocorrelation lengths a side"
     # Nothing is known of how it would be drawn; what it has are lengths of its correlation a side.
     drawn = cases.Map(name, surface.shape[0], 0.0, waves, 0.0, 0.0, 0.0, np.empty(0))
@@ -137,7 +145,7 @@ Task = tuple[Path, Callable[..., list[tuple[int, cases.Row]]], cases.Map, set[in
 
 def to_do(most: int | None) -> list[Task]:
     """Return what is missing: the table, what solves it, the map, and what is there of it."""
-    volume, ceiling = cases.volume_maps()[:most], [*cases.broad_maps(), *cases.maps()][:most]
+    volume, ceiling = cases.volume_maps()[:most], cases.ceiling_maps()[:most]
     tasks: list[Task] = []
     for place, work, maps, wanted in (
         (CEILING, cases.ceilings, ceiling, cases.CASES),
@@ -174,6 +182,7 @@ def fit() -> None:
     import atlas_fit as fitting
 
     told: dict[str, Any] = {"formulas": {}, "domain": {}, "held": {}}
+    known: dict[str, formulas.Formula] = {}
     for name, place in (("ceiling", CEILING), ("volume", VOLUME)):
         cases = fitting.read(place)
         told["domain"][name] = fitting.domain_of(cases)
@@ -188,6 +197,8 @@ def fit() -> None:
                 told["held"][quantity + suffix] = judged
                 words = ", ".join(f"{key} {value:.4g}" for key, value in judged.items())
                 print(f"{quantity + suffix}: {words}", flush=True)
+                known[quantity + suffix] = formula
+    told["measured"] = fitting.wider(known, fitting.read(MEASURED))
     formulas.STORED.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
 
 

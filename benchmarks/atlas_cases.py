@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +20,7 @@ import roughcontact as rc
 from roughcontact.material.hardening import Hardening, Linear, Perfect
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
+from roughcontact.theory import johnson
 from roughcontact.theory.persson import persson_fractions
 
 Array = NDArray[np.float64]
@@ -34,6 +35,7 @@ CEILING_FACTOR = 3.0
 
 MAPS, CASES, POINTS = {"fit": 54, "held": 32}, 12, 512
 BROAD = {"fit": 32, "held": 10}
+TAILS = {"fit": 44, "held": 16}
 VOLUMES, LOADS, RATIO, VOLUME_POINTS = {"fit": 48, "held": 16}, 6, 2.0, 64
 # Each of these many maps has twice the points, and room for broader spectra.
 LARGE, VOLUME_LARGE = 4, 8
@@ -60,6 +62,8 @@ class Map:
         Hurst exponent, waves a side at the roll-off, roll-off over cut-off, texture, skewness.
     draws : ndarray
         Numbers from 0 to 1 for what it is pressed with.
+    Sku : float or None
+        Kurtosis; None for the usual one, 3 + 1.5 Ssk².
     """
 
     name: str
@@ -70,12 +74,14 @@ class Map:
     Str: float
     Ssk: float
     draws: Array
+    Sku: float | None = None
 
     @property
     def seed(self) -> int:
         """Of its phases."""
         *model, kind, number = self.name.split("-")
-        return int(number) + (10_000 if kind == "held" else 0) + (1000 if "broad" in model else 0)
+        turn = 1000 * (("broad" in model) + 2 * ("tails" in model))
+        return int(number) + (10_000 if kind == "held" else 0) + turn
 
 
 def maps() -> list[Map]:
@@ -97,6 +103,29 @@ def broad_maps() -> list[Map]:
         for role, count in BROAD.items()
         for number, draw in enumerate(_draws(role, count, 6 + 2 * CASES))
     ]  # fmt: skip
+
+
+def tailed_maps() -> list[Map]:
+    """Return further maps of the ceiling model: any kurtosis from 2 to 10."""
+    return [
+        _tailed(
+            _drawn(f"tails-{role}-{number:03d}", draw[1:], POINTS, (4.0, 12.0), 3.4, (-1.5, 1.5)),
+            draw[0],
+        )
+        for role, count in TAILS.items()
+        for number, draw in enumerate(_draws(role, count, 7 + 2 * CASES))
+    ]  # fmt: skip
+
+
+def _tailed(drawn: Map, share: float) -> Map:
+    """Return a map with a kurtosis of its own, from nearly the least that there is to 10."""
+    least = max(1.9, johnson.least_kurtosis(drawn.Ssk) + 1.5 * johnson.STEP)
+    return replace(drawn, Sku=float(least * (10 / least) ** share))
+
+
+def ceiling_maps() -> list[Map]:
+    """Return all maps of the ceiling model."""
+    return [*tailed_maps(), *broad_maps(), *maps()]
 
 
 def volume_maps() -> list[Map]:
@@ -156,6 +185,7 @@ def made(drawn: Map) -> Surface:
         cutoff_wavelength=SIDE / drawn.rolloff / drawn.breadth,
         hurst=drawn.hurst,
         Ssk=drawn.Ssk,
+        Sku=drawn.Sku,
         seed=drawn.seed,
     )
     stretched = (pixel, pixel / drawn.Str)
@@ -266,8 +296,6 @@ def measured(place: Path) -> tuple[Surface, Row]:
     return rc.Surface(np.concatenate([z, z[:, ::-1]], axis=1), surface.pixel), about
 
 
-FEWEST = 4.0
-"""Autocorrelation lengths a side of a measured map, below which it shows its form."""
 MEASURED_LOADS = [
     (fraction, index) for index in (0.0, 3.0, 20.0, 100.0) for fraction in (0.02, 0.08, 0.25, 0.5)
 ]

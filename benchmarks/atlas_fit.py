@@ -17,25 +17,25 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from roughcontact.joint import formulas
 from roughcontact.joint.formulas import CONTACT, GAP, SATURATED, VOLUME, Formula, Groups
 
 Array = NDArray[np.float64]
 
 _LINEAR = ("", "z", "s", "w")
 _CURVED = ("zz", "zs", "ss", "t", "tz", "wz", "ws", "ww", "zss", "zzs", "ts", "tt", "wss", "tw")
+_TAILS = ("q", "zq", "wq", "sq", "qq", "zzq", "zqq")
 _BROAD = ("b", "zb", "bb", "wb", "sb")
 _SCATTER = {
-    CONTACT: ("", "z", "zz", "ss", "w"),
-    SATURATED: ("", "z", "zz", "ss", "w"),
-    GAP: ("", "z", "zz", "ss", "w"),
+    CONTACT: ("", "z", "zz", "ss", "w", "ww", "zw", "q", "qq"),
+    SATURATED: ("", "z", "zz", "ss", "w", "ww", "zw", "q", "qq"),
+    GAP: ("", "z", "zz", "ss", "w", "q", "qq"),
     VOLUME: ("", "z", "y", "ss"),
 }
 KNEES = {CONTACT: 4 / 3, SATURATED: 4 / 3, GAP: 10 / 3, VOLUME: 4 / 3}
 TERMS = {
-    CONTACT: (*_LINEAR, *_CURVED, *_BROAD),
-    SATURATED: (*_LINEAR, *_CURVED, *_BROAD),
-    GAP: (*_LINEAR, "zzz", *_CURVED, *_BROAD),
+    CONTACT: (*_LINEAR, *_CURVED, *_TAILS, *_BROAD),
+    SATURATED: (*_LINEAR, *_CURVED, *_TAILS, *_BROAD),
+    GAP: (*_LINEAR, "zzz", *_CURVED, *_TAILS, *_BROAD),
     VOLUME: ("", "z", "w", "ww", "s", "k", "y", "yy", "zz", "wz", "kw", "sz"),
 }
 # Residuals beyond this, in the measure of the formula, count as linear ones.
@@ -46,7 +46,7 @@ _LEAST_INDEX = 3.0
 # Share of the cases that the width of the intervals is taken from: more than `LEVEL`, as the cases
 # of a map go together and some tens of maps know the share to a few per cent only.
 _CAUTIOUS = 0.95
-# Residual that rounding alone may leave, in the fit of their logarithm.
+# Residual that rounding alone may leave.
 _FLOOR = 1e-4
 
 
@@ -103,14 +103,17 @@ def read(place: Path) -> Cases:
         breadth=table["breadth"],
         texture=table["Str"],
         skewness=table["Ssk"],
+        kurtosis=table["Sku"],
         hardening=table["hardening"] * (1 - 0.3**2) * index if volume else np.zeros_like(index),
     )
     if volume:
         found = {VOLUME: table["volume"] * table["gradient"] / table["height"]}
     else:
+        # What carries the load at no more than the ceiling, and what can be at it.
+        bound = groups.pressure * groups.ratio
         found = {
-            CONTACT: extrapolated(table, "contact"),
-            SATURATED: extrapolated(table, "saturated"),
+            CONTACT: np.maximum(extrapolated(table, "contact"), bound),
+            SATURATED: np.minimum(extrapolated(table, "saturated"), bound),
             GAP: table["gap"] / table["height"],
         }
     return Cases(np.array([row["map"] for row in rows]), groups, found, table)
@@ -172,9 +175,11 @@ def parts(maps: NDArray[np.str_]) -> Iterator[tuple[NDArray[np.bool_], NDArray[n
 def scattered(formula: Formula, groups: Groups, missed: Array) -> Formula:
     """Return a formula with the scatter of what it missed on maps that it had not seen."""
     formula = replace(formula, scatter_terms=_SCATTER[formula.quantity])
-    design = formula.spread_design(groups)
+    # Where nothing or all is saturated the theory is exact, and says nothing of the rest.
+    off = np.abs(missed) > _FLOOR
+    missed, design = missed[off], formula.spread_design(groups)[off]
     # The mean of ln |x| of a normal variable is -0.635.
-    logarithm = np.log(np.maximum(np.abs(missed), _FLOOR)) + 0.635
+    logarithm = np.log(np.abs(missed)) + 0.635
     coefficients = np.linalg.lstsq(design, logarithm, rcond=None)[0]
     share = np.abs(missed) / np.exp(np.sum(design * coefficients, axis=1))
     return replace(
@@ -190,8 +195,8 @@ NAMED = {CONTACT: "ceiling", SATURATED: "ceiling", GAP: "ceiling", VOLUME: "volu
 def domain_of(cases: Cases) -> dict[str, tuple[float, float]]:
     """Return where there are cases, in the groups that formulas know."""
     groups = cases.groups
-    values = {**vars(groups), "contact": formulas.theory_contact(groups)}
-    names = ["contact", "ratio", "breadth", "texture", "skewness"]
+    values = groups.told()
+    names = ["contact", "ratio", "breadth", "texture", "skewness", "tails", "middle"]
     if "hardening" in cases.table:
         names.append("hardening")
     found = {}
@@ -208,11 +213,23 @@ def unknown(cases: Cases) -> Cases:
     return replace(cases, groups=groups)
 
 
-def judged(formula: Formula, cases: Cases) -> dict[str, float]:
+def wider(fitted: dict[str, Formula], cases: Cases) -> float:
+    """Return by how much the intervals have to be wider to hold measured cases."""
+    shares = []
+    for quantity, found in cases.found.items():
+        formula, groups = fitted[quantity], cases.groups
+        missed = np.abs(formula.missed(formula.value(groups), found))
+        spread = np.sum(formula.spread_design(groups) * np.array(formula.scatter), axis=1)
+        off = missed > _FLOOR
+        shares.append((missed / (formula.factor * np.exp(spread)))[off])
+    return float(f"{max(np.quantile(share, _CAUTIOUS) for share in shares):.2g}")
+
+
+def judged(formula: Formula, cases: Cases, wider: float = 1.0) -> dict[str, float]:
     """Return how far a formula is off on cases, and how many its interval holds."""
     groups = cases.groups
     found = cases.found[formula.quantity]
-    value, low, high = formula.ranged(groups)
+    value, low, high = formula.ranged(groups, wider)
     relative = formula.quantity in (CONTACT, VOLUME)
     scale = found if relative else 1.0
     missed = np.abs(value - found) / scale

@@ -45,10 +45,11 @@ def measured(place: Path) -> str:
         "| cases in the interval |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
+    atlas = formulas.stored()
     for name in np.unique(cases.maps):
         one = cases.taken(cases.maps == name)
         area, gap = (
-            atlas_fit.judged(formulas.stored().formula(quantity, True), one)
+            atlas_fit.judged(atlas.formula(quantity, True), one, atlas.measured)
             for quantity in ("contact", "gap")
         )
         about = (one.table[key][0] for key in ("rolloff", "breadth", "Str", "Ssk", "Sku"))

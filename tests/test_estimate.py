@@ -165,7 +165,7 @@ def test_the_plastic_volume_is_told_where_its_formula_holds() -> None:
     assert "linear hardening only" in caution.text
 
 
-def test_an_answer_takes_less_than_a_millisecond() -> None:
+def test_an_answer_takes_a_millisecond_or_two() -> None:
     of_steel(200e6)
     spent = []
     for _ in range(50):
@@ -173,7 +173,7 @@ def test_an_answer_takes_less_than_a_millisecond() -> None:
         of_steel(200e6)
         spent.append(time.process_time() - began)
     # Processor time, since the machine may be busy; the best of many, as clocks are coarse.
-    assert min(spent) < 1e-3
+    assert min(spent) < 3e-3
 
 
 # --- refusals
@@ -187,6 +187,8 @@ def test_an_answer_takes_less_than_a_millisecond() -> None:
         ({"pressure": "5 GPa"}, "pressure", r"exceeds the ceiling of 3e\+09 Pa"),
         ({"pressure": -1.0}, "pressure", "must be positive"),
         ({"Ssk": 4.0}, "Ssk", "Ssk of -1.4"),
+        ({"Sku": 1.2}, "Sku", "of 0.575"),
+        ({"Ssk": 1.4, "Sku": 3.5}, "Sku", "Sku − Ssk² − 1 of"),
         ({"Str": 0.001}, "Str", "Str of 0.0"),
         ({"Sal": 1.0}, "Sal", "Sdq Sal/Sq of"),
         ({"Sdq": None}, "Sdq", "how steep"),
@@ -227,16 +229,72 @@ def test_a_result_is_told_beside_its_estimate() -> None:
     assert faint.estimate is None
 
 
-def test_a_small_map_is_told_to_be_one() -> None:
+def test_a_small_map_is_refused() -> None:
     heights = rc.self_affine(
         (64, 64), (1e-6, 1e-6), rms_height=0.5e-6, rolloff_wavelength=64e-6,
         cutoff_wavelength=8e-6, rng=np.random.default_rng(4),
     )  # fmt: skip
-    roughness = estimating.of_surface(rc.Surface(heights, (1e-6, 1e-6)))
-    assert roughness.waves is not None
-    assert roughness.waves < estimating.LEAST_WAVES
-    found = rc.estimate(rc.Surface(heights, (1e-6, 1e-6)), pressure="600 MPa", material=STEEL)
-    assert found.cautions[0].kind == Kind.SMALL
+    with pytest.raises(rc.InputError, match="shows its own form"):
+        rc.estimate(rc.Surface(heights[:32], (1e-6, 1e-6)), pressure="600 MPa", material=STEEL)
+
+
+def test_intervals_hold_saturated_area_at_every_plasticity() -> None:
+    import atlas
+    import atlas_fit
+
+    cases = atlas_fit.read(atlas.CEILING)
+    held = cases.taken(cases.held)
+    for quantity in held.found:
+        _, low, high = formulas.stored().formula(quantity, True).ranged(held.groups)
+        inside = (held.found[quantity] >= low) & (held.found[quantity] <= high)
+        for least, most in ((0.3, 1), (1, 2), (2, 4), (4, 10), (10, 100)):
+            chosen = (held.groups.ratio > least) & (held.groups.ratio <= most)
+            assert inside[chosen].mean() >= formulas.LEVEL - 0.01, (quantity, least)
+
+
+def test_intervals_hold_any_kurtosis() -> None:
+    import atlas
+    import atlas_fit
+
+    cases = atlas_fit.read(atlas.CEILING)
+    held = cases.taken(cases.held & (np.abs(np.log(cases.groups.tails)) > 0.1))
+    assert held.maps.size > 120
+    for quantity, found in held.found.items():
+        _, low, high = formulas.stored().formula(quantity, True).ranged(held.groups)
+        assert np.mean((found >= low) & (found <= high)) >= formulas.LEVEL - 0.03
+
+
+def test_intervals_of_measured_maps_hold_maps_that_did_not_widen_them() -> None:
+    import atlas
+    import atlas_fit
+
+    cases, known = atlas_fit.read(atlas.MEASURED), formulas.stored().formulas
+    inside = []
+    for name in np.unique(cases.maps):
+        one = cases.taken(cases.maps == name)
+        wider = atlas_fit.wider(known, cases.taken(cases.maps != name))
+        for quantity, found in one.found.items():
+            _, low, high = known[quantity].ranged(one.groups, wider)
+            inside.append((found >= low) & (found <= high))
+    assert np.mean(inside) >= formulas.LEVEL
+
+
+def test_kurtosis_moves_contact_area_as_solved_maps_say() -> None:
+    spectrum = {"shape": (256, 256), "pixel": (1e-6, 1e-6), "Sq": 0.4e-6, "Sdq": 0.1,
+                "rolloff_wavelength": 36e-6, "hurst": 0.7, "seed": 7}  # fmt: skip
+    for kurtosis in (2.0, 6.0):
+        surface = rc.generate(**spectrum, Sku=kurtosis)
+        result = rc.solve(
+            surface, material=STEEL, load=rc.NominalPressure("600 MPa"), boundary="periodic",
+            ceiling=None,
+        )  # fmt: skip
+        share = result.corrected_contact_area / math.prod(surface.size)
+        asked = {"pressure": "600 MPa", "material": STEEL, "ceiling": None}
+        found = rc.estimate(surface, **asked)
+        assert found.contact.low <= share <= found.contact.high
+        normal = rc.estimate(surface, **asked, Sku=3.0)
+        assert not normal.contact.low <= share <= normal.contact.high
+        assert (share > normal.contact.value) == (kurtosis < 3)
 
 
 COMMAND = ["estimate", "--sq", "0.5 um", "--sdq", "0.1", "--sal", "12 um", "--young", "210 GPa",

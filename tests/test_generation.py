@@ -14,8 +14,9 @@ import pytest
 import roughcontact as rc
 from roughcontact.cli import app
 from roughcontact.report import generated, script
-from roughcontact.surface import generation, johnson, marks, provenance, spectrum, waves
+from roughcontact.surface import generation, marks, provenance, spectrum, waves
 from roughcontact.surface.waves import Spectrum
+from roughcontact.theory import johnson
 
 Capture = pytest.CaptureFixture[str]
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 from scipy import stats
 
 from roughcontact.errors import InputError
-from roughcontact.surface import johnson
+from roughcontact.theory import johnson
 
 Z = np.linspace(-9, 9, 20001)
 DENSITY = np.exp(-(Z**2) / 2) / np.exp(-(Z**2) / 2).sum()

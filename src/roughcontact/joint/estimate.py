@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from roughcontact.contact.cautions import Caution, Kind, careful, noted, ordered
+from roughcontact.contact.cautions import Caution, Kind, noted, ordered
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, Mention, require_positive
 from roughcontact.joint import formulas
@@ -19,12 +19,13 @@ from roughcontact.material.material import CEILING_FACTOR, RIGID, Material, cont
 from roughcontact.references import References
 from roughcontact.shown import Shown
 from roughcontact.surface.surface import Surface
+from roughcontact.theory import johnson
 from roughcontact.theory.persson import persson_fractions
 from roughcontact.units import Quantity, percent, quantity
 
 _CEILING, _VOLUME = "ceiling", "volume"
-LEAST_WAVES = 8.0
-"""Autocorrelation lengths along the shorter side of a map below which it is told to be small."""
+LEAST_WAVES = 6.0
+"""Autocorrelation lengths along the shorter side of a map below which it shows its own form."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +53,8 @@ class Roughness:
         Root-mean-square gradient h′.
     Sal : float or None
         Autocorrelation length [m]; without it gap and plastic volume are less sure.
-    Str, Ssk : float
-        Texture aspect ratio and skewness.
+    Str, Ssk, Sku : float
+        Texture aspect ratio, skewness and kurtosis.
     waves : float or None
         Autocorrelation lengths along the shorter side, where it is that of a map.
     """
@@ -63,6 +64,7 @@ class Roughness:
     Sal: float | None
     Str: float
     Ssk: float
+    Sku: float
     waves: float | None = None
 
 
@@ -150,6 +152,7 @@ def estimate(
     Sal: Quantity | None = None,
     Str: float | None = None,
     Ssk: float | None = None,
+    Sku: float | None = None,
 ) -> Estimate:
     """Return contact area, gap and plastic volume of a nominally flat contact by formulas.
 
@@ -174,11 +177,14 @@ def estimate(
         Texture aspect ratio; by default 1.
     Ssk : float, optional
         Skewness; by default 0.
+    Sku : float, optional
+        Kurtosis; by default 3 + 1.5 Ssk², which is 3 of a Gaussian surface.
 
     Returns
     -------
     Estimate
-        Each quantity with the interval that holds 90 of 100 maps.
+        Each quantity with the interval that holds 90 of 100 maps: of a surface of which nothing
+        but the parameters is known, or, wider, of measured ones.
 
     Raises
     ------
@@ -202,7 +208,7 @@ def estimate(
     True
     """
     given = {"Sq": quantity(Sq, "length", "Sq"), "Sdq": Sdq,
-             "Sal": quantity(Sal, "length", "Sal"), "Str": Str, "Ssk": Ssk}  # fmt: skip
+             "Sal": quantity(Sal, "length", "Sal"), "Str": Str, "Ssk": Ssk, "Sku": Sku}  # fmt: skip
     roughness = _roughness(surface, given)
     mean = quantity(pressure, "pressure", "pressure")
     require_positive(pressure=mean)
@@ -249,7 +255,7 @@ def of_surface(surface: Surface) -> Roughness:
     """Return what the formulas know of a map."""
     values = surface.roughness()
     texture = values["Str"] if math.isfinite(values["Str"]) else values["Str_max"]
-    known = {name: values[name] for name in ("Sq", "Sdq", "Sal", "Ssk")}
+    known = {name: values[name] for name in ("Sq", "Sdq", "Sal", "Ssk", "Sku")}
     for name, value in (*known.items(), ("Str", texture)):
         if not math.isfinite(value):
             raise InputError(
@@ -276,9 +282,9 @@ def _roughness(surface: Surface | None, given: dict[str, Any]) -> Roughness:
     for name, what in (("Sq", "how high the surface is"), ("Sdq", "how steep")):
         if name not in told:
             raise InputError(f"must be given, or a map: {what}", argument=name)
-    return Roughness(
-        told["Sq"], told["Sdq"], told.get("Sal"), told.get("Str", 1.0), told.get("Ssk", 0.0)
-    )
+    skewness = told.get("Ssk", 0.0)
+    usual = {"Sal": None, "Str": 1.0, "Ssk": skewness, "Sku": johnson.usual_kurtosis(skewness)}
+    return Roughness(**usual | told)
 
 
 def _limit(ceiling: Quantity | None, *bodies: Material) -> float | None:
@@ -321,11 +327,9 @@ def _estimated(
         )
     stress = modulus * roughness.Sdq
     groups = _groups(pressure, stress, 0.0 if ceiling is None else stress / ceiling, roughness)
-    atlas = formulas.stored()
-    _require(groups, atlas.domain[_CEILING], roughness)
+    _require(groups, formulas.stored().domain[_CEILING], roughness)
     contact, saturated, gap = (
-        _ranged(atlas.formula(name, roughness.Sal is not None), groups)
-        for name in (CONTACT, SATURATED, GAP)
+        _ranged(name, groups, roughness) for name in (CONTACT, SATURATED, GAP)
     )
     volume, said = _volume(pressure, stress, strength, hardening, roughness)
     return Estimate(
@@ -339,7 +343,7 @@ def _estimated(
         gap=gap.times(roughness.Sq),
         plastic_volume=volume,
         theory_contact=persson_fractions(pressure, modulus, roughness.Sdq, ceiling)[0],
-        cautions=ordered([*said, *_cautions(roughness)]),
+        cautions=ordered(said),
     )
 
 
@@ -349,12 +353,17 @@ def _groups(
     """Return the groups of one contact."""
     known = roughness.Sal is not None
     breadth = roughness.Sdq * (roughness.Sal or math.nan) / roughness.Sq if known else math.nan
-    values = (pressure / stress, ratio, breadth, roughness.Str, roughness.Ssk, hardening)
+    values = (pressure / stress, ratio, breadth, roughness.Str, roughness.Ssk,
+              roughness.Sku, hardening)  # fmt: skip
     return Groups(*(np.array([float(value)]) for value in values))
 
 
-def _ranged(formula: formulas.Formula, groups: Groups) -> Range:
-    return Range(*(float(end[0]) for end in formula.ranged(groups)))
+def _ranged(quantity: str, groups: Groups, roughness: Roughness) -> Range:
+    """Return a quantity with its interval, that of measured maps where it is that of a map."""
+    atlas = formulas.stored()
+    formula = atlas.formula(quantity, roughness.Sal is not None)
+    wider = 1.0 if roughness.waves is None else atlas.measured
+    return Range(*(float(end[0]) for end in formula.ranged(groups, wider)))
 
 
 _WORDS = {
@@ -363,18 +372,19 @@ _WORDS = {
     "breadth": "Sdq Sal/Sq",
     "texture": "Str",
     "skewness": "Ssk",
+    "tails": "Sku/(3 + 1.5 Ssk²)",
+    "middle": "Sku − Ssk² − 1",
     "hardening": "H Sdq/σ_Y",
 }
 _CAUSES = {
     "contact": "pressure", "ratio": "ceiling", "breadth": "Sal", "texture": "Str",
-    "skewness": "Ssk", "hardening": "hardening",
+    "skewness": "Ssk", "tails": "Sku", "middle": "Sku", "hardening": "hardening",
 }  # fmt: skip
 
 
 def _outside(groups: Groups, domain: dict[str, tuple[float, float]]) -> dict[str, float]:
     """Return the groups that lie outside a domain, with their values."""
-    values = {name: float(of[0]) for name, of in vars(groups).items()}
-    values["contact"] = float(formulas.theory_contact(groups)[0])
+    values = {name: float(of[0]) for name, of in groups.told().items()}
     return {
         name: values[name]
         for name, (low, high) in domain.items()
@@ -390,6 +400,13 @@ def _told(name: str, value: float, domain: dict[str, tuple[float, float]]) -> st
 
 
 def _require(groups: Groups, domain: dict[str, tuple[float, float]], roughness: Roughness) -> None:
+    if roughness.waves is not None and roughness.waves < LEAST_WAVES:
+        raise InputError(
+            f"shows its own form: its shorter side is {roughness.waves:.1f} autocorrelation "
+            f"lengths, and the formulas need {LEAST_WAVES:g}; solve the contact on it instead",
+            argument="surface",
+            value=roughness.waves,
+        )
     for name, value in _outside(groups, domain).items():
         raise InputError(
             f"lies outside the formulas, which hold for {_told(name, value, domain)}; "
@@ -416,8 +433,7 @@ def _volume(
         ]  # fmt: skip
     ratio = stress / (CEILING_FACTOR * strength)
     groups = _groups(pressure, stress, ratio, roughness, hardening * roughness.Sdq / strength)
-    atlas = formulas.stored()
-    domain = atlas.domain[_VOLUME]
+    domain = formulas.stored().domain[_VOLUME]
     outside = [_told(name, value, domain) for name, value in _outside(groups, domain).items()]
     if outside:
         return None, [
@@ -427,18 +443,5 @@ def _volume(
                 outside[0],
             )
         ]
-    found = _ranged(atlas.formula(VOLUME, roughness.Sal is not None), groups)
+    found = _ranged(VOLUME, groups, roughness)
     return found.times(roughness.Sq / roughness.Sdq), []
-
-
-def _cautions(roughness: Roughness) -> list[Caution]:
-    if roughness.waves is None or roughness.waves >= LEAST_WAVES:
-        return []
-    return [
-        careful(
-            Kind.SMALL,
-            f"the shorter side of the map is only {roughness.waves:.1f} autocorrelation lengths: "
-            "its own contact lies off that of the surface it is a part of, and off the formulas",
-            waves=roughness.waves,
-        )
-    ]  # fmt: skip

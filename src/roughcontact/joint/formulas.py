@@ -56,8 +56,8 @@ class Groups:
         nothing yields.
     breadth : ndarray
         Sdq Sal/Sq: how many slopes the waves have beside the longest; NaN where Sal is not known.
-    texture, skewness : ndarray
-        Str and Ssk.
+    texture, skewness, kurtosis : ndarray
+        Str, Ssk and Sku.
     hardening : ndarray
         H h′/σ_Y, H the hardening modulus.
     """
@@ -67,7 +67,24 @@ class Groups:
     breadth: Array
     texture: Array
     skewness: Array
+    kurtosis: Array
     hardening: Array
+
+    @property
+    def tails(self) -> Array:
+        """Sku over that of a gamma distribution, 3 + 1.5 Ssk²."""
+        return self.kurtosis / (3 + 1.5 * self.skewness**2)
+
+    def told(self) -> dict[str, Array]:
+        """Return what a domain bounds: all groups, and what follows from them.
+
+        ``middle``, Sku - Ssk² - 1, is 0 of two heights alone.
+        """
+        return vars(self) | {
+            "contact": theory_contact(self),
+            "tails": self.tails,
+            "middle": self.kurtosis - self.skewness**2 - 1,
+        }
 
     def taken(self, chosen: Any) -> Groups:
         """Return some of them."""
@@ -86,8 +103,8 @@ class Formula:
         ``ratio`` beyond which the effective gradient falls with it.
     terms : tuple of str
         Products of coordinates, a letter each: z, load, as the normal score of the theory's
-        contact area; w, plasticity; b, breadth; s, skewness; t, texture; k, hardening; y, the
-        share of the contact beyond first yield. An empty text is the constant.
+        contact area; w, plasticity; b, breadth; s, skewness; q, kurtosis; t, texture; k,
+        hardening; y, the share of the contact beyond first yield. An empty text is the constant.
     coefficients : tuple of float
         Of the terms.
     scatter_terms, scatter : tuple
@@ -121,7 +138,8 @@ class Formula:
             gradient = gradient / groups.breadth
         contact, saturated = _theory(groups, gradient)
         if self.quantity == GAP:
-            return gap_below_plane(np.clip(contact, 1e-12, 1 - 1e-12), groups.skewness)
+            share = np.clip(contact, 1e-12, 1 - 1e-12)
+            return gap_below_plane(share, groups.skewness, groups.kurtosis)
         return saturated if self.quantity == SATURATED else contact
 
     def missed(self, value: Array, found: Array) -> Array:
@@ -134,20 +152,20 @@ class Formula:
             return np.log(value)
         return np.sqrt(value) if self.quantity == SATURATED else value
 
-    def ranged(self, groups: Groups) -> tuple[Array, Array, Array]:
-        """Return the quantity and the ends of its interval, each of shape (n,)."""
+    def ranged(self, groups: Groups, wider: float = 1.0) -> tuple[Array, Array, Array]:
+        """Return the quantity and the ends of its interval, so much wider, each of shape (n,)."""
         coordinates = self._coordinates(groups)
         value = self.value(groups, _products(self.terms, coordinates))
         spread = _sum(_products(self.scatter_terms, coordinates), self.scatter)
-        return (value, *self._interval(groups, value, spread))
+        half = wider * self.factor * np.exp(spread)
+        return (value, *self._interval(groups, value, half))
 
     def spread_design(self, groups: Groups) -> Array:
         """Return the terms of the scatter, shape (n, number of them)."""
         return _products(self.scatter_terms, self._coordinates(groups))
 
-    def _interval(self, groups: Groups, value: Array, spread: Array) -> tuple[Array, Array]:
+    def _interval(self, groups: Groups, value: Array, half: Array) -> tuple[Array, Array]:
         """Return the ends of the interval about a value."""
-        half = self.factor * np.exp(spread)
         middle = self._measured(value)
         low, high = middle - half, middle + half
         if self.quantity in _LOGARITHMIC:
@@ -185,6 +203,7 @@ class Formula:
             "w": self._softening(groups),
             "b": np.log(groups.breadth / _BREADTH),
             "s": groups.skewness,
+            "q": np.log(groups.tails),
             "t": np.log(groups.texture / _TEXTURE),
             "k": np.log1p(groups.hardening),
         }
@@ -243,10 +262,13 @@ class Atlas:
     domain : dict
         Least and largest contact fraction, ratio, breadth, texture, skewness and hardening, for
         ``"ceiling"`` and ``"volume"``.
+    measured : float
+        How much wider an interval is that holds `LEVEL` of measured maps.
     """
 
     formulas: dict[str, Formula]
     domain: dict[str, dict[str, tuple[float, float]]]
+    measured: float
 
     def formula(self, quantity: str, with_Sal: bool) -> Formula:
         """Return the formula for a quantity."""
@@ -264,6 +286,7 @@ def stored() -> Atlas:
             model: {name: (low, high) for name, (low, high) in ranges.items()}
             for model, ranges in told["domain"].items()
         },
+        told["measured"],
     )
 
 

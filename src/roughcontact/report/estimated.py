@@ -70,6 +70,7 @@ ESTIMATE: Table = (
     _of_surface("Sal", "m", "autocorrelation length"),
     _of_surface("Str", "1", "texture aspect ratio"),
     _of_surface("Ssk", "1", "skewness"),
+    _of_surface("Sku", "1", "kurtosis"),
     Quantity(
         "plasticity_index", "plasticity index", symbol="E* h′/σ_Y", part=PROBLEM,
         when=lambda found: found.plasticity_index is not None,

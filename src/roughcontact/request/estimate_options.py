@@ -33,6 +33,10 @@ OPTIONS = (
     ),
     _option("ssk", MAP, "NUMBER", "Skewness Ssk; default: 0.", parsing.number, arguments=("Ssk",)),
     _option(
+        "sku", MAP, "NUMBER", "Kurtosis Sku; default: 3 + 1.5 Ssk², which is 3 of a Gaussian "
+        "surface.", parsing.number, arguments=("Sku",),
+    ),
+    _option(
         "pressure", BODIES, "PRESSURE", 'Load over nominal area, such as "20 MPa".', PRESSURE,
     ),
     _option(

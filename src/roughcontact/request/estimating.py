@@ -12,7 +12,7 @@ from roughcontact.request.options import ESTIMATE, Given
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import from_text
 
-_PARAMETERS = ("Sq", "Sdq", "Sal", "Str", "Ssk")
+_PARAMETERS = ("Sq", "Sdq", "Sal", "Str", "Ssk", "Sku")
 
 
 def estimated(file: Path | None, given: Given, say: Say) -> tuple[Estimate, list[Path]]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from roughcontact.errors import InputError, Mention, require_count, require_positive
 from roughcontact.halfspace import fft
-from roughcontact.surface import johnson, marks, memory, parameters, synthetic
+from roughcontact.surface import marks, memory, parameters, synthetic
 from roughcontact.surface.alignment import cosine_sine
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.roughness import rms_height
@@ -20,6 +20,7 @@ from roughcontact.surface.shapes import require_grid
 from roughcontact.surface.spectrum import texture
 from roughcontact.surface.surface import Surface
 from roughcontact.surface.waves import Spectrum, with_gradient
+from roughcontact.theory import johnson
 from roughcontact.units import Quantities, Quantity, quantity
 
 Array = NDArray[np.float64]

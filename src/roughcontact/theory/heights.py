@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.theory import johnson
+
 Array = NDArray[np.float64]
 
-# Below this skewness heights count as normal: the gap differs by at most 2e-3 of Sq.
-_NORMAL = 1e-3
+# Normal scores for integrals over the heights, and what of the surface lies below each.
+_SCORES = np.linspace(-9, 9, 7201)
 
 
-def gap_below_plane(material_ratio: Array, skewness: Array) -> Array:
+def gap_below_plane(material_ratio: Array, skewness: Array, kurtosis: Array) -> Array:
     """Return the mean open gap between a plane and the surface that it cuts off, over Sq.
 
     Parameters
     ----------
     material_ratio : ndarray
         Share of the surface above the plane, in (0, 1).
-    skewness : ndarray
-        Ssk of the heights, of the same shape.
+    skewness, kurtosis : ndarray
+        Ssk and Sku of the heights, of the same shape.
 
     Returns
     -------
@@ -32,50 +35,40 @@ def gap_below_plane(material_ratio: Array, skewness: Array) -> Array:
     Notes
     -----
     This is the gap of a surface whose asperities are flattened to the plane and displace nothing
-    else: the limit of a very low ceiling. Heights z follow a normal distribution, φ and Φ, or the
-    gamma distribution of the same skewness, whose kurtosis is 3 + 1.5 Ssk²: with t the height of
-    the plane, ⟨max(t - z, 0)⟩ = t Φ(t) + φ(t) for the normal one; for the gamma one with k =
-    4/Ssk² and z = ±(x - k)/√k it is (x P(k, x) - k P(k+1, x))/√k, P the regularised incomplete
-    gamma function, and with Q = 1 - P (k Q(k+1, x) - x Q(k, x))/√k where the skewness is negative.
+    else: the limit of a very low ceiling. Heights follow the distribution of Johnson's system that
+    has this skewness and kurtosis, h(z) of a standard normal variable z; the plane at z_p lies
+    ∫ max(h(z_p) - h(z), 0) φ(z) dz above them on average, by the trapezoidal rule.
 
     References
     ----------
-    Johnson, Kotz & Balakrishnan, Continuous Univariate Distributions 1 (1994), chapter 17
+    Johnson 1949, doi:10.1093/biomet/36.1-2.149
 
     Examples
     --------
-    >>> gap_below_plane(np.array([0.5]), np.array([0.0])).round(6)
+    >>> gap_below_plane(np.array([0.5]), np.array([0.0]), np.array([3.0])).round(6)
     array([0.398942])
     """
+    from scipy.special import ndtri
+
     found = np.empty_like(material_ratio)
-    peaked, flat = skewness > _NORMAL, skewness < -_NORMAL
-    for chosen, form in ((peaked, _peaked), (flat, _flat), (~(peaked | flat), _normal)):
-        if chosen.any():
-            found[chosen] = form(material_ratio[chosen], skewness[chosen])
+    planes = -ndtri(material_ratio)
+    pairs, number = np.unique(np.stack([skewness, kurtosis]), axis=1, return_inverse=True)
+    for place, (third, fourth) in enumerate(pairs.T):
+        chosen = number.ravel() == place
+        found[chosen] = np.interp(planes[chosen], _SCORES, _gaps(float(third), float(fourth)))
     return found
 
 
-def _normal(ratio: Array, skewness: Array) -> Array:
-    from scipy.special import ndtr, ndtri
-
-    plane = -ndtri(ratio)
-    gap: Array = plane * ndtr(plane) + np.exp(-(plane**2) / 2) / math.sqrt(2 * math.pi)
-    return gap
-
-
-def _peaked(ratio: Array, skewness: Array) -> Array:
-    from scipy.special import gammainc, gammainccinv
-
-    k = 4 / skewness**2
-    plane = gammainccinv(k, ratio)
-    gap: Array = (plane * gammainc(k, plane) - k * gammainc(k + 1, plane)) / np.sqrt(k)
-    return gap
-
-
-def _flat(ratio: Array, skewness: Array) -> Array:
-    from scipy.special import gammaincc, gammaincinv
-
-    k = 4 / skewness**2
-    plane = gammaincinv(k, ratio)
-    gap: Array = (k * gammaincc(k + 1, plane) - plane * gammaincc(k, plane)) / np.sqrt(k)
-    return gap
+@lru_cache(maxsize=512)
+def _gaps(skewness: float, kurtosis: float) -> Array:
+    """Return the gap below planes at all scores."""
+    heights = johnson.fitted(skewness, kurtosis).heights(_SCORES)
+    density = np.exp(-(_SCORES**2) / 2) / math.sqrt(2 * math.pi)
+    step = float(_SCORES[1] - _SCORES[0])
+    mean = float(np.sum(heights * density)) * step
+    spread = math.sqrt(float(np.sum((heights - mean) ** 2 * density)) * step)
+    # What lies below a plane, times how far the plane rises, is by how much the gap grows.
+    below = np.cumsum(density) * step - density * step / 2
+    rises = np.diff(heights) / spread
+    gaps: Array = np.concatenate([[0.0], np.cumsum((below[1:] + below[:-1]) / 2 * rises)])
+    return gaps
