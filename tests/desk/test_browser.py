@@ -155,6 +155,31 @@ def test_a_measured_file_from_drop_to_download(
     assert largest in report.read_text(encoding="utf-8")
 
 
+_MAPS = """(frames) => {
+  const models = [...Bokeh.documents[0]._all_models.values()];
+  const maps = models.filter((m) => m.type == "Figure" && m.x_range.id == models.find((other) =>
+    other.type == "Figure" && other.title.text.startsWith("Heights")).x_range.id);
+  const views = maps.map((m) => Bokeh.index.find_one_by_id(m.id));
+  const found = views.map((view) => [view?.frame.bbox.height, view?.frame.bbox.width]);
+  return frames == null ? found : JSON.stringify(found) == JSON.stringify(frames);
+}"""
+
+
+def test_the_maps_are_there_again_after_a_look_at_another_tab(seat: Seat) -> None:
+    demonstrate(seat)
+    frames = seat.page.evaluate(_MAPS)
+    assert len(frames) == 5
+    assert all(side > 100 for frame in frames for side in frame)
+    for load in ("20 MPa", "30 MPa"):
+        seat.turn("Surface")
+        seat.wait_for_title("Material ratio")
+        before = text_of(seat.number("Load"))
+        seat.type("Value with unit", load)
+        wait_for_change(seat, "Load", before)
+        seat.turn("Contact")
+        seat.page.wait_for_function(_MAPS, arg=frames, timeout=20000)
+
+
 def test_a_long_solve_is_cancelled_and_the_page_goes_on(seat: Seat) -> None:
     demonstrate(seat)
     page = seat.page

@@ -118,7 +118,7 @@ class Strip(JSComponent):  # type: ignore[misc]
 
 
 class Tabs:
-    """Pages of which one is shown; what was never looked at is not sent.
+    """Pages of which one is shown, and only that one is there: Bokeh lays out no hidden figure.
 
     Parameters
     ----------
@@ -147,11 +147,7 @@ class Tabs:
         return int(self._strip.active)
 
     def _put(self) -> None:
-        seen = self._parts[self.active]
-        if not any(part is seen for part in self._body):
-            self._body.append(seen)
-        for part in self._body:
-            part.visible = part is seen
+        self._body[:] = [self._parts[self.active]]
 
     def _turn(self) -> None:
         self._put()
