@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import signal
@@ -230,6 +231,25 @@ def test_processes_of_a_cluster_have_ended_when_it_is_stopped(
     assert "Restarting worker" not in caplog.text
 
 
+def test_a_cluster_of_this_machine_serves_none_but_the_run() -> None:
+    from distributed import Security, default_client
+    from distributed.comm import connect
+
+    with connected(None, 1) as engine:
+        assert engine.executor.submit(os.getpid).result() != os.getpid()
+        told = default_client().scheduler_info()
+        nannies = [worker["nanny"] for worker in told["workers"].values()]
+        addresses = [told["address"], *told["workers"], *nannies]
+        assert len(addresses) == 3
+        assert all(address.startswith("tls://127.0.0.1:") for address in addresses)
+        # As another account of the machine would, who sees the port.
+        plain = told["address"].replace("tls", "tcp")
+        foreign = Security.temporary().get_connection_args("client")
+        for address, key in ((plain, {}), (told["address"], {}), (told["address"], foreign)):
+            with pytest.raises((OSError, TypeError)):
+                asyncio.run(connect(address, timeout=1, **key))
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
@@ -270,7 +290,9 @@ def test_what_mpiexec_has_started_several_times_is_refused(
     assert solved(path) == 0
 
 
-@pytest.mark.parametrize(("engine", "module"), [("dask", "distributed"), ("mpi", "mpi4py")])
+@pytest.mark.parametrize(
+    ("engine", "module"), [("dask", "distributed"), ("dask", "cryptography"), ("mpi", "mpi4py")]
+)
 def test_a_missing_library_is_named(
     engine: str, module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:

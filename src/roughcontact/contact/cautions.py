@@ -56,7 +56,6 @@ class Kind(StrEnum):
     STEPS = "pressures that are far apart"
     DOMAIN = "outside the domain of a formula"
     RANKS = "map on several processes"
-    SMALL = "map small against its waves"
     WAY = "steps of a pass"
     AXIS = "roller that slides along its axis"
     ATOMS = "contact of few atoms"

@@ -19,7 +19,7 @@ from roughcontact.halfspace.fft import default_workers
 from roughcontact.units import counted
 
 if TYPE_CHECKING:
-    from distributed import Client, LocalCluster
+    from distributed import Client, LocalCluster, Security
 
 # Seconds within which a scheduler must answer, at first and where it was lost.
 _PATIENCE = 30
@@ -40,7 +40,7 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
     ----------
     scheduler : str or None
         Address of its scheduler; each thread of its workers works on one contact. Without it, a
-        cluster is started on this machine, which ends with the block.
+        cluster is started on this machine, which ends with the block and serves nobody else.
     workers : int
         Processes of the cluster that is started. Cores that are left over are shared.
 
@@ -56,20 +56,24 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
     """
     try:
         import dask
-        from distributed import Client
+        from distributed import Client, Security
         from distributed.utils import silence_logging_cmgr
+
+        # Whoever reaches a scheduler has it run what he likes: one of our own knows this run alone.
+        security = None if scheduler else Security.temporary()
     except ImportError:
         raise InputError(
-            "dask needs Dask; run pip install 'roughcontact[cluster]'", argument="engine"
+            "dask needs Dask and cryptography; run pip install 'roughcontact[cluster]'",
+            argument="engine",
         ) from None
     with ExitStack() as stack:
         # One sentence tells what matters of what Dask logs; files that travel are meant to.
         stack.enter_context(silence_logging_cmgr(logging.CRITICAL))
         stack.enter_context(dask.config.set({_LARGE: "1GiB"}))
-        own = None if scheduler else stack.enter_context(_started(workers))
+        own = None if scheduler else stack.enter_context(_started(workers, security))
         address = own.scheduler_address if own is not None else scheduler
         try:
-            client = stack.enter_context(Client(address, timeout=_PATIENCE))
+            client = stack.enter_context(Client(address, timeout=_PATIENCE, security=security))
         except (OSError, ValueError, TypeError, ImportError) as error:
             # Of protocols that need more than was given.
             raise InputError(
@@ -94,7 +98,7 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
 
 
 @contextmanager
-def _started(workers: int) -> Iterator[LocalCluster]:
+def _started(workers: int, security: Security) -> Iterator[LocalCluster]:
     """Give a cluster of processes of this machine."""
     from distributed import LocalCluster
 
@@ -108,6 +112,7 @@ def _started(workers: int) -> Iterator[LocalCluster]:
                 # The program asks for the memory itself, before it begins with a contact.
                 memory_limit=0,
                 host="127.0.0.1",
+                security=security,
                 dashboard_address="127.0.0.1:0",
                 silence_logs=logging.CRITICAL,
             )

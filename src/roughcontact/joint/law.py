@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.arguments import checked
 from roughcontact.contact import spots
 from roughcontact.contact.cautions import Caution, Kind
 from roughcontact.contact.judgment import over_loads
@@ -35,6 +36,7 @@ OF = "an interface law"
 _ROUNDING = 1e-9
 
 
+@checked
 def interface_law(
     contacts: Iterable[ContactResult],
     unloading: Iterable[ContactResult] = (),

@@ -25,8 +25,9 @@ OPTIONS = (
     ),
     Option(
         "scheduler", ENGINE, "ADDRESS",
-        "Scheduler of a Dask cluster, such as tcp://head:8786; default: one is started on this "
-        "machine.", parsing.words, fits=(RUN,),
+        "Scheduler of a Dask cluster, such as tls://head:8786; one of tcp:// runs what anybody who "
+        "reaches it sends; default: one is started on this machine for the run alone.",
+        parsing.words, fits=(RUN,),
     ),
     Option(
         "workers", ENGINE, "NUMBER",
