@@ -13,7 +13,7 @@ import pytest
 import roughcontact as rc
 from roughcontact.cli import app
 from roughcontact.contact.cautions import Kind
-from roughcontact.joint import estimate as estimating, formulas
+from roughcontact.joint import formulas
 from roughcontact.joint.estimate import Estimate
 from roughcontact.report import estimated
 from roughcontact.report.quantities import rows_of

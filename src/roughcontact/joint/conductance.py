@@ -327,7 +327,7 @@ def conductance(
     >>> bool(found.electrical_resistance[0] > 0)
     True
     """
-    bodies = (_conductor(body), _conductor(counter_body))
+    bodies = (conductor_of(body), conductor_of(counter_body))
     films = (_film(film, "film", "film"), _film(thermal_film, "thermal film", "thermal_film"))
     _check(bodies, films)
     steps, judged, largest = _looked_at(contacts, _thermal_resistivity(bodies))
@@ -417,7 +417,8 @@ def _thermal_resistivity(bodies: tuple[Conductor, Conductor]) -> float:
     return first + second
 
 
-def _conductor(given: Conductor | str) -> Conductor:
+def conductor_of(given: Conductor | str) -> Conductor:
+    """Return a conductor, which may be given by its name in the catalogue."""
     return catalogue.entry(given).conductor if isinstance(given, str) else given
 
 
