@@ -13,7 +13,7 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 
 # From the ground up; what stands beside the wings is a module of its own.
 WINGS = (
-    "_version", "errors", "units", "files", "pipes", "memory", "limits", "checksums",
+    "_version", "errors", "arguments", "units", "files", "pipes", "memory", "limits", "checksums",
     "interrupts", "locks", "processes", "hdf5", "netcdf", "statistics", "roots", "references",
     "ranks", "shown",
     "material", "theory", "halfspace", "solvers", "surface", "contact", "volume", "joint",
@@ -46,6 +46,7 @@ DELEGATIONS: dict[str, set[str]] = {
     "joint.estimate": {"report.results", "report.sources"},
     "joint.interface": {"formats.export", "report.results", "report.sources"},
     "joint.leakage": {"report.results", "report.sources"},
+    "material.material": {"material.catalogue"},
     "shown": {"plots.accessor", "report.glance"},
     "surface.surface": {"desk.explore", "formats.export"},
     "volume.result": {

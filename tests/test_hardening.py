@@ -101,7 +101,7 @@ def test_text_that_is_no_law(text) -> None:
         (lambda: Swift(1e9, 30, 1.1), "exponent must lie"),
         (lambda: Tabulated((0.0,), (1e9,)), "two or more"),
         (lambda: Tabulated((0.0, 0.1), (1e9,)), "same length"),
-        (lambda: Tabulated("ab", (1e9, 2e9)), "rows of numbers"),
+        (lambda: Tabulated("ab", (1e9, 2e9)), "must be a list"),
         (lambda: Tabulated((0.1, 0.2), (1e9, 2e9)), "increase from 0"),
         (lambda: Tabulated((0.0, 0.0), (1e9, 2e9)), "increase from 0"),
         (lambda: Tabulated((0.0, 0.1), (1e9, 0.9e9)), "must not decrease"),

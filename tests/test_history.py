@@ -511,7 +511,7 @@ def test_progress_names_the_step() -> None:
          r"stage 2.*no whole number.*nearest is \(4.16666667e-06, 0\)"),
         ([1.0, -1.0], rc.InputError, "stage 2: load must be finite and not negative"),
         ([1.0, math.nan], rc.InputError, "stage 2: load must be finite"),
-        ([1.0, None], rc.InputError, "stage 2: must be a Stage or a load"),
+        ([1.0, None], rc.InputError, "path must be a list, each a Stage .* got None as number 2"),
         ([1.0, "heavy"], rc.InputError, "stage 2: load needs a load such as"),
         ([], rc.InputError, "path is empty"),
     ],

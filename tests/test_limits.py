@@ -9,7 +9,13 @@ import roughcontact as rc
 from roughcontact import limits, memory
 from roughcontact.contact.history import passes
 from roughcontact.contact.load_curve import spaced
-from roughcontact.errors import FormatError, InputError, InsufficientMemoryError, require_count
+from roughcontact.errors import (
+    FormatError,
+    InputError,
+    InsufficientMemoryError,
+    require_count,
+    shown,
+)
 from roughcontact.request.options import DEMO, HISTORY, SOLVE, STRESS, SWEEP, parsed
 from roughcontact.request.request import from_text
 from roughcontact.surface import shapes
@@ -64,7 +70,7 @@ def test_a_count_says_name_value_and_bounds(value: object) -> None:
     require_count(1, 10, first=1, last=10, numpy=np.int64(4))
     with pytest.raises(InputError) as caught:
         require_count(1, 10, good=3, turns=value)
-    assert str(caught.value) == f"turns must be a whole number from 1 to 10, got {value!r}"
+    assert str(caught.value) == f"turns must be a whole number from 1 to 10, got {shown(value)}"
     assert (caught.value.argument, caught.value.value) == ("turns", value)
 
 

@@ -4,7 +4,7 @@ from dataclasses import FrozenInstanceError, replace
 import pytest
 from hypothesis import given, strategies as st
 
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, shown
 from roughcontact.material.material import (
     RIGID,
     Material,
@@ -68,7 +68,7 @@ def test_constants_that_no_material_has(argument: str, value: float) -> None:
         Material(**{"young": 210e9, "poisson": 0.3, argument: value})
     assert caught.value.argument == argument
     assert caught.value.value is value
-    assert repr(value) in str(caught.value)
+    assert shown(value) in str(caught.value)
 
 
 @pytest.mark.parametrize("poisson", [-0.999, 0.0, 0.5])

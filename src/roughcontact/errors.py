@@ -8,6 +8,7 @@ its own words for them; `str` gives those of Python.
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Integral, Real
@@ -169,12 +170,34 @@ class ConvergenceError(RoughcontactError, RuntimeError):
         self.result = result
 
 
+def shown(value: object) -> str:
+    """Return what was given as a short text: no whole number is told in all its digits."""
+    return " ".join(_SHORT.repr(value).split())
+
+
+class _Short(reprlib.Repr):
+    def repr_int(self, x: int, level: int) -> str:
+        """Return a whole number, or how long it is."""
+        if abs(x) < 10**18:
+            return str(x)
+        return f"a whole number of {int(math.log10(abs(x))) + 1} digits"
+
+    def repr_instance(self, x: object, level: int) -> str:
+        """Return anything else, or what it is where that is long."""
+        text = super().repr_instance(x, level)
+        return text if len(text) < self.maxother else type(x).__name__
+
+
+_SHORT = _Short()
+_SHORT.maxstring = _SHORT.maxother = 80
+
+
 def require_positive(**values: float) -> None:
     """Raise `InputError`, naming argument and value, unless all values are positive and finite."""
     for name, value in values.items():
         if not isinstance(value, Real) or not 0 < value < math.inf:
             raise InputError(
-                f"must be positive and finite, got {value!r}", argument=name, value=value
+                f"must be positive and finite, got {shown(value)}", argument=name, value=value
             )
 
 
@@ -183,7 +206,7 @@ def require_count(least: int, most: int, **values: object) -> None:
     for name, value in values.items():
         if not isinstance(value, Integral) or not least <= int(value) <= most:
             raise InputError(
-                f"must be a whole number from {least} to {most}, got {value!r}",
+                f"must be a whole number from {least} to {most}, got {shown(value)}",
                 argument=name,
                 value=value,
             )
@@ -192,16 +215,16 @@ def require_count(least: int, most: int, **values: object) -> None:
 def require_choice(known: tuple[str, ...], **values: object) -> None:
     """Raise `InputError`, naming argument and value, unless all values are among those known."""
     for name, value in values.items():
-        if value not in known:
+        if not isinstance(value, str) or value not in known:
             choices = " or ".join(repr(choice) for choice in known)
-            raise InputError(f"must be {choices}, got {value!r}", argument=name, value=value)
+            raise InputError(f"must be {choices}, got {shown(value)}", argument=name, value=value)
 
 
 def require_pixel(pixel: tuple[float, float]) -> None:
     """Raise `InputError` unless both edges of a pixel are positive and finite."""
     if len(pixel) != 2 or not all(0 < edge < math.inf for edge in pixel):
         raise InputError(
-            f"must be positive and finite (dy, dx) [m], got {pixel!r}",
+            f"must be positive and finite (dy, dx) [m], got {shown(pixel)}",
             argument="pixel",
             value=pixel,
         )

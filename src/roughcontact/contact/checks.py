@@ -24,6 +24,7 @@ from roughcontact.errors import (
     require_choice,
     require_count,
     require_positive,
+    shown,
 )
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.solvers import tilt
@@ -194,6 +195,19 @@ def touchable_gap(pair: Pair) -> Array:
             "no contact is possible: together the holes of both bodies leave no point to touch"
         )
     return gap
+
+
+def row(values: ArrayLike, argument: str) -> Array:
+    """Return numbers in a row as an array; raise `InputError` unless they are finite."""
+    try:
+        found = np.atleast_1d(np.array(values, dtype=np.float64))
+    except (TypeError, ValueError, OverflowError):
+        found = np.empty(0)
+    if found.ndim != 1 or not found.size or not np.isfinite(found).all():
+        raise InputError(
+            f"must be a row of finite numbers [m], got {shown(values)}", argument=argument
+        )
+    return found
 
 
 def check_below_full_contact(approach: float, gap: Array) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from roughcontact import limits
+from roughcontact.arguments import checked
 from roughcontact.contact.compared import Comparison, Group
 from roughcontact.contact.load_curve import spaced
 from roughcontact.contact.load_history import load_history
@@ -30,6 +31,7 @@ Maps = Mapping[str, Sequence[Surface]]
 
 
 @drawn
+@checked
 def compare(
     maps: Maps | Sequence[Surface],
     *,

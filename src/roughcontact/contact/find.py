@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roughcontact.arguments import checked
 from roughcontact.contact import search
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.checks import check, check_holes, touchable_gap
@@ -66,6 +67,7 @@ _NAMES = {
 
 
 @drawn
+@checked
 def find_load(
     surface: Surface,
     *,
@@ -387,7 +389,7 @@ def _shares(name: str, given: Any) -> list[Target]:
     argument = _ARGUMENTS[name]
     found = [] if given is None else list(given) if np.ndim(given) else [given]
     for share in found:
-        if isinstance(share, str) or not 0 < share <= 1:
+        if not 0 < share <= 1:
             raise InputError(
                 f"must be a share above 0 and up to 1, got {share!r}",
                 argument=argument, value=share,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from roughcontact.arguments import checked
 from roughcontact.contact.pair import BODIES, Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
@@ -22,6 +23,7 @@ _STEP = 1000.0
 _SOLVES = 40
 
 
+@checked
 def yield_onset(
     surface: Surface,
     *,

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import limits
+from roughcontact.arguments import checked
 from roughcontact.contact import imprint, judgment, loads
 from roughcontact.contact.advice import AgreedCeiling
 from roughcontact.contact.cautions import Caution, ordered
@@ -68,6 +69,7 @@ class Stage:
     approach: float | None = None
     shift: tuple[float, float] = (0.0, 0.0)
 
+    @checked
     def __init__(
         self,
         load: Quantity | Load | None = None,

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import limits
+from roughcontact.arguments import checked
 from roughcontact.contact import resume
 from roughcontact.contact.advice import RECOMMENDED, AgreedCeiling
 from roughcontact.contact.ceiling import resolved_ceiling
@@ -51,11 +52,12 @@ HELD = 5
 
 
 @drawn
+@checked
 def load_curve(
     surface: Surface,
     *,
     material: Material,
-    loads: Quantities | Sequence[Load] | None = None,
+    loads: Quantities | Sequence[Quantity | Load] | None = None,
     approaches: Quantities | None = None,
     counter_material: Material = RIGID,
     counter_surface: Surface | None = None,
@@ -294,6 +296,7 @@ def _unsolved(
     )
 
 
+@checked
 def spaced(first: float, last: float, number: int, spacing: str = "log") -> list[float]:
     """Return loads or approaches between two ends.
 

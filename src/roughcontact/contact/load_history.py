@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._version import __version__
+from roughcontact.arguments import checked
 from roughcontact.contact import resume
 from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.ceiling import resolved_ceiling
@@ -67,6 +68,7 @@ _AT_CEILING = 1e-6
 
 
 @drawn
+@checked
 def load_history(
     surface: Surface,
     path: Sequence[Stage | Quantity | Load],
@@ -455,8 +457,6 @@ def _stages(path: Sequence[Stage | Quantity | Load]) -> tuple[Stage, ...]:
     for number, stage in enumerate(path, start=1):
         try:
             load = given_load(stage)
-            if not isinstance(load, (Stage, Real, Load)):
-                raise InputError(f"must be a Stage or a load [N], got {stage!r}")
             stages.append(load if isinstance(load, Stage) else _loaded(load))
         except InputError as error:
             raise InputError(f"stage {number}: ", *error.sentence) from None

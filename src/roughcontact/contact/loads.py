@@ -9,6 +9,7 @@ from numbers import Real
 from typing import Any
 
 from roughcontact import units
+from roughcontact.arguments import checked
 from roughcontact.contact import smooth
 from roughcontact.contact.pair import Pair
 from roughcontact.errors import InputError
@@ -45,6 +46,7 @@ class NominalPressure:
 
     value: float
 
+    @checked
     def __init__(self, value: Quantity) -> None:
         object.__setattr__(self, "value", _positive(value, "pressure"))
 
@@ -71,6 +73,7 @@ class LineLoad:
 
     value: float
 
+    @checked
     def __init__(self, value: Quantity) -> None:
         object.__setattr__(self, "value", _positive(value, "line load"))
 
@@ -97,6 +100,7 @@ class HertzPressure:
 
     value: float
 
+    @checked
     def __init__(self, value: Quantity) -> None:
         object.__setattr__(self, "value", _positive(value, "pressure"))
 

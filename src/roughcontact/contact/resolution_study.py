@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact.arguments import checked
 from roughcontact.contact import area
 from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.ceiling import resolved_ceiling
@@ -48,6 +49,7 @@ _FEWEST_POINTS = 32
 
 
 @drawn
+@checked
 def resolution_study(
     surface: Surface,
     *,

@@ -11,6 +11,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from roughcontact import statistics
+from roughcontact.arguments import checked
 from roughcontact.contact.cautions import Caution, Kind, careful, noted, ordered, warned
 from roughcontact.contact.sample import NAMES, Sample, sample
 from roughcontact.errors import InputError, require_positive
@@ -227,6 +228,7 @@ class SamplingStudy(Shown):
 
 
 @drawn
+@checked
 def sampling_error(
     surface: Surface,
     *,

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact.arguments import checked
 from roughcontact.errors import (
     InputError,
     Mention,
@@ -67,6 +68,7 @@ def bands(shape: tuple[int, int], count: int) -> tuple[int, ...]:
     return (*(edge * (most * rank // count) for rank in range(count)), shape[0])
 
 
+@checked
 def slab_rows(shape: tuple[int, int], ranks: Any) -> slice:
     """Return the rows of a map that this rank is to hold.
 
@@ -118,6 +120,7 @@ class Slab:
     provenance: Provenance = field(default_factory=Provenance)
     holes_masked: bool = False
 
+    @checked
     def __init__(
         self,
         heights: ArrayLike,

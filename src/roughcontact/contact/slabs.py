@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import memory as ground
+from roughcontact.arguments import checked
 from roughcontact.contact import checks, memory, scale
 from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.ceiling import resolved_ceiling
@@ -44,6 +45,7 @@ from roughcontact.units import Quantity
 Array = NDArray[np.float64]
 
 
+@checked
 def solve_slab(
     slab: Slab,
     *,

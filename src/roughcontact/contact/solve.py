@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._version import __version__
+from roughcontact.arguments import checked
 from roughcontact.contact import checks, judgment
 from roughcontact.contact.advice import RECOMMENDED, Calibrated
 from roughcontact.contact.area import centre_of_pressure
@@ -66,6 +67,7 @@ TOO_STEEP = (
 
 
 @drawn
+@checked
 def solve(
     surface: Surface,
     *,

@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from roughcontact import memory
 from roughcontact._version import __version__
+from roughcontact.arguments import checked
+from roughcontact.contact.checks import row
 from roughcontact.contact.memory import overhead
 from roughcontact.contact.pair import BODIES, Pair
 from roughcontact.contact.result import ContactResult
@@ -28,6 +29,7 @@ from roughcontact.units import Quantities, quantity
 _THREAD = 2**23
 
 
+@checked
 def subsurface_stress(
     result: ContactResult,
     depths: Quantities | ArrayLike | None = None,
@@ -81,8 +83,6 @@ def subsurface_stress(
     >>> round(found.max_von_mises / found.solution.max_pressure, 2)
     0.62
     """
-    if not isinstance(result, ContactResult):
-        raise InputError(f"must be a ContactResult, got {type(result).__name__}", argument="result")
     material = result.pair.material_of(body)
     if math.isinf(material.young):
         raise InputError(f"the {BODIES[body]} is rigid: there is no stress in it to compute")
@@ -114,12 +114,15 @@ def subsurface_stress(
 
 
 def _check_depths(depths: ArrayLike | None) -> None:
-    if depths is not None and not (np.asarray(depths, dtype=float) > 0).all():
+    if depths is None:
+        return
+    least = float(row(depths, "depths").min())
+    if least <= 0:
         raise InputError(
-            f"must lie below the surface, got {float(np.min(depths))!r} m; the "
+            f"must lie below the surface, got {least!r} m; the "
             "surface itself is `stress.slices` at 0",
             argument="depths",
-            value=float(np.min(depths)),
+            value=least,
         )
 
 

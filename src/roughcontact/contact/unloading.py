@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from roughcontact.arguments import checked
 from roughcontact.contact.facing import indented
 from roughcontact.contact.result import ContactResult
 from roughcontact.surface.surface import Surface
 
 
+@checked
 def indented_surface(result: ContactResult) -> Surface:
     """Return the surface of a contact with the permanent indentation that the contact leaves.
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.arguments import checked
 from roughcontact.contact.cautions import Caution, ordered
 from roughcontact.contact.judgment import over_loads
 from roughcontact.contact.result import ContactResult
@@ -264,6 +265,7 @@ class Conductance(Shown):
         return sources.of(self)
 
 
+@checked
 def conductance(
     contacts: ContactResult | Iterable[ContactResult],
     body: Conductor | str,
@@ -325,7 +327,7 @@ def conductance(
     >>> bool(found.electrical_resistance[0] > 0)
     True
     """
-    bodies = (_conductor(body, "body"), _conductor(counter_body, "counter_body"))
+    bodies = (conductor_of(body), conductor_of(counter_body))
     films = (_film(film, "film", "film"), _film(thermal_film, "thermal film", "thermal_film"))
     _check(bodies, films)
     steps, judged, largest = _looked_at(contacts, _thermal_resistivity(bodies))
@@ -415,16 +417,9 @@ def _thermal_resistivity(bodies: tuple[Conductor, Conductor]) -> float:
     return first + second
 
 
-def _conductor(given: Conductor | str, argument: str) -> Conductor:
-    if isinstance(given, Conductor):
-        return given
-    if isinstance(given, str):
-        return catalogue.entry(given).conductor
-    raise InputError(
-        f"must be a Conductor or a name in the catalogue, got {given!r}",
-        argument=argument,
-        value=given,
-    )
+def conductor_of(given: Conductor | str) -> Conductor:
+    """Return a conductor, which may be given by its name in the catalogue."""
+    return catalogue.entry(given).conductor if isinstance(given, str) else given
 
 
 def _film(value: Quantity, dimension: str, argument: str) -> float:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from roughcontact.arguments import checked
 from roughcontact.contact.cautions import Caution, Kind, careful, noted, ordered
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, Mention, require_positive
@@ -138,6 +139,7 @@ class Estimate(Shown):
         return sources.of(self)
 
 
+@checked
 def estimate(
     surface: Surface | None = None,
     *,

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.arguments import checked
 from roughcontact.contact import spots
 from roughcontact.contact.cautions import Caution, Kind
 from roughcontact.contact.judgment import over_loads
@@ -18,10 +19,10 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.smooth import shape_of
 from roughcontact.contact.stiffness import local_stiffness
 from roughcontact.errors import InputError, Mention
+from roughcontact.joint.conductance import conductor_of
 from roughcontact.joint.interface import InterfaceLaw, LawPoint, MapLaw
 from roughcontact.joint.series import require_alike, require_one_model, same_heights
 from roughcontact.joint.window import Window, window_of
-from roughcontact.material import catalogue
 from roughcontact.material.conductor import Conductor
 from roughcontact.surface import spectrum
 from roughcontact.units import Quantity, quantity
@@ -35,6 +36,7 @@ OF = "an interface law"
 _ROUNDING = 1e-9
 
 
+@checked
 def interface_law(
     contacts: Iterable[ContactResult],
     unloading: Iterable[ContactResult] = (),
@@ -116,7 +118,7 @@ def interface_law(
     film = quantity(thermal_film, "thermal film", "thermal_film")
     bodies = None
     if body is not None and counter_body is not None:
-        bodies = (_conductor(body), _conductor(counter_body))
+        bodies = (conductor_of(body), conductor_of(counter_body))
     rims = [samples.rim for samples in collected]
     return InterfaceLaw(
         maps=tuple(_law(samples, number, collected) for number, samples in enumerate(collected, 1)),
@@ -126,10 +128,6 @@ def interface_law(
         bodies=bodies,
         thermal_film=float(film),
     )
-
-
-def _conductor(given: Conductor | str) -> Conductor:
-    return catalogue.entry(given).conductor if isinstance(given, str) else given
 
 
 @dataclass(eq=False)

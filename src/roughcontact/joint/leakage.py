@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.arguments import checked
 from roughcontact.contact.cautions import Caution, ordered
 from roughcontact.contact.judgment import over_loads
 from roughcontact.contact.result import ContactResult
@@ -256,6 +257,7 @@ class Leakage(Shown):
         return sources.of(self)
 
 
+@checked
 def leakage(
     contacts: ContactResult | Iterable[ContactResult],
     *,

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, shown
 from roughcontact.material import hardness
 from roughcontact.material.conductor import Conductor
 from roughcontact.material.hardening import Swift
@@ -147,7 +147,7 @@ def entry(name: str) -> Entry:
     '746 HV30'
     """
     if not isinstance(name, str):
-        raise InputError(f"must be a name, got {name!r}", argument="material", value=name)
+        raise InputError(f"must be a name, got {shown(name)}", argument="material", value=name)
     found = _index()
     plain = _plain(name)
     if plain in found:
@@ -156,9 +156,9 @@ def entry(name: str) -> Entry:
 
     close = get_close_matches(plain, found, n=3, cutoff=0.5)
     keys = dict.fromkeys(found[match].key for match in close) or [item.key for item in _ENTRIES]
-    shown = name if len(name) <= 60 else name[:59] + "…"
+    told = name if len(name) <= 60 else name[:59] + "…"
     raise InputError(
-        f"{shown!r} is not in the catalogue; "
+        f"{told!r} is not in the catalogue; "
         f"{'did you mean' if close else 'it holds'} {', '.join(keys)}{'?' if close else ''}",
         argument="material",
         value=name,

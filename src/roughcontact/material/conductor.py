@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from numbers import Real
 
+from roughcontact.arguments import checked
 from roughcontact.errors import InputError
 from roughcontact.units import Quantity, quantity
 
@@ -38,6 +39,7 @@ class Conductor:
     conductivity: float | None = None
     name: str = ""
 
+    @checked
     def __init__(
         self,
         resistivity: Quantity | None = None,

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.arguments import checked
 from roughcontact.errors import InputError, Mention, require_positive
 from roughcontact.units import Quantities, Quantity, quantity
 
@@ -43,6 +44,7 @@ class Perfect:
 
     initial: float
 
+    @checked
     def __init__(self, initial: Quantity) -> None:
         object.__setattr__(self, "initial", quantity(initial, "pressure", "initial"))
         require_positive(initial=self.initial)
@@ -82,6 +84,7 @@ class Linear:
     initial: float
     modulus: float
 
+    @checked
     def __init__(self, initial: Quantity, modulus: Quantity) -> None:
         object.__setattr__(self, "initial", quantity(initial, "pressure", "initial"))
         object.__setattr__(self, "modulus", quantity(modulus, "pressure", "modulus"))
@@ -132,6 +135,7 @@ class Swift:
     offset: float
     exponent: float
 
+    @checked
     def __init__(self, coefficient: Quantity, offset: float, exponent: float) -> None:
         object.__setattr__(self, "coefficient", quantity(coefficient, "pressure", "coefficient"))
         object.__setattr__(self, "offset", offset)
@@ -187,6 +191,7 @@ class Tabulated:
     strain: tuple[float, ...]
     stress: tuple[float, ...]
 
+    @checked
     def __init__(self, strain: Sequence[float], stress: Quantities) -> None:
         object.__setattr__(self, "strain", strain)
         object.__setattr__(self, "stress", quantity(stress, "pressure", "stress"))
@@ -287,15 +292,10 @@ class Kinematic:
     isotropic: Isotropic
     modulus: float
 
+    @checked
     def __init__(self, isotropic: Isotropic, modulus: Quantity) -> None:
         object.__setattr__(self, "isotropic", isotropic)
         object.__setattr__(self, "modulus", quantity(modulus, "pressure", "modulus"))
-        if not isinstance(isotropic, Isotropic):
-            raise InputError(
-                f"must be Perfect, Linear, Swift or Tabulated, got {type(isotropic).__name__}",
-                argument="isotropic",
-                value=isotropic,
-            )
         _require_modulus(self.modulus)
 
     @property

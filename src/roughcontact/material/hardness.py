@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from roughcontact import units
+from roughcontact.arguments import checked
 from roughcontact.errors import InputError, Mention, require_positive
 
 STANDARD_GRAVITY = 9.80665
@@ -145,6 +146,7 @@ def parse(text: str) -> Reading:
     return Reading(value, scale, conditions[1] / conditions[0] ** 2)
 
 
+@checked
 def vickers(value: float, scale: str) -> float:
     """Return the Vickers number of a steel from another scale.
 
@@ -202,6 +204,7 @@ def vickers(value: float, scale: str) -> float:
     return float(np.interp(value, numbers, equivalents))
 
 
+@checked
 def pressure(vickers: float) -> float:
     """Return the mean pressure under a Vickers pyramid, ``g HV / sin 68°``.
 
@@ -239,6 +242,7 @@ def pressure(vickers: float) -> float:
     return vickers * STANDARD_GRAVITY * 1e6 / math.sin(_HALF_ANGLE)
 
 
+@checked
 def brinell_pressure(brinell: float, force_index: float = 30.0) -> float:
     """Return the mean pressure under a Brinell ball (Meyer's hardness).
 
@@ -323,6 +327,7 @@ def stress(value: Any, name: str) -> Any:
         raise InputError(Mention(name), ": ", *own, *error.parts) from None
 
 
+@checked
 def ceiling(hardness: str | float) -> float:
     """Return the pressure ceiling of a body from its hardness.
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from numbers import Real
 
+from roughcontact.arguments import checked
 from roughcontact.errors import InputError, Mention
 from roughcontact.material.hardening import Hardening, Perfect, Swift
 from roughcontact.material.hardness import stress
@@ -66,6 +67,7 @@ class Material:
     hardening: Hardening | None = None
     caveat: str = ""
 
+    @checked
     def __init__(
         self,
         young: Quantity,
@@ -85,6 +87,13 @@ class Material:
         object.__setattr__(self, "hardening", hardening)
         object.__setattr__(self, "caveat", caveat)
         self._check()
+
+    @classmethod
+    def _named(cls, name: str) -> Material:
+        """Return a metal of the catalogue."""
+        from roughcontact.material import catalogue
+
+        return catalogue.material(name)
 
     def _check(self) -> None:
         """Refuse constants that no material has."""
@@ -217,6 +226,7 @@ RIGID = Material(young=math.inf, poisson=0.0, name="rigid")
 """A body that neither deforms nor yields."""
 
 
+@checked
 def contact_modulus(first: Material, second: Material) -> float:
     """Return the contact modulus E* of two bodies.
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.arguments import both, checked
 from roughcontact.errors import InputError, Mention, require_count, require_positive
 from roughcontact.halfspace import fft
 from roughcontact.surface import johnson, marks, memory, parameters, synthetic
@@ -71,9 +72,10 @@ class _State:
     aim: tuple[float, float]
 
 
+@checked
 def generate(
-    shape: tuple[int, int],
-    pixel: Quantities,
+    shape: tuple[int, int] | int,
+    pixel: Quantities | Quantity,
     *,
     Sq: Quantity,
     Sal: Quantity | None = None,
@@ -93,10 +95,10 @@ def generate(
 
     Parameters
     ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
+    shape : (int, int) or int
+        Grid points ``(ny, nx)``, or of each side.
+    pixel : (float, float) or float
+        Pixel edges ``(dy, dx)`` [m], or of a square one.
     Sq : float
         Root-mean-square height [m].
     Sal : float, optional
@@ -162,7 +164,7 @@ def generate(
     >>> [float(f"{found[name]:.2g}") for name in ("Sq", "Sal", "Ssk")]
     [4e-07, 8e-06, -0.8]
     """
-    edges = quantity(pixel, "length", "pixel")
+    shape, edges = both(shape, "shape"), both(quantity(pixel, "length", "pixel"), "pixel")
     require_grid(shape, edges, memory.TRANSLATED)
     require_count(0, _LARGEST_SEED, seed=seed)
     given = _in_metres(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from roughcontact.arguments import checked
 from roughcontact.errors import InputError
 from roughcontact.surface.surface import Surface
 
@@ -11,6 +12,7 @@ LEAST_POINTS = 16
 """Points along the shorter side of a part, below which a part says little about a surface."""
 
 
+@checked
 def partition(surface: Surface, divisions: int = 2, level: str = "plane") -> tuple[Surface, ...]:
     """Return the equal parts of a map: of two divisions its quarters.
 

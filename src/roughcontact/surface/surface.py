@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import limits
+from roughcontact.arguments import checked_methods
 from roughcontact.errors import InputError, Mention, require_pixel
 from roughcontact.shown import Shown
 from roughcontact.surface import (
@@ -32,6 +33,7 @@ from roughcontact.units import Quantities, Quantity, WithUnit, lengths, quantity
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+@checked_methods
 class Surface(Shown):
     """Heights of a surface on a regular grid, positive out of the material.
 
@@ -453,8 +455,6 @@ class Surface(Shown):
             If the grids differ, if nothing is left, or if a body that ends on the map meets a
             measurement with unhandled holes: later, filling these would fill the outside too.
         """
-        if not isinstance(form, Surface):
-            raise InputError(f"must be a Surface, got {type(form).__name__}", argument="form")
         if form.shape != self.shape or not np.allclose(form.pixel, self.pixel, rtol=1e-9, atol=0):
             raise InputError(
                 f"has {form.shape} pixels of {lengths(form.pixel)}, the surface {self.shape} of "
@@ -513,8 +513,6 @@ class Surface(Shown):
         InputError
             If the maps do not overlap, or the motion is not finite.
         """
-        if not isinstance(grid, Surface):
-            raise InputError(f"must be a Surface, got {type(grid).__name__}", argument="grid")
         self.require_map("alignment")
         shift = quantity(offset, "length", "offset")
         motion = (grid.shape, grid.pixel, shift, angle, mirrored)

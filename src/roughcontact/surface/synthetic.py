@@ -10,7 +10,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import InputError, require_positive
+from roughcontact.arguments import both, checked
+from roughcontact.errors import InputError, require_count, require_positive
 from roughcontact.halfspace import fft
 from roughcontact.surface import memory
 from roughcontact.surface.shapes import require_grid
@@ -22,9 +23,10 @@ Array = NDArray[np.float64]
 _SLACK = 1e-9
 
 
+@checked
 def self_affine(
-    shape: tuple[int, int],
-    pixel: Quantities,
+    shape: tuple[int, int] | int,
+    pixel: Quantities | Quantity,
     *,
     rms_height: Quantity,
     rolloff_wavelength: Quantity,
@@ -36,10 +38,10 @@ def self_affine(
 
     Parameters
     ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
+    shape : (int, int) or int
+        Grid points ``(ny, nx)``, or of each side.
+    pixel : (float, float) or float
+        Pixel edges ``(dy, dx)`` [m], or of a square one.
     rms_height : float
         Root-mean-square height [m] of this map (not of the ensemble), met to rounding.
     rolloff_wavelength : float
@@ -86,7 +88,7 @@ def self_affine(
     >>> bool(np.allclose(fine[::2, ::2], coarse, rtol=0, atol=1e-20))
     True
     """
-    edges = quantity(pixel, "length", "pixel")
+    shape, edges = both(shape, "shape"), both(quantity(pixel, "length", "pixel"), "pixel")
     Sq = quantity(rms_height, "length", "rms_height")
     longest = quantity(rolloff_wavelength, "length", "rolloff_wavelength")
     shortest = quantity(cutoff_wavelength, "length", "cutoff_wavelength")
@@ -96,6 +98,7 @@ def self_affine(
     return _heights(_spectrum(shape, edges, longest, shortest, hurst, rng), shape[1], Sq)
 
 
+@checked
 def reference_map(n: int, rng_seed: int = 0) -> tuple[Array, tuple[float, float]]:
     """Return the rough test problem R(n): side 0.1 mm, RMS height 0.2 µm, Hurst exponent 0.8.
 
@@ -129,6 +132,7 @@ def reference_map(n: int, rng_seed: int = 0) -> tuple[Array, tuple[float, float]
     >>> round(float(heights.std() * 1e6), 6)
     0.2
     """
+    require_count(0, 2**63 - 1, rng_seed=rng_seed)
     side = 1e-4
     pixel = (side / n, side / n) if n > 0 else (0.0, 0.0)
     heights = self_affine(

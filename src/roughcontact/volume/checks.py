@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roughcontact import limits
-from roughcontact.contact.checks import check_holes
+from roughcontact.contact.checks import check_holes, row
 from roughcontact.errors import (
     CapacityError,
     InputError,
@@ -18,6 +18,7 @@ from roughcontact.errors import (
     require_choice,
     require_count,
     require_positive,
+    shown,
 )
 from roughcontact.units import Quantities, quantity
 from roughcontact.volume import stepping
@@ -44,10 +45,6 @@ def check_arguments(
     pair = problem.pair
     pair.require_map("plasticity of the volume")
     precision, tolerance = problem.precision, problem.tolerance
-    if not (start is None or isinstance(start, ElastoplasticResult)):
-        raise InputError(
-            f"must be an ElastoplasticResult, got {type(start).__name__}", argument="start"
-        )
     pair.boundary.require_volume()
     require_choice(("double", "single"), precision=precision)
     require_choice(("raise", "return"), on_failure=on_failure)
@@ -113,19 +110,8 @@ def _check_layers(depth: float | None, layers: ArrayLike | None, pixel: float) -
             raise InputError(
                 "give either ", Mention("depth"), " or ", Mention("layers"), ", not both"
             )
-    if layers is not None:
-        try:
-            thickness = np.array(layers, float)
-        except (TypeError, ValueError):
-            raise InputError("must be a row of numbers [m]", argument="layers") from None
-        if thickness.ndim != 1 or not thickness.size or not (thickness > 0).all():
-            raise InputError(
-                f"must be a row of positive numbers [m], got {layers!r}",
-                argument="layers",
-                value=layers,
-            )
-        if not np.isfinite(thickness).all():
-            raise InputError(f"must be finite [m], got {layers!r}", argument="layers", value=layers)
+    if layers is not None and not (row(layers, "layers") > 0).all():
+        raise InputError(f"must be positive [m], got {shown(layers)}", argument="layers")
 
 
 def check_capacity(problem: Problem, solver: ContactSolver, load: float) -> None:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.arguments import checked
 from roughcontact.contact.checks import check
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
@@ -231,6 +232,7 @@ def _value(found: ContactResult, area_of: ContactResult | ElastoplasticResult, n
 
 
 @drawn
+@checked
 def compare_models(
     surface: Surface,
     *,

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from roughcontact.arguments import checked
 from roughcontact.contact.pair import Pair
 from roughcontact.errors import InputError
 from roughcontact.halfspace.layers import Pull
 from roughcontact.surface.shifting import shifted
-from roughcontact.units import Quantity, quantity
+from roughcontact.units import Quantities, Quantity, quantity
 
 
 @dataclass(frozen=True)
@@ -43,10 +44,11 @@ class PathPoint:
     friction: float = 0.0
     direction: float = 0.0
 
+    @checked
     def __init__(
         self,
         load: Quantity,
-        offset: Any = (0.0, 0.0),
+        offset: Quantities = (0.0, 0.0),
         friction: float = 0.0,
         direction: float = 0.0,
     ) -> None:

@@ -14,6 +14,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from roughcontact import limits
+from roughcontact.arguments import checked
 from roughcontact.contact.cautions import Caution, ordered
 from roughcontact.errors import InputError, require_count
 from roughcontact.halfspace.boundary import Boundary
@@ -222,6 +223,7 @@ class Rolling(Shown):
         rolling.save(self, path, command=command)
 
 
+@checked
 def roll(
     surface: Surface,
     *,
@@ -413,9 +415,11 @@ def _stops(length: float, steps: int, centered: bool) -> list[float]:
 def _pass(
     load: float, stops: Sequence[float], direction: float, friction: float
 ) -> list[PathPoint]:
+    # It refuses what is not finite.
+    start = PathPoint(load, (0.0, 0.0), friction, direction)
     angle = math.radians(direction)
     y, x = round(math.sin(angle), 15), round(math.cos(angle), 15)
-    return [PathPoint(load, (y * stop, x * stop), friction, direction) for stop in stops]
+    return [replace(start, offset=(y * stop, x * stop)) for stop in stops]
 
 
 def _alike(values: list[float]) -> bool:
@@ -427,6 +431,7 @@ def _yield_strain(body: PlasticBody) -> float:
     return body.material.law.initial / (3 * modulus)
 
 
+@checked
 def shakedown_load(
     surface: Surface,
     *,

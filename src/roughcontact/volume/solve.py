@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._version import __version__
+from roughcontact.arguments import checked
 from roughcontact.contact.loads import GivenLoad, Load, on
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
@@ -56,6 +57,7 @@ LEAST_SHARED = 1 << 15
 
 
 @drawn
+@checked
 def solve_elastoplastic(
     surface: Surface,
     *,

@@ -1,0 +1,273 @@
+"""The door of the public face: what an argument's annotation names is taken, all else refused."""
+
+from __future__ import annotations
+
+import ast
+import functools
+import inspect
+import types
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import chain, repeat
+from numbers import Integral, Real
+from typing import Any, NamedTuple, ParamSpec, TypeVar, get_args, get_origin
+
+from roughcontact.errors import InputError, shown
+
+P = ParamSpec("P")
+R = TypeVar("R")
+T = TypeVar("T")
+
+# Beyond it a whole number is no count of anything.
+_LARGEST = 2**63
+_NO = object()
+
+
+class _Kind(NamedTuple):
+    """What an argument may be: in words, what makes it of a value, and whether it is a list."""
+
+    words: str
+    taken: Callable[[Any], Any]
+    several: bool = False
+
+
+def checked(function: Callable[P, R]) -> Callable[P, R]:
+    """Let a function refuse arguments that its annotations do not name.
+
+    One value stands for a list of one, and a name of the catalogue for a material. Ranges and
+    dimensions are left to the function.
+
+    Parameters
+    ----------
+    function : callable
+        Its annotations are texts; what is unknown of them is not checked.
+
+    Returns
+    -------
+    callable
+        The same function, which raises `InputError` for what it cannot take.
+
+    Examples
+    --------
+    >>> @checked
+    ... def doubled(value: float) -> float:
+    ...     return 2 * value
+    >>> doubled("0.1")
+    Traceback (most recent call last):
+    ...
+    roughcontact.errors.InputError: value must be a number, got '0.1'
+    """
+    code = function.__code__
+    names = code.co_varnames[: code.co_argcount]
+
+    @functools.wraps(function)
+    def call(*positional: P.args, **named: P.kwargs) -> R:
+        known = _known(function)
+        # Python says itself what is too many.
+        each = zip(chain(names, repeat("")), positional, strict=False)
+        given: Any = [_taken(known.get(name, []), name, value) for name, value in each]
+        others: Any = {
+            name: _taken(known.get(name, []), name, value) for name, value in named.items()
+        }
+        return function(*given, **others)
+
+    return call
+
+
+def checked_methods(kind: type[T]) -> type[T]:
+    """Let the public methods of a class, and what makes one, be `checked`.
+
+    Parameters
+    ----------
+    kind : type
+        The class.
+
+    Returns
+    -------
+    type
+        The same class.
+    """
+    for name, method in list(vars(kind).items()):
+        if isinstance(method, types.FunctionType) and (name == "__init__" or name[0] != "_"):
+            setattr(kind, name, checked(method))
+    return kind
+
+
+def both(value: Any, name: str) -> tuple[Any, Any]:
+    """Return what is given for y and x as a pair; one value stands for both.
+
+    Parameters
+    ----------
+    value : object
+        A number, or two of them.
+    name : str
+        The argument, which errors carry.
+
+    Returns
+    -------
+    tuple
+        Two numbers.
+
+    Raises
+    ------
+    InputError
+        If there are not one or two.
+
+    Examples
+    --------
+    >>> both(32, "shape"), both([2e-6, 1e-6], "pixel")
+    ((32, 32), (2e-06, 1e-06))
+    """
+    if isinstance(value, Real):
+        return (value, value)
+    if not isinstance(value, Iterable) or len(pair := tuple(value)) != 2:
+        raise InputError(f"must be a pair (y, x), got {shown(value)}", argument=name, value=value)
+    return pair
+
+
+@functools.cache
+def _known(function: Callable[..., Any]) -> dict[str, list[_Kind]]:
+    """Return what each argument may be; nothing where that is unknown."""
+    scope, usual = getattr(function, "__globals__", {}), inspect.signature(function).parameters
+    found = {}
+    for name, annotation in function.__annotations__.items():
+        found[name] = _kinds(ast.parse(annotation, mode="eval").body, scope)
+        if name in usual and isinstance(usual[name].default, str):
+            such = _TEXT._replace(words=f"{_TEXT.words} such as {usual[name].default!r}")
+            found[name] = [such if kind is _TEXT else kind for kind in found[name]]
+    return found
+
+
+def _taken(kinds: list[_Kind], name: str, value: Any) -> Any:
+    """Return an argument as its function takes it."""
+    if not kinds:
+        return value
+    # An array of no dimension is a number.
+    if getattr(value, "shape", None) == () and hasattr(value, "item"):
+        value = value.item()
+    for kind in kinds:
+        if (found := kind.taken(value)) is not _NO:
+            return found
+    for kind in kinds:
+        if kind.several and (found := kind.taken([value])) is not _NO:
+            return found
+    wanted = " or ".join(dict.fromkeys(kind.words for kind in kinds if kind.words))
+    raise InputError(f"must be {wanted}, got {_found(kinds, value)}", argument=name, value=value)
+
+
+def _found(kinds: list[_Kind], value: Any) -> str:
+    """Return what was given, or the first item of a list that cannot be used."""
+    lists = [kind for kind in kinds if kind.several]
+    for number, one in enumerate(value if lists and isinstance(value, list | tuple) else (), 1):
+        if all(kind.taken([one]) is _NO for kind in lists):
+            return f"{shown(one)} as number {number}"
+    return shown(value)
+
+
+def _kinds(node: ast.expr, scope: dict[str, Any]) -> list[_Kind]:
+    """Return what an annotation names; nothing where a part of it is unknown."""
+    if isinstance(node, ast.BinOp):
+        parts = _kinds(node.left, scope), _kinds(node.right, scope)
+        return [*parts[0], *parts[1]] if all(parts) else []
+    text = ast.unparse(node)
+    if text in _KINDS:
+        return [_KINDS[text]]
+    if isinstance(node, ast.Subscript):
+        series, inner = ast.unparse(node.value), node.slice
+        if series in ("Sequence", "Iterable"):
+            return _series(_kinds(inner, scope), lazy=series == "Iterable")
+        if series == "tuple" and isinstance(inner, ast.Tuple):
+            return _series(_kinds(inner.elts[0], scope), len(inner.elts))
+    return _instance(text, scope)
+
+
+def _series(items: list[_Kind], length: int | None = None, lazy: bool = False) -> list[_Kind]:
+    """Return a list of items, or a tuple of so many; one that is lazy may hold one at a time."""
+
+    def taken(value: Any) -> Any:
+        if not isinstance(value, Iterable) or isinstance(value, str | bytes | Mapping):
+            return _NO
+        if lazy and isinstance(value, Iterator):
+            return value
+        found = [next((got for item in items if (got := item.taken(one)) is not _NO), _NO)
+                 for one in value]  # fmt: skip
+        if any(one is _NO for one in found):
+            return _NO
+        if length is None:
+            return found
+        return tuple(found) if len(found) == length else _NO
+
+    each = " or ".join(item.words for item in items)
+    words = f"a list, each {each}" if length is None else f"{length} values, each {each}"
+    return [_Kind(words, taken, length is None)] if items else []
+
+
+def _instance(text: str, scope: dict[str, Any]) -> list[_Kind]:
+    """Return the classes that a name means where the function stands."""
+    first, *rest = text.partition("[")[0].split(".")
+    found: Any = functools.reduce(lambda at, name: getattr(at, name, None), rest, scope.get(first))
+    found = get_origin(found) or found
+    classes = get_args(scope[first]) if found is types.UnionType else (found,)
+    if found is Any or not all(isinstance(one, type) for one in classes):
+        return []
+
+    def taken(value: Any) -> Any:
+        if isinstance(value, str) and hasattr(found, "_named"):
+            return found._named(value)
+        return value if isinstance(value, classes) else _NO
+
+    return [_Kind(f"a {one.__name__}", taken) for one in classes]
+
+
+def _of(*classes: type) -> Callable[[Any], Any]:
+    return lambda value: value if isinstance(value, classes) else _NO
+
+
+def _number(value: Any) -> Any:
+    if not isinstance(value, Real):
+        return _NO
+    try:
+        number = float(value)
+    except OverflowError:
+        return _NO
+    return number if isinstance(value, Integral) and abs(int(value)) >= _LARGEST else value
+
+
+def _count(value: Any) -> Any:
+    return value if isinstance(value, Integral) and abs(int(value)) < _LARGEST else _NO
+
+
+def _switch(value: Any) -> Any:
+    return bool(value) if isinstance(value, Integral) and value in (0, 1) else _NO
+
+
+def _quantity(value: Any) -> Any:
+    return value if isinstance(value, str) or hasattr(value, "m_as") else _number(value)
+
+
+def _quantities(value: Any) -> Any:
+    """Return numbers of an array as they are, and those of a list one by one."""
+    if hasattr(value, "m_as") or getattr(getattr(value, "dtype", None), "kind", "") in tuple("fiu"):
+        return value if len(getattr(value, "shape", (1,))) == 1 else _NO
+    found = _LISTED.taken(value)
+    return tuple(found) if isinstance(value, tuple) and found is not _NO else found
+
+
+def _array(value: Any) -> Any:
+    lettered = isinstance(value, str | bytes | Mapping)
+    return value if isinstance(value, Iterable) and not lettered else _NO
+
+
+_ONE = _Kind("a number in SI units or a text with its unit", _quantity)
+(_LISTED,) = _series([_ONE])
+_TEXT = _Kind("a text", _of(str))
+_KINDS = {
+    "None": _Kind("", _of(type(None))),
+    "bool": _Kind("True or False", _switch),
+    "int": _Kind("a whole number", _count),
+    "float": _Kind("a number", _number),
+    "str": _TEXT,
+    "Quantity": _ONE,
+    "Quantities": _Kind("a list of quantities", _quantities, True),
+    "WithUnit": _Kind("a quantity of pint", lambda value: value if hasattr(value, "m_as") else _NO),
+    "ArrayLike": _Kind("an array of numbers", _array),
+}

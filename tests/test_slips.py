@@ -1,0 +1,178 @@
+"""Plausible wrong values for every argument of the public face: only the package's own errors."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+
+SLIPS = {
+    "none": None, "digits": "0.1", "word": "abc", "huge": 10**400, "endless": 10**5000,
+    "nan": np.nan, "inf": np.inf, "negative": -1, "zero": 0, "complex": 1j, "empty": [],
+    "list": [1, 2], "huge list": [10**400, 1], "mixed": ["0.1", None],
+    "array": np.array([1.0, 2.0]), "map": np.ones((2, 2)), "bytes": b"1", "dict": {},
+    "object": object(),
+}  # fmt: skip
+# What goes on with other words than numbers, materials or boundaries.
+ELSEWHERE = ("progress", "folder", "each", "communicator", "on_interrupt", "caveat", "options")
+
+Call = tuple[Callable[..., Any], dict[str, Any]]
+
+
+@cache
+def calls() -> dict[str, Call]:
+    """Return each function with arguments that it takes."""
+    heights, pixel = np.random.default_rng(1).random((16, 16)) * 1e-7, (1e-6, 1e-6)
+    surface = rc.Surface(heights, pixel)
+    steel = rc.Material(210e9, 0.3, 1e9)
+    conductor = rc.Conductor(1e-7, 46.0)
+    both: dict[str, Any] = {"surface": surface, "material": steel}
+    rough = rc.Surface(*rc.reference_map(64))
+    contacts = [rc.solve(**both, load=load, calibrated=False) for load in (0.01, 0.1)]
+    periodic = [rc.solve(**both, load=load, boundary="periodic") for load in (0.01, 0.1)]
+    y, x = np.mgrid[-8:8, -8:8] * 1e-6
+    ball = rc.Surface(-(x**2 + y**2) / (2 * 1e-4), pixel=(1e-6, 1e-6))
+    plastic: dict[str, Any] = {"surface": ball, "material": steel, "layers": [1e-6, 1e-6]}
+    rolled = {**plastic, "counter_surface": rc.Surface(np.zeros((16, 16)), (1e-6, 1e-6))}
+    return {
+        "Surface": (rc.Surface, {"heights": heights, "pixel": pixel}),
+        "Surface.leveled": (
+            surface.leveled, {"form": "three-point", "points": [(0, 0), (5, 1), (2, 7)]}
+        ),
+        "Surface.without_form": (surface.without_form, {"shape": "polynomial", "degree": 2}),
+        "Surface.without_outliers": (surface.without_outliers, {}),
+        "Surface.filled": (surface.filled, {}),
+        "Surface.cropped": (surface.cropped, {"rows": (0, 8), "columns": (0, 8)}),
+        "Surface.rotated": (surface.rotated, {}),
+        "Surface.resampled": (surface.resampled, {"shape": (8, 8)}),
+        "Surface.filtered": (surface.filtered, {"s": 4e-6}),
+        "Surface.with_form": (surface.with_form, {"form": surface}),
+        "Surface.aligned": (surface.aligned, {"grid": surface}),
+        "Surface.resolution_notes": (surface.resolution_notes, {"tip_radius": 1e-6}),
+        "Material": (rc.Material, {"young": 210e9, "poisson": 0.3}),
+        "Conductor": (rc.Conductor, {"resistivity": 1e-7}),
+        "Perfect": (rc.Perfect, {"initial": 1e9}),
+        "Linear": (rc.Linear, {"initial": 1e9, "modulus": 1e9}),
+        "Swift": (rc.Swift, {"coefficient": 1e9, "offset": 0.1, "exponent": 0.2}),
+        "Tabulated": (rc.Tabulated, {"strain": [0.0, 0.1], "stress": [1e9, 2e9]}),
+        "Kinematic": (rc.Kinematic, {"isotropic": rc.Perfect(1e9), "modulus": 1e9}),
+        "contact_modulus": (rc.contact_modulus, {"first": steel, "second": steel}),
+        "hardness.ceiling": (rc.hardness.ceiling, {"hardness": "62 HRC"}),
+        "hardness.pressure": (rc.hardness.pressure, {"vickers": 700}),
+        "hardness.vickers": (rc.hardness.vickers, {"value": 62, "scale": "HRC"}),
+        "hardness.brinell_pressure": (rc.hardness.brinell_pressure, {"brinell": 200}),
+        "catalogue.material": (rc.catalogue.material, {"name": "100Cr6"}),
+        "NominalPressure": (rc.NominalPressure, {"value": 1e6}),
+        "HertzPressure": (rc.HertzPressure, {"value": 1e6}),
+        "LineLoad": (rc.LineLoad, {"value": 1e6}),
+        "Stage": (rc.Stage, {"load": 1.0}),
+        "PathPoint": (rc.PathPoint, {"load": 1.0}),
+        "reference_map": (rc.reference_map, {"n": 32}),
+        "self_affine": (
+            rc.self_affine,
+            {"shape": (16, 16), "pixel": (1e-6, 1e-6), "rms_height": 1e-7,
+             "rolloff_wavelength": 8e-6, "cutoff_wavelength": 4e-6,
+             "rng": np.random.default_rng(1)},
+        ),
+        "generate": (
+            rc.generate,
+            {"shape": (16, 16), "pixel": (1e-6, 1e-6), "Sq": 1e-7, "rolloff_wavelength": 8e-6,
+             "cutoff_wavelength": 4e-6},
+        ),
+        "partition": (rc.partition, {"surface": rough}),
+        "solve": (rc.solve, {**both, "load": 0.1, "calibrated": False}),
+        "load_curve": (rc.load_curve, {**both, "loads": [0.1]}),
+        "load_history": (rc.load_history, {**both, "path": [0.1]}),
+        "find_load": (rc.find_load, {**both, "contact": 0.01}),
+        "estimate": (rc.estimate, {**both, "surface": rough, "pressure": 1e8}),
+        "compare": (
+            rc.compare,
+            {"maps": [surface, surface], "material": steel, "pressure": 1e6, "steps": 2},
+        ),
+        "sampling_error": (rc.sampling_error, {**both, "surface": rough, "pressure": 1e6}),
+        "resolution_study": (rc.resolution_study, {**both, "surface": rough, "load": 0.1}),
+        "subsurface_stress": (rc.subsurface_stress, {"result": contacts[1], "depths": [1e-6]}),
+        "yield_onset": (rc.yield_onset, {"surface": ball, "material": steel}),
+        "indented_surface": (rc.indented_surface, {"result": contacts[1]}),
+        "leakage": (
+            rc.leakage,
+            {"contacts": contacts, "viscosity": 1e-3, "pressure_difference": 1e5,
+             "seal_width": 1e-3, "seal_length": 1e-2},
+        ),
+        "conductance": (
+            rc.conductance,
+            {"contacts": contacts, "body": conductor, "counter_body": conductor},
+        ),
+        "interface_law": (rc.interface_law, {"contacts": periodic}),
+        "solve_elastoplastic": (rc.solve_elastoplastic, {**plastic, "load": 0.01}),
+        "compare_models": (
+            rc.compare_models,
+            {"surface": ball, "material": steel, "loads": [0.01], "increments": 1},
+        ),
+        "roll": (rc.roll, {**rolled, "load": 0.01, "passes": 1, "steps": 2, "way": 4e-6}),
+        "shakedown_load": (
+            rc.shakedown_load,
+            {**rolled, "low": 0.002, "high": 0.02, "passes": 2, "steps": 4, "way": 1e-6,
+             "within": 0.9},
+        ),
+    }  # fmt: skip
+
+
+NAMES = tuple(calls())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_slip_is_taken_or_refused_in_the_words_of_the_package(name: str) -> None:
+    function, usual = calls()[name]
+    # Of shakedown the loads would have to lie on both sides.
+    if name != "shakedown_load":
+        function(**usual)
+    for argument, parameter in inspect.signature(function).parameters.items():
+        for slip, value in SLIPS.items():
+            if argument in ELSEWHERE or value is parameter.default:
+                continue
+            told = ""
+            try:
+                function(**{**usual, argument: value})
+            except rc.RoughcontactError as error:
+                told = str(error)
+            assert len(told) < 400, (argument, slip)
+
+
+def test_what_is_plain_is_taken() -> None:
+    surface, steel = rc.Surface(*rc.reference_map(32)), rc.catalogue.material("100Cr6")
+    one = {"Sq": 1e-7, "rolloff_wavelength": 1.6e-5, "cutoff_wavelength": 4e-6}
+    square, pair = rc.generate(32, 1e-6, **one), rc.generate((32, 32), (1e-6, 1e-6), **one)
+    assert square.heights.tobytes() == pair.heights.tobytes()
+    curve = rc.load_curve(surface, material="100Cr6", loads=0.1)
+    assert curve.steps[0].load == 0.1
+    assert rc.load_history(surface, 0.1, material=steel).steps[0].load == 0.1
+    result = rc.solve(surface, material=steel, counter_material="100Cr6", load=0.1)
+    assert result.pair.counter_material == steel
+    assert rc.subsurface_stress(result, 1e-6, friction=np.array(0.1)).friction == 0.1
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: rc.compare(rc.Surface(*rc.reference_map(32)), material="100Cr6", pressure=1e6),
+         "maps is a single map"),
+        (lambda: rc.interface_law([1, 2]),
+         "contacts must be a list, each a ContactResult, got 1 as number 1"),
+        (lambda: rc.Material(10**400, 0.3), "got a whole number of 401 digits"),
+        (lambda: rc.PathPoint(1.0, friction="0.1"), "friction must be a number, got '0.1'"),
+        (lambda: rc.generate((32, 32), None, Sq=1e-6), "pixel must be a list of quantities or"),
+        (lambda: rc.Surface(np.eye(4), (1e-6, 1e-6)).leveled(np.ones(3)),
+         "form must be a text such as 'plane'"),
+    ],
+)  # fmt: skip
+def test_a_slip_is_told_with_what_was_found(call: Callable[[], Any], told: str) -> None:
+    with pytest.raises(rc.InputError) as caught:
+        call()
+    assert told in str(caught.value)
