@@ -163,6 +163,17 @@ def test_an_empty_file_is_refused_by_its_name_alone(page: Page, work: Work) -> N
     assert work.key not in text_of(take._working._said)
 
 
+def test_a_section_is_kept_and_not_drawn_while_no_map_is_seen(page: Page, work: Work) -> None:
+    path = work.folder / "map-1.opd"
+    path.touch()
+    page._do(lambda: page.session.bring(path))
+    settle(page)
+    page.sight.make()
+    page.sight.detail._ends.value = "1 um, 0 um, 1 um, 9 um"
+    assert page.session.state.line == pytest.approx((1e-6, 0.0, 1e-6, 9e-6))
+    assert page.sight.maps.section.line is None
+
+
 def test_a_step_that_fails_can_be_taken_out(page: Page, tmp_path: Path) -> None:
     page._do(lambda: page.session.bring(map_file(tmp_path)))
     page._do(lambda: page.session.give_all({**GIVEN, "crop": "0:9999,:"}))
