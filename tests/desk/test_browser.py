@@ -180,6 +180,22 @@ def test_the_maps_are_there_again_after_a_look_at_another_tab(seat: Seat) -> Non
         seat.page.wait_for_function(_MAPS, arg=frames, timeout=20000)
 
 
+def test_a_form_to_remove_is_taken_only_where_it_is_typed(seat: Seat, served: Served) -> None:
+    demonstrate(seat)
+    project = served.folder / seat.key / "project.toml"
+    seat.page.get_by_label("Form to remove", exact=True).focus()
+    seat.page.keyboard.press("Enter")
+    seat.type("Value with unit", "20 MPa")
+    seat.number("Load").filter(has_text="200 mN").wait_for()
+    assert "form =" not in project.read_text()
+    seat.type("Form to remove", "polynomial 2")
+    seat.page.get_by_text(re.compile("polynomial|paraboloid|second")).first.wait_for()
+    seat.type("Form to remove", "")
+    seat.type("Value with unit", "30 MPa")
+    seat.number("Load").filter(has_text="300 mN").wait_for()
+    assert "form =" not in project.read_text()
+
+
 def test_a_long_solve_is_cancelled_and_the_page_goes_on(seat: Seat) -> None:
     demonstrate(seat)
     page = seat.page

@@ -146,6 +146,47 @@ def test_what_cannot_be_pressed_is_seen_and_said(page: Page, tmp_path: Path) -> 
     assert page.sight.maps.heights.data["x"]
 
 
+def test_an_empty_file_is_refused_by_its_name_alone(page: Page, work: Work) -> None:
+    path = work.folder / "map-1.opd"
+    path.touch()
+    page._do(lambda: page.session.bring(path, "mine.opd"))
+    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    settle(page)
+    assert "mine.opd is empty" in text_of(page._trust)
+    assert work.key not in text_of(page._trust)
+    page._views._tabs._strip.active = 6
+    take = page._views._made[6]
+    take._started()
+    assert take._working._job.wait(PATIENCE) is not None
+    settle(page)
+    assert "mine.opd is empty" in text_of(take._working._said)
+    assert work.key not in text_of(take._working._said)
+
+
+def test_a_section_is_kept_and_not_drawn_while_no_map_is_seen(page: Page, work: Work) -> None:
+    path = work.folder / "map-1.opd"
+    path.touch()
+    page._do(lambda: page.session.bring(path))
+    settle(page)
+    page.sight.make()
+    page.sight.detail._ends.value = "1 um, 0 um, 1 um, 9 um"
+    assert page.session.state.line == pytest.approx((1e-6, 0.0, 1e-6, 9e-6))
+    assert page.sight.maps.section.line is None
+
+
+def test_a_step_that_fails_can_be_taken_out(page: Page, tmp_path: Path) -> None:
+    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.give_all({**GIVEN, "crop": "0:9999,:"}))
+    settle(page)
+    assert page.session.failure is not None
+    steps = page._preparation._steps
+    undoing = next(row[1] for row in steps if "0:9999" in text_of(row[0]))
+    undoing.clicks += 1
+    settle(page)
+    assert page.session.failure is None
+    assert "converged" in text_of(page._trust)
+
+
 def test_every_part_of_the_page_is_made_and_shows_the_contact(page: Page, tmp_path: Path) -> None:
     page._do(lambda: page.session.bring(map_file(tmp_path)))
     page._do(lambda: page.session.give_all(dict(GIVEN)))

@@ -35,7 +35,7 @@ class Ask:
             label="Question", options=names, value=names[0], **style.CONTROL
         )
         self._form = pn.Column(self._form_of(names[0]).root, **style.BLOCK)
-        self._working = Working(bench, run, "Start", self._started)
+        self._working = Working(bench, run, "Start", self._started, session)
         self._answer = pn.Column(sizing_mode="stretch_both")
         self._curve: Curve | None = None
         self._choice.param.watch(self._chosen, "value")

@@ -129,7 +129,7 @@ class Preparation:
         choices = {"level": _LEVELS, "holes": _HOLES, "rotate": _TURNS}
         self._group = Group(session, choices)
         self._steps = pn.Column(**style.BLOCK)
-        self._shown: tuple[tuple[Provenance, ...], bool] = (), False
+        self._shown: tuple[tuple[Provenance, ...], bool, dict[str, str]] = (), False, {}
         first = self._group.roots("level", "form", "holes", "outliers")
         rest = ("s-filter", "l-filter", "crop", "pixel", "rotate", "tip-radius")
         folded = fold("Filters, part, grid", partial(self._group.roots, *rest))
@@ -141,18 +141,27 @@ class Preparation:
         found = () if prepared is None else tuple(one.provenance for one in prepared.surfaces[:1])
         # A map is seen before it is said what its holes are.
         told = "holes" in self._session.state.given
-        if (found, told) == self._shown:
+        failed = {} if self._session.failure is None else self._asked()
+        if (found, told, failed) == self._shown:
             return
-        self._shown = found, told
-        self._steps[:] = [
-            self._line(step.method, sentence)
+        self._shown = found, told, failed
+        steps = [
+            (sentence, step.method)
             for provenance in found
             for step in provenance.operations
             if told or step.method != "masked"
             for sentence in step.sentences
         ]
+        self._steps[:] = [self._line(*step) for step in list(failed.items()) or steps]
 
-    def _line(self, method: str, sentence: str) -> Any:
+    def _asked(self) -> dict[str, str]:
+        """Return the steps that are asked for, in the words of the controls, with their methods."""
+        given = self._session.state.given
+        methods = {name: method for method, names in UNDOING.items() for name in names}
+        return {f"{words.label(name)}: {given[name]}": methods[name] for name in methods
+                if name in given}  # fmt: skip
+
+    def _line(self, sentence: str, method: str) -> Any:
         text = pn.pane.HTML(
             f"<span>{words.escaped(sentence)}</span>", sizing_mode="stretch_width", **style.SHEET
         )

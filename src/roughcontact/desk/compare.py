@@ -46,7 +46,7 @@ class Compare:
         self._swap = button("Go to the pinned state", lambda: do(session.swap))
         self._unpin = button("Unpin", lambda: do(session.unpin))
         self._differences = pn.pane.HTML("", **style.WIDE)
-        self._working = Working(bench, run, "Compare", self._started)
+        self._working = Working(bench, run, "Compare", self._started, session)
         self._answer = pn.Column(sizing_mode="stretch_both")
         self.root = pn.Row(
             pn.Column(

@@ -8,7 +8,7 @@ from typing import Any
 import panel as pn
 
 from roughcontact.desk import style, words
-from roughcontact.desk.reach import Check
+from roughcontact.desk.reach import Check, Field
 from roughcontact.desk.state import Value
 from roughcontact.errors import RoughcontactError
 from roughcontact.request import parsing
@@ -120,10 +120,9 @@ def _widget(option: Option, choices: Mapping[str, str] | None) -> Any:
         default = [] if option.default is not None else [""]
         return pn.widgets.Select(options=[*default, *map(str, known)], **about)
     if option.name in _SUGGESTED:
-        return pn.widgets.AutocompleteInput(
-            options=list(_SUGGESTED[option.name]), restrict=False, min_characters=0,
-            case_sensitive=False, search_strategy="includes",
-            placeholder=option.metavar.lower(), **about,
+        return Field(
+            words=words.label(option.name), help=option.help, placeholder=option.metavar.lower(),
+            options=list(_SUGGESTED[option.name]), **style.BLOCK,
         )  # fmt: skip
     return pn.widgets.TextInput(placeholder=option.metavar.lower(), **about)
 

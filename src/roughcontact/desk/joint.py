@@ -46,7 +46,7 @@ class Joint:
             for question in JOINTS
         }
         self._forms = {question.name: Form(question) for question in JOINTS}
-        self._working = Working(bench, run, "Start", self._started)
+        self._working = Working(bench, run, "Start", self._started, session)
         self._formulas = pn.pane.HTML("", **style.WIDE)
         self._answers = pn.Column(sizing_mode="stretch_both")
         about = pn.pane.HTML(

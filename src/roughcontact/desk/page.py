@@ -156,7 +156,7 @@ class Page:
         try:
             action()
         except RoughcontactError as error:
-            self._trust.object = _alert(words.told(error))
+            self._trust.object = _alert(self.session.state.named(words.told(error)))
         self._show()
 
     def _drawn(self, line: Line) -> None:
@@ -261,6 +261,7 @@ class Page:
                 self._numbers.object = ""
                 self._cautions.object = ""
                 self._trust.object = _wrong(text) if asked else _alert(text)
+                self._preparation.show(self.session.prepared)
                 self.sight.clear()
                 self._mark(True)
             case Progress():

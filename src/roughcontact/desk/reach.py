@@ -107,6 +107,36 @@ input {{ accent-color: {style.ACCENT}; margin: 0; }}
 """
 
 
+_FIELD = """
+export function render({ model }) {
+  const area = document.createElement("label");
+  const input = document.createElement("input");
+  const list = document.createElement("datalist");
+  list.id = "proposed";
+  input.setAttribute("list", list.id);
+  input.placeholder = model.placeholder;
+  input.setAttribute("aria-label", model.words);
+  area.title = model.help;
+  const show = () => {
+    input.value = model.value;
+    list.replaceChildren(...model.options.map((text) => new Option(text, text)));
+  };
+  input.addEventListener("change", () => { model.value = input.value; });
+  model.on(["value", "options"], show);
+  show();
+  area.append(model.words, input, list);
+  return area;
+}
+"""
+
+_FIELD_SHEET = f"""
+label {{ display: block; font-family: {style.FONT}; font-size: 13px; color: {style.INK}; }}
+input {{ display: block; box-sizing: border-box; width: 100%; height: 32px; padding: 0 12px;
+  font: inherit; border: 1px solid {style.LINE}; border-radius: 5px; }}
+input:focus {{ border-color: {style.ACCENT}; outline: 2px solid {style.ACCENT}33; }}
+"""
+
+
 class Strip(JSComponent):  # type: ignore[misc]
     """Names of pages of which one is shown; `active` is its place."""
 
@@ -176,6 +206,19 @@ class Check(JSComponent):  # type: ignore[misc]
 
     _esm = _CHECK
     _stylesheets: ClassVar = [_CHECK_SHEET]
+
+
+class Field(JSComponent):  # type: ignore[misc]
+    """A field for any text, with its label and texts that are proposed."""
+
+    words = param.String("")
+    help = param.String("")
+    placeholder = param.String("")
+    options = param.List([])
+    value = param.String("")
+
+    _esm = _FIELD
+    _stylesheets: ClassVar = [_FIELD_SHEET]
 
 
 def send_all_after_pull(document: Any) -> None:

@@ -69,7 +69,9 @@ class Sight:
             self.maps.section.put(self.detail.line)
 
     def cut(self, result: ContactResult | None, line: Line | None) -> None:
-        """Show another section."""
+        """Show another section, if there is anything to cut."""
+        if self._surface is None:
+            return
         self.detail.show(self._surface, result, line)
         self.maps.section.put(self.detail.line)
 

@@ -95,7 +95,10 @@ class State:
         return self.names.get(path.name, path.name)
 
     def named(self, text: str) -> str:
-        """Return a text with the user's names of the files that were brought."""
+        """Return a text with the user's names of files, and without the folders of these."""
+        paths = (self.file, self.given.get("counter-surface"))
+        for path in (Path(str(path)) for path in paths if path is not None):
+            text = text.replace(str(path.parent / "_")[:-1], "")
         for kept, name in self.names.items():
             text = text.replace(kept, name)
         return text

@@ -40,7 +40,7 @@ class Take:
             *(f"result ({suffix})" for suffix in export.suffixes(Kind.CONTACT)),
         ]
         self._kind = pn.widgets.Select(label="File", options=names, **style.CONTROL)
-        self._working = Working(bench, run, "Make the file", self._started)
+        self._working = Working(bench, run, "Make the file", self._started, session)
         self._links = pn.pane.HTML("", **style.WIDE)
         self._words = pn.pane.HTML("", **style.WIDE)
         self.root = pn.Row(

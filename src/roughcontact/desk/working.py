@@ -9,6 +9,7 @@ import panel as pn
 
 from roughcontact.desk import apart, style, words
 from roughcontact.desk.controls import button
+from roughcontact.desk.session import Session
 from roughcontact.errors import RoughcontactError
 from roughcontact.report import underway
 from roughcontact.request.options import SOLVE
@@ -31,10 +32,14 @@ class Working:
         Of the button.
     begin : callable
         Called when it is pressed; it calls `begin` or `refuse`.
+    session : Session
+        Whose files are told by the user's names.
     """
 
-    def __init__(self, bench: apart.Bench, run: Run, name: str, begin: Callable[[], None]) -> None:
-        self._bench, self._run = bench, run
+    def __init__(
+        self, bench: apart.Bench, run: Run, name: str, begin: Callable[[], None], session: Session
+    ) -> None:
+        self._bench, self._run, self._session = bench, run, session
         self._job: apart.Job | None = None
         self._task = SOLVE
         self._take: Callable[[Any], None] = lambda _: None
@@ -76,7 +81,7 @@ class Working:
 
     def refuse_error(self, error: RoughcontactError, task: str = SOLVE) -> None:
         """Say why there is nothing, in the words of the page."""
-        self.refuse(words.told(error, task))
+        self.refuse(self._session.state.named(words.told(error, task)))
 
     # Called from the thread of the job.
 
