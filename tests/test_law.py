@@ -10,6 +10,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.cli import app
+from roughcontact.contact.cautions import Kind
 from roughcontact.joint import law_judgment
 from roughcontact.joint.interface import LOADING, UNLOADING
 from roughcontact.joint.law_curve import Curve, thinned
@@ -147,6 +148,12 @@ def test_the_range_ends_where_too_few_spots_or_too_much_touch() -> None:
     assert math.isnan(found.low)
     kinds = {str(caution.kind) for caution in LAW.cautions}
     assert "few maps" in kinds
+
+
+def test_a_law_says_that_its_counter_face_is_smooth() -> None:
+    assert sum(caution.kind == Kind.SMOOTH for caution in LAW.cautions) == 1
+    rough = rc.interface_law(solved(MAPS[0], counter_surface=MAPS[1]))
+    assert Kind.SMOOTH not in {caution.kind for caution in rough.cautions}
 
 
 def test_parts_tell_whether_a_map_is_large_enough() -> None:

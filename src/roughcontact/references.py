@@ -228,6 +228,12 @@ _TABLE: tuple[Reference, ...] = (
         _TRIBOLOGY, "129", "235–245",
     ),
     Reference(
+        "Burgdorfer1959", ("Burgdorfer, A.",), 1959,
+        "The influence of the molecular mean free path on the performance of hydrodynamic gas "
+        "lubricated bearings",
+        "Journal of Basic Engineering", "81", "94–98",
+    ),
+    Reference(
         "Bush1975", ("Bush, A. W.", "Gibson, R. D.", "Thomas, T. R."), 1975,
         "The elastic contact of a rough surface",
         "Wear", "35", "87–111", "10.1016/0043-1648(75)90145-3",
@@ -491,6 +497,11 @@ _TABLE: tuple[Reference, ...] = (
         "punch of arbitrary profile",
         "International Journal of Engineering Science", "3", "47–57",
         "10.1016/0020-7225(65)90019-4",
+    ),
+    Reference(
+        "Song1993", ("Song, S.", "Yovanovich, M. M.", "Goodman, F. O."), 1993,
+        "Thermal gap conductance of conforming surfaces in contact",
+        "Journal of Heat Transfer", "115", "533–540", "10.1115/1.2910719",
     ),
     Reference(
         "Stanley1997", ("Stanley, H. M.", "Kato, T."), 1997,

@@ -52,6 +52,7 @@ class Kind(StrEnum):
     WAYS = "ways through the gap"
     SLIP = "gas that slips"
     RANGE = "pressures that the maps resolve"
+    SMOOTH = "smooth counter-face"
     RIM = "rim that is left out"
     STEPS = "pressures that are far apart"
     DOMAIN = "outside the domain of a formula"

@@ -19,6 +19,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.smooth import shape_of
 from roughcontact.contact.stiffness import local_stiffness
 from roughcontact.errors import InputError, Mention
+from roughcontact.joint import law_judgment
 from roughcontact.joint.conductance import conductor_of
 from roughcontact.joint.interface import InterfaceLaw, LawPoint, MapLaw
 from roughcontact.joint.series import require_alike, require_one_model, same_heights
@@ -319,5 +320,7 @@ def _judged(collected: Sequence[_Samples]) -> tuple[Caution, ...]:
         (one for samples in collected for one in samples.judged), key=lambda told: told[0]
     )
     # That a flat body is loaded up to its edges is why a rim is left out.
-    found = over_loads(judged, "N")
-    return tuple(caution for caution in found if caution.kind != Kind.EDGE)
+    found = tuple(told for told in over_loads(judged, "N") if told.kind != Kind.EDGE)
+    if collected[0].pair.counter_surface is not None:
+        return found
+    return (*found, law_judgment.SMOOTH)

@@ -106,6 +106,13 @@ WHY = {
 }
 
 
+SMOOTH = noted(
+    Kind.SMOOTH,
+    "the counter-face is smooth: of two rough faces give the other one, too, as ",
+    Mention("counter_surface"),
+)
+
+
 def cautions(
     maps: int, pressures: Array, found: Resolved, rim: float, error: float
 ) -> Iterator[Caution]:

@@ -141,6 +141,7 @@ def of_joint(result: Conductance | InterfaceLaw | Leakage) -> Uses:
             yield cited("conductance from the stiffness", "Barber2003")
             yield cited("resistance of the spots", "Holm1967", "Greenwood1966")
             yield cited("correlations of flat joints", "Cooper1969", "Mikic1974")
+            yield cited("gas in the gap", "Song1993")
         case InterfaceLaw():
             yield cited("separation by theory", "Persson2007", "Yang2008", "Almqvist2011")
             yield cited("asperities", "Greenwood1970", "Nayak1971")
@@ -148,6 +149,7 @@ def of_joint(result: Conductance | InterfaceLaw | Leakage) -> Uses:
                 yield cited("conductance from the stiffness", "Barber2003")
         case Leakage():
             yield cited("flow through the gap", "Patir1978")
+            yield cited("gas that slips", "Burgdorfer1959")
             yield cited("equations of the flow", "Notay2010")
             yield cited("narrowest place of the gap", "Persson2008", "Dapp2012")
 
