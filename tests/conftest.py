@@ -29,6 +29,14 @@ def in_a_terminal():
         signal.signal(getattr(signal, name), signal.SIG_IGN)
 
 
+@pytest.fixture(autouse=True)
+def without_lines_of_progress(monkeypatch):
+    """What a command says on a slow machine after ten seconds is not what it says of its work."""
+    from roughcontact.cli import terminal
+
+    monkeypatch.setattr(terminal, "EVERY", 3600.0)
+
+
 @pytest.fixture(scope="session")
 def independent():
     """The independent judges, for tests that import nothing from there."""

@@ -97,7 +97,7 @@ def test_the_readme_has_its_scripts_run(commands: ModuleType) -> None:
 
 def test_the_readme_asks_what_a_joint_does_of_periodic_samples() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    _, _, joints = text.partition("What a joint of two faces does is asked of such samples:")
+    _, _, joints = text.partition("What a joint does is asked of such samples")
     joint = joints.split("```")[1].replace("\\\n", " ")
     asked = [line for line in joint.splitlines() if re.match(r"roughcontact (?!estimate)", line)]
     assert len(asked) >= 4

@@ -17,10 +17,11 @@ def numbers(result: ContactResult) -> str:
     """Return the headline numbers as a list of terms."""
     keys = [key for key in _KEYS if result.ceiling is not None or key != "saturated_fraction"]
     cells, told = chapters.headlines(result, keys), results.under_calibrated(result)
-    others = (f"calibrated {told[key]}" if key in told else "" for key in keys)
+    others = [
+        f" <small>calibrated {escaped(told[key])}</small>" if key in told else "" for key in keys
+    ]
     terms = "".join(
-        f"<div><dt>{escaped(cell[0])}</dt><dd>{escaped(cell[1])} <small>{escaped(other)}</small>"
-        "</dd></div>"
+        f"<div><dt>{escaped(cell[0])}</dt><dd>{escaped(cell[1])}{other}</dd></div>"
         for cell, other in zip(cells, others, strict=True)
     )
     return f'<dl class="numbers" style="margin: 0">{terms}</dl>'
