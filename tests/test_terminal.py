@@ -186,6 +186,7 @@ def test_a_line_of_progress_every_ten_seconds_where_there_is_no_terminal(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     now = 0.0
+    monkeypatch.setattr(terminal, "EVERY", 10.0)
     monkeypatch.setattr(terminal.time, "monotonic", lambda: now)
     with terminal.progress() as say:
         for second in range(35):

@@ -45,8 +45,8 @@ def gap_below_plane(material_ratio: Array, skewness: Array, kurtosis: Array) -> 
 
     Examples
     --------
-    >>> gap_below_plane(np.array([0.5]), np.array([0.0]), np.array([3.0])).round(6)
-    array([0.398942])
+    >>> gap_below_plane(np.array([0.5]), np.array([0.0]), np.array([3.0])).round(5)
+    array([0.39894])
     """
     from scipy.special import ndtri
 
