@@ -15,9 +15,9 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 WINGS = (
     "_version", "errors", "arguments", "units", "files", "pipes", "memory", "limits", "checksums",
     "interrupts", "locks", "processes", "hdf5", "netcdf", "statistics", "roots", "references",
-    "ranks", "shown",
+    "ranks", "result",
     "material", "theory", "halfspace", "solvers", "surface", "contact", "volume", "joint",
-    "formats", "plots", "report", "request", "fleet", "desk", "cli",
+    "formats", "plots", "report", "request", "fleet", "desk", "face", "wiring", "cli",
     "__init__", "__main__",
 )  # fmt: skip
 
@@ -42,12 +42,9 @@ DELEGATIONS: dict[str, set[str]] = {
     "contact.slab_result": {"report.sources"},
     "contact.stress": {"report.results", "report.sources"},
     "contact.study": {"report.results"},
-    "joint.conductance": {"report.results", "report.sources"},
     "joint.estimate": {"report.results", "report.sources"},
     "joint.interface": {"formats.export", "report.results", "report.sources"},
-    "joint.leakage": {"report.results", "report.sources"},
     "material.material": {"material.catalogue"},
-    "shown": {"plots.accessor", "report.glance"},
     "surface.surface": {"desk.explore", "formats.export"},
     "volume.result": {
         "formats.export",

@@ -19,7 +19,7 @@ from roughcontact.joint.leakage import leakage
 from roughcontact.material.hardening import Kinematic, Swift
 from roughcontact.references import NO_REFERENCES, REFERENCES, Reference, References, cited
 from roughcontact.report import comparison, sources
-from roughcontact.shown import Shown
+from roughcontact.result import Shown
 from roughcontact.surface.provenance import Operation, Provenance
 
 PAGE = Path(__file__).parents[1] / "docs" / "theory.md"

@@ -12,7 +12,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact import plots
-from roughcontact.shown import Shown
+from roughcontact.result import Shown
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 

@@ -16,7 +16,7 @@ from roughcontact.contact.sample import CURVES, NUMBERS, Sample
 from roughcontact.contact.sampling import SamplingStudy
 from roughcontact.errors import Mention
 from roughcontact.references import References
-from roughcontact.shown import Shown
+from roughcontact.result import Shown
 from roughcontact.statistics import Components, Difference, Mean
 from roughcontact.units import counted, engineering
 

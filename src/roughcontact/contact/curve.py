@@ -17,7 +17,7 @@ from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
 from roughcontact.references import References
-from roughcontact.shown import Shown
+from roughcontact.result import Shown
 from roughcontact.surface.provenance import Provenance
 from roughcontact.theory import persson
 

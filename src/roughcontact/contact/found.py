@@ -10,7 +10,7 @@ from roughcontact.contact.cautions import Caution, ordered
 from roughcontact.contact.judgment import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.references import References
-from roughcontact.shown import Shown
+from roughcontact.result import Shown
 
 CONTACT, SATURATED, APPROACH, GAP, YIELD = (
     "contact_fraction", "saturated_share", "approach", "mean_gap", "first_yield"

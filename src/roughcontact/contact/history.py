@@ -23,7 +23,7 @@ from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, require_count
 from roughcontact.references import References
-from roughcontact.shown import Shown
+from roughcontact.result import Shown
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -23,7 +24,7 @@ from roughcontact.contact.study import ResolutionStudy
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
 from roughcontact.references import References
-from roughcontact.shown import Shown
+from roughcontact.result import Shown
 from roughcontact.surface.surface import Surface
 
 
@@ -361,7 +362,7 @@ class ContactResult(Shown):
 
         return sources.of(self)
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: str | os.PathLike[str]) -> None:
         """Write the result in the format that the suffix of the file names.
 
         Parameters

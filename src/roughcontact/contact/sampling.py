@@ -17,7 +17,7 @@ from roughcontact.contact.sample import NAMES, Sample, sample
 from roughcontact.errors import InputError, require_positive
 from roughcontact.material.material import RIGID, Material
 from roughcontact.references import References
-from roughcontact.shown import Shown
+from roughcontact.result import Shown
 from roughcontact.solvers.bar import drawn
 from roughcontact.solvers.progress import Tell
 from roughcontact.surface.partition import divides, partition

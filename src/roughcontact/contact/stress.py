@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from roughcontact.halfspace import stress_summary
 from roughcontact.halfspace.tensors import COMPONENTS, von_mises
 from roughcontact.material.material import Material
 from roughcontact.references import References
-from roughcontact.shown import Shown
+from roughcontact.result import Shown
 
 if TYPE_CHECKING:
     import xarray
@@ -183,7 +183,7 @@ class StressResult(Shown):
 
         return sources.of(self)
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: str | os.PathLike[str]) -> None:
         """Write everything to a NetCDF file.
 
         Parameters

@@ -10,7 +10,7 @@ from typing import Any
 
 from roughcontact.contact.cautions import Caution, Kind, warned
 from roughcontact.errors import InputError
-from roughcontact.shown import Shown
+from roughcontact.result import Shown
 from roughcontact.units import changed_by, engineering
 
 STEADY = 0.05

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +22,7 @@ from roughcontact.joint.series import of_one_pair
 from roughcontact.joint.spread import greenwood
 from roughcontact.material import catalogue
 from roughcontact.material.conductor import Conductor
-from roughcontact.references import References
-from roughcontact.shown import Shown
+from roughcontact.result import Result
 from roughcontact.theory import constriction
 from roughcontact.units import Quantity, quantity
 
@@ -98,7 +95,7 @@ class Change:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Conductance(Shown):
+class Conductance(Result):
     """Electrical and thermal resistance of a contact under one load or several.
 
     Parameters
@@ -234,35 +231,6 @@ class Conductance(Shown):
         with np.errstate(divide="ignore"):
             conductance: Array = 1 / (resistance * self.nominal_area)
         return conductance
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the resistances to a table.
-
-        Parameters
-        ----------
-        path : str or path
-            A name that ends in ``.csv`` (one row a load, SI units in the head) or ``.json``.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another one.
-        """
-        from roughcontact.report import results
-
-        results.save(self, path)
-
-    def summary(self) -> dict[str, Any]:
-        """Return the resistances by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return results.summary(self)
-
-    def references(self) -> References:
-        """Return the papers behind what was used for it, as text and as BibTeX."""
-        from roughcontact.report import sources
-
-        return sources.of(self)
 
 
 @checked

@@ -18,7 +18,7 @@ from roughcontact.joint.formulas import CONTACT, GAP, SATURATED, VOLUME, Groups
 from roughcontact.material.hardening import Linear, Perfect
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material, contact_modulus
 from roughcontact.references import References
-from roughcontact.shown import Shown
+from roughcontact.result import Shown
 from roughcontact.surface.surface import Surface
 from roughcontact.theory import johnson
 from roughcontact.theory.persson import persson_fractions

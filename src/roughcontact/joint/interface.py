@@ -23,7 +23,7 @@ from roughcontact.joint.law_judgment import Resolved
 from roughcontact.joint.window import Window
 from roughcontact.material.conductor import Conductor
 from roughcontact.references import References
-from roughcontact.shown import Shown
+from roughcontact.result import Shown
 from roughcontact.statistics import Mean
 from roughcontact.surface import roughness
 from roughcontact.theory import persson

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +18,7 @@ from roughcontact.joint import leakage_judgment
 from roughcontact.joint.flow import Flow, flow
 from roughcontact.joint.percolation import Constriction, constriction
 from roughcontact.joint.series import of_one_pair
-from roughcontact.references import References
-from roughcontact.shown import Shown
+from roughcontact.result import Result
 from roughcontact.units import Quantity, quantity
 
 Array = NDArray[np.float64]
@@ -104,7 +101,7 @@ class Change:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Leakage(Shown):
+class Leakage(Result):
     """Permeability, flow factors and leak rate of a contact under one load or several.
 
     Parameters
@@ -226,35 +223,6 @@ class Leakage(Shown):
         driven = self.seal.pressure_difference * width / (12 * self.seal.viscosity * length)
         rate: Array = self.permeability(axis) * driven
         return rate
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the numbers to a table.
-
-        Parameters
-        ----------
-        path : str or path
-            A name that ends in ``.csv`` (one row a load, SI units in the head) or ``.json``.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another one.
-        """
-        from roughcontact.report import results
-
-        results.save(self, path)
-
-    def summary(self) -> dict[str, Any]:
-        """Return the numbers by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return results.summary(self)
-
-    def references(self) -> References:
-        """Return the papers behind what was used for it, as text and as BibTeX."""
-        from roughcontact.report import sources
-
-        return sources.of(self)
 
 
 @checked

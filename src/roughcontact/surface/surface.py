@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact import limits
 from roughcontact.arguments import checked_methods
 from roughcontact.errors import InputError, Mention, require_pixel
-from roughcontact.shown import Shown
+from roughcontact.result import Shown
 from roughcontact.surface import (
     alignment,
     cleaning,

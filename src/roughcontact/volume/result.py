@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -17,7 +18,7 @@ from roughcontact.contact.cautions import Caution
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.references import References
-from roughcontact.shown import Shown
+from roughcontact.result import Shown
 from roughcontact.volume.path import PathPoint
 from roughcontact.volume.plastic_body import PlasticBody
 from roughcontact.volume.profiles import DepthProfile, DepthSection, LayerProfile
@@ -289,7 +290,7 @@ class ElastoplasticResult(Shown):
 
         return sources.of(self)
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: str | os.PathLike[str]) -> None:
         """Write the result in the format that the suffix of the file names.
 
         Parameters

@@ -21,7 +21,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Perfect
 from roughcontact.material.material import RIGID, Material
 from roughcontact.references import References
-from roughcontact.shown import Shown
+from roughcontact.result import Shown
 from roughcontact.solvers.progress import Progress, Tell
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
