@@ -227,7 +227,7 @@ def test_no_number_has_a_name_that_the_file_keeps_for_itself() -> None:
         plan.sealed({**told, "seal": 2.0}, "digest", [])
     tables = [
         table
-        for name in ("tables", "conducted", "lawful", "leaking", "found", "compared")
+        for name in ("tables", "conducted", "lawful", "leakage", "found", "compared")
         for table in vars(importlib.import_module(f"roughcontact.report.{name}")).values()
         if isinstance(table, tuple) and table and isinstance(table[0], (Quantity, Column))
     ]

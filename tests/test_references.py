@@ -18,8 +18,8 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.joint.leakage import leakage
 from roughcontact.material.hardening import Kinematic, Swift
 from roughcontact.references import NO_REFERENCES, REFERENCES, Reference, References, cited
-from roughcontact.report import comparison, sources
-from roughcontact.result import Shown
+from roughcontact.report import comparison, kinds, sources
+from roughcontact.result import Result, Shown
 from roughcontact.surface.provenance import Operation, Provenance
 
 PAGE = Path(__file__).parents[1] / "docs" / "theory.md"
@@ -72,7 +72,8 @@ def test_every_work_that_the_theory_page_cites_is_in_the_table() -> None:
 
 
 def test_every_name_in_the_room_that_chooses_is_in_the_table() -> None:
-    text = Path(sources.__file__).read_text(encoding="utf-8")
+    rooms = Path(sources.__file__).parent.glob("*.py")
+    text = "".join(room.read_text(encoding="utf-8") for room in rooms)
     named = set(re.findall(r'"([A-Z][A-Za-z]+\d{4}|ISO\d+(?:-\d+)?|DLMF|EngineeringModel)"', text))
     named |= {key for boundary in Boundary for key in boundary.works}
     assert named <= set(REFERENCES)
@@ -260,14 +261,21 @@ def compared() -> rc.Comparison:
 
 def test_every_kind_of_result_has_them(compared: rc.Comparison) -> None:
     # A study of the resolution is told with its contact, and a surface by its parameters.
-    shown = {kind.__name__ for kind in Shown.__subclasses__() if hasattr(kind, "references")}
-    assert {kind.__name__ for kind in Shown.__subclasses__()} - shown == {
+    shown = {
+        kind.__name__
+        for kind in {*Result.__subclasses__(), *Shown.__subclasses__()} - {Result}
+        if hasattr(kind, "references")
+    }
+    kinds_shown = {*Result.__subclasses__(), *Shown.__subclasses__()} - {Result}
+    assert {kind.__name__ for kind in kinds_shown} - shown == {
         "ResolutionStudy", "Surface"
     }  # fmt: skip
     assert callable(SlabResult.references)
     # What cites itself is known to the room that chooses, too.
     text = Path(sources.__file__).read_text(encoding="utf-8")
-    assert {name for name in shown if not re.search(rf"\b{name}\(\)", text)} == set()
+    assert {name for name in shown if not re.search(rf"\b{name}\(\)", text)} == {
+        kind.result.__name__ for kind in kinds.KINDS
+    }
 
 
 def test_a_curve_cites_what_its_contacts_do_and_its_laws() -> None:

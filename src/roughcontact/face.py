@@ -28,8 +28,10 @@ def html(shown: object) -> str:
 def plots(shown: object) -> Any:
     """Return the figures as methods."""
     from roughcontact.plots import accessor
+    from roughcontact.report import kinds
 
-    return accessor.of(shown)
+    kind = kinds.of(shown)
+    return accessor.of(shown) if kind is None else accessor.Plots(shown, kind.plots)
 
 
 def explore(shown: Any) -> Any:

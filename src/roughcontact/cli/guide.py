@@ -9,7 +9,7 @@ from typing import Any
 
 import typer.core
 
-from roughcontact.request import parsing
+from roughcontact.request import parsing, tasks
 from roughcontact.request.options import (
     COMPARE,
     CONDUCTANCE,
@@ -17,7 +17,6 @@ from roughcontact.request.options import (
     FIND,
     HISTORY,
     LAW,
-    LEAK,
     ROLL,
     SOLVE,
     STRESS,
@@ -40,8 +39,7 @@ FIRST = {
                   "film", "boundary", "holes", "output", "report"),
     LAW: ("from", "to", "steps", "material", "ceiling", "boundary", "holes", "quarters", "output",
           "report"),
-    LEAK: ("load", "direction", "viscosity", "pressure-difference", "seal-width", "seal-length",
-           "material", "boundary", "holes", "report"),
+    **{task.name: task.common for task in tasks.TASKS},
     ESTIMATE: ("sq", "sdq", "sal", "str", "ssk", "pressure", "material", "yield-strength", "holes",
                "json"),
     COMPARE: ("load", "group", "quarters", "sampling", "first-load", "material", "holes", "pixel",

@@ -8,14 +8,15 @@ from roughcontact.request.options import (
     FIND,
     HISTORY,
     LAW,
-    LEAK,
     ROLL,
     SOLVE,
     STRESS,
     SWEEP,
 )
+from roughcontact.request.tasks import TASKS
 
 HELP = {
+    **{task.name: task.help for task in TASKS},
     SOLVE: """Press a measured map against a flat or another map: pressure, contact, gap.
 
 Give a unit with every quantity, in quotes.
@@ -86,17 +87,6 @@ reached, unloading has a branch of its own.
 Example:
 roughcontact law ground*.opd --from "1 MPa" --to "300 MPa" \\
     --material 42CrMo4 --holes fill --boundary periodic --output law.inp
-""",
-    LEAK: """Find what leaks through the gap under one load or several, and the flow factors.
-
-Whether a way leads through is found first. The rate needs a fluid; without one it is told how
-permeable the gap is.
-
-\b
-Example:
-roughcontact leak ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
-    --holes fill --boundary periodic --viscosity "1 mPa s" \\
-    --pressure-difference "1 bar"
 """,
     COMPARE: """Compare several maps under the same nominal pressure: means, differences, how sure.
 

@@ -25,7 +25,6 @@ from roughcontact.request.options import (
     FIND,
     HISTORY,
     LAW,
-    LEAK,
     SOLVE,
     STRESS,
     SWEEP,
@@ -33,6 +32,7 @@ from roughcontact.request.options import (
 )
 from roughcontact.request.request import Request, from_text
 from roughcontact.request.run import Outcome, run, together
+from roughcontact.request.tasks import TASKS
 from roughcontact.solvers.progress import Progress
 
 Cells = tuple[str, ...]
@@ -130,14 +130,11 @@ OBEYS = Question(
     LAW,
     ("quarters",),
 )
-LEAKS = Question(
-    "What leaks through it",
-    "Whether the gap is open, its permeability and flow factors, and how much of a fluid leaks.",
-    LEAK,
-    ("direction", "viscosity", "pressure-difference", "seal-width", "seal-length"),
-    first=(("viscosity", "1 mPa s"), ("pressure-difference", "1 bar")),
-)
-JOINTS = (OBEYS, CONDUCTS, LEAKS)
+JOINTS = (
+    OBEYS, CONDUCTS,
+    *(Question(q.name, q.about, task.name, q.options, first=q.first)
+      for task in TASKS if (q := task.question) is not None),
+)  # fmt: skip
 """What is asked of a joint; all that is asked at once shares its contacts."""
 
 

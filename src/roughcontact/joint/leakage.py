@@ -294,7 +294,7 @@ def leakage(
     True
     """
     axes = _axes(direction)
-    seal = _seal(viscosity, pressure_difference, seal_width, seal_length)
+    seal = seal_of(viscosity, pressure_difference, seal_width, seal_length)
     found: list[tuple[LeakageStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
     flows: tuple[Flow, ...] = ()
@@ -356,7 +356,7 @@ def _axes(direction: str | None) -> tuple[int, ...]:
     return (AXES.index(direction),)
 
 
-def _seal(
+def seal_of(
     viscosity: Quantity | None,
     pressure_difference: Quantity | None,
     seal_width: Quantity | None,

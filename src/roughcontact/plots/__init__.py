@@ -3,7 +3,7 @@
 from roughcontact.plots.conduction import conductance
 from roughcontact.plots.curves import hysteresis, load_curve
 from roughcontact.plots.laws import interface_law
-from roughcontact.plots.leaks import flow_factors, leak
+from roughcontact.plots.leakage import flow_factors, leak
 from roughcontact.plots.maps import (
     close_up,
     comparison,

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from roughcontact.contact.found import FoundLoads
 from roughcontact.contact.stress import StressResult
-from roughcontact.joint.conductance import Conductance
-from roughcontact.joint.interface import InterfaceLaw
-from roughcontact.joint.leakage import Leakage
 from roughcontact.report import figures, results, sources
 from roughcontact.report.page import Addition, sentence
 from roughcontact.units import engineering
@@ -41,7 +40,7 @@ def of_loads(loads: FoundLoads) -> Addition:
     return Addition("Loads that were asked for", text, (head, *rows))
 
 
-def of_joint(found: Conductance | InterfaceLaw | Leakage) -> Addition:
+def of_joint(found: Any) -> Addition:
     """Return the chapter on what a joint does; the report is on the largest load."""
     head, rows = results.listing(found)
     told = results.rows(found)

@@ -19,9 +19,8 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.stress import StressResult
 from roughcontact.joint.conductance import Conductance
 from roughcontact.joint.interface import InterfaceLaw
-from roughcontact.joint.leakage import Leakage
-from roughcontact.plots import conduction, curves, laws, leaks, maps, profiles, stress, volume
-from roughcontact.report import rolled, traces
+from roughcontact.plots import conduction, curves, laws, maps, profiles, stress, volume
+from roughcontact.report import kinds, rolled, traces
 from roughcontact.report.scenes import (
     ACCURACY as ACCURACY,
     BODY as BODY,
@@ -490,26 +489,6 @@ LAW: Illustrations = (
 )
 """Of an `InterfaceLaw`."""
 
-LEAK: Illustrations = (
-    Illustration(
-        "leak",
-        leaks.leak,
-        "Gap and contact, and the flow density through the gap in each direction.",
-        "Open gap with the contact, and the flow density over its mean on a logarithmic scale. A "
-        "cross marks the narrowest place of the widest way: where contact nearly closes the gap, "
-        "most of the pressure falls over a few such places.",
-    ),
-    Illustration(
-        "flow-factors",
-        leaks.flow_factors,
-        "Flow factors over the mean gap, and the gap at the narrowest place over the load.",
-        "Pressure-flow factors k/ū³ over mean gap and roughness, and the narrowest place of the "
-        "widest way beside the mean gap.",
-        when=lambda found: len(found.steps) > 1,
-    ),
-)
-"""Of a `Leakage`."""
-
 
 def names(table: Illustrations) -> tuple[str, ...]:
     """Return the names of the figures that are written to files."""
@@ -540,9 +519,8 @@ def _scene(result: Any) -> tuple[Illustrations, Any]:
             return CONDUCTANCE, result
         case InterfaceLaw():
             return LAW, result
-        case Leakage():
-            return LEAK, result
-    return (), result
+    kind = kinds.of(result)
+    return (() if kind is None else kind.figures), result
 
 
 def of_map(surface: Surface) -> Illustrations:

@@ -21,14 +21,13 @@ from roughcontact.formats import export
 from roughcontact.joint.conductance import Conductance
 from roughcontact.joint.estimate import Estimate
 from roughcontact.joint.interface import InterfaceLaw
-from roughcontact.joint.leakage import Leakage
 from roughcontact.report import (
     compared,
     conducted,
     estimated,
     found,
+    kinds,
     lawful,
-    leaking,
     profile,
     rolled,
     slabs,
@@ -54,6 +53,9 @@ from roughcontact.volume.rolling import Rolling
 
 def table_of(result: Any) -> Table:
     """Return the quantities of a kind of result."""
+    kind = kinds.of(result)
+    if kind is not None:
+        return kind.table
     match result:
         case ContactResult():
             return profile.CONTACT if result.pair.is_profile else tables.CONTACT
@@ -73,8 +75,6 @@ def table_of(result: Any) -> Table:
             return conducted.CONDUCTANCE
         case InterfaceLaw():
             return lawful.LAW
-        case Leakage():
-            return leaking.LEAKAGE
         case Estimate():
             return estimated.ESTIMATE
         case Comparison():
@@ -90,6 +90,9 @@ def table_of(result: Any) -> Table:
 
 def columns_of(result: Any) -> Columns:
     """Return what is told of each step of a kind of result; nothing where it has no steps."""
+    kind = kinds.of(result)
+    if kind is not None:
+        return kind.columns
     match result:
         case ElastoplasticResult():
             return tables.INCREMENTS
@@ -105,8 +108,6 @@ def columns_of(result: Any) -> Columns:
             return conducted.CONDUCTANCE_COLUMNS
         case InterfaceLaw():
             return lawful.LAW_COLUMNS
-        case Leakage():
-            return leaking.LEAKAGE_COLUMNS
         case Comparison():
             return compared.COMPARISON_COLUMNS
         case SamplingStudy():
@@ -119,7 +120,7 @@ def columns_of(result: Any) -> Columns:
 def summary(result: Any) -> dict[str, Any]:
     """Return a result by name, in SI units, ready for JSON."""
     told = stored(table_of(result), result)
-    if isinstance(result, LoadCurve | Conductance | Leakage):
+    if isinstance(result, LoadCurve | Conductance) or kinds.of(result) is not None:
         return {**told, **stored_columns(columns_of(result), result), "version": __version__}
     return told
 
@@ -131,19 +132,16 @@ def sentences(result: Any) -> tuple[str, ...]:
             return conducted.sentences(result)
         case InterfaceLaw():
             return lawful.sentences(result)
-        case Leakage():
-            return leaking.sentences(result)
-    return ()
+    kind = kinds.of(result)
+    return () if kind is None else kind.sentences(result)
 
 
-def title(result: Conductance | InterfaceLaw | Leakage) -> str:
+def title(result: Any) -> str:
     """Return the title of the chapter on what a joint does."""
-    match result:
-        case InterfaceLaw():
-            return lawful.TITLE
-        case Leakage():
-            return leaking.TITLE
-    return conducted.TITLE
+    kind = kinds.of(result)
+    if kind is not None:
+        return kind.title
+    return lawful.TITLE if isinstance(result, InterfaceLaw) else conducted.TITLE
 
 
 def csv(result: Any) -> str:
@@ -151,17 +149,7 @@ def csv(result: Any) -> str:
     return csv_text(columns_of(result), result)
 
 
-def save(
-    result: LoadCurve
-    | LoadHistory
-    | FoundLoads
-    | Conductance
-    | Leakage
-    | Comparison
-    | SamplingStudy
-    | Rolling,
-    path: str | os.PathLike[str],
-) -> None:
+def save(result: Any, path: str | os.PathLike[str]) -> None:
     """Write a result of many loads as a table, or as JSON; see `LoadCurve.save`."""
     require_suffix(path, ".csv", ".json")
     table = Path(path).suffix.lower() == ".csv"

@@ -20,9 +20,9 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.joint.conductance import Conductance
 from roughcontact.joint.estimate import Estimate
 from roughcontact.joint.interface import InterfaceLaw
-from roughcontact.joint.leakage import Leakage
 from roughcontact.material.hardening import Hardening, Kinematic, Swift
 from roughcontact.references import NO_REFERENCES, Reference, References, cited
+from roughcontact.report import kinds
 from roughcontact.report.page import Addition, Chapter
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.volume.result import ElastoplasticResult
@@ -122,19 +122,22 @@ def _uses(result: Any) -> Uses:
             yield from _of_slab(result)
         case Estimate():
             yield cited("formulas of nominally flat contact", "Persson2001", "Yang2008")
-        case Conductance() | InterfaceLaw() | Leakage():
+        case Conductance() | InterfaceLaw():
+            yield from _of_contact(result.largest)
+            yield from of_joint(result)
+        case _ if kinds.of(result) is not None:
             yield from _of_contact(result.largest)
             yield from of_joint(result)
         case _:
             raise TypeError(f"there are no references for a {type(result).__name__}")
 
 
-def added(result: StressResult | Conductance | InterfaceLaw | Leakage) -> References:
+def added(result: Any) -> References:
     """Return what a further chapter of a report cites besides the contact that it is of."""
     return _gathered(_of_stress(result) if isinstance(result, StressResult) else of_joint(result))
 
 
-def of_joint(result: Conductance | InterfaceLaw | Leakage) -> Uses:
+def of_joint(result: Any) -> Uses:
     """Yield what a joint does by, besides the contact that it is of."""
     match result:
         case Conductance():
@@ -147,11 +150,9 @@ def of_joint(result: Conductance | InterfaceLaw | Leakage) -> Uses:
             yield cited("asperities", "Greenwood1970", "Nayak1971")
             if result.bodies is not None:
                 yield cited("conductance from the stiffness", "Barber2003")
-        case Leakage():
-            yield cited("flow through the gap", "Patir1978")
-            yield cited("gas that slips", "Burgdorfer1959")
-            yield cited("equations of the flow", "Notay2010")
-            yield cited("narrowest place of the gap", "Persson2008", "Dapp2012")
+    kind = kinds.of(result)
+    if kind is not None:
+        yield from kind.works
 
 
 def _of_contact(result: ContactResult) -> Uses:

@@ -14,8 +14,6 @@ from roughcontact.request.option import (
     CONDUCTANCE,
     JOINTS,
     LAW,
-    LEAK,
-    LENGTH,
     LOADED,
     MAP,
     OUTPUT,
@@ -98,31 +96,6 @@ CONDUCTORS = (
 )  # fmt: skip
 """What the bodies conduct."""
 
-FLUID = (
-    _option(
-        "direction", BODIES, "y|x", "Along which the fluid flows; default: both.",
-        parsing.choice("y", "x"), fits=(LEAK,),
-    ),
-    _option(
-        "viscosity", BODIES, "VISCOSITY", 'Viscosity of the fluid, such as "1 mPa s".',
-        parsing.quantity("viscosity"), fits=(LEAK,),
-    ),
-    _option(
-        "pressure-difference", BODIES, "PRESSURE", 'Between inlet and outlet, such as "1 bar".',
-        parsing.quantity("pressure"), fits=(LEAK,),
-    ),
-    _option(
-        "seal-width", BODIES, "LENGTH",
-        "Of the face that leaks, across the flow: of a ring its circumference; default: that of "
-        "the map.", LENGTH, fits=(LEAK,),
-    ),
-    _option(
-        "seal-length", BODIES, "LENGTH",
-        "Of the face that leaks, along the flow; default: that of the map.", LENGTH, fits=(LEAK,),
-    ),
-)  # fmt: skip
-"""What leaks, and through which face."""
-
 FILES = (
     _option(
         "output", OUTPUT, "FILE", f"Write the law: {export.told(Kind.LAW)}; may be repeated.",
@@ -134,11 +107,7 @@ FILES = (
     ),
     _option(
         "output", OUTPUT, "FILE.csv|json", "Write the table of loads.", parsing.path,
-        fits=(CONDUCTANCE, LEAK), suffixes=TABLES,
-    ),
-    _option(
-        "figure", OUTPUT, "FILE", "Draw the gap and what flows through it as PNG, SVG or PDF.",
-        parsing.path, fits=(LEAK,), suffixes=PICTURES,
+        fits=LOADED, suffixes=TABLES,
     ),
     _option(
         "figure", OUTPUT, "FILE", "Draw resistance over load as PNG, SVG or PDF.", parsing.path,

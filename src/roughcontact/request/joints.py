@@ -13,18 +13,18 @@ from typing import IO, TYPE_CHECKING, Any, TypeAlias
 
 from roughcontact.errors import CapacityError, ConvergenceError
 from roughcontact.request import problem
-from roughcontact.request.option import CONDUCTANCE, LAW, LEAK
+from roughcontact.request.option import CONDUCTANCE, LAW
 from roughcontact.request.request import Request
+from roughcontact.request.tasks import TASKS
 from roughcontact.solvers.progress import Progress
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
     from roughcontact.joint.conductance import Conductance
     from roughcontact.joint.interface import InterfaceLaw
-    from roughcontact.joint.leakage import Leakage
     from roughcontact.surface.surface import Surface
 
-    Joint: TypeAlias = Conductance | InterfaceLaw | Leakage
+    Joint: TypeAlias = Conductance | InterfaceLaw | Any
     """What is found: it has ``largest``, ``remarks``, ``summary`` and ``save``."""
 
 Solve = Callable[..., "ContactResult"]
@@ -242,25 +242,9 @@ def _law_of(request: Request, maps: Sequence[Contacts]) -> InterfaceLaw:
     )
 
 
-def _leakage(request: Request, contacts: Contacts) -> Leakage:
-    from roughcontact.joint.leakage import OF, leakage
-
-    contacts.require_map(OF)
-    found = leakage(
-        contacts.under(request.loads),
-        direction=request["direction"],
-        viscosity=request["viscosity"],
-        pressure_difference=request["pressure-difference"],
-        seal_width=request["seal-width"],
-        seal_length=request["seal-length"],
-    )
-    coarser = contacts.coarser(found.largest)
-    return found if coarser is None else found.beside(coarser)
-
-
 ASKED: dict[str, Callable[[Request, Contacts], Joint]] = {
     CONDUCTANCE: _conductance,
     LAW: _law,
-    LEAK: _leakage,
+    **{task.name: task.run for task in TASKS if task.run is not None},
 }
 """What each task on a joint asks of its contacts."""

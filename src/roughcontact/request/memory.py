@@ -9,21 +9,17 @@ from roughcontact.request.options import (
     ESTIMATE,
     FIND,
     HISTORY,
-    LEAK,
     ROLL,
     STRESS,
     SWEEP,
     VOLUME,
 )
 from roughcontact.request.request import Request
+from roughcontact.request.tasks import TASKS
 from roughcontact.surface import memory
 
 # Maps that a report needs beside those of the bodies: pressure, gap, and what the roughness takes.
 _REPORTED = 2 + memory.CORRELATED
-
-
-# Maps that a flow through the gap takes beside the contact, at most 250 bytes a point.
-_FLOWING = 32
 
 
 def require_prepared(request: Request, shape: tuple[int, int]) -> None:
@@ -71,7 +67,8 @@ def require(request: Request, shape: tuple[int, int]) -> None:
         )
     else:
         series = {SWEEP: load_curve.HELD, COMPARE: load_curve.HELD, HISTORY: load_history.HELD,
-                  FIND: find.HELD, CONDUCTANCE: 2, LEAK: _FLOWING}  # fmt: skip
+                  FIND: find.HELD, CONDUCTANCE: 2,
+                  **{task.name: task.held for task in TASKS}}  # fmt: skip
         held = series.get(request.kind, 0)
         Room(shape, boundary, precision or "double", bodies + held).require()
     if request.kind == STRESS or request.get("first-yield"):

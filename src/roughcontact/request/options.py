@@ -22,6 +22,7 @@ from roughcontact.request import (
     parsing,
     rolling_options,
     surface_options,
+    tasks,
 )
 from roughcontact.request.option import (
     BODIES,
@@ -31,8 +32,8 @@ from roughcontact.request.option import (
     ESTIMATE as ESTIMATE,
     FIND as FIND,
     HISTORY as HISTORY,
+    JOINTS,
     LAW as LAW,
-    LEAK as LEAK,
     LENGTH,
     MAP,
     OUTPUT,
@@ -276,7 +277,7 @@ OPTIONS = (
         PRESSURE, fits=PREPARED,
     ),
     *joint_options.CONDUCTORS,
-    *joint_options.FLUID,
+    *tasks.OPTIONS,
     Option(
         "body", BODIES, "FORM",
         'Nominal form under the roughness, or alone with --points and --size: "sphere 10 mm", '
@@ -383,7 +384,7 @@ OPTIONS = (
     Option(
         "tolerance", SOLVER, "NUMBER",
         "Certificate to reach; default: 1e-6, in single precision 1e-4.", parsing.number,
-        fits=(SWEEP, STRESS, CONDUCTANCE, LAW, LEAK),
+        fits=(SWEEP, STRESS, *JOINTS),
     ),
     Option(
         "tolerance", SOLVER, "NUMBER", "Certificate to reach; default: 1e-6.", parsing.number,
@@ -397,7 +398,7 @@ OPTIONS = (
     Option(
         "max-iterations", SOLVER, "NUMBER", "Most convolutions on any one grid; default: 2000.",
         parsing.counted(1, limits.ITERATIONS),
-        fits=(SWEEP, STRESS, HISTORY, FIND, CONDUCTANCE, LAW, LEAK, COMPARE),
+        fits=(SWEEP, STRESS, HISTORY, FIND, *JOINTS, COMPARE),
     ),
     Option(
         "precision", SOLVER, "double|single",
@@ -407,7 +408,7 @@ OPTIONS = (
     Option(
         "precision", SOLVER, "double|single",
         "single needs two thirds of the memory; default: double.",
-        parsing.choice("double", "single"), fits=(SWEEP, STRESS, CONDUCTANCE, LAW, LEAK),
+        parsing.choice("double", "single"), fits=(SWEEP, STRESS, *JOINTS),
     ),
     Option(
         "study", SOLVER, "",

@@ -21,7 +21,6 @@ from roughcontact.request.options import (
     FIND,
     HISTORY,
     LAW,
-    LEAK,
     ROLL,
     SWEEP,
     VOLUME,
@@ -31,6 +30,7 @@ from roughcontact.request.options import (
     parsed,
 )
 from roughcontact.request.parsing import about
+from roughcontact.request.tasks import BY_NAME
 
 if TYPE_CHECKING:
     from roughcontact.material import hardening
@@ -82,8 +82,9 @@ class Request:
             self._check_find()
         elif self.task == COMPARE:
             self._check_compare()
-        elif self.task == LEAK:
-            self._check_leak()
+        elif self.task in BY_NAME:
+            self._check_loads()
+            BY_NAME[self.task].check(self)
         elif self.task == LAW:
             self._check_law()
         elif self.task == CONDUCTANCE:
@@ -388,21 +389,6 @@ class Request:
             raise InputError(
                 "goes without ", Mention("from"), " and ", Mention("to"), argument="load"
             )
-
-    def _check_leak(self) -> None:
-        self._check_loads()
-        names = ("viscosity", "pressure-difference", "seal-width", "seal-length")
-        given = [name for name in names if self[name] is not None]
-        for name in given:
-            if not 0 < self[name] < math.inf:
-                raise InputError(
-                    f"must be positive, got {self.given[name]!r}", argument=name.replace("-", "_")
-                )
-        for name, example in (("viscosity", "1 mPa s"), ("pressure_difference", "1 bar")):
-            if given and name.replace("_", "-") not in given:
-                raise InputError(
-                    "is needed for a leak rate, such as ", Mention(name, example), argument=name
-                )
 
     def _check_conductance(self) -> None:
         self._check_loads()

@@ -10,7 +10,10 @@ from typing import Any
 import numpy as np
 
 from roughcontact.joint.leakage import AXES, Leakage
+from roughcontact.plots import leakage as drawn
+from roughcontact.references import cited
 from roughcontact.report import tables
+from roughcontact.report.kind import Kind
 from roughcontact.report.largest import PAIR
 from roughcontact.report.quantities import (
     TRUST,
@@ -21,10 +24,8 @@ from roughcontact.report.quantities import (
     quantity_of,
     tiny,
 )
+from roughcontact.report.scenes import Illustration, Illustrations
 from roughcontact.units import changed_by, engineering, percent
-
-TITLE = "What leaks through the gap"
-"""Of the chapter in a report."""
 
 
 def _seal(found: Leakage) -> str:
@@ -127,7 +128,7 @@ def _along(axis: int) -> Columns:
     )  # fmt: skip
 
 
-LEAKAGE: Table = (
+_TABLE: Table = (
     *PAIR,
     Quantity("nominal_area", unit="m²"),
     Quantity("roughness", "roughness", "σ", unit="m"),
@@ -156,9 +157,8 @@ LEAKAGE: Table = (
     ),
     *(quantity_of(tables.CONTACT, key) for key in ("warnings", "cautions")),
 )  # fmt: skip
-"""Of a `Leakage`."""
 
-LEAKAGE_COLUMNS: Columns = (
+_COLUMNS: Columns = (
     Column("load", "load", unit="N"),
     Column("contact_area", "contact", unit="m²", shown=_share),
     Column("saturated_area", unit="m²", brief=False),
@@ -172,7 +172,6 @@ LEAKAGE_COLUMNS: Columns = (
     ),
     Column("unbalanced", unit="1", brief=False),
 )  # fmt: skip
-"""Of the loads of a `Leakage`."""
 
 
 def _sides(found: Leakage) -> str:
@@ -189,8 +188,7 @@ def _sides(found: Leakage) -> str:
     )
 
 
-def sentences(found: Leakage) -> tuple[str, ...]:
-    """Return what a reader of the leakage has to know."""
+def _sentences(found: Leakage) -> tuple[str, ...]:
     fluid = (
         "The rate is k Δp w/(12 η l) of a liquid; of a gas that does not slip it is the volume at "
         "the mean of the pressures at inlet and outlet."
@@ -206,3 +204,34 @@ def sentences(found: Leakage) -> tuple[str, ...]:
         "and on single summits: another part of the same face may leak more or less by a factor, "
         "the more so the more of it touches.",
     )
+
+
+_FIGURES: Illustrations = (
+    Illustration(
+        "leak",
+        drawn.leak,
+        "Gap and contact, and the flow density through the gap in each direction.",
+        "Open gap with the contact, and the flow density over its mean on a logarithmic scale. A "
+        "cross marks the narrowest place of the widest way: where contact nearly closes the gap, "
+        "most of the pressure falls over a few such places.",
+    ),
+    Illustration(
+        "flow-factors",
+        drawn.flow_factors,
+        "Flow factors over the mean gap, and the gap at the narrowest place over the load.",
+        "Pressure-flow factors k/ū³ over mean gap and roughness, and the narrowest place of the "
+        "widest way beside the mean gap.",
+        when=lambda found: len(found.steps) > 1,
+    ),
+)
+
+KIND = Kind(
+    Leakage, _TABLE, _COLUMNS, "What leaks through the gap", _sentences, _FIGURES,
+    plots=(drawn.leak, drawn.flow_factors),
+    works=(
+        cited("flow through the gap", "Patir1978"),
+        cited("gas that slips", "Burgdorfer1959"),
+        cited("equations of the flow", "Notay2010"),
+        cited("narrowest place of the gap", "Persson2008", "Dapp2012"),
+    ),
+)  # fmt: skip
