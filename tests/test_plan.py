@@ -188,7 +188,7 @@ def test_a_profile_with_pictures_is_known_again(tmp_path: Path) -> None:
         [[contact]]
         name = "one"
         file = "line.txt"
-        unit = "m"
+        unit = "m, m"
         material = "bearing steel"
         load = "10 N/m"
         """,

@@ -19,7 +19,7 @@ from roughcontact.arguments import checked
 from roughcontact.contact import checks, memory, scale
 from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.ceiling import resolved_ceiling
-from roughcontact.contact.loads import GivenLoad, NominalPressure, given
+from roughcontact.contact.loads import GivenLoad, Load, NominalPressure, given
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.scale import Scale
 from roughcontact.contact.slab import Slab
@@ -50,7 +50,7 @@ def solve_slab(
     slab: Slab,
     *,
     material: Material,
-    load: Quantity | NominalPressure | None = None,
+    load: Quantity | Load | None = None,
     approach: Quantity | None = None,
     counter_material: Material = RIGID,
     ceiling: Quantity | None = "auto",

@@ -12,10 +12,10 @@ from roughcontact.report import results
 from roughcontact.report.quantities import Quantity, Table, quantity_of
 from roughcontact.units import changed_by, percent
 
-HEADS = ("on this map", "between", "because of")
+HEADS = ("as measured", "between", "because of")
 
 WHAT = (
-    "Where the numbers of the map as measured lie, as far as is known: what whole pixels at the "
+    "Where the numbers of what was measured lie, as far as is known: what whole pixels at the "
     "rim of spots add, what finer grids change, what yielding in the volume changes, and the "
     "tolerance. What the measurement left out is in none of them."
 )
