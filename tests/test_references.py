@@ -17,11 +17,12 @@ from roughcontact.formats.read import FORMATS
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.joint.leakage import leakage
 from roughcontact.material.hardening import Kinematic, Swift
-from roughcontact.references import NO_REFERENCES, REFERENCES, Reference, References, cited
+from roughcontact.references import NO_REFERENCES, Reference, References, cited, works
 from roughcontact.report import comparison, kinds, sources
 from roughcontact.result import Result, Shown
 from roughcontact.surface.provenance import Operation, Provenance
 
+REFERENCES = works()
 PAGE = Path(__file__).parents[1] / "docs" / "theory.md"
 STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
 
