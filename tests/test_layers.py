@@ -6,24 +6,20 @@ import ast
 
 import pytest
 
-from house import DELEGATIONS, delegated, floor_of, imports, rooms, wing_of
+from house import floor_of, imports, rooms, wing_of
 
 
 @pytest.mark.parametrize("room", sorted(rooms()))
 def test_a_wing_imports_only_wings_below(room: str) -> None:
-    for other, deferred in imports(rooms()[room]):
-        if other == "_version" or delegated(room, other, deferred):
-            continue
-        assert floor_of(other) <= floor_of(room), f"{room} imports {other} from a wing above"
+    for other in imports(rooms()[room]):
+        assert other == "_version" or floor_of(other) <= floor_of(room), (
+            f"{room} imports {other} from a wing above"
+        )
 
 
 def test_no_circles_inside_a_wing() -> None:
     graph = {
-        room: {
-            other
-            for other, deferred in imports(path)
-            if wing_of(other) == wing_of(room) and not delegated(room, other, deferred)
-        }
+        room: {other for other in imports(path) if wing_of(other) == wing_of(room)}
         for room, path in rooms().items()
     }
     done: set[str] = set()
@@ -174,25 +170,3 @@ def test_nothing_is_changed_that_other_threads_share(room: str) -> None:
         for alias in node.names
     }
     assert named & SHARED <= OWNS.get(room, set())
-
-
-@pytest.mark.parametrize(
-    ("room", "other"),
-    [(room, other) for room in DELEGATIONS for other in sorted(DELEGATIONS[room])],
-)
-def test_a_delegation_passes_on_and_does_nothing_else(room: str, other: str) -> None:
-    tree = ast.parse(rooms()[room].read_text(encoding="utf-8"))
-    module, _, name = other.rpartition(".")
-    bodies = [
-        function.body[1:]
-        for function in ast.walk(tree)
-        if isinstance(function, ast.FunctionDef)
-        and any(
-            isinstance(node, ast.ImportFrom)
-            and node.module == f"roughcontact.{module}"
-            and any(alias.name == name for alias in node.names)
-            for node in ast.walk(function)
-        )
-    ]
-    assert bodies, f"{room} no longer delegates to {other}"
-    assert all(len(body) == 2 for body in bodies), f"{room} does more than pass on to {other}"

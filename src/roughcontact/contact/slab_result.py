@@ -24,7 +24,7 @@ from roughcontact.errors import (
 )
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
-from roughcontact.references import References
+from roughcontact.result import Result
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ class Totals:
 
 
 @dataclass(frozen=True, eq=False)
-class SlabResult:
+class SlabResult(Result):
     """A solved contact whose maps lie on several ranks; all numbers are those of the whole map.
 
     Parameters
@@ -181,17 +181,6 @@ iterations, convolutions, seconds, version, given
     def saturated(self) -> NDArray[np.bool_]:
         """Pixels of this rank whose pressure is at the ceiling."""
         return self.pressure >= (math.inf if self.ceiling is None else self.ceiling)
-
-    def references(self) -> References:
-        """Return the papers behind what was used for it, as text and as BibTeX."""
-        from roughcontact.report import sources
-
-        return sources.of(self)
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The ``cautions``, one sentence each."""
-        return tuple(caution.text for caution in self.cautions)
 
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:

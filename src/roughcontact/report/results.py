@@ -47,6 +47,7 @@ from roughcontact.report.quantities import (
     stored,
     stored_columns,
 )
+from roughcontact.surface.surface import Surface
 from roughcontact.volume.result import ElastoplasticResult
 from roughcontact.volume.rolling import Rolling
 
@@ -150,25 +151,25 @@ def csv(result: Any) -> str:
 
 
 def save(result: Any, path: str | os.PathLike[str]) -> None:
-    """Write a result of many loads as a table, or as JSON; see `LoadCurve.save`."""
-    require_suffix(path, ".csv", ".json")
+    """Write a map or a result in the format that the suffix of the file names."""
+    own = Path(path).suffix.lower() in (".csv", ".json")
+    if isinstance(result, Surface):
+        export.save_surface(result, path)
+    elif isinstance(result, ContactResult | ElastoplasticResult | InterfaceLaw) or (
+        isinstance(result, Rolling) and not own
+    ):
+        export.save(result, path)
+    else:
+        _save_table(result, path)
+
+
+def _save_table(result: Any, path: str | os.PathLike[str]) -> None:
+    """Write the steps of a result as a table, or all of it as JSON."""
+    suffixes = (".json",) if not columns_of(result) else (".csv", ".json")
+    require_suffix(path, *suffixes)
     table = Path(path).suffix.lower() == ".csv"
     text = csv(result) if table else to_json(summary(result)) + "\n"
     write(path, text)
-
-
-def save_rolling(rolling: Rolling, path: str | os.PathLike[str]) -> None:
-    """Write passes as a table or as JSON, or what `formats.export` makes of them."""
-    if Path(path).suffix.lower() in (".csv", ".json"):
-        save(rolling, path)
-    else:
-        export.save(rolling, path)
-
-
-def save_summary(result: Estimate, path: str | os.PathLike[str]) -> None:
-    """Write a result without steps as JSON."""
-    require_suffix(path, ".json")
-    write(path, to_json(summary(result)) + "\n")
 
 
 def rows(result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:

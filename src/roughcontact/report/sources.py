@@ -15,6 +15,7 @@ from roughcontact.contact.sampling import SamplingStudy
 from roughcontact.contact.slab_result import SlabResult
 from roughcontact.contact.smooth import ELLIPSE
 from roughcontact.contact.stress import StressResult
+from roughcontact.contact.study import ResolutionStudy
 from roughcontact.formats import instruments
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.joint.conductance import Conductance
@@ -120,6 +121,9 @@ def _uses(result: Any) -> Uses:
             yield cited("intervals of the means", "Student1908")
         case SlabResult():
             yield from _of_slab(result)
+        case ResolutionStudy():
+            # It is told with its contact.
+            return
         case Estimate():
             yield cited("formulas of nominally flat contact", "Persson2001", "Yang2008")
         case Conductance() | InterfaceLaw():
