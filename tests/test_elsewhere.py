@@ -91,15 +91,14 @@ def test_no_file_of_the_tree_has_a_name_that_windows_lacks() -> None:
     assert len(folded) == len(set(folded))
 
 
-@pytest.mark.parametrize("room", sorted(rooms()))
-def test_processes_are_begun_in_the_way_that_every_system_has(room: str) -> None:
-    tree = ast.parse(rooms()[room].read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "get_context":
-            assert ast.unparse(node.args[0]) == "'spawn'", room
-        # Only where the system has it, which `plots.sharing` asks first.
-        if isinstance(node, ast.Attribute) and ast.unparse(node) == "os.fork":
-            assert room == "plots.sharing"
+def test_processes_are_begun_in_the_way_that_every_system_has() -> None:
+    for room, path in rooms().items():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "get_context":
+                assert ast.unparse(node.args[0]) == "'spawn'", room
+            # Only where the system has it, which `plots.sharing` asks first.
+            if isinstance(node, ast.Attribute) and node.attr == "fork":
+                assert (room, ast.unparse(node)) == ("plots.sharing", "os.fork")
 
 
 @pytest.mark.parametrize("name", ["con", "NUL.txt", "a:b", "what?", "end.", "COM1.nc"])

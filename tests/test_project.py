@@ -266,6 +266,7 @@ def hidden(folder: Path) -> list[str]:
     return [file.name for file in folder.rglob(".*")]
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_project_goes_on(folder: Path, number: int, start) -> None:
@@ -328,6 +329,7 @@ def test_what_a_killed_step_left_is_removed(folder: Path) -> None:
         assert hidden(folder) == []
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
 def test_no_process_outlives_the_first(folder: Path, number: int, start) -> None:

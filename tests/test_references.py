@@ -54,11 +54,11 @@ def test_the_list_of_the_theory_page_is_the_table() -> None:
     assert listed == [f"- {work.text}" for work in REFERENCES.values()]
 
 
-@pytest.mark.parametrize("key", REFERENCES)
-def test_the_theory_page_cites_every_work_of_the_table(key: str) -> None:
-    work = REFERENCES[key]
-    pattern = rf"{first_name(work)}[^;:]{{0,60}}?\b{work.year}" if work.authors else work.short
-    assert re.search(pattern, halves()[0]), f"docs/theory.md does not cite {work.short}"
+def test_the_theory_page_cites_every_work_of_the_table() -> None:
+    body = halves()[0]
+    for work in REFERENCES.values():
+        pattern = rf"{first_name(work)}[^;:]{{0,60}}?\b{work.year}" if work.authors else work.short
+        assert re.search(pattern, body), f"docs/theory.md does not cite {work.short}"
 
 
 def test_every_work_that_the_theory_page_cites_is_in_the_table() -> None:

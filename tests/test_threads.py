@@ -80,9 +80,11 @@ def products(path):
     yield from visit(tree, "")
 
 
-@pytest.mark.parametrize("room", sorted(house.rooms()))
-def test_no_product_of_much_is_taken_by_blas(room):
-    assert set(products(house.rooms()[room])) == set(FEW.get(room, {}))
+def test_no_product_of_much_is_taken_by_blas():
+    found = {room: set(products(path)) for room, path in house.rooms().items()}
+    assert {room: names for room, names in found.items() if names} == {
+        room: set(names) for room, names in FEW.items()
+    }
 
 
 def fingerprints(cores, threads, blas):

@@ -87,6 +87,7 @@ def hidden(folder: Path) -> list[str]:
     return [file.name for file in folder.rglob(".*")]
 
 
+@pytest.mark.process
 def test_a_cluster_gives_the_bits_of_local_processes_and_one_bad_file_fails_alone(
     cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
@@ -113,6 +114,7 @@ def test_a_cluster_gives_the_bits_of_local_processes_and_one_bad_file_fails_alon
     assert stamps == {file: file.stat().st_mtime_ns for file in stamps}
 
 
+@pytest.mark.process
 def test_workers_that_are_killed_lose_nothing(cluster: Cluster, tmp_path: Path) -> None:
     cluster.add()
     cluster.add()
@@ -132,6 +134,7 @@ def test_workers_that_are_killed_lose_nothing(cluster: Cluster, tmp_path: Path) 
     assert hidden(path.parent) == []
 
 
+@pytest.mark.process
 def test_a_scheduler_that_is_gone_and_one_that_comes_back(cluster: Cluster, tmp_path: Path) -> None:
     cluster.add()
     path = write_project(tmp_path / "far", 16)
@@ -156,6 +159,7 @@ def test_a_scheduler_that_is_gone_and_one_that_comes_back(cluster: Cluster, tmp_
     assert solved(path) == 17
 
 
+@pytest.mark.process
 def test_workers_are_waited_for_and_one_without_memory_loses_no_other_contact(
     cluster: Cluster, tmp_path: Path, capsys: Capture
 ) -> None:
@@ -190,6 +194,7 @@ def test_workers_are_waited_for_and_one_without_memory_loses_no_other_contact(
     assert set(states.values()) == {"solved before"}
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_a_cluster_of_this_machine_ends_with_the_run(
@@ -216,6 +221,7 @@ def test_a_cluster_of_this_machine_ends_with_the_run(
     assert 2 <= solved(path) < 201
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="no SIGSTOP on this system")
 def test_processes_of_a_cluster_have_ended_when_it_is_stopped(
     caplog: pytest.LogCaptureFixture,
@@ -232,6 +238,7 @@ def test_processes_of_a_cluster_have_ended_when_it_is_stopped(
     assert "Restarting worker" not in caplog.text
 
 
+@pytest.mark.process
 def test_a_cluster_of_this_machine_serves_none_but_the_run() -> None:
     from distributed import Security, default_client
     from distributed.comm import connect

@@ -16,6 +16,7 @@ from roughcontact.cli import app
 MPIEXEC = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or shutil.which("mpiexec")
 
 
+@pytest.mark.process
 @pytest.mark.mpi
 @pytest.mark.skipif(MPIEXEC is None, reason="mpiexec is absent")
 def test_ranks_give_the_bits_of_local_processes(

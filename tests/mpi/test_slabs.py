@@ -16,7 +16,7 @@ from starting import command, mpiexec, refused
 
 HERE = Path(__file__).parent
 
-pytestmark = pytest.mark.mpi
+pytestmark = [pytest.mark.mpi, pytest.mark.process]
 
 
 def case(count, task, folder):

@@ -15,7 +15,7 @@ HERE = Path(__file__).parent
 FIELDS = ("thickness", "plastic_strain", "accumulated", "stress", "mean_stress",
           "residual_stress", "mean_residual_stress")  # fmt: skip
 
-pytestmark = pytest.mark.mpi
+pytestmark = [pytest.mark.mpi, pytest.mark.process]
 
 
 def case(count, task, folder):
