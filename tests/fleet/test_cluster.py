@@ -265,13 +265,12 @@ def test_a_cluster_of_this_machine_serves_none_but_the_run() -> None:
          "--scheduler is that of a cluster with workers of its own: it needs --engine dask"),
         (("--engine", "dask", "--scheduler", "tcp://127.0.0.1:1", "--workers", "2"),
          "goes without --workers"),
-        (("--engine", "mpi", "--workers", "2"), "--workers goes without --engine mpi"),
         (("--engine", "dask", "--scheduler", "tcp://127.0.0.1:1"), "does not answer at"),
         (("--engine", "dask", "--scheduler", "nowhere"), "--scheduler"),
         (("--engine", "dask", "--scheduler", "tls://127.0.0.1:1"), "does not answer at"),
         (("--engine", "dask", "--scheduler", "ucx://127.0.0.1:1"), "--scheduler does not"),
         (("--workers", "0"), "--workers must be a whole number from 1"),
-        (("--engine", "slurm"), "--engine must be one of local, dask, mpi"),
+        (("--engine", "slurm"), "--engine must be one of local, dask"),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_is_refused(
@@ -294,20 +293,17 @@ def test_what_mpiexec_has_started_several_times_is_refused(
     path = write_project(tmp_path, 1)
     monkeypatch.setenv("PMI_SIZE", "2")
     assert app.main(["run", str(path), *words]) == app.BAD_INPUT
-    assert "would do all of it: give --engine mpi, or start" in capsys.readouterr().err
+    assert "would do all of it: start a single one" in capsys.readouterr().err
     assert solved(path) == 0
 
 
-@pytest.mark.parametrize(
-    ("engine", "module"), [("dask", "distributed"), ("dask", "cryptography"), ("mpi", "mpi4py")]
-)
+@pytest.mark.parametrize("module", ["distributed", "cryptography"])
 def test_a_missing_library_is_named(
-    engine: str, module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+    module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
     path = write_project(tmp_path, 1)
-    assert app.main(["run", str(path), "--engine", engine]) == app.BAD_INPUT
+    assert app.main(["run", str(path), "--engine", "dask"]) == app.BAD_INPUT
     err = capsys.readouterr().err
-    extra = "cluster" if engine == "dask" else "mpi"
-    assert f"run pip install 'roughcontact[{extra}]'" in err
+    assert "run pip install 'roughcontact[cluster]'" in err
     assert err.count("\n") == 1

@@ -398,10 +398,7 @@ def _run(file: Path | str | None, given: Given) -> None:
 
     asked = {name: value for name, value in parsed(given, RUN).items() if name not in SHOWN}
     with terminal.progress("quiet" in given) as say:
-        ended = _worked_through(str(file), asked, say, "quiet" in given)
-    if ended is None:
-        return
-    reports, folder = ended
+        reports, folder = _worked_through(str(file), asked, say, "quiet" in given)
     if "json" in given:
         print(to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
     elif "quiet" not in given:
@@ -417,21 +414,16 @@ def _run(file: Path | str | None, given: Given) -> None:
         raise typer.Exit(NOT_CONVERGED)
 
 
-def _worked_through(
-    file: str, asked: Given, say: Say, quiet: bool
-) -> tuple[list[Report], Path] | None:
-    """Work through a project; return how its contacts ended, and the folder of what they left.
-
-    None where others tell it.
-    """
+def _worked_through(file: str, asked: Given, say: Say, quiet: bool) -> tuple[list[Report], Path]:
+    """Work through a project; return how its contacts ended, and the folder of what they left."""
     from roughcontact.fleet import engines, plan, project
     from roughcontact.report import underway
 
     load = functools.partial(project.load, file)
-    with engines.opened(load, engines.tasks, asked.pop("engine", LOCAL), **asked) as begun:
-        if begun is None:
-            return None
-        engine, entries = begun
+    with engines.opened(load, engines.tasks, asked.pop("engine", LOCAL), **asked) as (
+        engine,
+        entries,
+    ):
         states: list[str] = []
         start = time.monotonic()
         at = f"; {engine.dashboard}" if engine.dashboard else ""

@@ -8,7 +8,7 @@ from roughcontact.request.option import Option
 RUN = "run"
 """The command."""
 
-LOCAL, DASK, MPI = "local", "dask", "mpi"
+LOCAL, DASK = "local", "dask"
 """What the contacts of a project are worked through on."""
 
 ENGINE = "Engine"
@@ -18,10 +18,9 @@ _MOST = 2**16
 
 OPTIONS = (
     Option(
-        "engine", ENGINE, f"{LOCAL}|{DASK}|{MPI}",
-        "What works: local, processes of this machine; dask, a Dask cluster; mpi, the processes "
-        "that mpiexec has started; default: local.",
-        parsing.choice(LOCAL, DASK, MPI), fits=(RUN,), default=LOCAL,
+        "engine", ENGINE, f"{LOCAL}|{DASK}",
+        "What works: local, processes of this machine; dask, a Dask cluster; default: local.",
+        parsing.choice(LOCAL, DASK), fits=(RUN,), default=LOCAL,
     ),
     Option(
         "scheduler", ENGINE, "ADDRESS",
