@@ -10,9 +10,9 @@ from roughcontact.cli import app
 from roughcontact.contact.result import ContactResult
 from roughcontact.files import to_json
 from roughcontact.fleet import project
-from roughcontact.request import joints, run as running
-from roughcontact.request.option import JOINTS
-from roughcontact.request.request import Request, from_text
+from roughcontact.request import outcome, run as running
+from roughcontact.request.request import Request
+from roughcontact.request.tasks import SHARED_TASKS as JOINTS, from_text
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 COPPER = rc.Conductor(conductivity=400)
@@ -23,13 +23,13 @@ ROUGH = rc.Surface(*rc.reference_map(32, 3))
 def solves(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Return the loads that were solved, as they are."""
     found: list[float] = []
-    solve = joints.fresh
+    solve = outcome.solve_afresh
 
     def counted(surface: rc.Surface, **options: Any) -> ContactResult:
         found.append(options["load"])
         return solve(surface, **options)
 
-    monkeypatch.setattr(joints, "fresh", counted)
+    monkeypatch.setattr(outcome, "solve_afresh", counted)
     return found
 
 

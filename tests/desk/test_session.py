@@ -17,9 +17,9 @@ from roughcontact.desk.session import Session
 from roughcontact.desk.state import PINNED, from_script
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.fleet import project
-from roughcontact.request.options import SOLVE
-from roughcontact.request.request import from_text
-from roughcontact.request.run import Outcome, run
+from roughcontact.request.outcome import Outcome
+from roughcontact.request.run import run
+from roughcontact.request.tasks import from_text
 
 PATIENCE = 60.0
 
@@ -155,7 +155,7 @@ def test_a_solve_that_began_ends_and_the_newest_waits(tmp_path: Path) -> None:
     path = save_map(tmp_path, "a.npz")
     live = Live(hear)
     given = {**GIVEN, "level": "none"}
-    requests = [from_text(SOLVE, path, {**given, "load": f"{mN} mN"}) for mN in (1, 2, 3, 4)]
+    requests = [from_text("solve", path, {**given, "load": f"{mN} mN"}) for mN in (1, 2, 3, 4)]
     live.ask(requests[0])
     assert began.wait(PATIENCE)
     for request in requests[1:]:
@@ -168,7 +168,7 @@ def test_a_solve_that_began_ends_and_the_newest_waits(tmp_path: Path) -> None:
     began.clear(), go_on.clear(), told.clear()
     live.ask(requests[0])
     assert began.wait(PATIENCE)
-    live.ask(from_text(SOLVE, path, {**given, "level": "mean"}))
+    live.ask(from_text("solve", path, {**given, "level": "mean"}))
     go_on.set()
     assert live.wait(PATIENCE)
     assert [what.request["level"] for what in told if isinstance(what, Outcome)] == ["mean"]

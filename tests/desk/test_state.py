@@ -13,8 +13,9 @@ from roughcontact.desk.state import State, from_script
 from roughcontact.errors import FormatError, InputError
 from roughcontact.fleet import project
 from roughcontact.report import script
-from roughcontact.request.options import STRESS, SWEEP
+from roughcontact.request.load_curve import TASK as SWEEP
 from roughcontact.request.run import run
+from roughcontact.request.subsurface import TASK as STRESS
 
 
 @pytest.fixture
