@@ -57,11 +57,12 @@ def missing(names: Iterable[str]) -> str:
 
 
 def _wanted(name: str) -> str:
-    return {
+    known = {
         "file": "a map",
         "boundary": "whether the map is the whole contact",
         "holes": "what to do with its missing points",
-    }.get(name, SOLVE.by_name[name].label.lower())
+    }
+    return known.get(name) or SOLVE.by_name[name].label.lower()
 
 
 def table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> str:
