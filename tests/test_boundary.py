@@ -152,8 +152,7 @@ def test_the_command_line_offers_a_boundary_added():
         "Boundary._member_names_.append('SOFT_BED')",
         "Boundary._member_map_['SOFT_BED'] = Boundary._value2member_map_['soft-bed'] = member",
         "boundary._BEYOND[member] = entry",
-        "from roughcontact.request.options import offered",
-        "row = offered('solve')['boundary']",
+        "from roughcontact.request.options import BOUNDARY as row",
         "print(row.help, row.parse('soft-bed', 'boundary'))",
     ]
     done = subprocess.run(

@@ -15,9 +15,10 @@ import pytest
 
 from roughcontact.cli import app
 from roughcontact.report import underway
+from roughcontact.request.outcome import last_contact
 from roughcontact.request.outputs import UnfinishedError
-from roughcontact.request.request import from_text
 from roughcontact.request.run import run
+from roughcontact.request.tasks import from_text
 from roughcontact.solvers.progress import Progress
 
 Capture = pytest.CaptureFixture[str]
@@ -97,8 +98,9 @@ def test_progress_is_told_in_words(task: str, given: dict[str, str], words: str)
     outcome = run(from_text(task, None, {**FORM, **given}), lambda text: None, seen.append)
     assert outcome.converged
     assert any(words in underway.described(at) for at in seen)
-    assert {"load", "certificate"} <= outcome.last.keys()
-    assert np.isfinite(outcome.last["load"])
+    last = (outcome.request.task.last or last_contact)(outcome)
+    assert {"load", "certificate"} <= last.keys()
+    assert np.isfinite(last["load"])
 
 
 def _typed(page: str) -> str:

@@ -19,7 +19,7 @@ import roughcontact as rc
 from roughcontact.desk import apart
 from roughcontact.desk.apart import Bench, End, Limits, Stage
 from roughcontact.errors import InputError, InsufficientMemoryError, RoughcontactError
-from roughcontact.request.request import from_text
+from roughcontact.request.tasks import from_text
 from roughcontact.solvers.progress import Progress
 
 PATIENCE = 60.0

@@ -15,17 +15,16 @@ from rich.table import Table
 from rich.text import Text
 
 from roughcontact.cli import terminal
-from roughcontact.request.options import (
-    COMPARE,
-    ESTIMATE,
-    FIND,
-    HISTORY,
-    INFO,
-    ROLL,
-    SOLVE,
-    STRESS,
-    SWEEP,
-)
+from roughcontact.request.comparing import TASK as COMPARE
+from roughcontact.request.estimating import TASK as ESTIMATE
+from roughcontact.request.load_curve import TASK as SWEEP
+from roughcontact.request.load_history import TASK as HISTORY
+from roughcontact.request.load_search import TASK as FIND
+from roughcontact.request.rolling import TASK as ROLL
+from roughcontact.request.solve import TASK as SOLVE
+from roughcontact.request.subsurface import TASK as STRESS
+from roughcontact.request.task import Command
+from roughcontact.request.tasks import INFO
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
@@ -46,8 +45,7 @@ if TYPE_CHECKING:
     from roughcontact.material.material import Material
     from roughcontact.report.inputs import Measured
     from roughcontact.report.quantities import Row
-    from roughcontact.request.joints import Joint
-    from roughcontact.request.run import Outcome
+    from roughcontact.request.outcome import Outcome
     from roughcontact.surface.surface import Surface
     from roughcontact.volume.result import ElastoplasticResult
     from roughcontact.volume.rolling import Rolling
@@ -64,32 +62,48 @@ _WIDEST = 100
 
 def show(outcome: Outcome) -> None:
     """Print what a request gave."""
-    if outcome.curve is not None:
-        show_curve(outcome.curve, outcome.written)
-    elif outcome.history is not None:
-        show_history(outcome.history, outcome.written)
-    elif outcome.rolling is not None:
-        show_rolling(outcome.rolling, outcome.written)
-    elif outcome.loads is not None:
-        show_loads(outcome.loads, outcome.written)
-    elif outcome.joint is not None:
-        show_joint(outcome.joint, outcome.request.task, outcome.written)
-    elif outcome.comparison is not None:
-        show_comparison(outcome.comparison, outcome.written)
-    elif outcome.volume is not None:
-        show_volume(outcome.volume, outcome.written)
-    elif outcome.stress is None:
-        show_solution(outcome)
-    else:
-        show_solution(replace(outcome, written=()))
-        show_stress(outcome.stress, outcome.first_yield, outcome.written)
+    # The classes are imported late: they bring NumPy.
+    from roughcontact.contact.compared import Comparison
+    from roughcontact.contact.curve import LoadCurve
+    from roughcontact.contact.found import FoundLoads
+    from roughcontact.contact.history import LoadHistory
+    from roughcontact.contact.result import ContactResult
+    from roughcontact.contact.sampling import SamplingStudy
+    from roughcontact.contact.stress import StressResult
+    from roughcontact.joint.estimate import Estimate
+    from roughcontact.volume.result import ElastoplasticResult
+    from roughcontact.volume.rolling import Rolling
+
+    written = outcome.written
+    match outcome.found:
+        case LoadCurve() as found:
+            show_curve(found, written)
+        case LoadHistory() as found:
+            show_history(found, written)
+        case Rolling() as found:
+            show_rolling(found, written)
+        case FoundLoads() as found:
+            show_loads(found, written)
+        case Comparison() | SamplingStudy() as found:
+            show_comparison(found, written)
+        case ElastoplasticResult() as found:
+            show_volume(found, written)
+        case Estimate() as found:
+            show_estimate(found, written)
+        case ContactResult():
+            show_solution(outcome)
+        case StressResult() as found:
+            show_solution(replace(outcome, written=()))
+            show_stress(found, outcome.extras.get("first_yield"), written)
+        case found:
+            show_joint(found, outcome.request.task, written)
 
 
 def show_solution(outcome: Outcome) -> None:
     """Print problem, answer and trust of a result, then its warnings and files."""
     from roughcontact.report import results, smooth, sureness
 
-    result = outcome.result
+    result, study = outcome.contact, outcome.extras.get("study")
     assert result is not None
     heads, answer = results.beside_calibrated(result, brief=True)
     cells = [(_title(row), *texts) for row, texts in answer]
@@ -101,12 +115,12 @@ def show_solution(outcome: Outcome) -> None:
     else:
         _print_table(_problem(result, result), cells, trust)
     if result.converged and result.load:
-        _print_table(sureness.rows(result, outcome.study), heads=sureness.HEADS)
+        _print_table(sureness.rows(result, study), heads=sureness.HEADS)
     if smooth.applies(result):
         _print_table(smooth.rows(result), heads=smooth.HEADS)
     _print_cautions(result.cautions, outcome.request.task)
-    if outcome.study is not None:
-        _print_study(outcome.study)
+    if study is not None:
+        _print_study(study)
     _print_written(outcome.written)
 
 
@@ -140,7 +154,7 @@ def show_loads(loads: FoundLoads, written: Sequence[Path]) -> None:
     _print_written(written)
 
 
-def show_joint(found: Joint, task: str, written: Sequence[Path]) -> None:
+def show_joint(found: Any, task: Command, written: Sequence[Path]) -> None:
     """Print what a joint does, one row a load, and what it means."""
     from roughcontact.report import results
 
@@ -473,13 +487,7 @@ def _print_lines(text: str) -> None:
 
 
 def _print_steps(
-    result: LoadCurve
-    | LoadHistory
-    | Rolling
-    | FoundLoads
-    | Joint
-    | ResolutionStudy
-    | SamplingStudy,
+    result: LoadCurve | LoadHistory | Rolling | FoundLoads | Any | ResolutionStudy | SamplingStudy,
 ) -> None:
     """Print one row a step, and what is told of all steps together."""
     from roughcontact.report import results
@@ -511,7 +519,7 @@ def _print_table(*blocks: Sequence[Cells], heads: Cells = (), fold: bool = False
     print()
 
 
-def _print_cautions(cautions: Iterable[Caution], command: str) -> None:
+def _print_cautions(cautions: Iterable[Caution], command: Command) -> None:
     """Print what has to be known; the status above says already where nothing converged."""
     from roughcontact.contact.cautions import Kind
 
@@ -527,7 +535,7 @@ def _print_shared(told: Iterable[tuple[str, Mapping[str, Any]]]) -> None:
     _print_told((severity, f"{', '.join(who)}: {text}") for (severity, text), who in said.items())
 
 
-def _print_told(told: Iterable[tuple[str, str]], command: str = SOLVE) -> None:
+def _print_told(told: Iterable[tuple[str, str]], command: Command = SOLVE) -> None:
     lines = [
         f"{severity}: {terminal.printable(terminal.spelled(text, command))}"
         for severity, text in told

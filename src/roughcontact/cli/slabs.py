@@ -12,8 +12,7 @@ from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED
 from roughcontact.errors import RoughcontactError
 from roughcontact.files import to_json
 from roughcontact.ranks import Ranks, world
-from roughcontact.request import slabs
-from roughcontact.request.options import VOLUME
+from roughcontact.request import slabs, solve
 from roughcontact.request.request import Request
 
 _FAILED = 1
@@ -32,7 +31,9 @@ def carry_out(ask: Callable[[], Request], as_json: bool, quiet: bool) -> None:
     ranks = world()
     try:
         request = ask()
-        carried = _carry_out_volume if request.kind == VOLUME else _carry_out
+        carried = (
+            _carry_out_volume if request.get(solve.MODEL) == solve.VOLUME_MODEL else _carry_out
+        )
         carried(request, ranks, as_json, quiet)
     except (RoughcontactError, OSError) as error:
         # Where all have the same error, the first tells it.

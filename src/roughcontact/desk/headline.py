@@ -6,9 +6,10 @@ from collections.abc import Iterable
 
 from roughcontact.contact.cautions import Caution, Kind
 from roughcontact.contact.result import ContactResult
-from roughcontact.desk.words import escaped, label, spelled
+from roughcontact.desk.words import escaped, spelled
 from roughcontact.report import chapters, results
 from roughcontact.report.quantities import TRUST
+from roughcontact.request.solve import TASK as SOLVE
 
 _KEYS = ("load", "approach", "contact_fraction", "mean_pressure", "saturated_fraction", "mean_gap")
 
@@ -56,11 +57,12 @@ def missing(names: Iterable[str]) -> str:
 
 
 def _wanted(name: str) -> str:
-    return {
+    known = {
         "file": "a map",
         "boundary": "whether the map is the whole contact",
         "holes": "what to do with its missing points",
-    }.get(name, label(name).lower())
+    }
+    return known.get(name) or SOLVE.by_name[name].label.lower()
 
 
 def table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> str:

@@ -24,7 +24,7 @@ from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import pieces
 from roughcontact.request.fleet_options import DASK, LOCAL
 from roughcontact.request.moving import moved
-from roughcontact.request.options import COMPARE
+from roughcontact.request.options import FOLDER
 from roughcontact.request.outputs import UnfinishedError
 
 T = TypeVar("T")
@@ -137,8 +137,9 @@ def run(
         if engine is None:
             engine = stack.enter_context(processes(_at_once(tasks(entries))))
         folders = {entry.summary.parent for entry in entries}
-        for folder in {entry.request.get("folder") for entry in entries} - {None}:
-            stack.callback(_clear, folder)
+        for folder in {entry.request.get(FOLDER) for entry in entries}:
+            if folder is not None:
+                stack.callback(_clear, folder)
         marks = {}
         for folder in folders:
             folder.mkdir(parents=True, exist_ok=True)
@@ -288,7 +289,7 @@ class _Run:
         entries = [part.entry for part in task.parts]
         read = {path: _resolved(path) for path in task.inputs}
         sums = {lies: self._content(path) for path, lies in read.items()}
-        folders = {one.request.get("folder") for one in entries} - {None}
+        folders = {folder for one in entries if (folder := one.request.get(FOLDER)) is not None}
         kept = (path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file())
         parts = tuple(
             replace(part, entry=replace(
@@ -403,7 +404,9 @@ class _Run:
         if report.state == SOLVED:
             entry = self._entries[number]
             # Another map may be set beside those of a comparison some day.
-            lasting = self._digests.get(number, {}) if entry.request.kind == COMPARE else {}
+            pieces = entry.request.task.pieces
+            of_maps = pieces is not None and pieces.file_of is not None
+            lasting = self._digests.get(number, {}) if of_maps else {}
             keeping.drop(entry, lasting.values())
         self._tell.report(report)
 

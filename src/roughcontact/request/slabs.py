@@ -4,27 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.ranks import Ranks
-from roughcontact.request.options import SHOWN, SOLVE, offered, spell_option
+from roughcontact.request import options, solve
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Step
 
 if TYPE_CHECKING:
     from roughcontact.contact.slab import Slab
     from roughcontact.contact.slab_result import SlabResult
-
-_KNOWN = (
-    "channel", "unit", "size", "override-size", "level", "holes", "load", "approach", "material",
-    "counter-material", "young", "poisson", "yield-strength", "counter-young", "counter-poisson",
-    "counter-yield-strength", "ceiling", "boundary", "model", "tolerance", "max-iterations",
-    "precision", "output", "report", *SHOWN,
-)  # fmt: skip
-"""Options that a map on several ranks can have; ``level`` a plane or none, ``holes`` masked."""
 
 
 @dataclass(frozen=True)
@@ -54,26 +45,28 @@ class SlabOutcome:
 
 def check(request: Request) -> None:
     """Raise `InputError` for what is not known of a map on several ranks."""
-    if request.task != SOLVE or request.kind != SOLVE:
+    if request.task is not solve.TASK or request[solve.MODEL] != solve.SURFACE_MODEL:
         raise InputError(
             "several ranks solve one contact, with a ceiling or with the volume model; start this "
             "without mpiexec"
         )
     if request.file is None:
         raise InputError("is needed: ranks read their rows of it", argument="file")
-    for name, option in offered(SOLVE).items():
-        if name not in _KNOWN and request[name] != option.default:
+    for option in request.task.options:
+        if option.whole_map and request.is_given(option):
             raise InputError(
                 "takes a map in one place and is not available on several ranks; prepare the map "
                 "beforehand and save it as .nc or .npy, or start without mpiexec",
                 argument=option.argument,
             )
-    for name, known in (("level", ("plane", "none")), ("holes", ("error", "mask"))):
-        if request[name] not in known:
+    for option, known in (
+        (options.LEVEL, ("plane", "none")), (options.HOLES, ("error", "mask")),
+    ):  # fmt: skip
+        if request[option] not in known:
             raise InputError(
-                f"must be {' or '.join(known)} on several ranks, got {request[name]!r}; prepare "
+                f"must be {' or '.join(known)} on several ranks, got {request[option]!r}; prepare "
                 "the map beforehand",
-                argument=name,
+                argument=option.argument,
             )
     for path in request.outputs:
         if path.suffix.lower() != ".nc":
@@ -118,13 +111,13 @@ def run(
         slab,
         material=material,
         counter_material=counter,
-        load=request["load"],
-        approach=request["approach"],
-        ceiling=request["ceiling"],
-        boundary=request["boundary"],
+        load=request.load[0],
+        approach=request[options.APPROACH],
+        ceiling=request[options.CEILING],
+        boundary=request[options.BOUNDARY],
         on_failure="return",
         progress=look,
-        **request.solver("tolerance", "max-iterations", "precision"),
+        **request.solver(*options.SOLVER),
     )
     outcome = SlabOutcome(result)
     return _written(request, outcome, say) if result.converged else outcome
@@ -136,10 +129,10 @@ def _read(request: Request, ranks: Ranks, say: Callable[[str], None]) -> Slab:
     assert request.file is not None
     say(f"reading {request.file.name}")
     slab = read_slab(
-        request.file, ranks, request["channel"], request["unit"], request["size"],
-        request["override-size"], holes_masked=request["holes"] == "mask",
+        request.file, ranks, request[options.CHANNEL], request[options.UNIT], request[options.SIZE],
+        request[options.OVERRIDE_SIZE], holes_masked=request[options.HOLES] == "mask",
     )  # fmt: skip
-    return slab if request["level"] == "none" else slab.leveled()
+    return slab if request[options.LEVEL] == "none" else slab.leveled()
 
 
 def _written(request: Request, outcome: SlabOutcome, say: Callable[[str], None]) -> SlabOutcome:
@@ -153,20 +146,20 @@ def _written(request: Request, outcome: SlabOutcome, say: Callable[[str], None])
             say(f"writing {path}")
             save_slabs(result, path)
             outcome = replace(outcome, written=(*outcome.written, path))
-        if request["report"] is not None:
+        if request[options.REPORT] is not None:
             from roughcontact.report import slabs as report
 
-            say(f"writing {request['report']}")
+            say(f"writing {request[options.REPORT]}")
             maps = reduced(result)
-            spell = partial(spell_option, command=SOLVE)
+            spell = request.task.spelled
             ranks.agreed(
                 lambda: (
-                    report.save(result, maps, request["report"], request.command, spell)
+                    report.save(result, maps, request[options.REPORT], request.command, spell)
                     if ranks.first
                     else None
                 )
             )
-            outcome = replace(outcome, written=(*outcome.written, request["report"]))
+            outcome = replace(outcome, written=(*outcome.written, request[options.REPORT]))
     except (RoughcontactError, OSError) as error:
         return replace(outcome, failure=error)
     return outcome
