@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from roughcontact.contact.stress import StressResult
     from roughcontact.contact.study import ResolutionStudy
     from roughcontact.ranks import Ranks
+    from roughcontact.report.page import Edition
     from roughcontact.surface.surface import Surface
     from roughcontact.volume.passes import Frame
     from roughcontact.volume.result import ElastoplasticResult
@@ -516,7 +517,7 @@ def _naming(**options: str) -> Iterator[None]:
 
 def files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
     """Yield the files that were asked for, with what writes them."""
-    from roughcontact.report import figures
+    from roughcontact.report import results
 
     request, found = outcome.request, outcome.found
     for path in request.outputs:
@@ -529,13 +530,7 @@ def files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
         yield request["movie"], partial(movie.save, outcome.rolling, outcome.frames)
     if request.get("report") is not None:
         yield request.get("report"), partial(_report, outcome, maps)
-    if outcome.comparison is not None:
-        from roughcontact.report import comparison
-
-        for _, _, path in request.figures():
-            yield path, outputs.saver(partial(comparison.figure, outcome.comparison))
-        return
-    drawings = figures.drawings(found)
+    drawings = results.drawings(found)
     for _, name, path in request.figures():
         # A profile has fewer of them than a map.
         if name and name not in drawings:
@@ -545,50 +540,33 @@ def files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
 
 def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
     """Write the report on an outcome."""
-    from roughcontact.report import additions, comparison, contact, rolling, steps, volume
+    from roughcontact.report import results
 
-    request = outcome.request
-    told = _telling(request)
+    edition = edition_of(outcome.request)
     if outcome.curve is not None:
-        _curve_report(outcome.curve, request, maps, path)
-    elif outcome.history is not None:
-        steps.save_history(outcome.history, path, **told)
-    elif outcome.loads is not None and outcome.result is not None:
-        answers = additions.of_loads(outcome.loads)
-        contact.save_compared(outcome.result, path, additions=[answers], study=None, **told)
-    elif outcome.joint is not None and outcome.result is not None:
-        chapter = additions.of_joint(outcome.joint)
-        contact.save_compared(outcome.result, path, additions=[chapter], study=None, **told)
-    elif outcome.comparison is not None:
-        comparison.save(outcome.comparison, path, **told)
-    elif outcome.stress is not None:
-        below = additions.of_stress(outcome.stress, outcome.first_yield)
-        solution = outcome.stress.solution
-        contact.save_compared(solution, path, additions=[below], study=None, **told)
-    elif outcome.rolling is not None:
-        rolling.save(outcome.rolling, path, **told)
-    elif outcome.volume is not None:
-        volume.save(outcome.volume, path, **told)
-    elif outcome.result is not None:
-        contact.save_compared(outcome.result, path, additions=[], study=outcome.study, **told)
+        _curve_report(outcome.curve, outcome.request, maps, path, edition)
+    else:
+        beside = {"study": outcome.study, "onset": outcome.first_yield}
+        results.report(outcome.found, path, edition, **beside)
 
 
-def _curve_report(curve: LoadCurve, request: Request, maps: Sequence[Surface], path: Path) -> None:
+def _curve_report(
+    curve: LoadCurve, request: Request, maps: Sequence[Surface], path: Path, edition: Edition
+) -> None:
     """Write the report on a load curve, with the contact at its last load."""
     from roughcontact.contact.solve import solve
-    from roughcontact.report import steps
+    from roughcontact.report import page, steps
 
     options = problem.arguments(request, maps, "tolerance", "max-iterations", "precision")
     result = solve(maps[0], **options, load=curve.steps[-1].load, calibrated=False)
     result = replace(result, remarks=curve.remarks)
     twin = result.elastic() if result.saturated_fraction else None
-    steps.save_curve(curve, result, path, elastic=twin, **_telling(request))
+    page.save(steps.render_curve(curve, result, edition, elastic=twin), path)
 
 
-def _telling(request: Request) -> dict[str, Any]:
+def edition_of(request: Request) -> Edition:
     """Return what every report takes of a request, and of the cores there are."""
-    return {
-        "command": request.command,
-        "spell": partial(spell_option, command=request.task),
-        "processes": default_workers(),
-    }
+    from roughcontact.report.page import Edition
+
+    spell = partial(spell_option, command=request.task)
+    return Edition(request.command, spell=spell, processes=default_workers())

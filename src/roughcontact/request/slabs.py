@@ -155,15 +155,14 @@ def _written(request: Request, outcome: SlabOutcome, say: Callable[[str], None])
             outcome = replace(outcome, written=(*outcome.written, path))
         if request["report"] is not None:
             from roughcontact.report import slabs as report
+            from roughcontact.report.page import Edition
 
             say(f"writing {request['report']}")
             maps = reduced(result)
-            spell = partial(spell_option, command=SOLVE)
+            edition = Edition(request.command, spell=partial(spell_option, command=SOLVE))
             ranks.agreed(
                 lambda: (
-                    report.save(result, maps, request["report"], request.command, spell)
-                    if ranks.first
-                    else None
+                    report.save(result, maps, request["report"], edition) if ranks.first else None
                 )
             )
             outcome = replace(outcome, written=(*outcome.written, request["report"]))
