@@ -36,8 +36,7 @@ def plots(shown: object) -> Any:
     from roughcontact.plots import accessor
     from roughcontact.report import kinds
 
-    kind = kinds.of(shown)
-    return accessor.of(shown) if kind is None else accessor.Plots(shown, kind.plots)
+    return accessor.Plots(shown, kinds.of(shown).plots)
 
 
 def explore(shown: Any) -> Any:
@@ -63,16 +62,17 @@ def summary(shown: object) -> dict[str, Any]:
 
 def references(shown: object) -> References:
     """Return the papers."""
-    from roughcontact.report import sources
+    from roughcontact.report import results
 
-    return sources.of(shown)
+    return results.references(shown)
 
 
 def report(shown: Any, path: Path, command: str, **more: Any) -> None:
     """Write a report."""
-    from roughcontact.report import reports
+    from roughcontact.report import results
+    from roughcontact.report.page import Edition
 
-    reports.save(shown, path, command, **more)
+    results.report(shown, path, Edition(command), **more)
 
 
 def contact_cautions(shown: ContactResult) -> tuple[Caution, ...]:

@@ -101,11 +101,11 @@ def show(outcome: Outcome) -> None:
 
 def show_solution(outcome: Outcome) -> None:
     """Print problem, answer and trust of a result, then its warnings and files."""
-    from roughcontact.report import results, smooth, sureness
+    from roughcontact.report import contact, smooth, sureness
 
     result, study = outcome.contact, outcome.extras.get("study")
     assert result is not None
-    heads, answer = results.beside_calibrated(result, brief=True)
+    heads, answer = contact.beside_calibrated(contact.kind_of(result), result, brief=True)
     cells = [(_title(row), *texts) for row, texts in answer]
     trust = _trust(result)
     if heads:
@@ -218,11 +218,11 @@ def show_rolling(rolling: Rolling, written: Sequence[Path]) -> None:
 
 def show_stress(stress: StressResult, onset: StressResult | None, written: Sequence[Path]) -> None:
     """Print the largest stresses below a contact that was shown, and where it yields."""
-    from roughcontact.report import results
+    from roughcontact.report import results, stress as below
 
     rows = results.rows(stress, brief=True)
     if onset is not None:
-        rows += results.first_yield(onset, brief=True)
+        rows += below.first_yield(onset, brief=True)
     _print_table(_cells(rows))
     # Those of the contact stand above, with its numbers.
     own = [caution for caution in stress.cautions if caution not in stress.solution.cautions]

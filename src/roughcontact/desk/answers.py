@@ -18,7 +18,7 @@ from roughcontact.contact.study import ResolutionStudy
 from roughcontact.errors import ConvergenceError
 from roughcontact.plots import maps
 from roughcontact.plots.saving import png
-from roughcontact.report import figures, results, tables
+from roughcontact.report import results, tables
 from roughcontact.report.quantities import ANSWER, PROBLEM, TRUST, beside
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
@@ -140,7 +140,7 @@ def _answer(tell: Tell, outcome: Outcome) -> Answer:
 
 
 def _pictures(found: Any) -> tuple[tuple[str, bytes], ...]:
-    return tuple((name, png(draw())) for name, draw in figures.drawings(found).items())
+    return tuple((name, png(draw())) for name, draw in results.drawings(found).items())
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,8 @@ from typing import Any
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.joint.estimate import Estimate, Range
+from roughcontact.references import cited
+from roughcontact.report.kind import Kind
 from roughcontact.report.quantities import PROBLEM, Quantity, Table
 from roughcontact.units import engineering, percent
 
@@ -132,3 +134,9 @@ BESIDE: Table = (
     ),
 )  # fmt: skip
 """Of a `ContactResult` that is nominally flat, beside what was solved."""
+
+
+KIND = Kind(
+    Estimate, ESTIMATE,
+    works=lambda _: (cited("formulas of nominally flat contact", "Persson2001", "Yang2008"),),
+)  # fmt: skip

@@ -8,11 +8,10 @@ from dataclasses import replace
 from typing import Any
 
 from roughcontact.contact.slab_result import SlabResult
-from roughcontact.errors import Spell
-from roughcontact.files import write
 from roughcontact.plots import reduced
 from roughcontact.report import page, sources
-from roughcontact.report.page import Chapter
+from roughcontact.report.kind import Kind
+from roughcontact.report.page import Chapter, Edition
 from roughcontact.report.quantities import (
     ANSWER,
     PROBLEM,
@@ -63,8 +62,7 @@ def save(
     result: SlabResult,
     maps: Sequence[Any],
     path: str | os.PathLike[str],
-    command: str,
-    spell: Spell = str,
+    edition: Edition,
 ) -> None:
     """Write a report on a contact that lies on several ranks; the first of them alone calls it.
 
@@ -76,10 +74,8 @@ def save(
         From `roughcontact.contact.slab_result.reduced`.
     path : str or path
         HTML file to write; it appears only once it is complete.
-    command : str
-        What was typed to get the result.
-    spell : callable
-        ``spell(mention)`` returns the words for an argument.
+    edition : Edition
+        Command, date, and how it is drawn and worded.
 
     Raises
     ------
@@ -88,7 +84,6 @@ def save(
     OSError
         If it cannot be written.
     """
-    page.check_path(path)
     told = [row for part in (ANSWER, TRUST) for row in rows_of(SLABS, result, part)]
     by_key = {row.key: row for row in told}
     headlines = ("mean_pressure", "contact_area", "saturated_fraction", "mean_gap")
@@ -97,13 +92,13 @@ def save(
             _problem(result),
             _chapter("Contact", result),
             _pictures(result, maps),
-            _trust(result, command),
-            sources.chapter(sources.of(result)),
+            _trust(result, edition.command),
+            sources.chapter(sources.of(KIND, result)),
         ],
         title="Contact of a rough surface",
         subtitle=f"{result.slab.provenance.source}, {result.shape[0]} × {result.shape[1]} points, "
         f"solved by {result.slab.ranks.count} ranks",
-        date=None,
+        edition=edition,
         status=result.status,
         key_numbers=[
             (row.title, row.text, row.meaning)
@@ -115,9 +110,8 @@ def save(
         certificate=f"Certificate {by_key['certificate'].text}.",
         cautions=result.cautions,
         checked=("contact at the edge of the map", "pressure beyond the ceiling"),
-        spell=spell,
     )
-    write(path, text)
+    page.save(text, path)
 
 
 def _chapter(title: str, result: SlabResult, part: str = ANSWER) -> Chapter:
@@ -145,3 +139,6 @@ def _trust(result: SlabResult, command: str) -> Chapter:
     chapter = _chapter("How exactly it is solved", result, TRUST)
     chapter.add("code", command)
     return chapter
+
+
+KIND = Kind(SlabResult, SLABS, works=sources.of_slab)

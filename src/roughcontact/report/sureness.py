@@ -8,7 +8,7 @@ from roughcontact.contact import certainty
 from roughcontact.contact.certainty import Cause, Interval
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.study import ResolutionStudy
-from roughcontact.report import results
+from roughcontact.report import profile, tables
 from roughcontact.report.quantities import Quantity, Table, quantity_of
 from roughcontact.units import changed_by, percent
 
@@ -39,7 +39,7 @@ def rows(result: ContactResult, study: ResolutionStudy | None = None) -> list[tu
     study : ResolutionStudy, optional
         The same contact on other grids.
     """
-    table = results.table_of(result)
+    table = profile.CONTACT if result.pair.is_profile else tables.CONTACT
     return [_row(interval, table) for interval in certainty.intervals(result, study)]
 
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -243,18 +241,6 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
     memory.require_contact(request, shape, HELD)
 
 
-def _report(outcome: Outcome, work: Work, path: Path, **told: Any) -> None:
-    from roughcontact.report import comparison
-
-    comparison.save(outcome.found, path, **told)
-
-
-def _drawings(found: Comparison | SamplingStudy) -> dict[str, Callable[[], Any]]:
-    from roughcontact.report import comparison
-
-    return {"overview": partial(comparison.figure, found)}
-
-
 def _last(_: Outcome) -> dict[str, Any]:
     """Return nothing: there is no last contact."""
     return {}
@@ -289,10 +275,8 @@ roughcontact compare --group "ground=ground*.opd" --group "honed=honed*.opd" \\
         Rule(EXCLUDES, QUARTERS, options.GROUP, PAIRED),
     ),
     check=_check,
-    report=_report,
     last=_last,
     memory=_memory,
-    drawings=_drawings,
     noun="comparison",
     maps=("files", "groups"),
     many_maps=True,

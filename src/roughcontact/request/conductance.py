@@ -89,7 +89,6 @@ roughcontact conductance ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
     run=_run,
     rules=joints.LOAD_RULES,
     check=_check,
-    report=joints.report,
     last=last_contact,
     held=2,
     questions=(

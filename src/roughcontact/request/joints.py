@@ -21,8 +21,6 @@ from roughcontact.request.rule import EXCLUDES, NEEDED, Rule
 from roughcontact.solvers.progress import Progress
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from roughcontact.contact.result import ContactResult
     from roughcontact.material.conductor import Conductor
     from roughcontact.surface.surface import Surface
@@ -133,14 +131,6 @@ def outcome(request: Request, work: Work, found: Any) -> Outcome:
     """Return the outcome of what a joint does, with what is known from the measurement."""
     largest = replace(found.largest, remarks=work.remarks)
     return Outcome(request, replace(found, largest=largest, remarks=work.remarks), largest)
-
-
-def report(outcome: Outcome, work: Work, path: Path, **told: Any) -> None:
-    """Write the report on what a joint does, with the contact under the largest load."""
-    from roughcontact.report import additions, contact
-
-    chapter = additions.of_joint(outcome.found)
-    contact.save_compared(outcome.found.largest, path, additions=[chapter], study=None, **told)
 
 
 @dataclass(frozen=True, eq=False)

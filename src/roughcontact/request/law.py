@@ -121,7 +121,6 @@ roughcontact law ground*.opd --from "1 MPa" --to "300 MPa" \\
     run=_run,
     rules=joints.PRESSURE_RULES,
     check=_check,
-    report=joints.report,
     last=last_contact,
     questions=(
         Question(

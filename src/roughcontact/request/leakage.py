@@ -79,7 +79,6 @@ roughcontact leak ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
     run=_run,
     rules=joints.LOAD_RULES,
     check=_check,
-    report=joints.report,
     last=last_contact,
     # Maps that a flow through the gap takes beside the contact, at most 250 bytes a point.
     held=32,

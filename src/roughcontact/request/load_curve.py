@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from roughcontact import limits
 from roughcontact.errors import InputError, Mention
@@ -14,6 +14,9 @@ from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
 from roughcontact.request.rule import NEEDED, Rule
 from roughcontact.request.task import Question, Task
+
+if TYPE_CHECKING:
+    from roughcontact.report.page import Edition
 
 FROM = Option(
     "from", Panel.BODIES, "LOAD|APPROACH",
@@ -102,17 +105,17 @@ def _last(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _report(outcome: Outcome, work: Work, path: Path, **told: Any) -> None:
+def _report(outcome: Outcome, work: Work, path: Path, edition: Edition) -> None:
     """Write the report on a load curve, with the contact at its last load."""
     from roughcontact.contact.solve import solve
-    from roughcontact.report import steps
+    from roughcontact.report import page, steps
 
     request, curve = outcome.request, outcome.found
     arguments = problem.arguments(request, work.maps, *options.SOLVER)
     result = solve(work.maps[0], **arguments, load=curve.steps[-1].load, calibrated=False)
     result = replace(result, remarks=curve.remarks)
     twin = result.elastic() if result.saturated_fraction else None
-    steps.save_curve(curve, result, path, elastic=twin, **told)
+    page.save(steps.render_curve(curve, result, edition, elastic=twin), path)
 
 
 TASK = Task(

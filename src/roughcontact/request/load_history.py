@@ -72,12 +72,6 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
     memory.require_contact(request, shape, HELD)
 
 
-def _report(outcome: Outcome, work: Work, path: Path, **told: Any) -> None:
-    from roughcontact.report import steps
-
-    steps.save_history(outcome.found, path, **told)
-
-
 def _residual(outcome: Outcome, path: Path) -> None:
     outcome.found.residual.save(path)
 
@@ -101,7 +95,6 @@ roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 \\
     run=_run,
     rules=(Rule(NEEDED, PATH, text="loads in their order, such as '1 N, 0 N, 1 N'"),),
     check=_check,
-    report=_report,
     last=last_contact,
     memory=_memory,
     writes=((RESIDUAL, _residual),),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from roughcontact.halfspace.boundary import Boundary
@@ -65,14 +64,6 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
         subsurface.require_memory(shape, boundary=boundary, friction=0.0)
 
 
-def _report(outcome: Outcome, work: Work, path: Path, **told: Any) -> None:
-    from roughcontact.report import additions, contact
-
-    assert outcome.contact is not None
-    answers = additions.of_loads(outcome.found)
-    contact.save_compared(outcome.contact, path, additions=[answers], study=None, **told)
-
-
 TASK = Task(
     "find",
     """Find the loads at which a contact has the values asked for, each with its bracket.
@@ -91,7 +82,6 @@ roughcontact find ground.opd --contact "5 %" --saturated "1 %" --first-yield \\
     ),
     run=_run,
     rules=(Rule(ANY_OF, *_WANTED),),
-    report=_report,
     last=last_contact,
     memory=_memory,
     questions=(

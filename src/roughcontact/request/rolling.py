@@ -144,12 +144,6 @@ def _check(request: Request) -> None:
         raise InputError("is needed for .pvd, which holds its steps", argument="folder")
 
 
-def _report(outcome: Outcome, work: Work, path: Path, **told: Any) -> None:
-    from roughcontact.report import rolling
-
-    rolling.save(outcome.found, path, **told)
-
-
 def _movie(outcome: Outcome, path: Path) -> None:
     from roughcontact.plots import movie
 
@@ -187,7 +181,6 @@ roughcontact roll ground.opd --counter-body "cylinder 5 mm 90 deg" \\
     run=_run,
     rules=(Rule(ONE_OF, LOAD, options.HERTZ, text="1 N"),),
     check=_check,
-    report=_report,
     memory=memory.require_volume,
     writes=((MOVIE, _movie),),
     figures=_figures,

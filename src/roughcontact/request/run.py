@@ -19,6 +19,7 @@ from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
 
 if TYPE_CHECKING:
+    from roughcontact.report.page import Edition
     from roughcontact.surface.surface import Surface
 
 
@@ -117,6 +118,8 @@ def _nobody(progress: Progress) -> None:
 
 def files(outcome: Outcome, work: Work) -> Iterator[outputs.Writing]:
     """Yield the files that were asked for, with what writes them."""
+    from roughcontact.report import results
+
     request, found = outcome.request, outcome.found
     for path in request.outputs:
         yield path, found.save
@@ -125,19 +128,17 @@ def files(outcome: Outcome, work: Work) -> Iterator[outputs.Writing]:
             yield request[option], partial(save, outcome)
     report = request.get(REPORT)
     if report is not None:
-        yield report, partial(request.task.report, outcome, work, **telling(request))
+        yield report, partial(request.task.report, outcome, work, edition=edition_of(request))
     asked = list(request.figures())
-    drawings = request.task.drawings(found) if asked else {}
+    drawings = results.drawings(found) if asked else {}
     for _, name, path in asked:
         # A profile has fewer of them than a map.
         if not name or name in drawings:
             yield path, outputs.saver(drawings[name or next(iter(drawings))])
 
 
-def telling(request: Request) -> dict[str, Any]:
+def edition_of(request: Request) -> Edition:
     """Return what every report takes of a request, and of the cores there are."""
-    return {
-        "command": request.command,
-        "spell": request.task.spelled,
-        "processes": default_workers(),
-    }
+    from roughcontact.report.page import Edition
+
+    return Edition(request.command, spell=request.task.spelled, processes=default_workers())

@@ -148,13 +148,14 @@ def _written(request: Request, outcome: SlabOutcome, say: Callable[[str], None])
             outcome = replace(outcome, written=(*outcome.written, path))
         if request[options.REPORT] is not None:
             from roughcontact.report import slabs as report
+            from roughcontact.report.page import Edition
 
             say(f"writing {request[options.REPORT]}")
             maps = reduced(result)
-            spell = request.task.spelled
+            edition = Edition(request.command, spell=request.task.spelled)
             ranks.agreed(
                 lambda: (
-                    report.save(result, maps, request[options.REPORT], request.command, spell)
+                    report.save(result, maps, request[options.REPORT], edition)
                     if ranks.first
                     else None
                 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact import limits
@@ -166,16 +165,6 @@ def record(outcome: Outcome) -> dict[str, Any]:
     return told
 
 
-def _report(outcome: Outcome, work: Work, path: Path, **told: Any) -> None:
-    from roughcontact.report import contact as report, volume
-
-    study = outcome.extras.get(studying.STUDY.name)
-    if outcome.contact is None or outcome.found is not outcome.contact:
-        volume.save(outcome.found, path, **told)
-    else:
-        report.save_compared(outcome.contact, path, additions=[], study=study, **told)
-
-
 def _figures(request: Request) -> tuple[str, ...]:
     from roughcontact.report import figures
 
@@ -228,7 +217,6 @@ roughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3 \\
     ),
     check=_check,
     record=record,
-    report=_report,
     memory=_memory,
     figures=_figures,
     questions=(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from roughcontact.errors import InputError
@@ -95,13 +94,6 @@ def _record(outcome: Outcome) -> dict[str, Any]:
     return told
 
 
-def _report(outcome: Outcome, work: Work, path: Path, **told: Any) -> None:
-    from roughcontact.report import additions, contact
-
-    below = additions.of_stress(outcome.found, outcome.extras.get("first_yield"))
-    contact.save_compared(outcome.found.solution, path, additions=[below], study=None, **told)
-
-
 def _figures(_: Request) -> tuple[str, ...]:
     from roughcontact.report import figures
 
@@ -128,7 +120,6 @@ roughcontact stress ground.opd --load "1 N" --material 100Cr6 --holes fill \\
     run=_run,
     rules=options.LOAD_RULES,
     record=_record,
-    report=_report,
     memory=_memory,
     figures=_figures,
     questions=(

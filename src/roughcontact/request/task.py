@@ -191,14 +191,11 @@ def _numbers(outcome: Any) -> dict[str, Any]:
     return found
 
 
-def _report(outcome: Any, work: Any, path: Path, **told: Any) -> None:
-    outcome.found.report(path, command=told["command"])
+def _report(outcome: Any, work: Any, path: Path, edition: Any) -> None:
+    from roughcontact.report import results
 
-
-def _drawings(found: Any) -> Mapping[str, Callable[[], Any]]:
-    from roughcontact.report import figures
-
-    return figures.drawings(found)
+    more = {"study": outcome.extras.get("study"), "onset": outcome.extras.get("first_yield")}
+    results.report(outcome.found, path, edition, **more)
 
 
 def _nothing(_: Any) -> None:
@@ -220,7 +217,7 @@ class Task(Command):
     record : callable
         ``record(outcome)`` returns all numbers by name, in SI units.
     report : callable
-        ``report(outcome, work, path, **told)`` writes the report.
+        ``report(outcome, work, path, edition)`` writes the report.
     last : callable or None
         ``last(outcome)`` returns the last contact of several in a few numbers; None of one contact.
     held : int
@@ -231,8 +228,6 @@ class Task(Command):
         ``write(outcome, path)`` writes the file that an option names besides that of the result.
     figures : callable or None
         ``figures(request)`` returns the names of those that ``--figures`` draws.
-    drawings : callable
-        ``drawings(found)`` returns what draws its figures, by their names, the usual one first.
     questions : tuple of Question
         How the page asks it.
     maps : tuple of str
@@ -261,7 +256,6 @@ class Task(Command):
     memory: Callable[[Any, tuple[int, int]], object] | None = None
     writes: tuple[tuple[Option[Any], Callable[[Any, Path], object]], ...] = ()
     figures: Callable[[Any], Sequence[str]] | None = None
-    drawings: Callable[[Any], Mapping[str, Callable[[], Any]]] = _drawings
     questions: tuple[Question, ...] = ()
     maps: tuple[str, ...] = ("file",)
     needs_map: bool = True
