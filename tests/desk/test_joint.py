@@ -131,13 +131,13 @@ def test_all_that_is_asked_at_once_is_solved_once(
     # Elastic, so that the law has no second branch of its own.
     seat = Seat(tmp_path, bench, ceiling="none")
     solved: list[float] = []
-    fresh = joints.fresh
+    fresh = joints.solve_afresh
 
     def counted(surface: rc.Surface, **options: Any) -> Any:
         solved.append(options["load"])
         return fresh(surface, **options)
 
-    monkeypatch.setattr(joints, "fresh", counted)
+    monkeypatch.setattr(joints, "solve_afresh", counted)
     requests = [seat.session.state.request(task, **RANGE) for task, question in JOINTS]
     found = answers(lambda _: None, *requests)
     assert len(found) == len(JOINTS)

@@ -17,6 +17,7 @@ from roughcontact.desk.session import Session
 from roughcontact.desk.state import PINNED, from_script
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.fleet import project
+from roughcontact.request.options import LEVEL
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.run import run
 from roughcontact.request.tasks import from_text
@@ -171,7 +172,7 @@ def test_a_solve_that_began_ends_and_the_newest_waits(tmp_path: Path) -> None:
     live.ask(from_text("solve", path, {**given, "level": "mean"}))
     go_on.set()
     assert live.wait(PATIENCE)
-    assert [what.request["level"] for what in told if isinstance(what, Outcome)] == ["mean"]
+    assert [what.request[LEVEL] for what in told if isinstance(what, Outcome)] == ["mean"]
     live.close()
 
 
