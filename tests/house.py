@@ -68,6 +68,11 @@ def rooms() -> dict[str, Path]:
 
 
 @cache
+def tree(room: str) -> ast.Module:
+    return ast.parse(rooms()[room].read_text(encoding="utf-8"))
+
+
+@cache
 def imports(path: Path) -> tuple[tuple[str, bool], ...]:
     """Return (room, deferred) for every import of the package's own modules, type-only ones too."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
