@@ -57,7 +57,7 @@ APART = {
     )
     for name in ("slabs", "slab_symbols")
 }
-# All but the long ones: what processes show is asked as well.
+# What long tests and whole processes show is asked as well.
 ASKED = "not slow"
 # Tests that a mutant is given at first; seconds of all; processor time over that, and the least.
 FEW, MOST, PATIENCE, LEAST_PATIENCE = 12, 60.0, 1.5, 30.0

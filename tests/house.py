@@ -32,6 +32,11 @@ def rooms() -> dict[str, Path]:
 
 
 @cache
+def tree(room: str) -> ast.Module:
+    return ast.parse(rooms()[room].read_text(encoding="utf-8"))
+
+
+@cache
 def imports(path: Path) -> tuple[str, ...]:
     """Return the rooms that a module imports, deferred and type-only imports too."""
     known, found = rooms(), []

@@ -63,6 +63,7 @@ print("done")
 """
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("gone", [MACOS, WINDOWS], ids=["macos", "windows"])
 @pytest.mark.skipif(sys.platform == "win32", reason="nothing to take away here")
 def test_the_work_is_done_without_what_others_lack(gone: str, tmp_path: Path) -> None:

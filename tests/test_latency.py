@@ -81,6 +81,7 @@ def test_a_solve_draws_and_tells_nothing_that_is_not_asked_for(
     assert "roughcontact.solvers.bounded" in found
 
 
+@pytest.mark.process
 @LOADS
 def test_a_report_reads_and_converts_nothing_that_is_not_there(
     file: str, load: str, needs: set[str], tmp_path: Path

@@ -126,6 +126,7 @@ def test_content_and_options_decide(change: Callable[[Path], object], moved: Pat
     assert plan.digest_of(entry) != before
 
 
+@pytest.mark.process
 def test_steps_of_what_was_asked_before_are_no_hindrance(moved: Path) -> None:
     rewritten(moved / "p.toml", b'"1 N"', b'"2 N"')
     path = moved / "p.toml"
@@ -161,6 +162,7 @@ def compared(folder: Path, asked: str) -> Path:
     return place / "p.toml"
 
 
+@pytest.mark.process
 def test_groups_are_what_they_are_called(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     groups = 'groups = {{ "{0}/5, N" = ["a,1.npy", "a,2.npy"], "x=y" = ["[b]?.npy"] }}'
     path = compared(tmp_path, groups.format("dry"))

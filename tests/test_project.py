@@ -70,6 +70,7 @@ def widest(out: str) -> int:
     return max(len(line) for line in out.splitlines() if not line.startswith("/"))
 
 
+@pytest.mark.process
 def test_a_ceiling_can_be_recommended(folder: Path, capsys: Capture) -> None:
     path = changed(folder, 'ceiling = "none"', 'ceiling = "recommended"')
     assert app.main(["run", str(path), "--json"]) == app.SOLVED
@@ -106,6 +107,7 @@ load = ["60 N", "100 N"]
 """
 
 
+@pytest.mark.process
 def test_contacts_of_the_volume_model_are_kept_apart(tmp_path: Path, capsys: Capture) -> None:
     np.save(tmp_path / "flat.npy", np.zeros((24, 24)))
     path = tmp_path / "volume.toml"
@@ -150,6 +152,7 @@ def test_a_project_names_contacts_materials_and_files(folder: Path) -> None:
     assert entries[2].summary == folder / "results" / "two.json"
 
 
+@pytest.mark.process
 def test_contacts_are_solved_kept_and_solved_again_when_changed(
     folder: Path, capsys: Capture
 ) -> None:
@@ -193,6 +196,7 @@ def test_a_material_of_its_own_comes_before_constants_of_all(folder: Path) -> No
     assert found["known"].young == pytest.approx(69e9, rel=0.02)
 
 
+@pytest.mark.process
 def test_one_failure_does_not_stop_the_rest(folder: Path, capsys: Capture) -> None:
     path = changed(folder, '"0.1 N", "1 N"', '"0.1 N", "99 N"')
     with path.open("a", encoding="utf-8") as stream:
@@ -498,6 +502,7 @@ points = 32
 """
 
 
+@pytest.mark.process
 def test_every_task_can_be_asked_for(folder: Path, capsys: Capture) -> None:
     path = folder / "tasks.toml"
     path.write_text(TASKS, encoding="utf-8")

@@ -172,6 +172,7 @@ def test_a_nominal_pressure_presses_as_its_force_on_the_map_and_says_so(
     assert app.main(["verify", str(output)]) == app.SOLVED
 
 
+@pytest.mark.long
 def test_the_report_on_a_nominal_pressure_names_it_and_repeats_it(tmp_path: Path) -> None:
     path = tmp_path / "map.npy"
     y, x = np.mgrid[:24, :32]

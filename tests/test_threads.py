@@ -107,6 +107,7 @@ def compared(*ways):
         assert [what for what in first if first[what] != other[what]] == [], way
 
 
+@pytest.mark.process
 def test_one_thread_and_three_give_the_same_bits():
     compared((1, 1, 1), (2, 3, 2))
 

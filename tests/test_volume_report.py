@@ -118,6 +118,7 @@ def test_unloaded_it_tells_what_is_left(released) -> None:
     assert "Under the largest load of the path, 350 mN, which is gone. Contact pressure" in page
 
 
+@pytest.mark.long
 def test_unloaded_the_pressure_is_that_of_the_largest_load(pressed, released, tmp_path) -> None:
     np.testing.assert_array_equal(released.largest_pressure, pressed.solution.pressure)
     assert pressed.largest_pressure is None
@@ -138,6 +139,7 @@ def test_unloaded_the_pressure_is_that_of_the_largest_load(pressed, released, tm
     np.testing.assert_array_equal(end.residual_displacement, released.residual_displacement)
 
 
+@pytest.mark.long
 def test_the_file_stands_alone(pressed, tmp_path: Path) -> None:
     path = tmp_path / "out.html"
     figure = Figure()
@@ -236,6 +238,7 @@ def test_flow_on_unloading_is_told(pressed, released) -> None:
     assert "would flow again" not in cautions(with_material(released, **weak))
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_two_bodies_have_a_chapter_each() -> None:
     y, x = np.mgrid[:16, :18] - np.array([8, 9])[:, None, None]

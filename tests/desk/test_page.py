@@ -119,6 +119,7 @@ def test_results_of_another_request_are_gray_until_the_last_is_answered(
     assert not is_old(page)
 
 
+@pytest.mark.long
 def test_two_pages_on_one_work_follow_each_other(page: Page, work: Work, tmp_path: Path) -> None:
     bench = Bench(spare=False)
     seen: list[Visit] = []
