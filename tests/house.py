@@ -14,7 +14,7 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 # From the ground up; what stands beside the wings is a module of its own.
 WINGS = (
     "_version", "errors", "arguments", "units", "files", "pipes", "memory", "limits", "checksums",
-    "interrupts", "locks", "processes", "hdf5", "netcdf", "statistics", "references",
+    "interrupts", "locks", "processes", "hdf5", "netcdf", "statistics", "roots", "references",
     "ranks", "result",
     "material", "theory", "halfspace", "solvers", "surface", "contact", "volume", "joint",
     "formats", "plots", "report", "request", "fleet", "desk", "face", "wiring", "cli",

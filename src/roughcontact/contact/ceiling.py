@@ -27,6 +27,7 @@ from roughcontact.errors import (
 )
 from roughcontact.material.hardening import flow_stress
 from roughcontact.material.material import CEILING_FACTOR, Material
+from roughcontact.roots import brentq
 from roughcontact.theory import yielding_sphere
 
 # Strain whose flow stress counts, over the slope a/R: between 0.1 for Swift's law, which is steep
@@ -216,8 +217,6 @@ def ceiling_factor(load_ratio: float, first_yield: float = 1.615) -> float:
 
 def _loaded(load: float, mean: Callable[[float], float]) -> float:
     """Return the slope at which slope² times the mean pressure is so much."""
-    from scipy.optimize import brentq
-
     # The mean pressure grows with the slope, but not faster than it.
     start = load ** (1 / 3)
     low, high = start, start
@@ -354,8 +353,6 @@ def _shared(bodies: Sequence[Material], slope: float) -> tuple[float, ...]:
     """Return the mean pressure [Pa] that all bodies bear, and the part of a slope of each."""
     if len(bodies) == 1:
         return _borne(bodies[0], slope), slope
-    from scipy.optimize import brentq
-
     one, other = bodies
 
     def excess(part: float) -> float:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from roughcontact import limits
 from roughcontact.errors import InputError, Mention, require_pixel, require_positive
 from roughcontact.halfspace import fft
+from roughcontact.roots import brentq
 from roughcontact.surface import memory
 from roughcontact.units import engineering
 
@@ -285,8 +286,6 @@ def _weights(length: int, cutoff: float) -> Array:
 
 
 def _matched_width(cutoff: float) -> float:
-    from scipy.optimize import brentq
-
     distance = np.arange(1.0, 40.0)
     wave = np.cos(2 * math.pi * distance / cutoff)
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace import fft
+from roughcontact.roots import brentq
 from roughcontact.surface import blocks
 from roughcontact.surface.alignment import cosine_sine
 
@@ -136,8 +137,6 @@ def with_gradient(spectrum: Spectrum, name: str, gradient: float, height: float)
     InputError
         If no wavelength that the map can hold gives it.
     """
-    from scipy.optimize import brentq
-
     sides = [n * edge for n, edge in zip(spectrum.shape, spectrum.pixel, strict=True)]
     rolloff = name == "rolloff"
     ends = (spectrum.cutoff, max(sides)) if rolloff else (2 * max(spectrum.pixel), spectrum.rolloff)

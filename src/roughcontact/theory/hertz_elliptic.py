@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughcontact.errors import require_positive
+from roughcontact.roots import brentq
 
 
 @dataclass(frozen=True)
@@ -130,7 +131,6 @@ def _curvature(radii: tuple[float, float]) -> float:
 def _ellipse(radii: tuple[float, float]) -> tuple[float, float]:
     """Return the ratio of the semi-axes, up to 1, and E of it."""
     # Imported late: together they take longer than many a solve, which seldom needs them.
-    from scipy.optimize import brentq
     from scipy.special import ellipe, elliprd
 
     require_positive(**{"radii[0]": radii[0], "radii[1]": radii[1]})

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import InputError
+from roughcontact.roots import brentq
 
 Array = NDArray[np.float64]
 
@@ -202,8 +203,6 @@ def _lognormal(skewness: float) -> tuple[float, float]:
 
 def _of_two_parameters(family: str, skewness: float, kurtosis: float) -> Johnson:
     """Return the member of a family with skewness and kurtosis: a root in γ inside one in δ."""
-    from scipy.optimize import brentq
-
     strength = abs(skewness)
 
     def located(delta: float) -> Johnson:
@@ -218,7 +217,7 @@ def _of_two_parameters(family: str, skewness: float, kurtosis: float) -> Johnson
             top *= 2
         if strength < _CLOSE or beyond(top) < 0:
             return Johnson(family, 0.0 if strength < _CLOSE else sign * top, delta)
-        return Johnson(family, sign * float(brentq(beyond, 0.0, top, xtol=1e-6)), delta)
+        return Johnson(family, sign * brentq(beyond, 0.0, top, xtol=1e-6), delta)
 
     def excess(logarithm: float) -> float:
         found = located(math.exp(logarithm))

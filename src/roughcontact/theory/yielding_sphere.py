@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from roughcontact.errors import require_positive
+from roughcontact.roots import brentq
 
 PLATEAU = 3.0
 """Mean pressure in full plasticity over the yield strength (Tabor 1951)."""
@@ -176,8 +177,6 @@ def ceiling(index: float, mean: float, first_yield: float = 1.615) -> float:
     >>> [round(ceiling(index, mean_pressure(index)), 2) for index in (3.0, 5.0, 11.0, 30.0)]
     [1.66, 1.85, 2.2, 2.66]
     """
-    from scipy.optimize import brentq
-
     require_positive(index=index, mean=mean, first_yield=first_yield)
     highest = mean * (1 + (2 * first_yield / (3 * mean)) ** 3 / 2)
     if mean <= 2 * first_yield / 3:

@@ -1,0 +1,107 @@
+"""Where a function of one number is zero.
+
+The steps are those of SciPy's ``brentq``, to the same bits; to import that with the rest of
+``scipy.optimize`` takes longer than most contacts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+# SciPy's own.
+_XTOL, _RTOL = 2e-12, 4 * 2.0**-52
+_MOST_STEPS = 100
+
+
+def brentq(
+    function: Callable[[float], float], low: float, high: float,
+    *, xtol: float = _XTOL, rtol: float = _RTOL,
+) -> float:  # fmt: skip
+    """Return a zero between two places, by Brent's method with inverse quadratic interpolation.
+
+    Parameters
+    ----------
+    function : callable
+        A continuous function.
+    low, high : float
+        Places at which it has different signs, or is zero.
+    xtol, rtol : float
+        The zero is found to within ``xtol`` plus ``rtol`` of itself.
+
+    Returns
+    -------
+    float
+        The place.
+
+    Raises
+    ------
+    ValueError
+        If the signs are alike, or a value is NaN.
+    RuntimeError
+        If a hundred steps are not enough.
+
+    References
+    ----------
+    Brent, Algorithms for Minimization Without Derivatives (1973), ch. 4
+
+    Examples
+    --------
+    >>> round(brentq(lambda x: x**2 - 2, 0.0, 2.0), 12)
+    1.414213562373
+    """
+    before, here = float(low), float(high)
+    f_before, f_here = _value(function, before), _value(function, here)
+    if f_before == 0:
+        return before
+    if f_here == 0:
+        return here
+    if (f_before < 0) == (f_here < 0):
+        raise ValueError(f"the function has one sign at {low} and {high}")
+    # The zero lies between `here`, the best so far, and `across`.
+    across, f_across, step_before, step = 0.0, 0.0, 0.0, 0.0
+    for _ in range(_MOST_STEPS):
+        if f_before != 0 and f_here != 0 and (f_before < 0) != (f_here < 0):
+            across, f_across = before, f_before
+            step_before = step = here - before
+        if abs(f_across) < abs(f_here):
+            before, here, across = here, across, here
+            f_before, f_here, f_across = f_here, f_across, f_here
+        least = (xtol + rtol * abs(here)) / 2
+        half = (across - here) / 2
+        if f_here == 0 or abs(half) < least:
+            return here
+        tried = math.inf
+        if abs(step_before) > least and abs(f_here) < abs(f_before):
+            tried = _tried((before, here, across), (f_before, f_here, f_across))
+        if 2 * abs(tried) < min(abs(step_before), 3 * abs(half) - least):
+            step_before, step = step, tried
+        else:
+            step_before = step = half
+        before, f_before = here, f_here
+        here += step if abs(step) > least else (least if half > 0 else -least)
+        f_here = _value(function, here)
+    raise RuntimeError(f"no zero was found to within {xtol} in {_MOST_STEPS} steps")
+
+
+def _value(function: Callable[[float], float], place: float) -> float:
+    found = float(function(place))
+    if math.isnan(found):
+        raise ValueError(f"the function is NaN at {place}")
+    return found
+
+
+def _tried(places: tuple[float, float, float], values: tuple[float, float, float]) -> float:
+    """Return the step to where a line, or an inverse parabola, is zero; infinity if nowhere."""
+    (before, here, across), (f_before, f_here, f_across) = places, values
+    try:
+        if before == across:
+            return -f_here * (here - before) / (f_here - f_before)
+        slope_before = (f_before - f_here) / (before - here)
+        slope_across = (f_across - f_here) / (across - here)
+        return (
+            -f_here * (f_across * slope_across - f_before * slope_before)
+            / (slope_across * slope_before * (f_across - f_before))
+        )  # fmt: skip
+    except ZeroDivisionError:
+        return math.inf

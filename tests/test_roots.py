@@ -1,0 +1,71 @@
+"""Zeros of functions, beside SciPy's."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given, settings, strategies as st
+from scipy import optimize
+
+from roughcontact.roots import brentq
+
+SHAPES: tuple[Callable[[float], float], ...] = (
+    lambda x: x,
+    lambda x: x**3,
+    lambda x: math.expm1(min(x, 600.0)),
+    lambda x: math.tanh(50 * x),
+    lambda x: math.copysign(1.0, x),
+    lambda x: math.copysign(abs(x) ** 0.2, x),
+    lambda x: math.sin(x) + 2 * x,
+)
+
+
+@given(
+    shape=st.sampled_from(SHAPES),
+    zero=st.floats(-5, 5),
+    sides=st.tuples(st.floats(1e-6, 1e3), st.floats(1e-6, 1e3)),
+    height=st.floats(1e-12, 1e12),
+    accuracy=st.sampled_from(({}, {"rtol": 1e-12}, {"xtol": 1e-15, "rtol": 1e-15}, {"xtol": 1e-6})),
+)
+@settings(max_examples=300, deadline=None)
+def test_the_steps_are_those_of_scipy(
+    shape: Callable[[float], float],
+    zero: float,
+    sides: tuple[float, float],
+    height: float,
+    accuracy: dict[str, float],
+) -> None:
+    seen: list[list[float]] = [[], []]
+
+    def watched(places: list[float]) -> Callable[[float], float]:
+        def function(x: float) -> float:
+            places.append(x)
+            return height * shape(x - zero)
+
+        return function
+
+    ends = zero - sides[0], zero + sides[1]
+    found: list[float | None] = [None, None]
+    for number, finder in enumerate((brentq, optimize.brentq)):
+        # Steep roots and jumps take more steps than either has.
+        with contextlib.suppress(RuntimeError):
+            found[number] = finder(watched(seen[number]), *ends, **accuracy)
+    assert found[0] == found[1]
+    assert seen[0] == seen[1]
+
+
+def test_an_end_can_be_the_zero() -> None:
+    assert brentq(lambda x: x - 1, 1.0, 2.0) == 1.0
+    assert brentq(lambda x: x - 2, 1.0, 2.0) == 2.0
+
+
+def test_what_has_no_zero_is_refused() -> None:
+    with pytest.raises(ValueError, match="one sign"):
+        brentq(lambda x: x, 1.0, 2.0)
+    with pytest.raises(ValueError, match="NaN at 2"):
+        brentq(lambda x: math.nan if x == 2 else -x, 1.0, 2.0)
+    with pytest.raises(RuntimeError, match="in 100 steps"):
+        brentq(lambda x: math.copysign(1.0, x - math.pi), 0.0, 1e300, xtol=1e-300)
