@@ -293,8 +293,6 @@ roughcontact compare --group "ground=ground*.opd" --group "honed=honed*.opd" \\
     last=_last,
     memory=_memory,
     drawings=_drawings,
-    noun="comparison",
     maps=("files", "groups"),
-    many_maps=True,
     pieces=Pieces(apart, found_of, file_of, (options.GROUP, PAIRED)),
 )  # fmt: skip
