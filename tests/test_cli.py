@@ -1463,7 +1463,7 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
             ("--increments must be a whole number from 1",),
         ),
         (("--model", "volume", "--increments", "some"), ("a whole number, or auto", "'some'")),
-        (("--model", "volume", "--ceiling", "3 GPa"), ("--ceiling goes with --model ceiling",)),
+        (("--model", "volume", "--ceiling", "3 GPa"), ("--ceiling needs --model ceiling",)),
         (("--model", "volume", "--output", "out.npz"), ("ends in .nc, .vtr, .vti, .csv or .json",)),
         (
             ("--output", "out.vtr"),
@@ -1479,7 +1479,7 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
             ("--model", "volume", "--report", "out.txt"),
             ("--report needs a name that ends in .html",),
         ),
-        (("--model", "volume", "--study"), ("--study goes with --model ceiling",)),
+        (("--model", "volume", "--study"), ("--study needs --model ceiling",)),
         (("--model", "volume", "--hardening", "linear 2"), ("--hardening",)),
         (("--model", "volume", "--hardening", "linear -2 GPa"), ("--hardening", "positive")),
         (("--model", "volume", "--hardening", "swift 1 GPa 20 3"), ("--hardening: exponent",)),

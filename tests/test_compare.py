@@ -308,7 +308,7 @@ def test_what_the_command_cannot_compare_ends_in_one_sentence(
         (["compare", first, second, *OPTIONS[:-1], "1 N"], "--load needs a nominal pressure"),
         (["compare", "--group", first, *OPTIONS], "--group must be a name and files"),
         (["compare", "--group", f"a={first}", "--group", f"b={second}", "--quarters", *OPTIONS],
-         "--quarters makes a group of each map"),
+         "--quarters goes without --group and --paired"),
         (["compare", first, second, "--paired", *OPTIONS], "--paired needs two groups"),
         (["compare", *OPTIONS], "FILE is missing"),
         (["compare", str(profile), str(profile), "--unit", "um, um", *OPTIONS[4:]],

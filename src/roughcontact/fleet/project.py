@@ -393,7 +393,7 @@ def _check_maps(contact: _Contact) -> None:
     given = {key: contact.values[key] for key in contact.task.maps if key in contact.values}
     if not given:
         listed = ", or ".join(_MAPS[key] for key in contact.task.maps)
-        raise contact.refusal("name", f"this {contact.task.noun} needs {listed}")
+        raise contact.refusal("name", f'task = "{contact.task.name}" needs {listed}')
     if not isinstance(given.get("file", ""), str):
         raise contact.refusal("file", f"file must be a text, got {given['file']!r}")
     lists = [given["files"]] if "files" in given else []

@@ -277,8 +277,6 @@ roughcontact compare --group "ground=ground*.opd" --group "honed=honed*.opd" \\
     check=_check,
     last=_last,
     memory=_memory,
-    noun="comparison",
     maps=("files", "groups"),
-    many_maps=True,
     pieces=Pieces(apart, found_of, file_of, (options.GROUP, PAIRED)),
 )  # fmt: skip

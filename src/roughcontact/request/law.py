@@ -129,8 +129,6 @@ roughcontact law ground*.opd --from "1 MPa" --to "300 MPa" \\
             (QUARTERS,),
         ),
     ),
-    noun="law",
     maps=("file", "files"),
-    many_maps=True,
     shares_contacts=True,
 )  # fmt: skip

@@ -234,10 +234,6 @@ class Task(Command):
         Keys of a project file for its maps, one of which a contact needs; by default ``file``.
     needs_map : bool
         Whether it cannot do without a map or a nominal body.
-    noun : str
-        What a contact of it is called.
-    many_maps : bool
-        Whether a command takes several maps.
     shares_contacts : bool
         Whether it looks at contacts that others may ask, too.
     in_projects : bool
@@ -259,12 +255,15 @@ class Task(Command):
     questions: tuple[Question, ...] = ()
     maps: tuple[str, ...] = ("file",)
     needs_map: bool = True
-    noun: str = "contact"
-    many_maps: bool = False
     shares_contacts: bool = False
     in_projects: bool = True
     pieces: Pieces | None = None
     reads_map: bool = True
+
+    @property
+    def many_maps(self) -> bool:
+        """Whether it takes several maps."""
+        return "files" in self.maps
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle it as the one of its module."""
