@@ -100,6 +100,7 @@ done
 """
 
 
+@pytest.mark.process
 @pytest.mark.skipif(shutil.which("bash") is None, reason="bash is absent")
 def test_bash_completes_commands_options_and_materials(home: dict[str, str]) -> None:
     done = subprocess.run(
