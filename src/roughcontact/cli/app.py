@@ -353,7 +353,7 @@ def _estimate(file: Path | None, given: Given) -> None:
     elif not quiet:
         from roughcontact.cli import console
 
-        console.show_estimate(found, written)
+        console.show_result(found, ESTIMATE, written)
 
 
 @_command(

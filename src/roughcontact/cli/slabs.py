@@ -13,7 +13,7 @@ from roughcontact.errors import RoughcontactError
 from roughcontact.files import to_json
 from roughcontact.ranks import Ranks, world
 from roughcontact.request import slabs
-from roughcontact.request.options import VOLUME
+from roughcontact.request.options import SOLVE, VOLUME
 from roughcontact.request.request import Request
 
 _FAILED = 1
@@ -66,7 +66,7 @@ def _carry_out(request: Request, ranks: Ranks, as_json: bool, quiet: bool) -> No
     elif ranks.first and not quiet:
         from roughcontact.cli import console
 
-        console.show_slabs(outcome.result, outcome.written)
+        console.show_result(outcome.result, SOLVE, outcome.written)
     if outcome.failure is not None:
         raise outcome.failure
     if not outcome.result.converged:

@@ -106,6 +106,12 @@ class Outcome:
         return next((found for found in whole if found is not None), self.result)
 
     @property
+    def beside(self) -> dict[str, Any]:
+        """What console and report tell besides, by the names that its kind gives it."""
+        told = {"study": self.study, "onset": self.first_yield}
+        return {name: one for name, one in told.items() if one is not None}
+
+    @property
     def status(self) -> str:
         """``"converged"``, or why the solver stopped."""
         if self.volume is not None:
@@ -546,8 +552,7 @@ def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
     if outcome.curve is not None:
         _curve_report(outcome.curve, outcome.request, maps, path, edition)
     else:
-        beside = {"study": outcome.study, "onset": outcome.first_yield}
-        results.report(outcome.found, path, edition, **beside)
+        results.report(outcome.found, path, edition, **outcome.beside)
 
 
 def _curve_report(
