@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.cli import console
 from roughcontact.contact.cautions import Caution, Kind as CautionKind, careful
 from roughcontact.references import cited
 from roughcontact.report import kinds, results
@@ -21,6 +23,8 @@ from roughcontact.result import Result
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+Capture = pytest.CaptureFixture[str]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -84,6 +88,20 @@ def test_a_session_shows_a_new_kind(squeaking: Squeaking) -> None:
     assert "caution: it squeaks" in text
     assert "data:image/png" in squeaking._repr_html_()
     assert squeaking.warnings == ("it squeaks at the edge of the map",)
+
+
+def test_the_console_shows_it(squeaking: Squeaking, capsys: Capture) -> None:
+    outcome: Any = SimpleNamespace(
+        found=squeaking,
+        request=SimpleNamespace(task="squeak"),
+        written=(Path("a.json"),),
+        beside={},
+    )
+    console.show(outcome)
+    shown = " ".join(capsys.readouterr().out.split())
+    for told in ("loudest pitch 880 Hz", "440 Hz", "A sentence about squeaks.", "a.json"):
+        assert told in shown
+    assert "caution: it squeaks" in shown
 
 
 def test_its_numbers_are_written(squeaking: Squeaking, tmp_path: Path) -> None:

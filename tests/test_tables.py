@@ -9,7 +9,6 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -108,22 +107,16 @@ def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple
     solved = request.getfixturevalue("solved")
     result = request.getfixturevalue(kind)
     report: Callable[[], str]
+    console.show_result(result, "solve")
     if kind == "solved":
-        asked = SimpleNamespace(task="solve")
-        outcome = SimpleNamespace(request=asked, result=result, study=None, written=())
-        console.show_solution(outcome)  # type: ignore[arg-type]
         report = lambda: text_of(contact.render(result))  # noqa: E731
     elif kind == "pressed":
-        console.show_volume(result, ())
         report = lambda: text_of(volume.render(result))  # noqa: E731
     elif kind == "below":
-        console.show_stress(result, None, ())
         report = lambda: text_with(solved, stress.addition(result))  # noqa: E731
     elif kind == "history":
-        console.show_history(result, ())
         report = lambda: text_of(steps.render_history(result))  # noqa: E731
     else:
-        console.show_curve(result, ())
         report = lambda: text_of(contact.render(solved, curve=result))  # noqa: E731
     shown = " ".join(capsys.readouterr().out.split())
     return shown, report(), json.loads(json.dumps(result.summary(), default=str))

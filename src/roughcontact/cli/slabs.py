@@ -67,7 +67,7 @@ def _carry_out(request: Request, ranks: Ranks, as_json: bool, quiet: bool) -> No
     elif ranks.first and not quiet:
         from roughcontact.cli import console
 
-        console.show_slabs(outcome.result, outcome.written)
+        console.show_result(outcome.result, solve.TASK, outcome.written)
     if outcome.failure is not None:
         raise outcome.failure
     if not outcome.result.converged:

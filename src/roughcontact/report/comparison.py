@@ -15,6 +15,7 @@ from roughcontact.plots import samples as plots
 from roughcontact.references import cited
 from roughcontact.report import (
     assumptions_compared,
+    blocks,
     chapters,
     compared,
     inputs,
@@ -23,6 +24,7 @@ from roughcontact.report import (
     tables,
     wording,
 )
+from roughcontact.report.blocks import Blocks, Cautions, Lines
 from roughcontact.report.compared import LEVEL, name_of, unit_of
 from roughcontact.report.kind import Kind, Use
 from roughcontact.report.page import PLAIN, Cells, Chapter, Edition, Table, joined
@@ -308,13 +310,28 @@ def _works(study: SamplingStudy) -> Iterator[Use]:
     yield cited("intervals of the means", "Student1908")
 
 
+def shown(found: Comparison | SamplingStudy) -> Blocks:
+    """Return what the console shows: means, differences, shares of the scatter; areas needed."""
+    parts = blocks.table(blocks.cells(kind_of(found).rows(found, PROBLEM, brief=True)))
+    studies: Sequence[SamplingStudy] = (found,) if isinstance(found, SamplingStudy) else ()
+    if isinstance(found, Comparison):
+        for heads, rows in compared.tables_of(found):
+            parts += blocks.table(rows, heads=heads)
+        left_out = compared.left_out(found)
+        parts += [Lines((left_out,))] if left_out else []
+        studies = found.sampling
+    for study in studies:
+        parts += [*blocks.steps(SAMPLING_KIND, study), Lines((f"{compared.answer(study)}.",))]
+    return [*parts, Cautions(found.cautions)]
+
+
 KIND = Kind(
     Comparison, compared.COMPARISON, compared.COMPARISON_COLUMNS, works=sources.of_comparison,
-    figures=(Illustration("comparison", overview, "", ""),), report=render,
+    figures=(Illustration("comparison", overview, "", ""),), report=render, blocks=shown,
 )  # fmt: skip
 SAMPLING_KIND = Kind(
     SamplingStudy, compared.SAMPLING, compared.SAMPLING_COLUMNS, works=_works,
-    figures=(Illustration("sampling", sampling, "", ""),), report=render,
+    figures=(Illustration("sampling", sampling, "", ""),), report=render, blocks=shown,
 )  # fmt: skip
 
 

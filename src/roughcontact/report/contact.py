@@ -23,6 +23,7 @@ from roughcontact.formats import export
 from roughcontact.plots import maps, profiles, traces as draw
 from roughcontact.references import NO_REFERENCES
 from roughcontact.report import (
+    blocks,
     chapters,
     curve as curves,
     figures,
@@ -30,12 +31,14 @@ from roughcontact.report import (
     profile,
     regimes,
     script,
+    smooth,
     sources,
     studied,
     sureness,
     tables,
     traces,
 )
+from roughcontact.report.blocks import Block, Blocks, Cautions, Lines
 from roughcontact.report.kind import Kind
 from roughcontact.report.page import PLAIN, Addition, Cells, Chapter, Edition, Table
 from roughcontact.report.quantities import (
@@ -390,13 +393,32 @@ def beside_calibrated(
     return _ceilings(result), [(row, (row.text, told.get(row.key, ""))) for row in found]
 
 
+def shown(result: ContactResult, study: ResolutionStudy | None = None) -> Blocks:
+    """Return what the console shows: problem, answer, trust and how sure; then cautions, study."""
+    kind = kind_of(result)
+    heads, answer = beside_calibrated(kind, result, brief=True)
+    problem, trust = blocks.problem(kind, result, result), blocks.trust(kind, result)
+    told = [(blocks.title(row), *texts) for row, texts in answer]
+    parts = blocks.table(problem, told, trust)
+    if heads:
+        parts = [Block((problem,)), Block((told,), ("", *heads)), Block((trust,))]
+    if result.converged and result.load:
+        parts += blocks.table(sureness.rows(result, study), heads=sureness.HEADS)
+    if smooth.applies(result):
+        parts += blocks.table(smooth.rows(result), heads=smooth.HEADS)
+    parts.append(Cautions(result.cautions))
+    if study is not None:
+        parts += [*blocks.steps(studied.KIND, study), Lines(study.sentences)]
+    return parts
+
+
 KIND = Kind(
     ContactResult, tables.CONTACT, figures=figures.CONTACT, scene=figures.ContactScene,
     plots=(
         maps.overview, maps.pressure, maps.contact, maps.gap, maps.close_up, maps.spots,
         profiles.section, profiles.pressure_histogram,
     ),
-    works=sources.of_contact, save=export.save_contact, report=compared,
+    works=sources.of_contact, save=export.save_contact, report=compared, blocks=shown,
 )  # fmt: skip
 PROFILE_KIND = replace(
     KIND, table=profile.CONTACT, when=lambda result: result.pair.is_profile,

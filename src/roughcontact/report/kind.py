@@ -74,6 +74,8 @@ class Kind:
     report : callable, optional
         ``report(result, edition)`` returns a report as the text of an HTML file; some take more.
         By default one with a title has a chapter in the report on its contact.
+    blocks : callable, optional
+        ``blocks(result)`` returns what the console shows, see `report.blocks`; some take more.
     """
 
     result: type
@@ -91,6 +93,7 @@ class Kind:
     works: Callable[[Any], Iterable[Use]] = _none
     save: Callable[[Any, str | os.PathLike[str]], None] | None = None
     report: Callable[..., str] | None = None
+    blocks: Callable[..., list[Any]] | None = None
 
     def rows(self, result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
         """Return what is told of a result; see `quantities.rows_of`."""

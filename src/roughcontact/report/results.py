@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import InputError
 from roughcontact.references import References
-from roughcontact.report import additions, figures, kinds, page, sources
+from roughcontact.report import additions, blocks, figures, kinds, page, sources
+from roughcontact.report.blocks import Blocks
 from roughcontact.report.page import Edition
 from roughcontact.report.quantities import ANSWER, Row
 
@@ -40,6 +41,13 @@ def summary(result: Any) -> dict[str, Any]:
 def references(result: Any) -> References:
     """Return the papers behind a result."""
     return sources.of(kinds.of(result), result)
+
+
+def shown(result: Any, **more: Any) -> Blocks:
+    """Return what the console shows of a result."""
+    kind = kinds.of(result)
+    told = kind.blocks or partial(blocks.usual, kind)
+    return told(result, **more)
 
 
 def drawings(result: Any) -> dict[str, Callable[[], Figure]]:

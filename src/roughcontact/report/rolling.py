@@ -9,9 +9,11 @@ from pathlib import Path
 from roughcontact.formats import export
 from roughcontact.plots import rolling as plots
 from roughcontact.references import cited
-from roughcontact.report import chapters, figures, rolled, sources, volume
+from roughcontact.report import blocks, chapters, figures, rolled, sources, volume
+from roughcontact.report.blocks import Blocks, Cautions
 from roughcontact.report.kind import Kind, Use
 from roughcontact.report.page import PLAIN, Chapter, Edition, Table, sentence
+from roughcontact.report.quantities import PROBLEM
 from roughcontact.units import engineering
 from roughcontact.volume.rolling import Rolling
 
@@ -65,6 +67,18 @@ def _works(rolling: Rolling) -> Iterator[Use]:
     yield cited("passes and shakedown", "Johnson1985", "Boucly2007")
 
 
+def shown(rolling: Rolling) -> Blocks:
+    """Return what the console shows: problem, passes, answer; how exactly the end is solved."""
+    state = rolling.result
+    asked = blocks.cells(KIND.rows(rolling, PROBLEM, brief=True))
+    return [
+        *blocks.table(blocks.problem(volume.KIND, state, state.solution), asked),
+        *blocks.steps(KIND, rolling),
+        *blocks.table(blocks.trust(volume.KIND, state)),
+        Cautions(rolling.cautions),
+    ]
+
+
 def _save(rolling: Rolling, path: str | os.PathLike[str]) -> None:
     of_passes = Path(path).suffix.lower() in (".csv", ".json")
     (KIND.write if of_passes else export.save_rolling)(rolling, path)
@@ -73,5 +87,5 @@ def _save(rolling: Rolling, path: str | os.PathLike[str]) -> None:
 KIND = Kind(
     Rolling, rolled.ROLLING, rolled.PASSES, figures=figures.ROLLING,
     plots=(plots.passes, plots.depths, plots.heights), works=_works, save=_save,
-    report=render,
+    report=render, blocks=shown,
 )  # fmt: skip

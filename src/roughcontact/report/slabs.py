@@ -9,7 +9,8 @@ from typing import Any
 
 from roughcontact.contact.slab_result import SlabResult
 from roughcontact.plots import reduced
-from roughcontact.report import page, sources
+from roughcontact.report import blocks, page, sources
+from roughcontact.report.blocks import Blocks, Cautions
 from roughcontact.report.kind import Kind
 from roughcontact.report.page import Chapter, Edition
 from roughcontact.report.quantities import (
@@ -141,4 +142,16 @@ def _trust(result: SlabResult, command: str) -> Chapter:
     return chapter
 
 
-KIND = Kind(SlabResult, SLABS, works=sources.of_slab)
+def shown(result: SlabResult) -> Blocks:
+    """Return what the console shows: problem, answer and trust, then cautions."""
+    bodies = (("body", result.material), ("counter-body", result.counter_material))
+    problem = [
+        ("map", result.slab.provenance.source),
+        *((name, blocks.body(material)) for name, material in bodies),
+        *blocks.cells(KIND.rows(result, PROBLEM, brief=True)),
+    ]
+    answer = blocks.cells(KIND.rows(result, brief=True))
+    return [*blocks.table(problem, answer, blocks.trust(KIND, result)), Cautions(result.cautions)]
+
+
+KIND = Kind(SlabResult, SLABS, works=sources.of_slab, blocks=shown)

@@ -14,6 +14,7 @@ from roughcontact.plots import volume as plots
 from roughcontact.references import References
 from roughcontact.report import (
     assumptions_volume,
+    blocks,
     chapters,
     details,
     figures,
@@ -23,6 +24,7 @@ from roughcontact.report import (
     sources,
     tables,
 )
+from roughcontact.report.blocks import Blocks, Cautions
 from roughcontact.report.kind import Kind
 from roughcontact.report.page import PLAIN, Addition, Cells, Chapter, Edition, Table
 from roughcontact.report.quantities import PROBLEM, TRUST, rows_of
@@ -216,6 +218,13 @@ def _certificate(result: ElastoplasticResult) -> Chapter:
     return chapter
 
 
+def shown(result: ElastoplasticResult) -> Blocks:
+    """Return what the console shows: problem, answer and trust, then cautions."""
+    problem = blocks.problem(KIND, result, result.solution)
+    answer = blocks.cells(KIND.rows(result, brief=True))
+    return [*blocks.table(problem, answer, blocks.trust(KIND, result)), Cautions(result.cautions)]
+
+
 KIND = Kind(
     ElastoplasticResult, tables.VOLUME, tables.INCREMENTS, figures=figures.VOLUME,
     scene=figures.VolumeScene,
@@ -223,5 +232,5 @@ KIND = Kind(
         plots.section, plots.profile, plots.layers, plots.path, plots.residual_displacement,
         plots.convergence,
     ),
-    works=sources.of_volume, save=export.save_volume, report=render,
+    works=sources.of_volume, save=export.save_volume, report=render, blocks=shown,
 )  # fmt: skip

@@ -127,6 +127,12 @@ class Outcome:
     failure: RoughcontactError | None = None
 
     @property
+    def beside(self) -> dict[str, Any]:
+        """What console and report tell besides, by the names that its kind gives it."""
+        names = {"study": "study", "first_yield": "onset"}
+        return {new: self.extras[name] for name, new in names.items() if name in self.extras}
+
+    @property
     def status(self) -> str:
         """``"converged"``, or why the solver stopped."""
         # Sweeps and histories end with an error where a step does not converge.

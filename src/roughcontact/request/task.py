@@ -194,8 +194,7 @@ def _numbers(outcome: Any) -> dict[str, Any]:
 def _report(outcome: Any, work: Any, path: Path, edition: Any) -> None:
     from roughcontact.report import results
 
-    more = {"study": outcome.extras.get("study"), "onset": outcome.extras.get("first_yield")}
-    results.report(outcome.found, path, edition, **more)
+    results.report(outcome.found, path, edition, **outcome.beside)
 
 
 def _nothing(_: Any) -> None:
