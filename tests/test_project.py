@@ -17,6 +17,7 @@ from roughcontact import pipes
 from roughcontact.cli import app
 from roughcontact.fleet import engines, plan, project
 from roughcontact.request import outputs
+from roughcontact.request.options import CEILING, LOAD
 from roughcontact.volume.archive import load_elastoplastic
 
 Capture = pytest.CaptureFixture[str]
@@ -144,9 +145,9 @@ def test_a_project_names_contacts_materials_and_files(folder: Path) -> None:
     entries = project.load(folder / "project.toml")
     assert [entry.name for entry in entries] == ["one 0.1 N", "one 1 N", "two"]
     one, other, two = (entry.request for entry in entries)
-    assert (one["load"], other["load"], two["load"]) == (0.1, 1.0, 0.5)
+    assert (one[LOAD], other[LOAD], two[LOAD]) == (0.1, 1.0, 0.5)
     assert one.bodies() == (rc.Material(210e9, 0.3, 1e9), rc.RIGID)
-    assert two["ceiling"] is None
+    assert two[CEILING] is None
     assert two.bodies()[1].hardness is not None
     assert one.outputs == tuple(folder / "results" / f"one-0.1-N.{s}" for s in ("nc", "csv"))
     assert entries[2].summary == folder / "results" / "two.json"

@@ -211,7 +211,8 @@ def _done(
         if not renew:
             raise
         # The project has given the folder to this contact alone; steps may have taken hours.
-        folder: Path = entry.request.needed(FOLDER)
+        folder = entry.request.get(FOLDER)
+        assert folder is not None
         before = folder.with_name(f"{folder.name}.before")
         shutil.rmtree(before, ignore_errors=True)
         folder.rename(before)
