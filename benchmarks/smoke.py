@@ -12,6 +12,7 @@ from asv_bench import solve, stress
 
 # Some wait for a browser or for workers; longest first.
 SCRIPTS = (
+    ("claims.py", "--quick"),
     ("desk.py", "--quick"),
     ("robustness.py", "--problems", "2", "--files", "20", "--kills", "1"),
     ("fleet.py", "--quick"),
