@@ -181,7 +181,7 @@ def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
          "more than the surface can carry"),
         (["solve", "map.npy", *GIVEN["npy"], *OPTIONS, "--channel", "2"], "has no channels"),
         (["solve", "map.npy", *GIVEN["npy"], "--load", "hertz 1 GPa", "--material", "100Cr6"],
-         "must be a force"),
+         "needs a nominal sphere"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )  # fmt: skip

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from roughcontact.contact.history import LoadHistory
     from roughcontact.contact.result import ContactResult
     from roughcontact.contact.sampling import SamplingStudy
-    from roughcontact.contact.slab_result import SlabResult
+    from roughcontact.contact.slab import Share
     from roughcontact.contact.stress import StressResult
     from roughcontact.contact.study import ResolutionStudy
     from roughcontact.fleet.plan import Report
@@ -108,22 +108,6 @@ def show_solution(outcome: Outcome) -> None:
     if outcome.study is not None:
         _print_study(outcome.study)
     _print_written(outcome.written)
-
-
-def show_slabs(result: SlabResult, written: Sequence[Path]) -> None:
-    """Print problem, answer and trust of a contact on several ranks, its warnings and files."""
-    from roughcontact.report import results
-    from roughcontact.report.quantities import PROBLEM
-
-    bodies = (("body", result.material), ("counter-body", result.counter_material))
-    cells = [
-        ("map", result.slab.provenance.source),
-        *((name, _body(material)) for name, material in bodies),
-        *_cells(results.rows(result, PROBLEM, brief=True)),
-    ]
-    _print_table(cells, *_answers(result))
-    _print_cautions(result.cautions, SOLVE)
-    _print_written(written)
 
 
 def show_curve(curve: LoadCurve, written: Sequence[Path]) -> None:
@@ -406,7 +390,7 @@ def _cells(rows: Iterable[Row]) -> list[Cells]:
     return [(_title(row), row.text) for row in rows]
 
 
-def _map(surface: Surface) -> list[Cells]:
+def _map(surface: Share) -> list[Cells]:
     from roughcontact.report import inputs
     from roughcontact.report.quantities import rows_of
 
@@ -438,7 +422,7 @@ def _problem(
     from roughcontact.report import results
     from roughcontact.report.quantities import PROBLEM
 
-    cells = [*_map(contact.surface), ("body", _body(contact.material))]
+    cells = [*_map(contact.share), ("body", _body(contact.material))]
     other = _body(contact.counter_material)
     if contact.counter_surface is None:
         cells.append(("counter-body", f"{other}, flat"))

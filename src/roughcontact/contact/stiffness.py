@@ -176,7 +176,8 @@ def growth(result: ContactResult) -> Growth:
 
 def _punch(result: ContactResult, index: NDArray[np.int64]) -> Punch:
     """Return the rigid flat that some pixels of a solution follow."""
-    shape, pair = result.surface.shape, result.pair
+    result.require_whole("the stiffness")
+    shape, pair = result.pair.shape, result.pair
     Room(shape, pair.boundary, result.precision).require(index.size / result.pressure.size)
     punch = flat_punch(shape, index, pair.operators(result.precision, Workspace()))
     if punch is None:

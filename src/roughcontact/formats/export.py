@@ -312,7 +312,9 @@ def save(result: Result | InterfaceLaw | Rolling, path: str | os.PathLike[str]) 
             _writer(kind, path)(result, path)
             return
     assert isinstance(result, ContactResult)
-    _require_kept(result.surface, path)
+    if Path(path).suffix.lower() != ".nc":
+        result.require_whole("a file other than .nc")
+        _require_kept(result.surface, path)
     _writer(Kind.CONTACT, path)(result, path)
 
 

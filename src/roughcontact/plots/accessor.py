@@ -97,6 +97,8 @@ ElastoplasticResult or Rolling
     AttributeError
         If there are none of its kind.
     """
+    if isinstance(shown, ContactResult):
+        shown.require_whole("figures")
     table = {**_FIGURES, **(_OF_PROFILES if _is_profile(shown) else {})}
     for kind, figures in table.items():
         if isinstance(shown, kind):

@@ -9,6 +9,7 @@ import datetime
 import os
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -16,15 +17,17 @@ from roughcontact.contact import judgment
 from roughcontact.contact.cautions import ordered
 from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.slab import Share, Slab
 from roughcontact.contact.solve import under
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError, Spell
 from roughcontact.files import write
-from roughcontact.plots import maps, profiles
+from roughcontact.plots import maps, profiles, reduced
 from roughcontact.references import NO_REFERENCES
 from roughcontact.report import (
     chapters,
     figures,
+    inputs,
     page,
     regimes,
     results,
@@ -34,7 +37,7 @@ from roughcontact.report import (
     tables,
 )
 from roughcontact.report.page import Addition, Cells, Chapter, Table
-from roughcontact.report.quantities import ABSENT, ANSWER, PROBLEM, TRUST, beside, capital
+from roughcontact.report.quantities import ABSENT, ANSWER, PROBLEM, TRUST, beside, capital, rows_of
 from roughcontact.units import engineering, percent
 
 
@@ -95,7 +98,7 @@ def render(
     if study is not None:
         found.append(_study(study))
     found += [chapters.added(addition) for addition in additions]
-    lines = script.repeating(result)
+    lines = "" if result.pair.is_shared else script.repeating(result)
     found += [exactness(result), chapters.repetition(result.version, command, lines)]
     works = sources.of(result) + (NO_REFERENCES if curve is None else sources.of(curve))
     found.append(sources.chapter(works, additions))
@@ -123,6 +126,10 @@ def _chapters(
     study: ResolutionStudy | None,
 ) -> list[Chapter]:
     """Return what every report on a contact has."""
+    if result.pair.is_shared:
+        given = [results.row(result, result.control), *results.rows(result, PROBLEM)]
+        pressed = chapters.problem(result, given, "ceiling")
+        return [_input(result.share), pressed, results_chapter(result, study)]
     spots = result.spots()
     stated = chapters.stated(result, spots)
     given = [results.row(result, result.control), *results.rows(result, PROBLEM)]
@@ -138,6 +145,22 @@ def _chapters(
     if result.saturated_fraction > 0:
         found.append(comparison(result, elastic, usual))
     return found
+
+
+def _input(share: Share) -> Chapter:
+    """Return the chapter on a map that several ranks hold."""
+    chapter = Chapter("Input and preparation")
+    rows = rows_of(inputs.table_of(share), share, brief=True)
+    chapter.add("table", Table([(row.title, row.text) for row in rows]))
+    chapter.add("steps", [page.sentence(step) for step in share.provenance.steps])
+    return chapter
+
+
+def _blocks(result: ContactResult, maps: Sequence[Any]) -> Addition:
+    """Return the chapter with reduced maps of a contact whose map several ranks hold."""
+    found = reduced.figures(result.share.size, *maps)
+    drawn = tuple((f"{name}.", draw()) for name, draw in found.items())
+    return Addition("Maps in blocks of points", figures=drawn)
 
 
 def _check_alike(result: ContactResult, **others: ContactResult | None) -> None:
@@ -212,9 +235,21 @@ def save_compared(
     Parameters
     ----------
     result, path, command, additions, study, spell, processes
-        As for `save`. One with a recommended ceiling is solved with three yield strengths, too.
+        As for `save`; of a map that several ranks hold all of them call this. One with a
+        recommended ceiling is solved with three yield strengths, too.
     """
     page.check_path(path)
+    if isinstance(result.share, Slab):
+        share, gap, pressure = result.share, result.gap, result.pressure
+        blocks = [share.reduced(values, largest=values is pressure)
+                  for values in (share.heights, pressure, gap)]  # fmt: skip
+
+        def write_first() -> None:
+            found = [*additions, _blocks(result, blocks)]
+            save(result, path, command=command, additions=found, spell=spell, processes=processes)
+
+        share.ranks.agreed(write_first if share.ranks.first else lambda: None)
+        return
     elastic = usual = None
     if result.saturated_fraction > 0:
         elastic = _best(result.elastic)
@@ -246,7 +281,7 @@ def _best(solve: Callable[[], ContactResult]) -> ContactResult | None:
 
 
 def _title(result: ContactResult) -> str:
-    name = result.surface.provenance.source or "an unnamed surface"
+    name = result.share.provenance.source or "an unnamed surface"
     if result.control == "load":
         return f"Contact of {name} under {engineering(result.load, result.pair.load_unit)}"
     return f"Contact of {name} at an approach of {engineering(result.approach, 'm')}"
@@ -293,7 +328,8 @@ def results_chapter(result: ContactResult, study: ResolutionStudy | None) -> Cha
         chapter.add("text", f"{sureness.WHAT} {sureness.NOT_BOUNDED}")
         told = [(capital(name), *texts) for name, *texts in sureness.rows(result, study)]
         chapter.add("table", Table(told, sureness.HEADS))
-    chapters.show(chapter, figures.of_contact(result), figures.ContactScene(result))
+    if not result.pair.is_shared:
+        chapters.show(chapter, figures.of_contact(result), figures.ContactScene(result))
     return chapter
 
 

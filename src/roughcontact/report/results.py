@@ -13,7 +13,6 @@ from roughcontact.contact.found import FoundLoads
 from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.sampling import SamplingStudy
-from roughcontact.contact.slab_result import SlabResult
 from roughcontact.contact.stress import StressResult
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.files import require_suffix, to_json, write
@@ -30,7 +29,6 @@ from roughcontact.report import (
     lawful,
     profile,
     rolled,
-    slabs,
     studied,
     tables,
 )
@@ -58,7 +56,8 @@ def table_of(result: Any) -> Table:
         return kind.table
     match result:
         case ContactResult():
-            return profile.CONTACT if result.pair.is_profile else tables.CONTACT
+            whole = profile.CONTACT if result.pair.is_profile else tables.CONTACT
+            return tables.SHARED if result.pair.is_shared else whole
         case ElastoplasticResult():
             return tables.VOLUME
         case Rolling():
@@ -83,8 +82,6 @@ def table_of(result: Any) -> Table:
             return compared.SAMPLING
         case ResolutionStudy():
             return studied.STUDY
-        case SlabResult():
-            return slabs.SLABS
     raise TypeError(f"there is no table for a {type(result).__name__}")
 
 

@@ -12,7 +12,6 @@ from roughcontact.contact.found import YIELD, FoundLoads
 from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.sampling import SamplingStudy
-from roughcontact.contact.slab_result import SlabResult
 from roughcontact.contact.smooth import ELLIPSE
 from roughcontact.contact.stress import StressResult
 from roughcontact.formats import instruments
@@ -118,8 +117,6 @@ def _uses(result: Any) -> Uses:
         case SamplingStudy():
             yield from _of_curve(result.whole.curve)
             yield cited("intervals of the means", "Student1908")
-        case SlabResult():
-            yield from _of_slab(result)
         case Estimate():
             yield cited("formulas of nominally flat contact", "Persson2001", "Yang2008")
         case Conductance() | InterfaceLaw():
@@ -172,7 +169,11 @@ def _elastic(result: ContactResult) -> Uses:
     """Yield what any contact is solved by, with or without a ceiling."""
     pair = result.pair
     known = pair.softer is not None and pair.softer.yield_strength is not None
-    yield from _of_maps(pair.origins, pair.is_profile)
+    if pair.is_shared:
+        # Parameters of a map are those of all of it.
+        yield from _of_provenance(result.share.provenance)
+    else:
+        yield from _of_maps(pair.origins, pair.is_profile)
     yield from _solved(result.boundary, pair.is_profile, known)
     if result.moments is not None:
         yield cited("bodies that tilt", "Nocedal2006", "Gilbert1988")
@@ -225,15 +226,6 @@ def _of_comparison(found: Comparison) -> Uses:
         yield cited("intervals of the differences", "Games1976" if wide else "Welch1947")
     if any(found.components(name) for name in found.names):
         yield cited("scatter between groups and within", "Searle1992")
-
-
-def _of_slab(result: SlabResult) -> Uses:
-    pair = result.pair
-    known = pair.softer is not None and pair.softer.yield_strength is not None
-    yield from _of_provenance(result.slab.provenance)
-    yield from _solved(result.boundary, is_profile=False, yields=known)
-    if result.ceiling is not None:
-        yield _CEILING
 
 
 def _of_provenance(provenance: Provenance) -> Uses:

@@ -528,7 +528,7 @@ def files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
 
         yield request["movie"], partial(movie.save, outcome.rolling, outcome.frames)
     if request.get("report") is not None:
-        yield request.get("report"), partial(_report, outcome, maps)
+        yield request.get("report"), partial(report, outcome, maps)
     if outcome.comparison is not None:
         from roughcontact.report import comparison
 
@@ -543,7 +543,7 @@ def files(outcome: Outcome, maps: Sequence[Surface]) -> Iterator[outputs.Task]:
         yield path, outputs.saver(drawings[name or next(iter(drawings))])
 
 
-def _report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
+def report(outcome: Outcome, maps: Sequence[Surface], path: Path) -> None:
     """Write the report on an outcome."""
     from roughcontact.report import additions, comparison, contact, rolling, steps, volume
 

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.ranks import Ranks
-from roughcontact.request.options import SHOWN, SOLVE, offered, spell_option
+from roughcontact.request import outputs, problem, run as runs
+from roughcontact.request.options import SHOWN, SOLVE, offered
+from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
-from roughcontact.solvers.progress import Step
+from roughcontact.request.run import Look, Outcome
 
 if TYPE_CHECKING:
     from roughcontact.contact.slab import Slab
-    from roughcontact.contact.slab_result import SlabResult
 
 _KNOWN = (
     "channel", "unit", "size", "override-size", "level", "holes", "load", "approach", "material",
@@ -25,31 +24,6 @@ _KNOWN = (
     "precision", "output", "report", *SHOWN,
 )  # fmt: skip
 """Options that a map on several ranks can have; ``level`` a plane or none, ``holes`` masked."""
-
-
-@dataclass(frozen=True)
-class SlabOutcome:
-    """What a request gave.
-
-    Parameters
-    ----------
-    result : SlabResult
-        The contact, the same numbers on all ranks.
-    written : tuple of Path
-        Files that are complete.
-    failure : RoughcontactError or OSError or None
-        Why a file could not be written.
-    """
-
-    result: SlabResult
-    written: tuple[Path, ...] = ()
-    failure: RoughcontactError | OSError | None = None
-
-    def record(self) -> dict[str, Any]:
-        """Return all numbers by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return {**results.summary(self.result), "written": [str(path) for path in self.written]}
 
 
 def check(request: Request) -> None:
@@ -86,9 +60,9 @@ def check(request: Request) -> None:
 def run(
     request: Request,
     ranks: Ranks,
-    say: Callable[[str], None],
-    look: Callable[[Step], None] | None = None,
-) -> SlabOutcome:
+    say: Say,
+    look: Look,
+) -> Outcome:
     """Read, level, solve, and write what was asked for; all ranks call it.
 
     Parameters
@@ -97,40 +71,38 @@ def run(
         What to do: a solve with a ceiling.
     ranks : Ranks
         Those that will hold the map.
-    say : callable
-        Called with a few words before every stage.
-    look : callable, optional
-        Called with every `Step` of the solver.
+    say, look : callable
+        As for `roughcontact.request.run.run`.
+
+    Returns
+    -------
+    Outcome
+        The contact, the same numbers on all ranks.
 
     Raises
     ------
     RoughcontactError, OSError
         If the request cannot be done, on all ranks.
     """
-    from roughcontact.contact.slabs import solve_slab
+    from roughcontact.contact.solve import solve
 
     check(request)
     # The others need not see where the first writes.
     ranks.agreed(lambda: request.check_places() if ranks.first else None)
     slab = _read(request, ranks, say)
-    material, counter = request.bodies()
-    result = solve_slab(
+    result = solve(
         slab,
-        material=material,
-        counter_material=counter,
+        **problem.arguments(request, (), "tolerance", "max-iterations", "precision"),
         load=request["load"],
         approach=request["approach"],
-        ceiling=request["ceiling"],
-        boundary=request["boundary"],
         on_failure="return",
         progress=look,
-        **request.solver("tolerance", "max-iterations", "precision"),
     )
-    outcome = SlabOutcome(result)
-    return _written(request, outcome, say) if result.converged else outcome
+    outcome = Outcome(request, result)
+    return _written(outcome, say) if result.converged else outcome
 
 
-def _read(request: Request, ranks: Ranks, say: Callable[[str], None]) -> Slab:
+def _read(request: Request, ranks: Ranks, say: Say) -> Slab:
     from roughcontact.formats.slabs import read_slab
 
     assert request.file is not None
@@ -142,31 +114,14 @@ def _read(request: Request, ranks: Ranks, say: Callable[[str], None]) -> Slab:
     return slab if request["level"] == "none" else slab.leveled()
 
 
-def _written(request: Request, outcome: SlabOutcome, say: Callable[[str], None]) -> SlabOutcome:
+def _written(outcome: Outcome, say: Say) -> Outcome:
     """Write the files of an outcome, and return it with their names."""
-    from roughcontact.contact.slab_archive import save_slabs
-    from roughcontact.contact.slab_result import reduced
-
-    result, ranks = outcome.result, outcome.result.slab.ranks
+    request, result = outcome.request, outcome.result
+    assert result is not None
+    files: list[outputs.Task] = [(path, result.save) for path in request.outputs]
+    if request["report"] is not None:
+        files.append((request["report"], partial(runs.report, outcome, ())))
     try:
-        for path in request.outputs:
-            say(f"writing {path}")
-            save_slabs(result, path)
-            outcome = replace(outcome, written=(*outcome.written, path))
-        if request["report"] is not None:
-            from roughcontact.report import slabs as report
-
-            say(f"writing {request['report']}")
-            maps = reduced(result)
-            spell = partial(spell_option, command=SOLVE)
-            ranks.agreed(
-                lambda: (
-                    report.save(result, maps, request["report"], request.command, spell)
-                    if ranks.first
-                    else None
-                )
-            )
-            outcome = replace(outcome, written=(*outcome.written, request["report"]))
-    except (RoughcontactError, OSError) as error:
+        return replace(outcome, written=tuple(outputs.write(files, say)))
+    except RoughcontactError as error:
         return replace(outcome, failure=error)
-    return outcome
