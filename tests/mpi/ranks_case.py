@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 from mpi4py import MPI
 
 import roughcontact as rc
@@ -66,6 +67,34 @@ def solve(folder, ranks):
         assert ranks.communicator.allgather(told) == [told] * ranks.count
         if ranks.first:
             np.save(folder / f"{name}.npy", told)
+
+
+def whole(folder, ranks):
+    """What needs the map in one process is refused, and numbers are no matter of all ranks."""
+    result = rc.solve(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
+    refused = {
+        "spots": result.spots, "elastic": result.elastic, "stiffness": result.stiffness,
+        "figures": lambda: result.plot, "surface": lambda: result.surface,
+        "page": result.explore, "csv": lambda: result.save(folder / "out.csv"),
+        "centre": lambda: result.centre_of_pressure, "slope": lambda: result.pair.rms_slope,
+        "tilt": lambda: rc.solve(result.share, material=STEEL, load=0.3, moments=(0.0, 0.0)),
+        "start": lambda: rc.solve(result.share, material=STEEL, load=0.3, start=result.pressure),
+        "ceiling": lambda: rc.solve(result.share, material=STEEL, load=0.3, ceiling="recommended"),
+        "counter": lambda: rc.solve(
+            result.share, material=STEEL, load=0.3,
+            counter_surface=rc.Surface(heights("free, ceiling"), PIXEL),
+        ),
+    }  # fmt: skip
+    for ask in refused.values():
+        with pytest.raises(rc.InputError, match="whole map in one process"):
+            ask()
+    result.report(folder / "out.html")
+    if ranks.first:
+        # Alone: no other rank would answer.
+        told = [str(result), result._repr_html_(), str(result.summary()), str(result.references())]
+        told += [str(result.warnings), str(result.regime), str(result.smooth)]
+        assert all(told)
+        assert result.summary()["ranks"] == ranks.count
 
 
 def apply(folder, ranks):

@@ -80,6 +80,12 @@ def test_operator_inverse_and_level_are_those_of_one_process(tmp_path, count):
     assert run.returncode == 0, run.stderr
 
 
+def test_what_needs_the_whole_map_is_refused(tmp_path):
+    run = case(2, "whole", tmp_path)
+    assert run.returncode == 0, run.stderr
+    assert (tmp_path / "out.html").read_text(encoding="utf-8").count("data:image/png") == 3
+
+
 OPTIONS = ["--load", "0.5 N", "--material", "100Cr6", "--boundary", "periodic"]
 
 
