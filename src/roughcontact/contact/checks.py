@@ -91,7 +91,6 @@ def stated(
         As for `roughcontact.solve`.
     """
     check_terms(terms)
-    check_share(pair, terms, start)
     # First what any contact on this grid needs: nothing large has been made yet.
     room, there = memory.Room.of(pair, terms, held), ground.free()
     pair.sums.agreed(lambda: room.require(there=there))

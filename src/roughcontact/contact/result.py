@@ -136,6 +136,8 @@ class ContactResult(Shown):
         for each other [s].
     sent : int
         Bytes that each of them sent to others, on average.
+    _counted : tuple, optional
+        The `totals` of a copy, and the maps that they are of.
     """
 
     pair: Pair
