@@ -34,7 +34,7 @@ import roughcontact as rc
 from roughcontact.fleet import engines
 from roughcontact.joint import formulas
 from roughcontact.joint.estimate import LEAST_WAVES
-from roughcontact.request.fleet_options import DASK, LOCAL, MPI
+from roughcontact.request.fleet_options import DASK, LOCAL
 from roughcontact.theory import johnson
 
 FOLDER = Path(__file__).parent / "atlas"
@@ -158,12 +158,9 @@ def to_do(most: int | None) -> list[Task]:
     return tasks
 
 
-def compute(most: int | None, kind: str, workers: int | None, scheduler: str | None) -> bool:
-    """Solve what is missing; return whether this process is the one that goes on."""
-    with engines.opened(lambda: to_do(most), len, kind, workers, scheduler) as opened:
-        if opened is None:
-            return False
-        engine, tasks = opened
+def compute(most: int | None, kind: str, workers: int | None, scheduler: str | None) -> None:
+    """Solve what is missing."""
+    with engines.opened(lambda: to_do(most), len, kind, workers, scheduler) as (engine, tasks):
         working = {
             engine.executor.submit(cases.within, engine.threads, *task[1:]): task for task in tasks
         }
@@ -174,7 +171,6 @@ def compute(most: int | None, kind: str, workers: int | None, scheduler: str | N
                 keep(place, drawn, case, row)
             told = f"failed: {failure}" if failure else "solved"
             print(f"{number}/{len(working)} {drawn.name} {told}", flush=True)
-    return True
 
 
 def fit() -> None:
@@ -207,16 +203,15 @@ def main() -> None:
     parser.add_argument("--maps", type=int, help="the first maps of each kind alone")
     parser.add_argument("--fit", action="store_true", help="fit and test what is stored")
     parser.add_argument("--measured", type=Path, help="press the measured maps of this folder")
-    parser.add_argument("--engine", choices=(LOCAL, DASK, MPI), default=LOCAL, help="what works")
+    parser.add_argument("--engine", choices=(LOCAL, DASK), default=LOCAL, help="what works")
     parser.add_argument("--workers", type=int, help="processes of this machine")
     parser.add_argument("--scheduler", help="that of a Dask cluster")
     asked = parser.parse_args()
     if asked.measured is not None:
         measure(asked.measured)
     else:
-        given = asked.maps, asked.engine, asked.workers, asked.scheduler
-        if not (asked.fit or compute(*given)):
-            return
+        if not asked.fit:
+            compute(asked.maps, asked.engine, asked.workers, asked.scheduler)
         fit()
     # The figures of the page are made from the same cases when it is built.
     import atlas_page

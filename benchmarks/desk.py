@@ -34,9 +34,8 @@ from browsing import PATIENCE, Seat, Served, browser, lacking
 from roughcontact.desk.state import State
 from roughcontact.desk.works import Works
 from roughcontact.request import maps
-from roughcontact.request.options import SOLVE
-from roughcontact.request.request import from_text
 from roughcontact.request.run import solved
+from roughcontact.request.tasks import from_text
 from visiting import Visitor
 
 # From the event of the slider to the second frame after the data of the pressure map changed.
@@ -112,7 +111,7 @@ def ignored(*_: Any) -> None:
 def alone(path: Path, loads: list[str]) -> list[float]:
     """Return how long the solves take by themselves [s]."""
     given = {"material": "100Cr6", "boundary": "free"}
-    requests = [from_text(SOLVE, path, {**given, "load": load}) for load in loads]
+    requests = [from_text("solve", path, {**given, "load": load}) for load in loads]
     surfaces = maps.surfaces(requests[0], ignored)
     times = []
     for request in requests:

@@ -57,6 +57,8 @@ APART = {
     )
     for name in ("slabs", "slab_symbols")
 }
+# What long tests and whole processes show is asked as well.
+ASKED = "not slow"
 # Tests that a mutant is given at first; seconds of all; processor time over that, and the least.
 FEW, MOST, PATIENCE, LEAST_PATIENCE = 12, 60.0, 1.5, 30.0
 # What tests import, and takes time.
@@ -104,7 +106,7 @@ def cover(folder: Path, extra: list[str]) -> None:
     rules.write_text(f"[run]\nsource = {PACKAGE}\ndata_file = {folder / 'coverage'}\n")
     files = [str(path.relative_to(ROOT)) for path in _files()]
     command = [
-        sys.executable, "-m", "pytest", "-q", "-n", "auto", "-p", "mutants", "--cov",
+        sys.executable, "-m", "pytest", "-q", "-n", "auto", "-m", ASKED, "-p", "mutants", "--cov",
         f"--cov-config={rules}", "--cov-context=test", "--cov-report=", *extra, *files,
     ]  # fmt: skip
     subprocess.run(command, cwd=ROOT, env=_surroundings(ROOT, folder), check=False)
@@ -328,7 +330,7 @@ def _killer(tree: Path, tests: list[list[str]]) -> str:
         os.dup2(output.fileno(), 2)
     for part in tests:
         watch = Watch()
-        status = pytest.main(["-q", "-x", "-p", "no:cacheprovider", *part], [watch])
+        status = pytest.main(["-q", "-x", "-m", ASKED, "-p", "no:cacheprovider", *part], [watch])
         # 5: a module without examples, and no test beside it.
         if status not in (0, 5):
             return watch.failed or f"exit status {int(status)}"

@@ -1,4 +1,4 @@
-"""Whether a change of the code changed any result: some sixty cases, digest by digest.
+"""Whether a change of the code changed any result: some eighty cases, digest by digest.
 
     python benchmarks/same.py store before        # before the change: before/digests.json
     python benchmarks/same.py compare before      # after it; exit status 1 on any difference
@@ -26,7 +26,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -41,6 +41,7 @@ STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
 ALUMINA = rc.Material(370e9, 0.22, name="alumina", hardness=15e9)
 MATERIAL = {"material": STEEL}
 SIDE = 1e-4  # of the square maps [m]
+PROFILE_STEP = 5e-7  # between the points of the profile [m]
 # Older versions count quarter turns here, and turn maps the other way round there.
 DEGREES = "angle" in inspect.signature(rc.Surface.rotated).parameters
 QUARTER, CLOCKWISE = (90, -1) if DEGREES else (1, 1)
@@ -79,6 +80,13 @@ def ball(points: int = 64, radius: float = 1e-2) -> rc.Surface:
     return rc.Surface(-(x[:, None] ** 2 + x**2) / (2 * radius), (pixel, pixel))
 
 
+def trace() -> rc.Surface:
+    """Return a rough profile of 0.2 mm."""
+    steps = np.random.default_rng(7).standard_normal(410)
+    heights = np.convolve(steps, np.ones(11) / 11, "valid")
+    return rc.Surface(2e-7 * heights, PROFILE_STEP)
+
+
 def write_inputs(folder: Path) -> None:
     """Write the maps that the commands read, heights in µm, without the program."""
     maps = {
@@ -95,6 +103,10 @@ def write_inputs(folder: Path) -> None:
     (folder / "broken.csv").write_text("1,2,3\n4,five,6\n7,8,9\n", encoding="utf-8")
     (folder / "broken.nc").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(64))
     (folder / "project.toml").write_text(PROJECT, encoding="utf-8")
+    (folder / "tasks.toml").write_text(TASKS, encoding="utf-8")
+    columns = np.transpose([1e3 * PROFILE_STEP * np.arange(400), 1e6 * trace().heights[0]])
+    np.savetxt(folder / "trace.txt", columns, fmt="%.9f", header="X [mm]\tZ [um]", delimiter="\t",
+               comments="")  # fmt: skip
     bad = PROJECT.replace("poisson = 0.3", "poison = 0.3")
     (folder / "bad.toml").write_text(bad, encoding="utf-8")
 
@@ -109,6 +121,50 @@ contact = [
   {name = "two", file = "other.npy", load = "0.2 N", ceiling = "none"},
   {name = "three", file = "holes.npy", load = "0.2 N"},
 ]
+"""
+
+TASKS = """\
+folder = "results"
+write = ["nc", "csv"]
+materials.steel = {young = "210 GPa", poisson = 0.3, yield-strength = "1 GPa"}
+defaults = {unit = "um", size = "0.1 mm", material = "steel"}
+
+[[contact]]
+name = "curve"
+file = "small.npy"
+task = "sweep"
+from = "0.1 N"
+to = "0.3 N"
+steps = 2
+
+[[contact]]
+name = "below"
+file = "small.npy"
+task = "stress"
+load = "0.2 N"
+
+[[contact]]
+name = "path"
+file = "small.npy"
+task = "history"
+path = "0.3 N, 0 N"
+
+[[contact]]
+name = "asked"
+file = "small.npy"
+task = "find"
+contact = "5 %"
+
+[[contact]]
+name = "joint"
+file = "small.npy"
+task = ["law", "conductance", "leak"]
+boundary = "periodic"
+material = "42CrMo4"
+counter-material = "6061-T6"
+from = "10 MPa"
+to = "50 MPa"
+steps = 3
 """
 
 # Cases in Python ----------------------------------------------------------------------------------
@@ -311,6 +367,115 @@ def studies(folder: Path) -> dict[str, Any]:
             "reference": rc.reference_map(96)}  # fmt: skip
 
 
+def pressed(
+    surface: rc.Surface | None = None, pressures: tuple[float, ...] = (1e7, 5e7), **options: Any
+) -> list[rc.ContactResult]:
+    """Return contacts of a small endless map under several nominal pressures."""
+    surface = surface or rough((32, 32), 5)
+    options |= {"material": STEEL, "boundary": "periodic"}
+    return [rc.solve(surface, load=pressure * SIDE**2, **options) for pressure in pressures]
+
+
+@case
+def leakage(folder: Path) -> dict[str, Any]:
+    contacts = pressed()
+    found = rc.leakage(contacts, viscosity=1e-3, pressure_difference=1e5)
+    for suffix in ("csv", "json"):
+        found.save(folder / f"leak.{suffix}")
+    return {"": found, "ring": rc.leakage(
+        contacts[0], direction="y", viscosity=1e-3, pressure_difference=1e5, seal_width=0.1,
+        seal_length=1e-3,
+    )}  # fmt: skip
+
+
+@case
+def conductance(folder: Path) -> dict[str, Any]:
+    contacts = pressed()
+    found = rc.conductance(contacts, "42CrMo4", "6061-T6", film=1e-12, thermal_film=1e-7)
+    for suffix in ("csv", "json"):
+        found.save(folder / f"conductance.{suffix}")
+    return {"": found, "bare": rc.conductance(contacts[0], "42CrMo4", "6061-T6")}
+
+
+@case
+def law(folder: Path) -> dict[str, Any]:
+    loading = pressed(pressures=(1e7, 3e7, 9e7))
+    unloading = pressed(rc.indented_surface(loading[-1]), (1e7, 3e7), ceiling=None)
+    found = rc.interface_law(loading, unloading, body="42CrMo4", counter_body="6061-T6")
+    for suffix in ("npz", "csv", "json", "inp", "ccx", "txt"):
+        found.save(folder / f"law.{suffix}")
+    maps = (rough((32, 32), seed) for seed in (5, 6))
+    several = [contact for surface in maps for contact in pressed(surface)]
+    return {"": found, "of-two-maps": rc.interface_law(several)}
+
+
+@case
+def find(folder: Path) -> dict[str, Any]:
+    found = rc.find_load(
+        rough((32, 32), 5), material=STEEL, contact=[0.02, 0.05], saturated=0.3, approach=2e-7,
+        mean_gap=3e-7, first_yield=True,
+    )  # fmt: skip
+    for suffix in ("csv", "json"):
+        found.save(folder / f"loads.{suffix}")
+    return {"": found, "answers": [answer for answer in found.answers]}
+
+
+@case
+def rolling(folder: Path) -> dict[str, Any]:
+    roller = rc.Surface(ball(16, 5e-3).heights, (2.5e-5, 2.5e-5))
+    found = rc.roll(
+        rc.Surface(np.zeros((16, 16)), roller.pixel), counter_surface=roller, material=STEEL,
+        load=60.0, passes=2, steps=2, boundary="periodic", tolerance=1e-3, friction=0.1,
+        folder=folder / "kept",
+    )  # fmt: skip
+    for suffix in ("nc", "csv", "json"):
+        found.save(folder / f"rolled.{suffix}")
+    return {"": found, "rolled": found.rolled_surface}
+
+
+@case
+def estimate(folder: Path) -> dict[str, Any]:
+    options: dict[str, Any] = {"material": STEEL, "pressure": 1e8}
+    found = rc.estimate(Sq=5e-7, Sdq=0.1, Sal=1.2e-5, **options)
+    found.save(folder / "estimate.json")
+    return {"": found, "map": rc.estimate(rough(), **options)}
+
+
+@case
+def generation(folder: Path) -> dict[str, Any]:
+    pixel = (2e-6, 2e-6)
+    return {
+        "ground": rc.generate((48, 32), pixel, Sq=4e-7, Sal=1.2e-5, Str=0.3, lay=30.0, seed=2),
+        "honed": rc.generate(128, pixel, Sq=4e-7, Sal=1.2e-5, honing=40.0),
+        "plateau": rc.generate(48, pixel, Sq=4e-7, Sal=1.2e-5, Ssk=-0.8),
+        "turned": rc.generate(48, pixel, Sq=4e-7, rolloff_wavelength=4e-5, turning=(2.4e-5, 8e-4)),
+    }
+
+
+@case
+def profile(folder: Path) -> dict[str, Any]:
+    line = trace().leveled()
+    found = rc.solve(line, material=STEEL, load=2e4)
+    found.save(folder / "line.nc")
+    found.report(folder / "line.html")
+    line.save(folder / "line.csv")
+    curve = rc.load_curve(line, material=STEEL, loads=[5e3, 2e4])
+    return {"": found, "line": line, "read": rc.read_surface(folder / "line.csv"), "curve": curve,
+            "parameters": line.roughness(), "stress": rc.subsurface_stress(found, [1e-6, 5e-6]),
+            "filtered": line.filtered(l=8e-5)}  # fmt: skip
+
+
+@case
+def comparison(folder: Path) -> dict[str, Any]:
+    maps = {
+        "one": [rough((32, 32), n) for n in (1, 2)],
+        "two": [rough((32, 32), n) for n in (3, 4)],
+    }
+    found = rc.compare(maps, material=STEEL, pressure=5e7, steps=2)
+    found.save(folder / "comparison.json")
+    return {"": found, "sampling": rc.sampling_error(rough(), material=STEEL, pressure=5e7)}
+
+
 REFUSED: dict[str, dict[str, Any]] = {  # options of `solve`
     "load": {"load": -1.0}, "both": {"approach": 1e-7}, "neither": {"load": None},
     "boundary": {"boundary": "closed"}, "precision": {"precision": "half"},
@@ -372,6 +537,20 @@ _SWEEP = f"sweep {_ON} --from '20 mN' --to '1 N' --steps 4 --folder kept"
 _FORMS = ("sphere 10 mm", "cylinder 5 mm 90 deg", "ellipsoid 10 mm 4 mm", "punch 20 um",
           "cone 0.01", "wedge 0.01")  # fmt: skip
 
+_JOINT = f"small.npy {_MAP} --material 42CrMo4 --boundary periodic"
+_LOADS = "--load '0.1 N, 0.3 N'"
+_LEAK = f"leak {_JOINT} {_LOADS} --viscosity '1 mPa s' --pressure-difference '1 bar'"
+_CONDUCTANCE = f"conductance {_JOINT} {_LOADS} --counter-material 6061-T6"
+_LAW = f"law {_JOINT} --from '10 MPa' --to '90 MPa' --steps 3 --counter-material 6061-T6"
+_FIND = f"find small.npy {_MAP} {_STEEL} --contact '2 %, 5 %' --saturated '30 %' --first-yield"
+_ROLL = (
+    "roll --points 16 --size '0.4 mm' --body flat --material 100Cr6 --counter-body "
+    "'sphere 5 mm' --load '60 N' --boundary periodic --passes 2 --steps 2 --tolerance 1e-3"
+)
+_ESTIMATE = "estimate --sq '0.5 um' --sdq 0.1 --sal '12 um' --pressure '100 MPa' --material 100Cr6"
+_GENERATE = "generate --size '0.1 mm' --points 48 --sq '0.4 um' --sal '12 um'"
+_PROFILE = f"solve trace.txt {_STEEL} --load '20 N/mm'"
+
 COMMANDS: dict[str, tuple[str, ...]] = {
     "plain": (_SOLVE, f"{_SOLVE} --json", f"{_SOLVE} --quiet"),
     "exports": (f"{_SOLVE} --output a.nc --output a.vti --output a.csv --output a.json "
@@ -420,8 +599,25 @@ COMMANDS: dict[str, tuple[str, ...]] = {
                         "--boundary periodic --output v.json",),
     "demo": ("demo --points 64 --folder out",),
     "project": ("run project.toml", "run project.toml --json", "run bad.toml"),
+    "tasks": ("run tasks.toml", "run tasks.toml --json"),
+    "leak": (f"{_LEAK} --report a.html", f"{_LEAK} --output l.csv --output l.json --json"),
+    "conductance": (f"{_CONDUCTANCE} --film '1e-12 ohm m^2' --report a.html",
+                    f"{_CONDUCTANCE} --output c.csv --output c.json --json"),
+    "law": (f"{_LAW} --report a.html " + " ".join(
+        f"--output l.{kind}" for kind in ("npz", "csv", "json", "inp", "ccx", "txt")),
+        f"{_LAW} --quarters --json"),
+    "find": (f"{_FIND} --output f.csv --report a.html", f"{_FIND} --output f.json --json"),
+    "roll": (f"{_ROLL} --output r.nc --output r.csv --report a.html", f"{_ROLL} --json"),
+    "estimate": (_ESTIMATE, f"{_ESTIMATE} --json",
+                 f"estimate rough.npy {_MAP} {_STEEL} --pressure '50 MPa' --output e.json"),
+    "generate": (f"{_GENERATE} --ssk -0.8 --output g.npz --output g.csv", f"{_GENERATE} --json"),
+    "profile": (f"{_PROFILE} --output p.nc --report a.html", f"{_PROFILE} --json", "info trace.txt",
+                f"sweep trace.txt {_STEEL} --from '5 N/mm' --to '20 N/mm' --steps 2"),
+    "compare": (f"compare small.npy other.npy {_MAP} {_STEEL} --load '50 MPa' --json",),
+    "verify": (f"{_SOLVE} --output a.nc", "verify a.nc"),
     "help": ("--help", "--version", *(f"{name} --help" for name in (
-        "solve", "sweep", "stress", "history", "run", "info", "materials", "demo"))),
+        "solve", "sweep", "stress", "history", "roll", "find", "conductance", "leak", "law",
+        "compare", "estimate", "generate", "run", "verify", "info", "materials", "demo"))),
     "errors-usage": ("squeeze", f"solve {_ON}", f"solve {_ON} --load 1", f"{_SOLVE} --lod '1 N'",
                      f"solve {_ON} --load '1 Pa'", f"solve {_ON} --load '90 N'"),
     "errors-map": ("solve nowhere.npy --load '1 N' --material 100Cr6", f"{_SOLVE} --crop 0:900,0:9",
@@ -509,20 +705,27 @@ def file_of(folder: Path, name: str, item: str) -> Path:
     return folder / name / (item.replace("/", "+") + ".txt")
 
 
-def store(folder: Path, only: str) -> None:
-    """Run the cases and write digests and texts."""
-    began = last = time.perf_counter()
-    digests = {}
+def run_cases(only: str) -> Iterator[tuple[str, Items]]:
+    """Run the cases in a folder of their own and tell how long each took."""
+    last = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="same-") as place:
         for name, items in run_all(only, Path(place)):
-            for item, text in items.items():
-                path = file_of(folder, name, item)
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_text(text, encoding="utf-8")
-                digests[f"{name}/{item}"] = digest(text.encode())
             now = time.perf_counter()
             print(f"{name}: {len(items)} items after {now - last:.1f} s", flush=True)
             last = now
+            yield name, items
+
+
+def store(folder: Path, cases: Iterable[tuple[str, Items]]) -> None:
+    """Write digests and texts of cases."""
+    began = time.perf_counter()
+    digests = {}
+    for name, items in cases:
+        for item, text in items.items():
+            path = file_of(folder, name, item)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+            digests[f"{name}/{item}"] = digest(text.encode())
     content = json.dumps(digests, indent=1, sort_keys=True, ensure_ascii=False)
     (folder / "digests.json").write_text(content, encoding="utf-8")
     print(f"{len(digests)} items in {time.perf_counter() - began:.0f} s")
@@ -557,11 +760,11 @@ def main() -> int:
     parser.add_argument("--only", default="*", help="cases to take, such as 'cli-*'")
     options = parser.parse_args()
     if options.what == "store":
-        store(options.folder, options.only)
+        store(options.folder, run_cases(options.only))
         return 0
     with tempfile.TemporaryDirectory() as place:
         if options.to is None:
-            store(Path(place), options.only)
+            store(Path(place), run_cases(options.only))
         found = list(differences(options.folder, options.to or Path(place), options.only))
     print("\n".join([*found, f"{len(found)} differences" if found else "no difference"]))
     return 1 if found else 0

@@ -21,41 +21,6 @@ WINGS = (
     "__init__", "__main__",
 )  # fmt: skip
 
-# One-line methods of the public face that pass `self` on to a wing above, inside the function.
-DELEGATIONS: dict[str, set[str]] = {
-    "contact.result": {
-        "contact.judgment",
-        "contact.solve",
-        "contact.stiffness",
-        "desk.explore",
-        "formats.export",
-        "joint.estimate",
-        "report.contact",
-        "report.results",
-        "report.sources",
-    },
-    "contact.compared": {"report.comparison", "report.results", "report.sources"},
-    "contact.curve": {"report.results", "report.sources"},
-    "contact.found": {"report.results", "report.sources"},
-    "contact.history": {"report.results", "report.sources"},
-    "contact.sampling": {"report.results", "report.sources"},
-    "contact.stress": {"report.results", "report.sources"},
-    "contact.study": {"report.results"},
-    "joint.estimate": {"report.results", "report.sources"},
-    "joint.interface": {"formats.export", "report.results", "report.sources"},
-    "material.material": {"material.catalogue"},
-    "surface.surface": {"desk.explore", "formats.export"},
-    "volume.result": {
-        "formats.export",
-        "report.results",
-        "report.sources",
-        "report.volume",
-        "volume.depth",
-        "volume.judgment",
-    },
-    "volume.rolling": {"report.results", "report.rolling", "report.sources"},
-}
-
 
 @cache
 def rooms() -> dict[str, Path]:
@@ -67,17 +32,15 @@ def rooms() -> dict[str, Path]:
 
 
 @cache
-def imports(path: Path) -> tuple[tuple[str, bool], ...]:
-    """Return (room, deferred) for every import of the package's own modules, type-only ones too."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    inside = {
-        id(node)
-        for function in ast.walk(tree)
-        if isinstance(function, ast.FunctionDef)
-        for node in ast.walk(function)
-    }
+def tree(room: str) -> ast.Module:
+    return ast.parse(rooms()[room].read_text(encoding="utf-8"))
+
+
+@cache
+def imports(path: Path) -> tuple[str, ...]:
+    """Return the rooms that a module imports, deferred and type-only imports too."""
     known, found = rooms(), []
-    for node in ast.walk(tree):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         names: list[str] = []
         if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "roughcontact":
             base = (node.module or "").removeprefix("roughcontact").strip(".")
@@ -93,7 +56,7 @@ def imports(path: Path) -> tuple[tuple[str, bool], ...]:
         for name in names:
             room = name if name in known else f"{name}.__init__"
             if room in known:
-                found.append((room, id(node) in inside))
+                found.append(room)
     return tuple(found)
 
 
@@ -105,7 +68,3 @@ def floor_of(room: str) -> int:
     wing = wing_of(room)
     assert wing in WINGS, f"{wing} has no place in the house: add it to WINGS"
     return WINGS.index(wing)
-
-
-def delegated(room: str, other: str, deferred: bool) -> bool:
-    return deferred and other in DELEGATIONS.get(room, set())

@@ -1,6 +1,5 @@
 import hashlib
 import json
-import math
 import os
 import re
 from dataclasses import fields, replace
@@ -14,11 +13,11 @@ import xarray
 
 import damages
 import roughcontact as rc
-from roughcontact import netcdf
 from roughcontact.contact import archive
 from roughcontact.contact.archive import save_result
 from roughcontact.contact.cautions import Kind
 from roughcontact.errors import FormatError
+from roughcontact.plots.profiles import linear_bins
 from roughcontact.surface.provenance import NOTE
 from roughcontact.volume.archive import load_result
 
@@ -585,71 +584,13 @@ def test_the_note_on_a_file_without_checksums_stays(tmp_path: Path) -> None:
     assert load_result(tmp_path / "new.nc").cautions == old.cautions
 
 
-# What a hand may write into the attributes of a result; none of it can be the result of a solve.
-EDITS: tuple[tuple[str, object], ...] = (
-    ("load", -1.0), ("load", 0.0), ("load", math.nan), ("load", math.inf), ("load", 1e300),
-    ("load", 0.7), ("certificate", -1.0), ("certificate", math.nan), ("certificate", 1.0),
-    ("load_error", -1.0), ("load_error", math.nan), ("load_error", 0.5),
-    ("boundary", "garbage"), ("ceiling", -1.0), ("ceiling", 0.0), ("ceiling", math.nan),
-    ("ceiling", 1.0), ("tolerance", -1.0), ("tolerance", math.inf), ("tolerance", 1e-30),
-    ("pixel_x", -1e-6), ("pixel_x", 1e-30), ("pixel_y", 1e12), ("pixel_y", 1e-6),
-    ("convolutions", -5), ("iterations", -1), ("status", "garbage"), ("status", ""),
-    ("precision", "triple"), ("control", "magic"), ("approach", math.inf), ("approach", math.nan),
-    ("tilt_y", math.inf), ("contact_modulus", -1.0), ("contact_modulus", 1.0),
-    ("material_young", -1.0), ("material_young", 1e300), ("material_poisson", 0.7),
-    ("material_yield_strength", -1.0), ("seconds", -1.0), ("seconds", math.nan),
-)  # fmt: skip
-
-
-def implausible(dataset: xarray.Dataset) -> None:
-    """A dataset cannot be a result, whatever its checksums say."""
-    with pytest.raises(rc.InputError):
-        archive.from_dataset(dataset)
-
-
-@pytest.mark.parametrize(("name", "value"), EDITS)
-def test_no_checksum_is_needed_to_refuse_what_cannot_be(name: str, value: object) -> None:
-    dataset = archive.to_dataset(solved("scalar ceiling"))
-    dataset.attrs[name] = value
-    implausible(dataset)
-    # Nor does one that was computed again hide it, but for words that another version may have.
-    if name != "status":
-        implausible(netcdf.sealed(dataset))
-
-
-def test_no_checksum_is_needed_to_refuse_maps_that_cannot_be() -> None:
-    result = solved("ceiling by pixel")
-    touching = tuple(np.argwhere(result.contact & ~result.saturated)[0])
-    untouched = tuple(np.argwhere(~result.contact)[-1])
-    for name, place, value in (
-        ("pressure", touching, -1.0),
-        ("pressure", touching, np.nan),
-        ("pressure", touching, 1e12),
-        ("pressure", touching, 0.0),
-        ("gap", (0, 0), np.nan),
-        ("gap", (0, 0), np.inf),
-        ("ceiling", (0, 0), np.nan),
-        ("ceiling", (0, 0), -1.0),
-        ("height", (0, 0), 1e-3),
-        ("height", (0, 0), np.nan),
-        ("pressure", untouched, 1e9 / 3),
-        ("initial_gap", (0, 0), 1e-3),
-        ("saturated", touching, 1),
-        ("x", (0,), 1e-3),
-    ):
-        dataset = archive.to_dataset(result)
-        values = dataset[name].values.copy()
-        values[place] = value
-        dataset[name] = (dataset[name].dims, values)
-        implausible(dataset)
-
-
 def test_a_report_cannot_be_made_to_ask_for_gigabytes(tmp_path: Path) -> None:
     # The ceiling was the width of a bin, and the pressures the range: 3e9 bins.
     dataset = archive.to_dataset(solved("scalar ceiling"))
     dataset.attrs["ceiling"] = 1.0
     dataset.to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
-    refused(tmp_path / "old.nc", "pressure must lie between zero and the ceiling")
+    result = load_result(tmp_path / "old.nc")
+    assert linear_bins([result], [result.pressure[result.contact]]).edges.size < 100
 
 
 def test_damaged_files_are_refused_or_nothing_is_lost(tmp_path: Path) -> None:

@@ -152,8 +152,7 @@ def test_the_command_line_offers_a_boundary_added():
         "Boundary._member_names_.append('SOFT_BED')",
         "Boundary._member_map_['SOFT_BED'] = Boundary._value2member_map_['soft-bed'] = member",
         "boundary._BEYOND[member] = entry",
-        "from roughcontact.request.options import offered",
-        "row = offered('solve')['boundary']",
+        "from roughcontact.request.options import BOUNDARY as row",
         "print(row.help, row.parse('soft-bed', 'boundary'))",
     ]
     done = subprocess.run(
@@ -350,6 +349,7 @@ def test_only_an_edge_where_the_map_ends_is_flagged(place, flagged):
     assert found == flagged
 
 
+@pytest.mark.long
 def test_the_report_of_a_strip_tells_axis_and_datum(pressed_strip, tmp_path):
     pressed_strip.report(tmp_path / "strip.html")
     page = html.unescape((tmp_path / "strip.html").read_text(encoding="utf-8"))
@@ -418,6 +418,7 @@ def test_what_needs_both_axes_alike_is_refused_before_it_starts(boundary, rough,
         assert caught.value.argument == "boundary"
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("boundary", STRIPS)
 def test_command_line_and_project_file_know_strips(boundary, rough, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

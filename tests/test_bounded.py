@@ -88,7 +88,9 @@ SHAPES = [(61, 97), (4, 512), (2, 300), (70, 66)]
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize(
+    "shape", [pytest.param((61, 97), marks=pytest.mark.long), *SHAPES[1:]], ids=str
+)
 def test_every_shape_elastic_and_with_ceilings(independent, boundary, kind, shape):
     rng = np.random.default_rng([SHAPES.index(shape), KINDS.index(kind)])
     h0 = gaps(shape, kind, rng)

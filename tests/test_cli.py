@@ -360,6 +360,7 @@ def test_figures_go_into_an_existing_folder(rough: Path, tmp_path: Path) -> None
     assert files(folder) == {f"{figure}.png" for figure in FIGURES}
 
 
+@pytest.mark.long
 def test_demo_writes_both_solutions_and_tells_what_they_are(
     tmp_path: Path, capsys: Capture
 ) -> None:
@@ -405,8 +406,11 @@ WRITERS: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("length", [0, 60, 200])
-@pytest.mark.parametrize("command", WRITERS)
+@pytest.mark.parametrize(
+    ("command", "length"),
+    [*((command, 200) for command in WRITERS if command != "run"), ("solve", 0), ("solve", 60),
+     pytest.param("run", 200, marks=pytest.mark.process)],
+)  # fmt: skip
 def test_paths_stand_whole_on_lines_of_their_own(
     command: str, length: int, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -1161,6 +1165,7 @@ def test_bad_histories_end_in_one_sentence(
 # Reports and resolution
 
 
+@pytest.mark.long
 def test_report_holds_study_notes_and_command(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     heights = np.kron(bumps(), np.ones((2, 2)))
     path, report = tmp_path / "fine.npy", tmp_path / "out.html"
@@ -1211,6 +1216,7 @@ def test_bodies_tilt_under_a_load_off_the_middle(rough: Path, capsys: Capture) -
 # Stress below the surface
 
 
+@pytest.mark.long
 def test_stress_of_a_ball_is_hertz(tmp_path: Path, capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "96", "--size", "0.2 mm", "--load", "1 N")
     output, report = tmp_path / "s.nc", tmp_path / "s.html"
@@ -1267,6 +1273,7 @@ def test_load_of_first_yield_of_a_ball(capsys: Capture) -> None:
     assert "first yield" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_reports_of_sweep_and_history(rough: Path, tmp_path: Path) -> None:
     report = tmp_path / "out.html"
     assert sweep(rough, "--steps", "3", "--report", str(report)) == app.SOLVED
@@ -1290,6 +1297,7 @@ def test_reports_of_sweep_and_history(rough: Path, tmp_path: Path) -> None:
 # Plasticity of the volume
 
 
+@pytest.mark.long
 def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "32", "--size", "0.4 mm", "--load", "100 N")
     output = tmp_path / "v.nc"
@@ -1365,6 +1373,7 @@ def test_a_sweep_says_what_it_took_from_before(
     assert json.loads(capsys.readouterr().out)["reused"] == 3
 
 
+@pytest.mark.long
 def test_a_volume_run_is_kept_and_goes_on(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -1425,6 +1434,7 @@ def test_a_volume_run_that_fails_says_what_is_kept(
     assert err.startswith("roughcontact: error: not converged: stopped on the way to ")
 
 
+@pytest.mark.long
 def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "24", "--size", "0.4 mm", "--load", "100 N")
     report, figures = tmp_path / "v.html", tmp_path / "figures"
@@ -1453,7 +1463,7 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
             ("--increments must be a whole number from 1",),
         ),
         (("--model", "volume", "--increments", "some"), ("a whole number, or auto", "'some'")),
-        (("--model", "volume", "--ceiling", "3 GPa"), ("--ceiling goes with --model ceiling",)),
+        (("--model", "volume", "--ceiling", "3 GPa"), ("--ceiling needs --model ceiling",)),
         (("--model", "volume", "--output", "out.npz"), ("ends in .nc, .vtr, .vti, .csv or .json",)),
         (
             ("--output", "out.vtr"),
@@ -1469,7 +1479,7 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
             ("--model", "volume", "--report", "out.txt"),
             ("--report needs a name that ends in .html",),
         ),
-        (("--model", "volume", "--study"), ("--study goes with --model ceiling",)),
+        (("--model", "volume", "--study"), ("--study needs --model ceiling",)),
         (("--model", "volume", "--hardening", "linear 2"), ("--hardening",)),
         (("--model", "volume", "--hardening", "linear -2 GPa"), ("--hardening", "positive")),
         (("--model", "volume", "--hardening", "swift 1 GPa 20 3"), ("--hardening: exponent",)),

@@ -55,6 +55,7 @@ def fraction(surface: rc.Surface) -> float:
     return rc.solve(surface, material=STEEL, load=load, tolerance=1e-4).contact_fraction
 
 
+@pytest.mark.long
 def test_intervals_hold_over_groups_of_contacts() -> None:
     rng = np.random.default_rng(0)
     rough = np.array([fraction(one) for one in patches(60, 32, 0.3e-6, 12e-6, 1)])
@@ -134,6 +135,7 @@ def test_the_smoother_surface_touches_more_and_the_interval_says_so() -> None:
     assert Kind.UNLIKE not in kinds
 
 
+@pytest.mark.long
 def test_three_groups_are_compared_in_pairs() -> None:
     groups = {"a": MAPS[:2], "b": MAPS[2:4], "c": MAPS[4:]}
     found = rc.compare(groups, material=STEEL, pressure=1e8, steps=1)
@@ -230,6 +232,7 @@ OPTIONS = (
 )  # fmt: skip
 
 
+@pytest.mark.long
 def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
     words = [
         "compare", "--group", f"ground={folder / 'g1.npy'},{folder / 'g2.npy'}",
@@ -305,7 +308,7 @@ def test_what_the_command_cannot_compare_ends_in_one_sentence(
         (["compare", first, second, *OPTIONS[:-1], "1 N"], "--load needs a nominal pressure"),
         (["compare", "--group", first, *OPTIONS], "--group must be a name and files"),
         (["compare", "--group", f"a={first}", "--group", f"b={second}", "--quarters", *OPTIONS],
-         "--quarters makes a group of each map"),
+         "--quarters goes without --group and --paired"),
         (["compare", first, second, "--paired", *OPTIONS], "--paired needs two groups"),
         (["compare", *OPTIONS], "FILE is missing"),
         (["compare", str(profile), str(profile), "--unit", "um, um", *OPTIONS[4:]],
@@ -317,6 +320,7 @@ def test_what_the_command_cannot_compare_ends_in_one_sentence(
         assert said in told
 
 
+@pytest.mark.process
 def test_a_project_compares_groups(folder: Path, capsys: Capture) -> None:
     project = folder / "project.toml"
     text = (

@@ -50,6 +50,7 @@ def test_every_public_name_is_in_the_first_table(wings: ModuleType) -> None:
     assert shown >= set(rc.__all__) - {"RIGID", "__version__"}
 
 
+@pytest.mark.long
 def test_the_house_is_drawn_with_all_its_rooms(wings: ModuleType) -> None:
     from matplotlib.figure import Figure
 

@@ -165,6 +165,7 @@ def test_what_unloading_leaves_carries_no_force() -> None:
     assert np.abs(force).max() < 1e-8 * 0.4
 
 
+@pytest.mark.long
 def test_work_is_dissipated_or_locked_in() -> None:
     up = [0.1, 0.2, 0.3, 0.4, 0.5]
     loaded = solve_elastoplastic(
@@ -197,6 +198,7 @@ def test_reloading_closes_the_loop(loaded, unloaded) -> None:
     assert again.increments[: len(unloaded.increments)] == unloaded.increments
 
 
+@pytest.mark.long
 def test_two_like_bodies_are_one_and_a_mirror() -> None:
     # Two equal bodies share the gap: each does what it does on a rigid one with half the gap.
     both = solve_elastoplastic(
@@ -226,6 +228,7 @@ def test_only_the_counter_body_yields() -> None:
     assert len(one.bodies) == len(other.bodies) == 1
 
 
+@pytest.mark.long
 def test_axes_are_not_mixed() -> None:
     # Twice the points along x, half as long, and the transpose of it.
     wide = solve_elastoplastic(
@@ -275,6 +278,7 @@ def test_single_precision_is_enough() -> None:
     assert single.max_plastic_strain == pytest.approx(double.max_plastic_strain, rel=2e-4)
 
 
+@pytest.mark.long
 def test_perfect_is_linear_without_slope() -> None:
     linear = replace(PERFECT, yield_strength=None, hardening=Linear(1656e6, 0.0))
     perfect = replace(PERFECT, yield_strength=None, hardening=Perfect(1656e6))
@@ -285,6 +289,7 @@ def test_perfect_is_linear_without_slope() -> None:
     np.testing.assert_array_equal(third.contact.pressure, other.contact.pressure)
 
 
+@pytest.mark.long
 def test_volume_grows_with_the_plastic_zone() -> None:
     shallow = solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.65], depth=3e-6)
     deep = solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.65], **MORE)
@@ -319,6 +324,7 @@ def test_contact_at_the_edge_is_reported() -> None:
     assert result.converged
 
 
+@pytest.mark.long
 def test_what_lies_beyond_the_edge_of_a_rough_map_does_not_matter() -> None:
     # In contact up to its edge, alone and framed by points that never touch: the same bodies, on
     # volumes of different size.
@@ -344,6 +350,7 @@ def test_what_lies_beyond_the_edge_of_a_rough_map_does_not_matter() -> None:
     assert np.abs(one.contact.pressure - inside).sum() < 0.02 * inside.sum()
 
 
+@pytest.mark.long
 def test_saved_results_come_back_and_go_on(loaded, tmp_path) -> None:
     path = tmp_path / "state.nc"
     loaded.save(path)
@@ -394,6 +401,7 @@ def test_progress_and_cut_increments() -> None:
     assert Mention("max_iterations") in caution.parts
 
 
+@pytest.mark.long
 def test_an_increment_that_is_too_large_is_cut() -> None:
     # Perfect plasticity needs more iterations for the whole step than for half of it.
     cheap = dict(material=PERFECT, increments=1, loads=[0.6], boundary="periodic", **MORE)
@@ -618,6 +626,7 @@ def test_memory_estimate_is_in_proportion() -> None:
     assert memory_estimate((256, 256), 64, precision="double") > 1.9 * one
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("boundary", "precision", "counter_material"),
     [("free", "single", rc.RIGID), ("periodic", "double", SWIFT)],

@@ -46,7 +46,7 @@ sys.platform = "win32"
 
 WORK = """
 import roughcontact as rc
-from roughcontact.report import contact
+from roughcontact.report import page, results
 heights, pixel = rc.reference_map(32)
 surface = rc.Surface(heights, pixel)
 steel = rc.Material(210e9, 0.3, 1e9)
@@ -54,7 +54,7 @@ result = rc.solve(surface, load=1.0, material=steel)
 for name in ("out.nc", "out.vti", "out.csv", "out.json"):
     result.save(name)
 assert rc.load_result("out.nc").load == result.load
-contact.save(result, "out.html", processes=2)
+results.report(result, "out.html", page.Edition(processes=2))
 surface.save("map.npz")
 assert rc.read_surface("map.npz").shape == (32, 32)
 curve = rc.load_curve(surface, loads=[0.1, 1.0], material=steel, folder="sweep")
@@ -63,6 +63,7 @@ print("done")
 """
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("gone", [MACOS, WINDOWS], ids=["macos", "windows"])
 @pytest.mark.skipif(sys.platform == "win32", reason="nothing to take away here")
 def test_the_work_is_done_without_what_others_lack(gone: str, tmp_path: Path) -> None:
@@ -91,15 +92,14 @@ def test_no_file_of_the_tree_has_a_name_that_windows_lacks() -> None:
     assert len(folded) == len(set(folded))
 
 
-@pytest.mark.parametrize("room", sorted(rooms()))
-def test_processes_are_begun_in_the_way_that_every_system_has(room: str) -> None:
-    tree = ast.parse(rooms()[room].read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "get_context":
-            assert ast.unparse(node.args[0]) == "'spawn'", room
-        # Only where the system has it, which `plots.sharing` asks first.
-        if isinstance(node, ast.Attribute) and ast.unparse(node) == "os.fork":
-            assert room == "plots.sharing"
+def test_processes_are_begun_in_the_way_that_every_system_has() -> None:
+    for room, path in rooms().items():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "get_context":
+                assert ast.unparse(node.args[0]) == "'spawn'", room
+            # Only where the system has it, which `plots.sharing` asks first.
+            if isinstance(node, ast.Attribute) and node.attr == "fork":
+                assert (room, ast.unparse(node)) == ("plots.sharing", "os.fork")
 
 
 @pytest.mark.parametrize("name", ["con", "NUL.txt", "a:b", "what?", "end.", "COM1.nc"])

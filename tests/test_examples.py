@@ -66,13 +66,16 @@ def run(name: str, points: int, monkeypatch: pytest.MonkeyPatch, folder: Path) -
         plt.switch_backend(backend)
 
 
-# Many contacts with plasticity of the volume, whatever the grid.
-SLOW = {"12_volume", "14_running_in"}
+# Many contacts with plasticity of the volume, whatever the grid; many maps.
+MARKS = {
+    "12_volume": pytest.mark.slow, "14_running_in": pytest.mark.slow,
+    "04_source_paper": pytest.mark.long,
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in NUMBERS],
+    [pytest.param(name, marks=[MARKS[name]] if name in MARKS else []) for name in NUMBERS],
 )
 def test_main_number(name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     points, what, value, tolerance = NUMBERS[name]

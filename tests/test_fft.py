@@ -47,19 +47,18 @@ def from_one_of(modules, names):
     }
 
 
-@pytest.mark.parametrize(
-    "path", [path for path in sorted(PACKAGE.rglob("*.py")) if path != DOOR], ids=str
-)
-def test_nothing_else_knows_an_fft_library_or_a_thread(path):
-    names = spoken_of(path)
-    assert not from_one_of(LIBRARIES, names)
+def test_nothing_else_knows_an_fft_library_or_a_thread():
     # The terminal asks whether it may hear signals; what is kept for all threads has a lock.
     # Starting a process holds a lock, too. What draws in a fork waits for the end of the first one.
     # An interrupt that was dropped comes again in the first thread.
     waiting = ("terminal.py", "kept.py", "processes.py", "sharing.py", "interrupts.py")
-    alone = path.name not in waiting
-    if path.relative_to(PACKAGE).parts[0] not in WAITING and alone:
-        assert not from_one_of(THREADS, names)
+    for path in PACKAGE.rglob("*.py"):
+        if path == DOOR:
+            continue
+        names = spoken_of(path)
+        assert not from_one_of(LIBRARIES, names), path
+        if path.relative_to(PACKAGE).parts[0] not in WAITING and path.name not in waiting:
+            assert not from_one_of(THREADS, names), path
 
 
 def test_the_door_knows_both(tmp_path):

@@ -139,6 +139,7 @@ def everything_told(kind, folder):
 
 
 # One process for all commands of a kind: a test of each would start it again in every worker.
+@pytest.mark.process
 @pytest.mark.parametrize("kind", ["limit", "disk"])
 def test_a_full_disk_is_one_sentence_and_the_old_file_lives(kind: str, tmp_path: Path) -> None:
     told = everything_told(kind, tmp_path)

@@ -46,6 +46,7 @@ def stopping_at(number: int):
     return stop
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stop", [3, 4])
 def test_a_stopped_path_ends_with_the_same_bits(stop: int, tmp_path: Path) -> None:
     whole = solved(PATH)
@@ -101,6 +102,7 @@ def rolled(folder: str | Path | None = None) -> rc.Rolling:
     return rc.roll(FLAT, load=LOAD, passes=2, steps=8, folder=folder, **ARGUMENTS)
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 def test_killed_passes_go_on(tmp_path: Path) -> None:
     """Killed on the second pass, the same call ends with the same bits."""

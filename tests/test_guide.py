@@ -11,11 +11,16 @@ from pathlib import Path
 
 import pytest
 
-from roughcontact.cli import app, guide
-from roughcontact.request.options import COMMANDS, TASKS, offered
+from roughcontact.cli import app
+from roughcontact.request.tasks import COMMANDS, TASKS
 
 Capture = pytest.CaptureFixture[str]
 
+FIRST = {
+    name: [option.name for option in command.first]
+    for name, command in COMMANDS.items()
+    if command.first
+}
 SOURCE = Path(app.__file__).parents[2]
 
 
@@ -24,7 +29,7 @@ def shown(capsys: Capture, *words: str) -> str:
     return capsys.readouterr().out
 
 
-@pytest.mark.parametrize("command", guide.FIRST)
+@pytest.mark.parametrize("command", FIRST)
 def test_ten_options_come_first_and_the_others_are_named(
     command: str, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -32,17 +37,17 @@ def test_ten_options_come_first_and_the_others_are_named(
     out = shown(capsys, command, "--help")
     first, rest = out.split("What most people need:")[1].split("Further options")
     explained = re.findall(r"^  --([\w-]+)", first, re.MULTILINE)
-    assert explained == list(guide.FIRST[command])
+    assert explained == FIRST[command]
     assert len(set(explained)) == 10
     named = set(re.findall(r"(?<=\s)--([\w-]+)", rest)) - {"help-all", "help"}
-    assert named == set(offered(command)) - set(explained)
+    assert named == COMMANDS[command].by_name.keys() - set(explained)
     assert max(map(len, out.splitlines())) <= 80
     assert out.count("\n") < 72
 
 
 def test_every_command_of_many_options_has_its_ten() -> None:
-    assert {name for name in COMMANDS if len(offered(name)) > 20} == set(guide.FIRST)
-    assert set(TASKS) <= set(guide.FIRST)
+    assert {name for name in COMMANDS if len(COMMANDS[name].options) > 20} == set(FIRST)
+    assert {task.name for task in TASKS} <= set(FIRST)
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -50,12 +55,12 @@ def test_all_options_are_explained_in_their_order(
     command: str, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
-    out = shown(capsys, command, "--help-all" if command in guide.FIRST else "--help")
+    out = shown(capsys, command, "--help-all" if command in FIRST else "--help")
     assert max(map(len, out.splitlines())) <= 80
     explained = re.findall(r"^  --([\w-]+)", out, re.MULTILINE)
-    assert [name for name in explained if name != "help-all"] == list(offered(command))
+    assert [name for name in explained if name != "help-all"] == list(COMMANDS[command].by_name)
     plain = " ".join(out.split())
-    assert all(" ".join(option.help.split()) in plain for option in offered(command).values())
+    assert all(" ".join(option.help.split()) in plain for option in COMMANDS[command].options)
 
 
 def test_the_program_says_what_its_commands_do(capsys: Capture) -> None:
@@ -95,6 +100,7 @@ done
 """
 
 
+@pytest.mark.process
 @pytest.mark.skipif(shutil.which("bash") is None, reason="bash is absent")
 def test_bash_completes_commands_options_and_materials(home: dict[str, str]) -> None:
     done = subprocess.run(
@@ -108,7 +114,7 @@ def test_bash_completes_commands_options_and_materials(home: dict[str, str]) -> 
         "roughcontact solve x.opd --material 100": "100Cr6",
         "roughcontact solve x.opd --boundary periodic-": "periodic-x periodic-y",
         "roughcontact materials Ti-": "Ti-6Al-4V",
-        "roughcontact solve x.opd --holes|": "error fill mask crop",
+        "roughcontact solve x.opd --holes|": "error fill fill-all mask crop",
         # Nothing of ours: the shell completes the name of a file.
         "roughcontact solve x.o": "",
     }

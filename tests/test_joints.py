@@ -11,8 +11,8 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.files import to_json
 from roughcontact.fleet import project
 from roughcontact.request import joints, run as running
-from roughcontact.request.option import JOINTS
-from roughcontact.request.request import Request, from_text
+from roughcontact.request.request import Request
+from roughcontact.request.tasks import SHARED_TASKS as JOINTS, from_text
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 COPPER = rc.Conductor(conductivity=400)
@@ -23,13 +23,13 @@ ROUGH = rc.Surface(*rc.reference_map(32, 3))
 def solves(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Return the loads that were solved, as they are."""
     found: list[float] = []
-    solve = joints.fresh
+    solve = joints.solve_afresh
 
     def counted(surface: rc.Surface, **options: Any) -> ContactResult:
         found.append(options["load"])
         return solve(surface, **options)
 
-    monkeypatch.setattr(joints, "fresh", counted)
+    monkeypatch.setattr(joints, "solve_afresh", counted)
     return found
 
 
@@ -125,9 +125,7 @@ def test_requests_together_are_what_each_is_alone(tmp_path: Path, solves: list[f
     with running.together() as carry_out:
         both = [carry_out(one, lambda _: None) for one in requests]
     assert solves == [0.3, 0.1]
-    assert both[0].joint is not None
-    assert both[1].joint is not None
-    assert both[0].joint.largest.surface is both[1].joint.largest.surface
+    assert both[0].found.largest.surface is both[1].found.largest.surface
     for one, outcome in zip(requests, both, strict=True):
         assert running.run(one, lambda _: None).record() == outcome.record()
     # Another preparation is another map.

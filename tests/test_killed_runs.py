@@ -14,6 +14,7 @@ from killed_runs import ENDED, RESUMED, WRONG, Case, Command, Kill, Outcome, Ref
 pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
 
 
+@pytest.mark.process
 def test_a_sweep_goes_on_to_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write = killed_runs.inputs
     monkeypatch.setattr(killed_runs, "inputs", lambda folder: write(folder, 64))
@@ -82,6 +83,7 @@ def attempt(mode: str, number: int, folder: Path, monkeypatch: pytest.MonkeyPatc
     return killed_runs.killed(Case(Kill(1, "fake", number, False, 0.6, 0.0), folder, whole))
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("number", [SIGTERM, SIGINT, SIGKILL])
 def test_a_run_that_stops_and_goes_on(
     number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -90,6 +92,7 @@ def test_a_run_that_stops_and_goes_on(
     assert (outcome.verdict, outcome.words, outcome.kept) == (RESUMED, "", 1)
 
 
+@pytest.mark.process
 @pytest.mark.parametrize(
     ("mode", "words"),
     [

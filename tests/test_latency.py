@@ -73,6 +73,7 @@ def test_a_solve_draws_and_tells_nothing_that_is_not_asked_for(file: str, load: 
     assert "roughcontact.solvers.bounded" in found
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("load", ["1 mN", "1 N"])
 def test_a_report_reads_and_converts_nothing_that_is_not_there(
     file: str, load: str, tmp_path: Path

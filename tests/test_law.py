@@ -410,4 +410,4 @@ def test_a_project_may_ask_for_it(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "ROUGH_LOADING" in (tmp_path / "out" / "joint.inp").read_text("ascii")
     project.write_text(re.sub(r"files = .*\n", "", text), encoding="utf-8")
     assert app.main(["run", str(project)]) == app.BAD_INPUT
-    assert "this law needs a file, or files, a list" in capsys.readouterr().err
+    assert 'task = "law" needs a file, or files, a list' in capsys.readouterr().err

@@ -4,26 +4,20 @@ from __future__ import annotations
 
 import ast
 
-import pytest
-
-from house import DELEGATIONS, delegated, floor_of, imports, rooms, wing_of
+from house import floor_of, imports, rooms, tree, wing_of
 
 
-@pytest.mark.parametrize("room", sorted(rooms()))
-def test_a_wing_imports_only_wings_below(room: str) -> None:
-    for other, deferred in imports(rooms()[room]):
-        if other == "_version" or delegated(room, other, deferred):
-            continue
-        assert floor_of(other) <= floor_of(room), f"{room} imports {other} from a wing above"
+def test_a_wing_imports_only_wings_below() -> None:
+    for room, path in rooms().items():
+        for other in imports(path):
+            assert other == "_version" or floor_of(other) <= floor_of(room), (
+                f"{room} imports {other} from a wing above"
+            )
 
 
 def test_no_circles_inside_a_wing() -> None:
     graph = {
-        room: {
-            other
-            for other, deferred in imports(path)
-            if wing_of(other) == wing_of(room) and not delegated(room, other, deferred)
-        }
+        room: {other for other in imports(path) if wing_of(other) == wing_of(room)}
         for room, path in rooms().items()
     }
     done: set[str] = set()
@@ -68,14 +62,12 @@ def too_long(tree: ast.Module) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("room", sorted(rooms()))
-def test_modules_and_functions_fit_into_a_head(room: str) -> None:
-    text = rooms()[room].read_text(encoding="utf-8")
-    assert text.count("\n") <= LONGEST_MODULE, f"{room} is longer than {LONGEST_MODULE} lines"
-    known = {name.rpartition(".")[2] for name in LONG if name.rpartition(".")[0] == room}
-    found = set(too_long(ast.parse(text)))
-    assert found <= known, f"take apart, in {room}: {', '.join(sorted(found - known))}"
-    assert known <= found, f"no longer long, in {room}: {', '.join(sorted(known - found))}"
+def test_modules_and_functions_fit_into_a_head() -> None:
+    lines = {room: path.read_text(encoding="utf-8").count("\n") for room, path in rooms().items()}
+    assert [room for room, count in lines.items() if count > LONGEST_MODULE] == []
+    found = {f"{room}.{name}" for room in rooms() for name in too_long(tree(room))}
+    assert sorted(found - set(LONG)) == [], "take them apart"
+    assert sorted(set(LONG) - found) == [], "no longer long"
 
 
 def test_a_long_function_needs_short_code_and_a_contract() -> None:
@@ -91,8 +83,8 @@ def test_a_long_function_needs_short_code_and_a_contract() -> None:
 def test_only_units_knows_pint() -> None:
     users = {
         room
-        for room, path in rooms().items()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for room in rooms()
+        for node in ast.walk(tree(room))
         for name in (
             [alias.name for alias in node.names] if isinstance(node, ast.Import)
             else [node.module or ""] if isinstance(node, ast.ImportFrom) else []
@@ -115,28 +107,24 @@ GROWING = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("room", sorted(rooms()))
-def test_data_cannot_be_changed_behind_someone_s_back(room: str) -> None:
-    classes = [
-        node
-        for node in ast.walk(ast.parse(rooms()[room].read_text(encoding="utf-8")))
-        if isinstance(node, ast.ClassDef)
-        and any("dataclass" in ast.unparse(one) for one in node.decorator_list)
-    ]
+def test_data_cannot_be_changed_behind_someone_s_back() -> None:
     loose = {
-        node.name
-        for node in classes
-        if not any("frozen=True" in ast.unparse(one) for one in node.decorator_list)
+        (room, node.name)
+        for room in rooms()
+        for node in ast.walk(tree(room))
+        if isinstance(node, ast.ClassDef)
+        for told in [" ".join(map(ast.unparse, node.decorator_list))]
+        if "dataclass" in told and "frozen=True" not in told
     }
-    assert loose == GROWING.get(room, set())
+    assert loose == {(room, name) for room, names in GROWING.items() for name in names}
 
 
 UNLESS_TOLD = {"angle": "0.0", "mirrored": "False"}
 
 
 def test_nothing_is_turned_or_mirrored_unless_told() -> None:
-    for room, path in rooms().items():
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for room in rooms():
+        for node in ast.walk(tree(room)):
             # To rotate is to be told.
             if not isinstance(node, ast.FunctionDef) or node.name.startswith("rotate"):
                 continue
@@ -163,36 +151,11 @@ SHARED = {
 OWNS = {"cli.app": {"basicConfig"}, "desk.apart": {"setrlimit"}}
 
 
-@pytest.mark.parametrize("room", sorted(rooms()))
-def test_nothing_is_changed_that_other_threads_share(room: str) -> None:
-    tree = ast.parse(rooms()[room].read_text(encoding="utf-8"))
-    named = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
-    named |= {
-        alias.name
-        for node in ast.walk(tree)
-        if isinstance(node, ast.ImportFrom)
-        for alias in node.names
-    }
-    assert named & SHARED <= OWNS.get(room, set())
-
-
-@pytest.mark.parametrize(
-    ("room", "other"),
-    [(room, other) for room in DELEGATIONS for other in sorted(DELEGATIONS[room])],
-)
-def test_a_delegation_passes_on_and_does_nothing_else(room: str, other: str) -> None:
-    tree = ast.parse(rooms()[room].read_text(encoding="utf-8"))
-    module, _, name = other.rpartition(".")
-    bodies = [
-        function.body[1:]
-        for function in ast.walk(tree)
-        if isinstance(function, ast.FunctionDef)
-        and any(
-            isinstance(node, ast.ImportFrom)
-            and node.module == f"roughcontact.{module}"
-            and any(alias.name == name for alias in node.names)
-            for node in ast.walk(function)
-        )
-    ]
-    assert bodies, f"{room} no longer delegates to {other}"
-    assert all(len(body) == 2 for body in bodies), f"{room} does more than pass on to {other}"
+def test_nothing_is_changed_that_other_threads_share() -> None:
+    for room in rooms():
+        nodes = list(ast.walk(tree(room)))
+        named = {node.attr for node in nodes if isinstance(node, ast.Attribute)}
+        named |= {
+            alias.name for node in nodes if isinstance(node, ast.ImportFrom) for alias in node.names
+        }
+        assert named & SHARED <= OWNS.get(room, set()), room

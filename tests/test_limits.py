@@ -16,8 +16,8 @@ from roughcontact.errors import (
     require_count,
     shown,
 )
-from roughcontact.request.options import DEMO, HISTORY, SOLVE, STRESS, SWEEP, parsed
-from roughcontact.request.request import from_text
+from roughcontact.request.load_history import PASSES
+from roughcontact.request.tasks import COMMANDS, from_text
 from roughcontact.surface import shapes
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
@@ -111,28 +111,28 @@ def test_no_count_is_taken_that_nothing_could_hold(
 @pytest.mark.parametrize(
     ("command", "name", "text"),
     [
-        (SWEEP, "steps", "1000000000"),
-        (HISTORY, "passes", "100000000"),
-        (SOLVE, "increments", "1000000000"),
-        (SOLVE, "points", "1000000000"),
-        (SOLVE, "points", "40000x40000"),
-        (SOLVE, "points", "1" * 5000),
-        (SOLVE, "crop", f"0:{'1' * 5000},0:1"),
-        (SOLVE, "form", f"polynomial {'1' * 5000}"),
-        (SOLVE, "max-iterations", "1000000000"),
-        (SOLVE, "max-iterations", "1" * 5000),
-        (STRESS, "max-iterations", "0"),
-        (DEMO, "points", "40000"),
+        ("sweep", "steps", "1000000000"),
+        ("history", "passes", "100000000"),
+        ("solve", "increments", "1000000000"),
+        ("solve", "points", "1000000000"),
+        ("solve", "points", "40000x40000"),
+        ("solve", "points", "1" * 5000),
+        ("solve", "crop", f"0:{'1' * 5000},0:1"),
+        ("solve", "form", f"polynomial {'1' * 5000}"),
+        ("solve", "max-iterations", "1000000000"),
+        ("solve", "max-iterations", "1" * 5000),
+        ("stress", "max-iterations", "0"),
+        ("demo", "points", "40000"),
     ],
 )
 def test_options_have_the_same_bounds(command: str, name: str, text: str) -> None:
     with pytest.raises(InputError) as caught:
-        parsed({name: text}, command)
+        COMMANDS[command].parsed({name: text})
     assert caught.value.argument == name.replace("-", "_")
 
 
 def test_passes_count_every_stage() -> None:
     given = {"path": "1 N, 0 N", "material": "100Cr6", "passes": "5000"}
-    assert from_text(HISTORY, MAP_FILE, given)["passes"] == 5000
+    assert from_text("history", MAP_FILE, given)[PASSES] == 5000
     with pytest.raises(InputError, match="passes must be a whole number from 1 to 5000, got 5001"):
-        from_text(HISTORY, MAP_FILE, {**given, "passes": "5001"})
+        from_text("history", MAP_FILE, {**given, "passes": "5001"})

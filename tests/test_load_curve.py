@@ -283,6 +283,7 @@ rc.load_curve(surface, material=steel, loads={loads}, folder=sys.argv[1])
 """
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 def test_killed_sweep_goes_on(tmp_path: Path) -> None:
     loads = load_curve.spaced(0.01, 10, 25)

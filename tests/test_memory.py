@@ -554,7 +554,7 @@ def status(name):
 
 path, edge, boundary, precision, load = sys.argv[1:]
 steel = rc.Material(210e9, 0.3, 1e9)
-options = dict(material=steel, boundary=boundary, precision=precision)
+options = dict(material=steel, boundary=boundary, precision=precision, calibrated=False)
 heights, pixel = rc.reference_map(64)
 # Libraries are loaded and threads started by the first solve.
 rc.solve(rc.Surface(heights, pixel), load=1.0, **options)
@@ -608,7 +608,7 @@ def test_arrays_take_no_more_than_the_estimate(
     with fft.at_most(1):
         tracemalloc.start()
         try:
-            result = rc.solve(surface, load=0.5, material=steel, **options)
+            result = rc.solve(surface, load=0.5, material=steel, calibrated=False, **options)
             _, most = tracemalloc.get_traced_memory()
         finally:
             tracemalloc.stop()

@@ -20,21 +20,14 @@ from roughcontact.errors import InputError, Mention
 from roughcontact.fleet.plan import spell_key
 from roughcontact.material import hardening
 from roughcontact.plots.saving import save
-from roughcontact.request import maps, options, outputs, parsing, run
-from roughcontact.request.option import MAP, Option
-from roughcontact.request.options import (
-    COMMANDS,
-    OPTIONS,
-    PICTURES,
-    TASKS,
-    named,
-    offered,
-    spell_option,
-)
-from roughcontact.request.request import from_text
+from roughcontact.request import maps, options, parsing, run, solve
+from roughcontact.request.option import PICTURES, Option, Panel
+from roughcontact.request.request import Request
+from roughcontact.request.tasks import COMMANDS, PROJECT_TASKS as TASKS, from_text
 
 Capture = pytest.CaptureFixture[str]
 
+OPTIONS = [option for command in COMMANDS.values() for option in command.options]
 NAMES = sorted({option.name for option in OPTIONS})
 # Options that describe the surface, and of each task what it cannot do without.
 BALL = {"body": "sphere 1 mm", "points": "24", "size": "60 um", "young": "210 GPa",
@@ -74,13 +67,12 @@ def test_a_command_offers_the_options_that_fit_it_and_no_other(
 ) -> None:
     known = typer.main.get_command(app._app).commands[command]  # type: ignore[attr-defined]
     there = {word for parameter in known.params for word in parameter.opts if word.startswith("--")}
-    assert there - {"--help-all"} == {f"--{name}" for name in offered(command)}
+    assert there - {"--help-all"} == {f"--{name}" for name in COMMANDS[command].by_name}
     subject = [] if command in ("generate", "materials", "demo") else ["subject"]
     strange = []
     for name in NAMES:
-        fits = [option for option in OPTIONS if option.name == name and command in option.fits]
-        assert len(fits) <= 1, "one row of a name for each command"
-        assert (name in offered(command)) == bool(fits)
+        fits = [option for option in COMMANDS[command].options if option.name == name]
+        assert len(fits) <= 1, "one option of a name for each command"
         strange += [name] * (not fits)
     for name in strange:
         with pytest.raises(Exception, match=rf"No such option: --{name}(?![\w-])"):
@@ -92,18 +84,18 @@ def test_a_command_offers_the_options_that_fit_it_and_no_other(
 
 @pytest.mark.parametrize("task", TASKS)
 def test_no_option_is_parsed_as_another(task: str) -> None:
-    for name, option in offered(task).items():
-        if option.is_flag or option.parse in (parsing.words, parsing.path):
+    for name, option in TASKS[task].by_name.items():
+        if option.is_flag or option.parse in (parsing.words, parsing.path, parsing.paths):
             continue
         with pytest.raises(InputError) as caught:
             from_text(task, None, {**BALL, **NEEDED[task], name: "rubbish"})
-        assert caught.value.worded(lambda m: spell_option(m, task)).startswith(f"--{name}"), name
-        assert caught.value.worded(lambda m: spell_key(m, task)).startswith(name)
+        assert caught.value.worded(TASKS[task].spelled).startswith(f"--{name}"), name
+        assert caught.value.worded(lambda m: spell_key(m, TASKS[task])).startswith(name)
 
 
 @pytest.mark.parametrize("task", TASKS)
 def test_defaults_are_what_the_help_says(task: str) -> None:
-    for name, option in offered(task).items():
+    for name, option in TASKS[task].by_name.items():
         said = re.search(r"default: ([\w.-]+)", option.help)
         if said and option.default is not None and not isinstance(option.default, tuple):
             assert str(option.default).startswith(said[1].rstrip(".")), name
@@ -122,14 +114,13 @@ def test_help_is_one_sentence_or_more() -> None:
 def test_a_format_of_one_model_alone_is_offered_and_says_which(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(outputs, "RESULTS", {"ceiling": (".nc", ".obj"), "volume": (".nc", ".vtr")})
-    monkeypatch.setattr(outputs, "ALL_RESULTS", (".nc", ".obj", ".vtr"))
-    option = replace(offered("solve")["output"], suffixes=outputs.ALL_RESULTS)
+    monkeypatch.setattr(solve, "RESULTS", {"ceiling": (".nc", ".obj"), "volume": (".nc", ".vtr")})
     for model, suffix, other in (("ceiling", ".vtr", "volume"), ("volume", ".obj", "ceiling")):
+        given = {**BALL, **NEEDED["solve"], "model": model}
         with pytest.raises(InputError) as caught:
-            outputs.check_suffix(Path(f"out{suffix}"), option, model)
+            from_text("solve", None, {**given, "output": f"out{suffix}"})
         assert str(caught.value).endswith(f'; {suffix} needs model="{other}"')
-        outputs.check_suffix(Path(f"out{suffix}"), option, other)
+        solve._check(from_text("solve", None, {**given, "output": "out.nc"}))
 
 
 def test_arguments_are_spelled_at_each_edge() -> None:
@@ -144,10 +135,10 @@ def test_arguments_are_spelled_at_each_edge() -> None:
         (Mention("s"), "--s-filter", "s-filter"),
         (Mention("heights"), "heights", "heights"),
     ):
-        assert (spell_option(mention, "solve"), spell_key(mention, "solve")) == (option, key)
+        assert (solve.TASK.spelled(mention), spell_key(mention, solve.TASK)) == (option, key)
     # A sweep has no load of its own to speak of.
-    assert spell_option(Mention("load"), "sweep") == "load"
-    assert named("load", "history") is None
+    assert COMMANDS["sweep"].spelled(Mention("load")) == "load"
+    assert COMMANDS["history"].named("load") is None
 
 
 def test_pictures_are_those_that_can_be_saved(tmp_path: Path) -> None:
@@ -167,7 +158,7 @@ def test_the_command_of_a_report_repeats_it(task: str, tmp_path: Path, capsys: C
     given = {"unit": "mm", "size": "60 um", **{k: BALL[k] for k in ("young", "poisson")},
              "ceiling": "2 GPa", "level": "none", **NEEDED[task],
              "report": str(report)}  # fmt: skip
-    given = {name: text for name, text in given.items() if name in offered(task)}
+    given = {name: text for name, text in given.items() if name in TASKS[task].by_name}
     assert app.main([task, str(source), *words(given), "--json"]) == app.SOLVED
     before = json.loads(capsys.readouterr().out)
     text = html.unescape(report.read_text(encoding="utf-8"))
@@ -230,53 +221,46 @@ def test_a_group_is_read_as_it_was_written(name: str, files: list[str]) -> None:
     assert parsing.group(parsing.group_text(name, files), "group") == (name, tuple(files))
 
 
-def test_no_option_has_a_name_that_is_not_known() -> None:
+def test_a_value_is_read_by_its_option_alone() -> None:
     request = from_text("solve", None, {**BALL, "load": "1 N"})
-    assert request["load-point"] is None
-    for asked in (request.__getitem__, request.get):
-        with pytest.raises(KeyError, match="lod-point"):
-            asked("lod-point")
+    assert request[options.LOAD_POINT] is None
+    other = Option("load-point", Panel.BODIES, "LENGTHS", "Another.", parsing.offset, None)
+    passes = COMMANDS["roll"].by_name["passes"]
+    for strange in (other, passes):
+        with pytest.raises(KeyError, match=strange.name):
+            request[strange]
     # An option of another task is there for what serves several.
-    assert request.get("passes") is None
-    with pytest.raises(KeyError, match="passes"):
-        request["passes"]
+    assert request.get(passes) is None
+    # And what has the same name serves as well.
+    assert request.get(COMMANDS["leak"].by_name["load"]) == request[options.LOAD]
 
 
 @pytest.mark.parametrize("prepares", [True, False])
-def test_an_option_added_prepares_maps_where_its_row_says_so(
+def test_an_option_added_prepares_maps_where_it_says_so(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, prepares: bool
 ) -> None:
-    row = Option("stretch", MAP, "FACTOR", "Factor.", parsing.number, default=1.0,
-                 prepares=prepares)  # fmt: skip
-    cached = (options.offered, options.all_names, options.preparing)
-    monkeypatch.setattr(options, "OPTIONS", (*OPTIONS, row))
-    for function in cached:
-        function.cache_clear()
+    row = Option("stretch", Panel.MAP, "FACTOR", "Factor.", parsing.number, 1.0, prepares=prepares)
+    task = replace(solve.TASK, options=(*solve.TASK.options, row))
     step = maps._prepared
 
     def stretched(request: Any, asked: Any, surface: Any, path: Path) -> Any:
         made = step(request, asked, surface, path)
-        return replace(made, heights=asked["stretch"] * made.heights)
+        return replace(made, heights=asked[row] * made.heights)
 
     monkeypatch.setattr(maps, "_prepared", stretched)
     np.save(tmp_path / "map.npy", np.random.default_rng(1).standard_normal((16, 16)))
     given = {"unit": "nm", "size": "16 um", "young": "210 GPa", "poisson": "0.3", "load": "20 mN",
              "ceiling": "none"}  # fmt: skip
     requests = [
-        from_text("solve", tmp_path / "map.npy", {**given, "stretch": factor})
+        Request.from_text(task, tmp_path / "map.npy", {**given, "stretch": factor})
         for factor in ("1", "4")
     ]
-    try:
-        # Maps that two requests prepare in the same way are read once.
-        with run.together() as carry_out:
-            if not prepares:
-                with pytest.raises(KeyError, match="stretch"):
-                    carry_out(requests[0], lambda _: None)
-                return
-            once, four = (carry_out(one, lambda _: None).result for one in requests)
-    finally:
-        monkeypatch.undo()
-        for function in cached:
-            function.cache_clear()
+    # Maps that two requests prepare in the same way are read once.
+    with run.together() as carry_out:
+        if not prepares:
+            with pytest.raises(KeyError, match="stretch"):
+                carry_out(requests[0], lambda _: None)
+            return
+        once, four = (carry_out(one, lambda _: None).contact for one in requests)
     assert np.ptp(four.surface.heights) == pytest.approx(4 * np.ptp(once.surface.heights))
     assert four.contact_fraction < once.contact_fraction

@@ -125,6 +125,7 @@ def rendered(figure: Figure) -> NDArray[np.float64]:
     return np.asarray(imread(stream))[..., :3]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("shape", "holes"), [((40, 60), False), ((4, 90), True), ((90, 4), True), ((2, 2), False)]
 )
@@ -141,9 +142,9 @@ def test_every_figure_is_rendered_without_warnings(shape: tuple[int, int], holes
 @pytest.mark.parametrize(
     ("pressure", "ceiling"),
     [
-        (np.zeros((8, 8)), 3 * GIGA),
+        pytest.param(np.zeros((8, 8)), 3 * GIGA, marks=pytest.mark.long),
         (np.full((8, 8), 3 * GIGA), 3 * GIGA),
-        (np.full((8, 8), 1e3), None),
+        pytest.param(np.full((8, 8), 1e3), None, marks=pytest.mark.long),
         (np.eye(8) * GIGA, np.where(np.arange(64).reshape(8, 8) % 2, GIGA, np.inf)),
     ],
     ids=["nothing touches", "all saturated", "full elastic contact", "ceiling by point"],
@@ -312,7 +313,15 @@ def test_pressures_say_how_much_of_the_picture_they_mark() -> None:
     assert "of the picture" not in texts(plots.pressure(result_of(spotted())))
 
 
-@pytest.mark.parametrize("aspect", [0.05, 0.3, 0.76, 1.0, 1.5, 4.0])
+@pytest.mark.parametrize(
+    "aspect",
+    [
+        0.05,
+        1.0,
+        4.0,
+        *(pytest.param(aspect, marks=pytest.mark.long) for aspect in (0.3, 0.76, 1.5)),
+    ],
+)
 def test_maps_have_more_dots_than_cells(aspect: float) -> None:
     shape = (round(60 * aspect), 60)
     result = result_of(spotted((60, 60))[: shape[0]] if aspect <= 1 else np.eye(*shape) * GIGA)

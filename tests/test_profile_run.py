@@ -89,6 +89,7 @@ def test_a_report_on_a_profile_says_what_it_cannot_know(trace, tmp_path):
     assert app.main(["verify", str(result)]) == app.SOLVED
 
 
+@pytest.mark.long
 def test_a_load_curve_of_a_profile(trace, tmp_path, capsys):
     page, table = tmp_path / "r.html", tmp_path / "c.csv"
     ends = ["--from", "1 N/mm", "--to", "20 N/mm", "--steps", "3", "--boundary", "periodic"]
@@ -154,6 +155,7 @@ def test_what_needs_a_map_is_refused_in_one_sentence(trace, capsys):
         assert error.count("\n") == 1
 
 
+@pytest.mark.long
 def test_stress_below_a_profile_is_told_per_length(trace, tmp_path, capsys):
     page, result = tmp_path / "s.html", tmp_path / "s.nc"
     words = ["stress", str(trace), *STEEL, "--load", "20 N/mm", "--onset"]

@@ -17,6 +17,7 @@ from roughcontact import pipes
 from roughcontact.cli import app
 from roughcontact.fleet import engines, plan, project
 from roughcontact.request import outputs
+from roughcontact.request.options import CEILING, LOAD
 from roughcontact.volume.archive import load_elastoplastic
 
 Capture = pytest.CaptureFixture[str]
@@ -70,6 +71,7 @@ def widest(out: str) -> int:
     return max(len(line) for line in out.splitlines() if not line.startswith("/"))
 
 
+@pytest.mark.process
 def test_a_ceiling_can_be_recommended(folder: Path, capsys: Capture) -> None:
     path = changed(folder, 'ceiling = "none"', 'ceiling = "recommended"')
     assert app.main(["run", str(path), "--json"]) == app.SOLVED
@@ -106,6 +108,7 @@ load = ["60 N", "100 N"]
 """
 
 
+@pytest.mark.process
 def test_contacts_of_the_volume_model_are_kept_apart(tmp_path: Path, capsys: Capture) -> None:
     np.save(tmp_path / "flat.npy", np.zeros((24, 24)))
     path = tmp_path / "volume.toml"
@@ -142,14 +145,15 @@ def test_a_project_names_contacts_materials_and_files(folder: Path) -> None:
     entries = project.load(folder / "project.toml")
     assert [entry.name for entry in entries] == ["one 0.1 N", "one 1 N", "two"]
     one, other, two = (entry.request for entry in entries)
-    assert (one["load"], other["load"], two["load"]) == (0.1, 1.0, 0.5)
+    assert (one[LOAD], other[LOAD], two[LOAD]) == (0.1, 1.0, 0.5)
     assert one.bodies() == (rc.Material(210e9, 0.3, 1e9), rc.RIGID)
-    assert two["ceiling"] is None
+    assert two[CEILING] is None
     assert two.bodies()[1].hardness is not None
     assert one.outputs == tuple(folder / "results" / f"one-0.1-N.{s}" for s in ("nc", "csv"))
     assert entries[2].summary == folder / "results" / "two.json"
 
 
+@pytest.mark.process
 def test_contacts_are_solved_kept_and_solved_again_when_changed(
     folder: Path, capsys: Capture
 ) -> None:
@@ -193,6 +197,7 @@ def test_a_material_of_its_own_comes_before_constants_of_all(folder: Path) -> No
     assert found["known"].young == pytest.approx(69e9, rel=0.02)
 
 
+@pytest.mark.process
 def test_one_failure_does_not_stop_the_rest(folder: Path, capsys: Capture) -> None:
     path = changed(folder, '"0.1 N", "1 N"', '"0.1 N", "99 N"')
     with path.open("a", encoding="utf-8") as stream:
@@ -266,6 +271,7 @@ def hidden(folder: Path) -> list[str]:
     return [file.name for file in folder.rglob(".*")]
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_project_goes_on(folder: Path, number: int, start) -> None:
@@ -328,6 +334,7 @@ def test_what_a_killed_step_left_is_removed(folder: Path) -> None:
         assert hidden(folder) == []
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
 def test_no_process_outlives_the_first(folder: Path, number: int, start) -> None:
@@ -496,6 +503,7 @@ points = 32
 """
 
 
+@pytest.mark.process
 def test_every_task_can_be_asked_for(folder: Path, capsys: Capture) -> None:
     path = folder / "tasks.toml"
     path.write_text(TASKS, encoding="utf-8")

@@ -333,7 +333,7 @@ def test_archives_keep_right_checksums(known: dict[str, targets.Target]) -> None
 def test_headers_hold_numbers_that_cannot_be() -> None:
     content = bytes(64) + struct.pack("<i", 640) + bytes(64)
     found = set()
-    for seed in range(300):
+    for seed in range(30):
         _, new = damages.numbered(np.random.default_rng(seed), content, ((64, 65),))
         found |= set(struct.unpack_from("<i", new, 64))
     assert found & {0, -1, 2**31 - 1}

@@ -16,7 +16,7 @@ from matplotlib.image import imread
 import roughcontact as rc
 from roughcontact.contact import solve
 from roughcontact.contact.result import ContactResult
-from roughcontact.report import contact as report, page as layout
+from roughcontact.report import contact as report, page as layout, results
 from roughcontact.report.page import Addition
 from roughcontact.surface import nominal
 from roughcontact.surface.provenance import Operation
@@ -101,8 +101,8 @@ def whole() -> tuple[ContactResult, str]:
         (("A line < that rises.", figure),),
     )
     text = report.render(
-        result, elastic=result.elastic(), curve=curve, additions=[addition],
-        command="roughcontact solve '<b>.opd' --load \"1 N\"", date=DAY,
+        result, layout.Edition("roughcontact solve '<b>.opd' --load \"1 N\"", date=DAY),
+        elastic=result.elastic(), curve=curve, additions=[addition],
     )  # fmt: skip
     return result, text
 
@@ -301,7 +301,7 @@ def test_chapters_that_do_not_apply_are_left_out() -> None:
 )  # fmt: skip
 def test_every_case_is_told_as_it_is(problem: dict[str, Any], words: str) -> None:
     result = solved(**problem)
-    page = Page(report.render(result, date=DAY))
+    page = Page(report.render(result, layout.Edition(date=DAY)))
     assert words in page.words
     assert result.regime in page.words
     for statement in report.chapters.stated(result, result.spots()):
@@ -354,7 +354,7 @@ def test_a_script_stands_in_for_the_command() -> None:
     page = Page(report.render(solved(surface)))
     assert 'surface = rc.read_surface("ground.opd").leveled()' in page.texts["code"][0]
     assert "Leveled: least-squares plane subtracted." in page.words
-    page = Page(report.render(solved(surface), command="roughcontact solve"))
+    page = Page(report.render(solved(surface), edition=layout.Edition("roughcontact solve")))
     assert page.texts["code"][0] == "roughcontact solve"
     # A map that was an array in memory.
     assert "supply it as surface.npy" in Page(report.render(solved())).texts["code"][0]
@@ -394,9 +394,9 @@ def test_save_replaces_only_when_it_is_complete(
 ) -> None:
     path = tmp_path / "out.html"
     path.write_text("old")
-    result = solved()
-    report.save(result, path, date=DAY)
-    assert path.read_text(encoding="utf-8") == report.render(result, date=DAY)
+    result = solved(ceiling=None)
+    results.report(result, path, layout.Edition(date=DAY))
+    assert path.read_text(encoding="utf-8") == report.render(result, layout.Edition(date=DAY))
     before = path.read_bytes()
 
     def full(descriptor: int) -> None:
@@ -405,7 +405,7 @@ def test_save_replaces_only_when_it_is_complete(
     # Half of it lies in the hidden file when the disk turns out to be full.
     monkeypatch.setattr("os.fsync", full)
     with pytest.raises(OSError, match="No space"):
-        report.save(result, path)
+        results.report(result, path, layout.PLAIN)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
 
@@ -426,9 +426,8 @@ def test_unfit_paths_are_refused_before_anything_is_solved(
 
     monkeypatch.setattr(solve, "elastic", never)
     monkeypatch.setattr(report, "render", never)
-    for write in (report.save, ContactResult.report):
-        with pytest.raises(rc.InputError, match=message):
-            write(result, tmp_path / name)  # type: ignore[operator]
+    with pytest.raises(rc.InputError, match=message):
+        result.report(tmp_path / name)
 
 
 @pytest.mark.usefixtures("quick")

@@ -74,6 +74,7 @@ def test_passes_end_with_one_that_adds_no_plastic_strain(to_and_fro: bool, tmp_p
     assert rc.load_rolling(tmp_path / "passes.nc").requested == 1000
 
 
+@pytest.mark.long
 def test_each_step_is_shown_once_and_in_order(
     found: rc.Rolling, seen: list[tuple[int, int, float]]
 ) -> None:
@@ -147,6 +148,7 @@ def test_numbers_are_told_alike(found: rc.Rolling, folder: Path) -> None:
     assert found.answer in repr(found)
 
 
+@pytest.mark.long
 def test_paraview_plays_every_step(found: rc.Rolling, folder: Path) -> None:
     found.save(folder / "out.pvd")
     named = re.findall(
@@ -159,6 +161,7 @@ def test_paraview_plays_every_step(found: rc.Rolling, folder: Path) -> None:
     assert not (folder / "none.pvd").exists()
 
 
+@pytest.mark.long
 def test_a_movie_has_a_picture_a_step(found: rc.Rolling, folder: Path) -> None:
     from PIL import Image
 
@@ -175,6 +178,7 @@ def test_a_movie_has_a_picture_a_step(found: rc.Rolling, folder: Path) -> None:
         movie.save(found, frames, folder / "movie.mp4")
 
 
+@pytest.mark.long
 def test_long_movies_leave_steps_out(
     found: rc.Rolling, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -194,6 +198,7 @@ def test_movies_follow_the_nearer_axis(direction: float, along: str) -> None:
     assert movie.along_of(direction) == along
 
 
+@pytest.mark.long
 def test_the_report_begins_with_the_passes(found: rc.Rolling) -> None:
     text = render(found)
     chapters = re.findall(r"<h2[^>]*>(.*?)</h2>", text, re.DOTALL)
@@ -250,6 +255,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     return tmp_path  # type: ignore[return-value]
 
 
+@pytest.mark.long
 def test_the_command_writes_all_and_goes_on(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = [word for word in WORDS if word != "--quiet"]
     files = ("--output", "out.nc", "--output", "out.csv", "--movie", "out.gif")
@@ -271,6 +277,7 @@ def test_the_command_writes_all_and_goes_on(home: Path, capsys: pytest.CaptureFi
     assert fresh.passes == loaded.passes
 
 
+@pytest.mark.process
 def test_a_project_rolls(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Path("project.toml").write_text(
         'write = ["csv", "nc"]\n[[contact]]\nname = "roller"\ntask = "roll"\nbody = "flat"\n'

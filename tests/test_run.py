@@ -15,9 +15,10 @@ import pytest
 
 from roughcontact.cli import app
 from roughcontact.report import underway
+from roughcontact.request.outcome import last_contact
 from roughcontact.request.outputs import UnfinishedError
-from roughcontact.request.request import from_text
 from roughcontact.request.run import run
+from roughcontact.request.tasks import from_text
 from roughcontact.solvers.progress import Progress
 
 Capture = pytest.CaptureFixture[str]
@@ -97,8 +98,9 @@ def test_progress_is_told_in_words(task: str, given: dict[str, str], words: str)
     outcome = run(from_text(task, None, {**FORM, **given}), lambda text: None, seen.append)
     assert outcome.converged
     assert any(words in underway.described(at) for at in seen)
-    assert {"load", "certificate"} <= outcome.last.keys()
-    assert np.isfinite(outcome.last["load"])
+    last = (outcome.request.task.last or last_contact)(outcome)
+    assert {"load", "certificate"} <= last.keys()
+    assert np.isfinite(last["load"])
 
 
 def _typed(page: str) -> str:
@@ -170,6 +172,7 @@ def test_a_nominal_pressure_presses_as_its_force_on_the_map_and_says_so(
     assert app.main(["verify", str(output)]) == app.SOLVED
 
 
+@pytest.mark.long
 def test_the_report_on_a_nominal_pressure_names_it_and_repeats_it(tmp_path: Path) -> None:
     path = tmp_path / "map.npy"
     y, x = np.mgrid[:24, :32]

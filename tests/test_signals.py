@@ -78,7 +78,10 @@ def left(folder: Path) -> set[str]:
     return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name",
+    [name if name == "sweep" else pytest.param(name, marks=pytest.mark.process) for name in CASES],
+)
 def test_a_request_to_end_leaves_what_is_complete(name: str, tmp_path: Path) -> None:
     status, err = ended(tmp_path, name, signal.SIGTERM)
     kept = CASES[name][2]

@@ -129,6 +129,7 @@ def test_the_error_is_told(chosen: rc.ElastoplasticResult, tmp_path: Path) -> No
         assert archive.load_elastoplastic(tmp_path / "kept.nc").increments == result.increments
 
 
+@pytest.mark.long
 def test_a_run_that_goes_on_chooses_the_same_steps(tmp_path: Path) -> None:
     problem, loads = sphere(4, 12, HARDENING), [2 * FIRST, 3 * FIRST]
     solve_elastoplastic(**problem, loads=loads[:1], folder=tmp_path)

@@ -82,6 +82,7 @@ PATHS = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("arguments", "stop"), PATHS.values(), ids=PATHS)
 def test_a_stopped_run_ends_with_the_same_bits(arguments, stop, tmp_path: Path) -> None:
     arguments = arguments | dict(tolerance=1e-3)
@@ -129,6 +130,7 @@ def test_every_step_is_the_end_of_its_own_run(tmp_path: Path) -> None:
     assert [(at.number, at.kept) for at in told] == [(3, True)]
 
 
+@pytest.mark.long
 def test_loads_may_be_added(tmp_path: Path) -> None:
     arguments = dict(material=SWIFT, depth=1e-5, boundary="periodic", tolerance=1e-3)
     solve_elastoplastic(ball(), increments=1, loads=[0.2, 0.3], folder=tmp_path, **arguments)
@@ -189,6 +191,7 @@ rc.solve_elastoplastic(ball, material=swift, load=0.4, increments=8, depth=9e-6,
 """
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 def test_a_killed_run_goes_on(tmp_path: Path) -> None:
     folder = tmp_path / "run"
@@ -236,6 +239,7 @@ def test_a_folder_of_another_run_is_refused(tmp_path: Path) -> None:
     assert before == sorted((path.name, path.read_bytes()) for path in folder.iterdir())
 
 
+@pytest.mark.long
 def test_damage_in_the_folder_is_named(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     arguments = dict(material=SWIFT, increments=1, loads=[0.02, 0.04], depth=8e-6)

@@ -327,7 +327,7 @@ def refuse(*_: object, **__: object) -> None:
         ({"moments": 1.0}, rc.InputError, "moments must be a pair"),
         ({"moments": (0.0, math.nan)}, rc.InputError, "moments must be a pair"),
         ({"moments": ("a", 0.0)}, rc.InputError, "moments needs a moment with its unit"),
-        ({"moments": ({}, 0.0)}, rc.InputError, "moments must be a list"),
+        ({"moments": ({}, 0.0)}, rc.InputError, "moments must be a (list|pair)"),
     ],
 )  # fmt: skip
 def test_moments_that_nothing_balances_are_refused_at_once(

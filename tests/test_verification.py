@@ -17,7 +17,6 @@ from roughcontact.cli import app
 from roughcontact.contact import archive
 from roughcontact.contact.archive import load_contact
 from roughcontact.contact.verification import Verification, verify
-from roughcontact.volume import archive as volume_archive
 from roughcontact.volume.archive import verified
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel")
@@ -121,40 +120,6 @@ def test_memory_is_asked_for_first(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_bodies_apart_have_nothing_to_certify() -> None:
     found = verified(yielded(0.3, 0.0))
     assert (found.found_load, found.found_certificate) == (0.0, 0.0)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("material_plastic_strain", np.nan),
-        ("material_stress", np.inf),
-        ("material_accumulated", -1e-3),
-        ("material_thickness", 0.0),
-        ("residual_displacement", np.nan),
-        ("increment_load", 0.2),
-        ("increment_max_pressure", -1.0),
-        ("increment_iterations", 0),
-        ("iteration_residual", -1.0),
-        ("iteration_residual", 0.5),
-        ("volume_margin", 10_000),
-        ("volume_margin", -1),
-        ("elastoplastic_precision", "triple"),
-        ("elastoplastic_tolerance", -1.0),
-        ("elastoplastic_seconds", np.nan),
-        ("yield_excess", np.inf),
-        ("load", 0.2),
-    ],
-)
-def test_no_checksum_is_needed_to_refuse_what_no_volume_can_be(name: str, value: object) -> None:
-    dataset, _ = volume_archive.to_dataset(yielded(0.3))
-    if name in dataset:
-        values = dataset[name].values.copy()
-        values.ravel()[-1] = value
-        dataset[name] = (dataset[name].dims, values)
-    else:
-        dataset.attrs[name] = value
-    with pytest.raises(rc.InputError):
-        volume_archive.from_dataset(dataset)
 
 
 # The command --------------------------------------------------------------------------------------

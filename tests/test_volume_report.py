@@ -18,13 +18,13 @@ from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulate
 from roughcontact.plots import volume as volume_plots
 from roughcontact.report import (
     assumptions_volume,
-    figures,
     page as layout,
     regimes,
+    results,
     volume as volume_report,
     wording,
 )
-from roughcontact.report.page import Addition
+from roughcontact.report.page import Addition, Edition
 from roughcontact.units import engineering, percent
 
 DAY = datetime.date(2024, 2, 29)
@@ -59,7 +59,7 @@ def with_material(result: Any, **changes: Any) -> Any:
 
 @pytest.mark.usefixtures("quick")
 def test_answer_first_then_chapters_in_the_order_of_the_other_report(pressed) -> None:
-    text = volume_report.render(pressed, date=DAY)
+    text = volume_report.render(pressed, Edition(date=DAY))
     page = words(text)
     assert page.startswith("Contact of ball.nc under 350 mN, with plastic flow")
     contact = pressed.contact
@@ -96,7 +96,7 @@ def test_answer_first_then_chapters_in_the_order_of_the_other_report(pressed) ->
 
 @pytest.mark.usefixtures("quick")
 def test_the_area_keeps_the_rim_that_has_flowed(pressed) -> None:
-    page = words(volume_report.render(pressed, date=DAY))
+    page = words(volume_report.render(pressed, Edition(date=DAY)))
     corrected, all_elastic = pressed.corrected_contact_area, pressed.contact.corrected_contact_area
     assert corrected > 1.001 * all_elastic
     assert f"Contact area without rim excess {engineering(corrected, 'm²')}" in page
@@ -106,7 +106,7 @@ def test_the_area_keeps_the_rim_that_has_flowed(pressed) -> None:
 
 @pytest.mark.usefixtures("quick")
 def test_unloaded_it_tells_what_is_left(released) -> None:
-    page = words(volume_report.render(released, date=DAY))
+    page = words(volume_report.render(released, Edition(date=DAY)))
     assert page.startswith("What a load of 350 mN left on ball.nc")
     dent = engineering(float(released.residual_displacement.max()), "m", 3)
     assert f"has left a dent of up to {dent}" in page
@@ -118,13 +118,14 @@ def test_unloaded_it_tells_what_is_left(released) -> None:
     assert "Under the largest load of the path, 350 mN, which is gone. Contact pressure" in page
 
 
+@pytest.mark.long
 def test_unloaded_the_pressure_is_that_of_the_largest_load(pressed, released, tmp_path) -> None:
     np.testing.assert_array_equal(released.largest_pressure, pressed.solution.pressure)
     assert pressed.largest_pressure is None
     path = tmp_path / "released.nc"
     released.save(path)
     for result in (released, rc.load_result(path)):
-        drawings = figures.drawings(result)
+        drawings = results.drawings(result)
         (axes,) = (axes for axes in drawings["pressure"]().axes if axes.images)
         assert "at 350 mN, largest" in axes.get_title()
         drawn = axes.images[0].get_array()
@@ -138,6 +139,7 @@ def test_unloaded_the_pressure_is_that_of_the_largest_load(pressed, released, tm
     np.testing.assert_array_equal(end.residual_displacement, released.residual_displacement)
 
 
+@pytest.mark.long
 def test_the_file_stands_alone(pressed, tmp_path: Path) -> None:
     path = tmp_path / "out.html"
     figure = Figure()
@@ -160,7 +162,7 @@ def test_the_file_stands_alone(pressed, tmp_path: Path) -> None:
 @pytest.mark.usefixtures("quick")
 def test_failure_stands_on_top(pressed) -> None:
     stopped = dataclasses.replace(pressed, status="stopped on the way to 9 N: <why>")
-    text = volume_report.render(stopped, date=DAY)
+    text = volume_report.render(stopped, Edition(date=DAY))
     page = words(text)
     assert "Not converged: these numbers are not a solution." in page
     assert page.count("stopped on the way to 9 N: <why>") == 2
@@ -170,7 +172,7 @@ def test_failure_stands_on_top(pressed) -> None:
 @pytest.mark.usefixtures("quick")
 def test_a_first_load_that_was_not_reached_is_told(unmoved) -> None:
     assert unmoved.increments == ()
-    page = words(volume_report.render(unmoved, date=DAY))
+    page = words(volume_report.render(unmoved, Edition(date=DAY)))
     assert page.startswith("Contact of ball.nc, whose first load was not reached")
     assert "Not converged: these numbers are not a solution." in page
     # There is no path of loads, and none to repeat.
@@ -184,7 +186,7 @@ def test_strains_of_more_than_one_are_told(pressed) -> None:
     stretched = dataclasses.replace(pressed, bodies=(body,))
     told = f"{100 * stretched.max_plastic_strain:.0f} %"
     assert stretched.max_plastic_strain > 1.005
-    assert words(volume_report.render(stretched, date=DAY)).count(told) >= 4
+    assert words(volume_report.render(stretched, Edition(date=DAY))).count(told) >= 4
     assert told in volume_plots.section(stretched).get_suptitle()
 
 
@@ -236,6 +238,7 @@ def test_flow_on_unloading_is_told(pressed, released) -> None:
     assert "would flow again" not in cautions(with_material(released, **weak))
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_two_bodies_have_a_chapter_each() -> None:
     y, x = np.mgrid[:16, :18] - np.array([8, 9])[:, None, None]
@@ -248,7 +251,7 @@ def test_two_bodies_have_a_chapter_each() -> None:
         increments=1,
         loads=[0.2],
     )
-    page = words(volume_report.render(result, date=DAY))
+    page = words(volume_report.render(result, Edition(date=DAY)))
     assert "Plastic strain and stress of the body" in page
     assert "Plastic strain and stress of the counter-body" in page
     assert "Both bodies are elastic half-spaces that yield" in page

@@ -6,7 +6,13 @@ import os
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from roughcontact.contact.cautions import Caution
+    from roughcontact.contact.result import ContactResult
+    from roughcontact.joint.estimate import Estimate
+    from roughcontact.material.material import Material
     from roughcontact.references import References
+    from roughcontact.volume.profiles import DepthProfile, DepthSection, LayerProfile
+    from roughcontact.volume.result import ElastoplasticResult
 
 Path = str | os.PathLike[str]
 
@@ -27,11 +33,13 @@ def html(shown: object) -> str:
 
 def plots(shown: object) -> Any:
     """Return the figures as methods."""
+    from roughcontact.contact.result import ContactResult
     from roughcontact.plots import accessor
     from roughcontact.report import kinds
 
-    kind = kinds.of(shown)
-    return accessor.of(shown) if kind is None else accessor.Plots(shown, kind.plots)
+    if isinstance(shown, ContactResult):
+        shown.require_whole("figures")
+    return accessor.Plots(shown, kinds.of(shown).plots)
 
 
 def explore(shown: Any) -> Any:
@@ -57,6 +65,77 @@ def summary(shown: object) -> dict[str, Any]:
 
 def references(shown: object) -> References:
     """Return the papers."""
-    from roughcontact.report import sources
+    from roughcontact.report import results
 
-    return sources.of(shown)
+    return results.references(shown)
+
+
+def report(shown: Any, path: Path, command: str, **more: Any) -> None:
+    """Write a report."""
+    from roughcontact.report import results
+    from roughcontact.report.page import Edition
+
+    results.report(shown, path, Edition(command), **more)
+
+
+def contact_cautions(shown: ContactResult) -> tuple[Caution, ...]:
+    """Return what a reader of a contact has to know."""
+    from roughcontact.contact import judgment
+
+    return judgment.cautions(shown)
+
+
+def volume_cautions(shown: ElastoplasticResult) -> tuple[Caution, ...]:
+    """Return what a reader of a contact with its volume has to know."""
+    from roughcontact.volume import judgment
+
+    return judgment.cautions(shown)
+
+
+def elastic(shown: ContactResult) -> ContactResult:
+    """Return the same contact without a ceiling."""
+    from roughcontact.contact import solve
+
+    return solve.elastic(shown)
+
+
+def stiffness(shown: ContactResult) -> float:
+    """Return the contact stiffness."""
+    from roughcontact.contact import stiffness
+
+    return stiffness.stiffness(shown)
+
+
+def estimate(shown: ContactResult) -> Estimate | None:
+    """Return what formulas say of a contact."""
+    from roughcontact.joint import estimate
+
+    return estimate.of_result(shown)
+
+
+def profile(shown: ElastoplasticResult, point: tuple[int, int] | None, body: int) -> DepthProfile:
+    """Return plastic strain and stress over the depth."""
+    from roughcontact.volume import depth
+
+    return depth.profile(shown, point, body)
+
+
+def section(shown: ElastoplasticResult, along: str, index: int | None, body: int) -> DepthSection:
+    """Return plastic strain and stress on a vertical plane."""
+    from roughcontact.volume import depth
+
+    return depth.cut(shown, along, index, body)
+
+
+def layers(shown: ElastoplasticResult, body: int) -> LayerProfile:
+    """Return what each layer holds at most."""
+    from roughcontact.volume import depth
+
+    return depth.layers(shown, body)
+
+
+def material(name: str) -> Material:
+    """Return a material of the catalogue."""
+    from roughcontact.material import catalogue
+
+    return catalogue.material(name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ Path = str | os.PathLike[str]
 
 
 class Face(Protocol):
-    """What the wings above do for maps and results; `roughcontact.face` is it."""
+    """What the wings above do for maps, materials and results; `roughcontact.face` is it."""
 
     def text(self, shown: object) -> str:
         """Return the headline numbers, one line each."""
@@ -36,6 +36,36 @@ class Face(Protocol):
     def references(self, shown: object) -> References:
         """Return the papers."""
 
+    def report(self, shown: object, path: Path, command: str, **more: Any) -> None:
+        """Write a report."""
+
+    def contact_cautions(self, shown: Any) -> Any:
+        """Return what a reader of a contact has to know."""
+
+    def volume_cautions(self, shown: Any) -> Any:
+        """Return what a reader of a contact with its volume has to know."""
+
+    def elastic(self, shown: Any) -> Any:
+        """Return the same contact without a ceiling."""
+
+    def stiffness(self, shown: Any) -> float:
+        """Return the contact stiffness."""
+
+    def estimate(self, shown: Any) -> Any:
+        """Return what formulas say of a contact."""
+
+    def profile(self, shown: Any, point: tuple[int, int] | None, body: int) -> Any:
+        """Return plastic strain and stress over the depth."""
+
+    def section(self, shown: Any, along: str, index: int | None, body: int) -> Any:
+        """Return plastic strain and stress on a vertical plane."""
+
+    def layers(self, shown: Any, body: int) -> Any:
+        """Return what each layer holds at most."""
+
+    def material(self, name: str) -> Any:
+        """Return a material of the catalogue."""
+
 
 _loaded: list[Callable[[], Face]] = []
 
@@ -45,7 +75,8 @@ def connect(load: Callable[[], Face]) -> None:
     _loaded[:] = [load]
 
 
-def _face() -> Face:
+def face() -> Face:
+    """Return the face of the house."""
     return _loaded[0]()
 
 
@@ -54,46 +85,93 @@ class Shown:
 
     def __repr__(self) -> str:
         """Return the headline numbers, in some ten lines."""
-        return _face().text(self)
+        return face().text(self)
 
     def _repr_html_(self) -> str:
         """Return the headline numbers beside a picture, as a notebook shows them."""
-        return _face().html(self)
+        return face().html(self)
 
     @property
     def plot(self) -> Any:
         """Its figures: ``plot()`` draws the usual one, ``plot.pressure()`` and so on others."""
-        return _face().plots(self)
+        return face().plots(self)
 
     def save(self, path: Path) -> None:
-        """Write to the format that the suffix of the file names; the error lists those it has.
+        """Write it in the format that the suffix of the file names.
 
         Parameters
         ----------
         path : str or path
-            File to write; it appears only once it is complete.
+            File to write; it appears only once it is complete. A map has ``.npz``, ``.nc``,
+            ``.x3p`` and ``.csv``, which keep every bit of the heights, ``.sur``, which keeps 32 of
+            them, and ``.vti`` for ParaView. A contact has ``.nc``, which keeps everything,
+            ``.vti`` (maps), ``.csv`` (the pressure) and ``.json`` (the numbers), with plasticity
+            of the volume also ``.vtr``, and repeated passes ``.pvd``. A result of many loads or
+            maps has ``.csv`` (one row a step, SI units in the head) and ``.json``, a law besides
+            ``.npz``, ``.inp``, ``.ccx`` and ``.txt``; see `roughcontact.formats.export`.
 
         Raises
         ------
         InputError
-            If nothing of this kind is written with this suffix.
+            If nothing of this kind is written with this suffix, or a map does not fit into the
+            format; the error lists the suffixes.
         OSError
             If the file cannot be written; an old file survives.
         """
-        _face().save(self, path)
+        face().save(self, path)
 
     def explore(self) -> Any:
-        """Open it in the browser; see `roughcontact.desk.explore.explore`."""
-        return _face().explore(self)
+        """Open the page on a map or a contact; see `roughcontact.desk.explore.explore`."""
+        return face().explore(self)
 
 
 class Result(Shown):
     """A solved problem: numbers with units, their papers, and a report."""
 
+    if TYPE_CHECKING:
+
+        @property
+        def cautions(self) -> tuple[Any, ...]:
+            """What a reader of the numbers has to know, the severest first."""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The ``cautions``, one sentence each."""
+        return tuple(caution.text for caution in self.cautions)
+
     def summary(self) -> dict[str, Any]:
         """Return the numbers by name, in SI units, ready for JSON."""
-        return _face().summary(self)
+        return face().summary(self)
 
     def references(self) -> References:
         """Return the papers behind what was used for it, as text and as BibTeX."""
-        return _face().references(self)
+        return face().references(self)
+
+    def report(
+        self, path: Path, command: str = "", additions: Sequence[Any] = (), study: Any = None
+    ) -> None:
+        """Write a report that needs no other file and prints to A4.
+
+        Parameters
+        ----------
+        path : str or path
+            HTML file to write; it appears only once it is complete.
+        command : str
+            What was typed to get this result; without it the report gives a script.
+        additions : sequence of `roughcontact.report.page.Addition`
+            Further chapters of the report on a contact.
+        study : ResolutionStudy, optional
+            The same contact on other grids: a chapter, and part of how sure its numbers are.
+
+        Raises
+        ------
+        InputError
+            If the suffix is another one, or there is no report on this kind of result.
+        OSError
+            If the file cannot be written; an old file survives.
+
+        Notes
+        -----
+        Where a contact reaches its ceiling, the same problem is solved without one for comparison.
+        """
+        face().report(self, path, command, additions=additions, study=study)

@@ -19,7 +19,7 @@ import roughcontact as rc
 from roughcontact.desk import apart
 from roughcontact.desk.apart import Bench, End, Limits, Stage
 from roughcontact.errors import InputError, InsufficientMemoryError, RoughcontactError
-from roughcontact.request.request import from_text
+from roughcontact.request.tasks import from_text
 from roughcontact.solvers.progress import Progress
 
 PATIENCE = 60.0
@@ -204,6 +204,7 @@ def test_a_request_gives_the_same_as_here(bench: Bench, tmp_path: Path) -> None:
     assert apart.folders_of(request) == [tmp_path]
 
 
+@pytest.mark.process
 def test_a_map_is_read_apart(bench: Bench, tmp_path: Path) -> None:
     heights = np.random.default_rng(1).normal(0, 1e-6, (8, 9))
     np.save(tmp_path / "map.npy", heights)

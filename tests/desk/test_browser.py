@@ -19,9 +19,12 @@ from roughcontact.cli import app
 
 _LACKING = lacking()
 
-pytestmark = pytest.mark.skipif(
-    bool(_LACKING), reason=f"pages were not looked at: there is no {', no '.join(_LACKING)}"
-)
+pytestmark = [
+    pytest.mark.process,
+    pytest.mark.skipif(
+        bool(_LACKING), reason=f"pages were not looked at: there is no {', no '.join(_LACKING)}"
+    ),
+]
 
 MEASURED = Path(__file__).parents[2] / ".." / "shared" / "measurements" / "metropro-1.dat"
 EVIL = "<img src=x onerror=alert(1)>.npy"

@@ -17,7 +17,6 @@ from roughcontact.desk.apart import Bench
 from roughcontact.desk.joint import Joint
 from roughcontact.desk.session import Session
 from roughcontact.request import joints
-from roughcontact.request.options import offered
 
 PATIENCE = 60.0
 GIVEN = {
@@ -76,15 +75,16 @@ def bench() -> Iterator[Bench]:
     made.close()
 
 
+@pytest.mark.long
 def test_a_joint_is_asked_and_tells_how_to_ask_again(tmp_path: Path, bench: Bench) -> None:
     seat = Seat(tmp_path, bench)
     for name, text in RANGE.items():
         seat.joint._give(name.strip("_"), text)
     seat.start()
     assert seat.said.count("Done in") == 1, seat.said
-    for question in JOINTS:
+    for task, question in JOINTS:
         assert question.name in seat.shown
-        assert f"roughcontact {question.task} " in seat.shown
+        assert f"roughcontact {task.name} " in seat.shown
     assert "data:image/png" in seat.shown
     assert "W/(m² K)" in seat.shown
     for name in ("law-1.inp", "law-1.ccx", "conductance-1.csv"):
@@ -126,20 +126,21 @@ def test_what_is_wrong_is_said_in_a_sentence(tmp_path: Path, bench: Bench) -> No
     seat.session.close()
 
 
+@pytest.mark.long
 def test_all_that_is_asked_at_once_is_solved_once(
     tmp_path: Path, bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Elastic, so that the law has no second branch of its own.
     seat = Seat(tmp_path, bench, ceiling="none")
     solved: list[float] = []
-    fresh = joints.fresh
+    fresh = joints.solve_afresh
 
     def counted(surface: rc.Surface, **options: Any) -> Any:
         solved.append(options["load"])
         return fresh(surface, **options)
 
-    monkeypatch.setattr(joints, "fresh", counted)
-    requests = [seat.session.state.request(question.task, **RANGE) for question in JOINTS]
+    monkeypatch.setattr(joints, "solve_afresh", counted)
+    requests = [seat.session.state.request(task, **RANGE) for task, question in JOINTS]
     found = answers(lambda _: None, *requests)
     assert len(found) == len(JOINTS)
     assert len(solved) == len(set(solved)) == 2
@@ -147,5 +148,5 @@ def test_all_that_is_asked_at_once_is_solved_once(
 
 
 def test_every_option_of_the_questions_is_one_of_their_tasks() -> None:
-    for question in JOINTS:
-        assert set(question.options) <= offered(question.task).keys()
+    for task, question in JOINTS:
+        assert set(question.options) <= set(task.options)

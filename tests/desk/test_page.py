@@ -119,6 +119,7 @@ def test_results_of_another_request_are_gray_until_the_last_is_answered(
     assert not is_old(page)
 
 
+@pytest.mark.long
 def test_two_pages_on_one_work_follow_each_other(page: Page, work: Work, tmp_path: Path) -> None:
     bench = Bench(spare=False)
     seen: list[Visit] = []
@@ -225,8 +226,8 @@ def test_a_ceiling_is_given_as_a_multiple_of_the_yield_strength(page: Page, tmp_
     assert not model._wrong.visible
     settle(page)
     assert page.session.outcome is not None
-    assert page.session.outcome.result is not None
-    assert page.session.outcome.result.ceiling == pytest.approx(1.35e9, rel=1e-15)
+    assert page.session.outcome.contact is not None
+    assert page.session.outcome.contact.ceiling == pytest.approx(1.35e9, rel=1e-15)
     page._do(lambda: page.session.give("ceiling", "none"))
     assert model._factor.value == ""
 
@@ -298,7 +299,8 @@ def test_a_demonstration_map_is_made_and_can_be_taken_away(page: Page, tmp_path:
 
 def test_controls_show_defaults_as_one_types_them() -> None:
     from roughcontact.desk.controls import Control
-    from roughcontact.request.options import HISTORY, STRESS
+    from roughcontact.request.load_history import TASK as HISTORY
+    from roughcontact.request.subsurface import TASK as STRESS
 
     shown = {}
     for name, task in (("friction", STRESS), ("shift", HISTORY), ("passes", HISTORY)):

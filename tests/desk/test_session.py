@@ -17,9 +17,10 @@ from roughcontact.desk.session import Session
 from roughcontact.desk.state import PINNED, from_script
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.fleet import project
-from roughcontact.request.options import SOLVE
-from roughcontact.request.request import from_text
-from roughcontact.request.run import Outcome, run
+from roughcontact.request.options import LEVEL
+from roughcontact.request.outcome import Outcome
+from roughcontact.request.run import run
+from roughcontact.request.tasks import from_text
 
 PATIENCE = 60.0
 
@@ -68,9 +69,9 @@ def solved(session: Session) -> Outcome:
 def test_the_contact_follows_what_is_given(session: Session, tmp_path: Path) -> None:
     session.bring(save_map(tmp_path, "a.npz"))
     session.give_all(dict(GIVEN))
-    first = solved(session).result
+    first = solved(session).contact
     session.give("load", "20 mN")
-    second = solved(session).result
+    second = solved(session).contact
     assert first is not None
     assert second is not None
     assert first.load == pytest.approx(0.01)
@@ -82,8 +83,8 @@ def test_the_numbers_are_those_of_the_command(session: Session, tmp_path: Path) 
     session.give_all(dict(GIVEN))
     for load in ("30 mN", "1 mN", "10 mN"):
         session.give("load", load)
-        shown = solved(session).result
-    alone = run(session.request, lambda _: None).result
+        shown = solved(session).contact
+    alone = run(session.request, lambda _: None).contact
     assert shown is not None
     assert alone is not None
     assert np.array_equal(shown.pressure, alone.pressure)
@@ -136,7 +137,7 @@ def test_of_loads_asked_for_meanwhile_only_the_last_is_told(tmp_path: Path) -> N
         session.give("load", load)
     reading.set()
     assert session.wait(PATIENCE)
-    loads = [what.result.load for what in heard.all if isinstance(what, Outcome) and what.result]
+    loads = [what.contact.load for what in heard.all if isinstance(what, Outcome) and what.contact]
     # The one that began before them ends.
     assert loads in ([pytest.approx(0.004)], [pytest.approx(0.01), pytest.approx(0.004)])
     session.close()
@@ -155,7 +156,7 @@ def test_a_solve_that_began_ends_and_the_newest_waits(tmp_path: Path) -> None:
     path = save_map(tmp_path, "a.npz")
     live = Live(hear)
     given = {**GIVEN, "level": "none"}
-    requests = [from_text(SOLVE, path, {**given, "load": f"{mN} mN"}) for mN in (1, 2, 3, 4)]
+    requests = [from_text("solve", path, {**given, "load": f"{mN} mN"}) for mN in (1, 2, 3, 4)]
     live.ask(requests[0])
     assert began.wait(PATIENCE)
     for request in requests[1:]:
@@ -168,10 +169,10 @@ def test_a_solve_that_began_ends_and_the_newest_waits(tmp_path: Path) -> None:
     began.clear(), go_on.clear(), told.clear()
     live.ask(requests[0])
     assert began.wait(PATIENCE)
-    live.ask(from_text(SOLVE, path, {**given, "level": "mean"}))
+    live.ask(from_text("solve", path, {**given, "level": "mean"}))
     go_on.set()
     assert live.wait(PATIENCE)
-    assert [what.request["level"] for what in told if isinstance(what, Outcome)] == ["mean"]
+    assert [what.request[LEVEL] for what in told if isinstance(what, Outcome)] == ["mean"]
     live.close()
 
 
@@ -194,10 +195,10 @@ def test_a_file_that_changes_is_read_again(session: Session, tmp_path: Path) -> 
     path = save_map(tmp_path, "a.npz")
     session.bring(path)
     session.give_all(dict(GIVEN))
-    first = solved(session).result
+    first = solved(session).contact
     rc.Surface(2e-7 * np.random.default_rng(7).standard_normal((20, 20)), (1e-6, 1e-6)).save(path)
     session.give("level", "mean")
-    second = solved(session).result
+    second = solved(session).contact
     assert first is not None
     assert second is not None
     assert second.pressure.shape == (20, 20)

@@ -13,8 +13,9 @@ from roughcontact.desk.state import State, from_script
 from roughcontact.errors import FormatError, InputError
 from roughcontact.fleet import project
 from roughcontact.report import script
-from roughcontact.request.options import STRESS, SWEEP
+from roughcontact.request.load_curve import TASK as SWEEP
 from roughcontact.request.run import run
+from roughcontact.request.subsurface import TASK as STRESS
 
 
 @pytest.fixture
@@ -81,9 +82,9 @@ def test_the_project_file_gives_the_same_numbers(complete: State, tmp_path: Path
     (entry,) = project.load(path)
     quiet = lambda *_: None  # noqa: E731
     first, again = run(complete.request(), quiet), run(replace_outputs(entry), quiet)
-    assert first.result is not None
-    assert again.result is not None
-    assert np.array_equal(first.result.pressure, again.result.pressure)
+    assert first.contact is not None
+    assert again.contact is not None
+    assert np.array_equal(first.contact.pressure, again.contact.pressure)
 
 
 def replace_outputs(entry: project.Entry) -> object:
@@ -138,7 +139,7 @@ def test_what_is_taken_away_has_the_names_of_the_user(complete: State, map_file:
     assert request.command.startswith("roughcontact solve 'from <me>.opd' ")
     assert str(map_file) not in complete.told
     assert 'file = "from <me>.opd"' in complete.told
-    result = run(request, lambda _: None).result
+    result = run(request, lambda _: None).contact
     assert result is not None
     assert result.surface.provenance.source == "from <me>.opd"
     assert 'rc.read_surface("from <me>.opd")' in script.repeating(result)

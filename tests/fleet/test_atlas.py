@@ -28,7 +28,7 @@ def test_cases_come_back_from_other_processes(
     # A map that cannot be made.
     bad = (place, atlas_cases.ceilings, replace(drawn, points=0), done)
     monkeypatch.setattr(atlas, "to_do", lambda most: [task, bad])
-    assert atlas.compute(None, LOCAL, 1, None)
+    atlas.compute(None, LOCAL, 1, None)
     told = sorted(capsys.readouterr().out.splitlines(), key=len)
     assert told[0].endswith(f"{drawn.name} solved")
     assert "failed: " in told[1]

@@ -87,6 +87,7 @@ def hidden(folder: Path) -> list[str]:
     return [file.name for file in folder.rglob(".*")]
 
 
+@pytest.mark.process
 def test_a_cluster_gives_the_bits_of_local_processes_and_one_bad_file_fails_alone(
     cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
@@ -113,6 +114,7 @@ def test_a_cluster_gives_the_bits_of_local_processes_and_one_bad_file_fails_alon
     assert stamps == {file: file.stat().st_mtime_ns for file in stamps}
 
 
+@pytest.mark.process
 def test_workers_that_are_killed_lose_nothing(cluster: Cluster, tmp_path: Path) -> None:
     cluster.add()
     cluster.add()
@@ -132,6 +134,7 @@ def test_workers_that_are_killed_lose_nothing(cluster: Cluster, tmp_path: Path) 
     assert hidden(path.parent) == []
 
 
+@pytest.mark.process
 def test_a_scheduler_that_is_gone_and_one_that_comes_back(cluster: Cluster, tmp_path: Path) -> None:
     cluster.add()
     path = write_project(tmp_path / "far", 16)
@@ -156,6 +159,7 @@ def test_a_scheduler_that_is_gone_and_one_that_comes_back(cluster: Cluster, tmp_
     assert solved(path) == 17
 
 
+@pytest.mark.process
 def test_workers_are_waited_for_and_one_without_memory_loses_no_other_contact(
     cluster: Cluster, tmp_path: Path, capsys: Capture
 ) -> None:
@@ -190,6 +194,7 @@ def test_workers_are_waited_for_and_one_without_memory_loses_no_other_contact(
     assert set(states.values()) == {"solved before"}
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_a_cluster_of_this_machine_ends_with_the_run(
@@ -216,6 +221,7 @@ def test_a_cluster_of_this_machine_ends_with_the_run(
     assert 2 <= solved(path) < 201
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="no SIGSTOP on this system")
 def test_processes_of_a_cluster_have_ended_when_it_is_stopped(
     caplog: pytest.LogCaptureFixture,
@@ -232,6 +238,7 @@ def test_processes_of_a_cluster_have_ended_when_it_is_stopped(
     assert "Restarting worker" not in caplog.text
 
 
+@pytest.mark.process
 def test_a_cluster_of_this_machine_serves_none_but_the_run() -> None:
     from distributed import Security, default_client
     from distributed.comm import connect
@@ -258,13 +265,12 @@ def test_a_cluster_of_this_machine_serves_none_but_the_run() -> None:
          "--scheduler is that of a cluster with workers of its own: it needs --engine dask"),
         (("--engine", "dask", "--scheduler", "tcp://127.0.0.1:1", "--workers", "2"),
          "goes without --workers"),
-        (("--engine", "mpi", "--workers", "2"), "--workers goes without --engine mpi"),
         (("--engine", "dask", "--scheduler", "tcp://127.0.0.1:1"), "does not answer at"),
         (("--engine", "dask", "--scheduler", "nowhere"), "--scheduler"),
         (("--engine", "dask", "--scheduler", "tls://127.0.0.1:1"), "does not answer at"),
         (("--engine", "dask", "--scheduler", "ucx://127.0.0.1:1"), "--scheduler does not"),
         (("--workers", "0"), "--workers must be a whole number from 1"),
-        (("--engine", "slurm"), "--engine must be one of local, dask, mpi"),
+        (("--engine", "slurm"), "--engine must be one of local, dask"),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_is_refused(
@@ -287,20 +293,17 @@ def test_what_mpiexec_has_started_several_times_is_refused(
     path = write_project(tmp_path, 1)
     monkeypatch.setenv("PMI_SIZE", "2")
     assert app.main(["run", str(path), *words]) == app.BAD_INPUT
-    assert "would do all of it: give --engine mpi, or start" in capsys.readouterr().err
+    assert "would do all of it: start a single one" in capsys.readouterr().err
     assert solved(path) == 0
 
 
-@pytest.mark.parametrize(
-    ("engine", "module"), [("dask", "distributed"), ("dask", "cryptography"), ("mpi", "mpi4py")]
-)
+@pytest.mark.parametrize("module", ["distributed", "cryptography"])
 def test_a_missing_library_is_named(
-    engine: str, module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+    module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
     path = write_project(tmp_path, 1)
-    assert app.main(["run", str(path), "--engine", engine]) == app.BAD_INPUT
+    assert app.main(["run", str(path), "--engine", "dask"]) == app.BAD_INPUT
     err = capsys.readouterr().err
-    extra = "cluster" if engine == "dask" else "mpi"
-    assert f"run pip install 'roughcontact[{extra}]'" in err
+    assert "run pip install 'roughcontact[cluster]'" in err
     assert err.count("\n") == 1

@@ -17,7 +17,7 @@ from roughcontact.fleet import keeping
 from roughcontact.fleet.plan import Entry
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
-from roughcontact.request.request import from_text
+from roughcontact.request.tasks import from_text
 
 FOUND = (
     None, True, 3, 0.1, -math.inf, "σ", [1, (2.0, [])], Boundary("free"), RIGID,

@@ -16,7 +16,7 @@ from starting import command, mpiexec, refused
 
 HERE = Path(__file__).parent
 
-pytestmark = pytest.mark.mpi
+pytestmark = [pytest.mark.mpi, pytest.mark.process]
 
 
 def case(count, task, folder):
@@ -46,7 +46,9 @@ def alone(problems):
     }
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 4])
+@pytest.mark.parametrize(
+    "count", [2, 3, *(pytest.param(count, marks=pytest.mark.slow) for count in (1, 4))]
+)
 def test_any_number_of_ranks_finds_the_same(tmp_path, problems, alone, count):
     run = case(count, "solve", tmp_path)
     assert run.returncode == 0, run.stderr

@@ -15,7 +15,7 @@ HERE = Path(__file__).parent
 FIELDS = ("thickness", "plastic_strain", "accumulated", "stress", "mean_stress",
           "residual_stress", "mean_residual_stress")  # fmt: skip
 
-pytestmark = pytest.mark.mpi
+pytestmark = [pytest.mark.mpi, pytest.mark.process]
 
 
 def case(count, task, folder):
@@ -42,7 +42,9 @@ def alone(problems):
     }
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 4])
+@pytest.mark.parametrize(
+    "count", [2, 3, *(pytest.param(count, marks=pytest.mark.slow) for count in (1, 4))]
+)
 def test_any_number_of_ranks_finds_the_same_bits(tmp_path, problems, alone, count):
     run = case(count, "solve", tmp_path)
     assert run.returncode == 0, run.stderr

@@ -87,6 +87,7 @@ def test_the_documentation_holds_every_row(rows):
         assert f"| tamaas | {place} |" in text
 
 
+@pytest.mark.long
 def test_indentation_of_a_hardening_half_space() -> None:
     rows = cross_code.compare_indentations(("sphere-64",))
     assert [row.load for row in rows] == list(indentation.LOADS)

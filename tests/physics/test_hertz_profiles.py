@@ -95,6 +95,7 @@ def distance(surface):
     return np.hypot(y[:, None], x)
 
 
+@pytest.mark.long
 def test_the_reference_without_a_ceiling_is_hertz():
     r, pressure, approach, contact, saturated = axisymmetric(1.01)
     assert saturated == 0

@@ -41,8 +41,8 @@ def imprint_caution(history: rc.LoadHistory) -> Caution:
 
 
 SPHERES = [
-    (0.1, 40),
-    (0.45, 40),
+    pytest.param(0.1, 40, marks=pytest.mark.long),
+    pytest.param(0.45, 40, marks=pytest.mark.long),
     pytest.param(0.2, 12, marks=pytest.mark.slow),
     pytest.param(0.0, 120, marks=pytest.mark.slow),
     pytest.param(0.3, 40, marks=pytest.mark.slow),

@@ -48,6 +48,7 @@ def test_a_way_there_and_back_without_flow_is_elastic() -> None:
     assert result.increments[2].approach == pytest.approx(alone.increments[0].approach, rel=1e-2)
 
 
+@pytest.mark.long
 def test_a_pass_the_other_way_mirrors_the_strain() -> None:
     line = Line(4.3, half_width=5, points=32)
     there = line.solved([line.at(x, 0.1, 0.0) for x in range(0, 16, 4)])
@@ -68,6 +69,7 @@ def test_where_the_path_begins_does_not_matter() -> None:
     )
 
 
+@pytest.mark.long
 def test_offsets_between_pixels_change_little() -> None:
     line = Line(4.3, half_width=8, points=48)
     on = line.solved([line.at(x) for x in (0, 4, 8, 12)])
@@ -90,6 +92,7 @@ def test_friction_shears_along_its_direction() -> None:
     np.testing.assert_allclose(back[..., 0, 2].sum(), -along[..., 0, 2].sum(), rtol=1e-3)
 
 
+@pytest.mark.long
 def test_a_path_goes_on_to_the_same_bits(tmp_path: Path) -> None:
     line = Line(4.3, half_width=5, points=32)
     path = [line.at(x, 0.1) for x in (0, 3, 6, 9)]
@@ -119,6 +122,7 @@ def test_both_bodies_yield_alike_where_they_roll() -> None:
     np.testing.assert_allclose(second, first, rtol=1e-9)
 
 
+@pytest.mark.long
 def test_what_is_told_of_a_path(tmp_path: Path) -> None:
     line = Line(4.3, half_width=5, points=32)
     result = line.solved([line.at(x, 0.1, 180.0) for x in (0, 3)], None, "single", 1e-3)
@@ -186,6 +190,7 @@ def rolled(line: Line, passes: int, steps: int = 10, **more: Any) -> Rolling:
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_passes_that_shake_down(tmp_path: Path) -> None:
     line = Line(3.7, half_width=5, points=40)
     first = rolled(line, 2, folder=tmp_path / "kept")
@@ -312,6 +317,7 @@ def cautions_of(found: Rolling) -> dict[str, Caution]:
     return {caution.kind: caution for caution in found.cautions}
 
 
+@pytest.mark.long
 def test_dents_that_lie_apart_have_no_verdict(tmp_path: Path) -> None:
     line = Line(4.5, half_width=4, points=32)
     found = rolled(line, 3, steps=3)

@@ -54,6 +54,7 @@ def test_what_slides_along_yields_once() -> None:
     assert rolled.plastic_volume > 1.2 * still.plastic_volume
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("middle", "error"), [(3, 1e-3), (2.5, 0.05)], ids=["whole", "parts"])
 def test_it_does_not_matter_who_moves(middle: float, error: float) -> None:
     """A flat slides under a roller as the roller slides over the flat, the other way.
@@ -74,6 +75,7 @@ def test_it_does_not_matter_who_moves(middle: float, error: float) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_a_stopped_slide_goes_on_to_the_same_bits(tmp_path: Path) -> None:
     options = dict(material=SOFT, folder=tmp_path)
     whole = solved(LINE.flat, ROLLER, there(), "counter_material", material=SOFT)

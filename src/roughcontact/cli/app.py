@@ -15,29 +15,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from roughcontact._version import __version__
-from roughcontact.cli import guide, tasks, terminal
+from roughcontact.cli import guide, terminal
 from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED, SOLVED
 from roughcontact.errors import ConvergenceError, Mention, RoughcontactError, Sentence
 from roughcontact.files import to_json
 from roughcontact.interrupts import heard
-from roughcontact.request.fleet_options import LOCAL
-from roughcontact.request.option import SEVERAL
-from roughcontact.request.options import (
-    DEMO,
-    DESK,
-    ESTIMATE,
-    GENERATE,
-    INFO,
-    MATERIALS,
-    RUN,
-    SHOWN,
-    VERIFY,
-    Option,
-    offered,
-    parsed,
-    spell_option,
-)
+from roughcontact.request import desk_options, fleet_options, making
+from roughcontact.request.option import Option
+from roughcontact.request.options import JSON, QUIET, READING
 from roughcontact.request.outputs import UnfinishedError
+from roughcontact.request.task import Command, Task, Values
+from roughcontact.request.tasks import DEMO, FOLDER, INFO, MATERIALS, POINTS, TASKS, VERIFY
 
 if TYPE_CHECKING:
     from roughcontact.fleet.plan import Report
@@ -54,7 +42,7 @@ _NO_MEMORY = Sentence(
 Given = dict[str, Any]
 # What a command takes besides options: a file, a name, several files or nothing.
 Subject = Any
-Command = Callable[[Subject, Given], None]
+Act = Callable[[Subject, Given], None]
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -160,14 +148,13 @@ def _root(
 # Commands from the table
 
 
-def _reported(command: str, work: Command, subject: Subject, given: Given) -> None:
+def _reported(command: Command, work: Act, subject: Subject, given: Given) -> None:
     """Do the work of a command; end every expected failure with one sentence and a status."""
     try:
         work(subject, given)
         sys.stdout.flush()
     except RoughcontactError as error:
-        spell = functools.partial(spell_option, command=command)
-        terminal.complain(f"error: {error.worded(spell)}")
+        terminal.complain(f"error: {error.worded(command.spelled)}")
         status = NOT_CONVERGED if isinstance(error, ConvergenceError) else BAD_INPUT
         raise typer.Exit(status) from None
     except MemoryError:
@@ -190,40 +177,33 @@ def _unwritten(error: OSError) -> int:
     return PIPE_CLOSED if isinstance(error, BrokenPipeError) else BAD_INPUT
 
 
-def _command(
-    name: str,
-    argument: inspect.Parameter | None = None,
-    *,
-    help: str,  # noqa: A002 - as Typer calls it
-    epilog: str | None = None,
-) -> Callable[[Command], Command]:
-    """Give a function the options that fit a command, and make it that command.
+def _command(command: Command, argument: inspect.Parameter | None = None) -> Callable[[Act], Act]:
+    """Give a function the options of a command, and make it that command.
 
     Parameters
     ----------
-    name : str
-        Of the command.
+    command : Command
+        What it does.
     argument : Parameter, optional
         What it takes besides options.
-    help, epilog : str
-        What it does, and an example.
     """
 
-    def registered(work: Command) -> Command:
+    def registered(work: Act) -> Act:
         def called(subject: Subject = None, **words: Any) -> None:
-            given = {option: words[_identifier(option)] for option in offered(name)}
+            given = {option.name: words[_identifier(option.name)] for option in command.options}
             given = {option: value for option, value in given.items() if value}
-            _reported(name, work, subject, given)
+            _reported(command, work, subject, given)
 
         parameters = [
             *([] if argument is None else [argument]),
-            *(_parameter(option) for option in offered(name).values()),
-            *([_ALL] if name in guide.FIRST else []),
+            *map(_parameter, command.options),
+            *([_ALL] if command.first else []),
         ]
         # Typer reads what a command takes from here.
         called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-        _app.command(name, cls=guide.Command, help=help, epilog=epilog)(called)
+        epilog = f"Example:\n\n{command.example}" if command.example else None
+        _app.command(command.name, cls=guide.Command, help=command.help, epilog=epilog)(called)
         return work
 
     return registered
@@ -234,7 +214,7 @@ def _identifier(option: str) -> str:
     return f"{option.replace('-', '_')}_"
 
 
-def _parameter(option: Option) -> inspect.Parameter:
+def _parameter(option: Option[Any]) -> inspect.Parameter:
     value = bool if option.is_flag else list[str] if option.many else str
     words = typer.Option(
         f"--{option.name}",
@@ -292,16 +272,21 @@ _MAP = _argument(Path | None, "FILE", _FILE, None)
 _MAPS = _argument(list[Path] | None, "FILE...", "Measured height maps, of one surface.", None)
 
 
-def _carry_out(task: str, subject: Subject, given: Given) -> None:
+def _shown(given: Given) -> tuple[bool, bool]:
+    """Take out of options how the result is shown: as JSON, or not at all."""
+    return given.pop(JSON.name, False), given.pop(QUIET.name, False)
+
+
+def _carry_out(task: Task, subject: Subject, given: Given) -> None:
     """Carry out a task, and show what it gave."""
     from roughcontact import ranks
-    from roughcontact.request.request import from_text
+    from roughcontact.request.request import Request
 
-    as_json, quiet = (given.pop(name, False) for name in SHOWN)
+    as_json, quiet = _shown(given)
     several = isinstance(subject, (list, tuple))
     file = None if several or subject is None else Path(subject)
     request = functools.partial(
-        from_text, task, file, given, tuple(map(Path, subject)) if several else ()
+        Request.from_text, task, file, given, tuple(map(Path, subject)) if several else ()
     )
     if ranks.several():
         from roughcontact.cli import slabs
@@ -322,58 +307,16 @@ def _carry_out_here(request: Request, as_json: bool, quiet: bool) -> None:
     shown.show(outcome, as_json, quiet)
 
 
-for _task, _text in tasks.HELP.items():
-    _command(_task, _MAPS if _task in SEVERAL else _MAP, help=_text)(
-        functools.partial(_carry_out, _task)
-    )
+for _task in TASKS:
+    _command(_task, _MAPS if _task.many_maps else _MAP)(functools.partial(_carry_out, _task))
 
 
-@_command(
-    ESTIMATE,
-    _MAP,
-    help="""Tell contact, gap and depth with plastic strain by formulas, without solving it.
-
-From a map, or from Sq, Sdq, Sal, Str and Ssk. Each number comes with the interval that holds 90
-of 100 nominally flat surfaces; what lies outside the domain of the formulas is refused.
-
-\b
-Example:
-roughcontact estimate --sq "0.5 um" --sdq 0.1 --sal "12 um" \\
-    --pressure "100 MPa" --material 100Cr6
-""",
-)
-def _estimate(file: Path | None, given: Given) -> None:
-    from roughcontact.request import estimating
-
-    as_json, quiet = (given.pop(name, False) for name in SHOWN)
-    with terminal.progress(quiet) as say:
-        found, written = estimating.estimated(None if file is None else Path(file), given, say)
-    if as_json:
-        print(to_json({**found.summary(), "written": [str(path) for path in written]}))
-    elif not quiet:
-        from roughcontact.cli import console
-
-        console.show_estimate(found, written)
-
-
-@_command(
-    GENERATE,
-    help="""Make a rough surface from its parameters: Sq, Sal or Sdq, Str, Ssk, Sku, lay.
-
-The same seed gives the same surface. What the map has is printed beside what was asked for.
-
-\b
-Example:
-roughcontact generate --size "0.5 mm" --sq "0.4 um" --sal "12 um" --ssk -0.8 \\
-    --output honed.x3p
-""",
-)
+@_command(making.COMMAND)
 def _generate(_: Subject, given: Given) -> None:
     from roughcontact.cli import console
     from roughcontact.report import generated
-    from roughcontact.request import making
 
-    as_json, quiet = (given.pop(name, False) for name in SHOWN)
+    as_json, quiet = _shown(given)
     with terminal.progress(quiet) as say:
         surface, written = making.made(given, say)
     if as_json:
@@ -382,29 +325,17 @@ def _generate(_: Subject, given: Given) -> None:
         console.show_generated(surface, written)
 
 
-@_command(
-    RUN,
-    _argument(Path, "PROJECT", "Project file (TOML)."),
-    help="""Work through the contacts of a project file on all cores.
-
-One that fails does not stop the others. The same command goes on where it was interrupted:
-what was solved before from the same options and files is kept.
-""",
-    epilog="Example:\n\nroughcontact run project.toml",
-)
+@_command(fleet_options.COMMAND, _argument(Path, "PROJECT", "Project file (TOML)."))
 def _run(file: Path | str | None, given: Given) -> None:
     from roughcontact.cli import console
     from roughcontact.fleet import plan
 
-    asked = {name: value for name, value in parsed(given, RUN).items() if name not in SHOWN}
-    with terminal.progress("quiet" in given) as say:
-        ended = _worked_through(str(file), asked, say, "quiet" in given)
-    if ended is None:
-        return
-    reports, folder = ended
-    if "json" in given:
+    as_json, quiet = _shown(given)
+    with terminal.progress(quiet) as say:
+        reports, folder = _worked_through(str(file), fleet_options.COMMAND.read(given), say, quiet)
+    if as_json:
         print(to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
-    elif "quiet" not in given:
+    elif not quiet:
         console.show_reports(reports, folder)
     failed: dict[str, list[str]] = {}
     for report in reports:
@@ -417,21 +348,16 @@ def _run(file: Path | str | None, given: Given) -> None:
         raise typer.Exit(NOT_CONVERGED)
 
 
-def _worked_through(
-    file: str, asked: Given, say: Say, quiet: bool
-) -> tuple[list[Report], Path] | None:
-    """Work through a project; return how its contacts ended, and the folder of what they left.
-
-    None where others tell it.
-    """
+def _worked_through(file: str, asked: Values, say: Say, quiet: bool) -> tuple[list[Report], Path]:
+    """Work through a project; return how its contacts ended, and the folder of what they left."""
     from roughcontact.fleet import engines, plan, project
     from roughcontact.report import underway
 
     load = functools.partial(project.load, file)
-    with engines.opened(load, engines.tasks, asked.pop("engine", LOCAL), **asked) as begun:
-        if begun is None:
-            return None
-        engine, entries = begun
+    scheduler, workers = asked[fleet_options.SCHEDULER], asked[fleet_options.WORKERS]
+    with engines.opened(
+        load, engines.tasks, asked[fleet_options.ENGINE], scheduler=scheduler, workers=workers
+    ) as (engine, entries):
         states: list[str] = []
         start = time.monotonic()
         at = f"; {engine.dashboard}" if engine.dashboard else ""
@@ -450,22 +376,11 @@ def _worked_through(
         return reports, entries[0].summary.parent
 
 
-@_command(
-    DESK,
-    _MAP,
-    help="""Open a page in the browser: drop a map, drag the load, watch the contact grow.
-
-All of the program is at hand there. The page is served by this machine to itself alone, and what
-one does is kept for the next time. Ctrl-C ends it.
-""",
-    epilog="Example:\n\nroughcontact desk ground.opd",
-)
+@_command(desk_options.COMMAND, _MAP)
 def _desk(file: Subject, given: Given) -> None:
     from roughcontact.cli import desk
 
-    desk.run(
-        file, {name: value.default for name, value in offered(DESK).items()} | parsed(given, DESK)
-    )
+    desk.run(file, desk_options.COMMAND.read(given))
 
 
 @_command(
@@ -473,24 +388,20 @@ def _desk(file: Subject, given: Given) -> None:
     _argument(
         list[Path], "FILE...", "Results in NetCDF (.nc), as --output and --folder leave them."
     ),
-    help="""Tell whether results are as they were written, and whether they are solutions.
-
-Checksums are compared; load, gap and certificate are computed again from pressures and heights.
-""",
-    epilog="Example:\n\nroughcontact verify result.nc",
 )
 def _verify(files: Subject, given: Given) -> None:
     from roughcontact.cli import console
     from roughcontact.volume import verification
 
-    with terminal.progress("quiet" in given) as say:
+    as_json, quiet = _shown(given)
+    with terminal.progress(quiet) as say:
         checked = []
         for path in files:
             say(f"verifying {path}")
             checked.append(verification.check_file(Path(path)))
-    if "json" in given:
+    if as_json:
         print(to_json({"files": [dataclasses.asdict(one) for one in checked]}))
-    elif "quiet" not in given:
+    elif not quiet:
         console.show_verified(checked)
     failed = [one for one in checked if one.reason]
     for one in failed:
@@ -499,22 +410,16 @@ def _verify(files: Subject, given: Given) -> None:
         raise typer.Exit(BAD_INPUT)
 
 
-@_command(
-    INFO,
-    _argument(Path, "FILE", _FILE),
-    help="Tell what is in a file: grid, size, heights, roughness, missing points, channels.",
-    epilog="Example:\n\nroughcontact info ground.opd",
-)
+@_command(INFO, _argument(Path, "FILE", _FILE))
 def _info(file: Path | str | None, given: Given) -> None:
     from roughcontact.formats import read
     from roughcontact.report import inputs
     from roughcontact.report.quantities import stored
 
-    names = ("format", "channel", "unit", "size", "override-size")
-    reading = {name.replace("-", "_"): given[name] for name in names if name in given}
+    reading = {one.argument: given[one.name] for one in READING if one.name in given}
     surface, channels = read.read_with_channels(str(file), **reading)
     measured = inputs.measured(surface)
-    if "json" in given:
+    if _shown(given)[0]:
         listed = [
             {"name": c.name, "unit": c.unit, "is_height": c.is_height, "shape": list(c.shape)}
             for c in channels
@@ -527,17 +432,14 @@ def _info(file: Path | str | None, given: Given) -> None:
 
 
 @_command(
-    MATERIALS,
-    _argument(str | None, "NAME", "Show one, with its sources.", None, guide.materials),
-    help="List the catalogue of materials, or one of them with the source of every value.",
-    epilog="Example:\n\nroughcontact materials 'bearing steel'",
+    MATERIALS, _argument(str | None, "NAME", "Show one, with its sources.", None, guide.materials)
 )
 def _materials(name: Path | str | None, given: Given) -> None:
     from roughcontact.cli import console
     from roughcontact.material import catalogue
 
     found = catalogue.entries() if name is None else (catalogue.entry(str(name)),)
-    if "json" in given:
+    if _shown(given)[0]:
         told = [dataclasses.asdict(entry) for entry in found]
         print(to_json({"materials": told}))
     elif name is None:
@@ -546,17 +448,9 @@ def _materials(name: Path | str | None, given: Given) -> None:
         console.show_entry(found[0])
 
 
-@_command(
-    DEMO,
-    help="""Solve a generated rough surface, elastic and with a ceiling, and write all results.
-
-Needs no measurement: 0.1 mm × 0.1 mm of rough steel under 1 N.
-""",
-    epilog="Example:\n\nroughcontact demo --folder roughcontact-demo",
-)
+@_command(DEMO)
 def _demo(_: Path | str | None, given: Given) -> None:
     from roughcontact.cli import demo
 
-    values = {name: option.default for name, option in offered(DEMO).items()}
-    values |= parsed(given, DEMO)
-    demo.run(values["folder"], values["points"])
+    asked = DEMO.read(given)
+    demo.run(asked[FOLDER], asked[POINTS])

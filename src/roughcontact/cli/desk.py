@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from roughcontact.errors import InputError
+from roughcontact.request import desk_options
+from roughcontact.request.task import Values
 
 if TYPE_CHECKING:
     from roughcontact.desk.server import Page
 
 
-def run(file: Path | None, values: Mapping[str, Any]) -> None:
+def run(file: Path | None, asked: Values) -> None:
     """Serve the page.
 
     Parameters
     ----------
     file : Path or None
         A map to begin with.
-    values : Mapping
+    asked : Values
         The options.
 
     Raises
@@ -38,12 +39,12 @@ def run(file: Path | None, values: Mapping[str, Any]) -> None:
             file = Path(file).resolve()
     settings = server.Settings(
         file,
-        values["address"],
-        values["port"],
-        values["allow-origin"],
-        values["folder"],
-        values["upload-limit"],
-        not values["no-browser"],
+        asked[desk_options.ADDRESS],
+        asked[desk_options.PORT],
+        asked[desk_options.ALLOW_ORIGIN],
+        asked[desk_options.FOLDER],
+        asked[desk_options.UPLOAD_LIMIT],
+        not asked[desk_options.NO_BROWSER],
     )
     server.serve(_page, settings, lambda text: print(text, flush=True))
 

@@ -10,42 +10,8 @@ from typing import Any
 import typer.core
 
 from roughcontact.request import parsing, tasks
-from roughcontact.request.options import (
-    COMPARE,
-    CONDUCTANCE,
-    ESTIMATE,
-    FIND,
-    HISTORY,
-    LAW,
-    ROLL,
-    SOLVE,
-    STRESS,
-    SWEEP,
-    Option,
-)
-
-_BODY = ("material", "young", "poisson", "yield-strength")
-
-FIRST = {
-    SOLVE: ("load", *_BODY, "ceiling", "holes", "output", "report", "json"),
-    SWEEP: ("from", "to", "steps", *_BODY, "holes", "output", "report"),
-    STRESS: ("load", *_BODY, "friction", "onset", "holes", "output", "report"),
-    HISTORY: ("path", "passes", *_BODY, "holes", "residual", "output", "report"),
-    ROLL: ("hertz", "counter-body", "passes", "way", "material", "hardening", "friction", "holes",
-           "output", "report"),
-    FIND: ("contact", "saturated", "mean-gap", "approach", "first-yield", "material", "ceiling",
-           "holes", "output", "report"),
-    CONDUCTANCE: ("load", "material", "counter-material", "conductivity", "counter-conductivity",
-                  "film", "boundary", "holes", "output", "report"),
-    LAW: ("from", "to", "steps", "material", "ceiling", "boundary", "holes", "quarters", "output",
-          "report"),
-    **{task.name: task.common for task in tasks.TASKS},
-    ESTIMATE: ("sq", "sdq", "sal", "str", "ssk", "pressure", "material", "yield-strength", "holes",
-               "json"),
-    COMPARE: ("load", "group", "quarters", "sampling", "first-load", "material", "holes", "pixel",
-              "output", "report"),
-}  # fmt: skip
-"""Command -> the ten options that its help explains; ``--help-all`` explains all of them."""
+from roughcontact.request.option import Option
+from roughcontact.request.options import FORMAT
 
 ALL = "help-all"
 _ASKED = "roughcontact.help-all"
@@ -87,7 +53,8 @@ class Command(typer.core.TyperCommand):
         given = [one for one in params if one.param_type_name == "argument"]
         _section(formatter, "Arguments", [(str(one.metavar), str(one.help)) for one in given])
         options = {option.opts[0].removeprefix("--"): option for option in _options(self, ctx)}
-        first = () if ctx.meta.get(_ASKED) else FIRST.get(str(self.name), ())
+        known = () if ctx.meta.get(_ASKED) else tasks.COMMANDS[str(self.name)].first
+        first = [option.name for option in known]
         panels: dict[str, list[Any]] = {}
         for name, option in options.items():
             if name not in first:
@@ -164,14 +131,14 @@ def _first_sentence(text: str | None) -> str:
 # What completes a word
 
 
-def completion(option: Option) -> Callable[[str], list[str]] | None:
+def completion(option: Option[Any]) -> Callable[[str], list[str]] | None:
     """Return what gives the values of an option that begin with a text; None where any will do."""
     if option.parse is parsing.material:
         return materials
     if isinstance(option.parse, parsing.Choice):
         known = [str(word) for word in option.parse.known]
         return lambda incomplete: [word for word in known if word.startswith(incomplete)]
-    return _formats if option.name == "format" else None
+    return _formats if option is FORMAT else None
 
 
 def materials(incomplete: str) -> list[str]:

@@ -10,10 +10,10 @@ from roughcontact import units
 from roughcontact.cli import terminal
 from roughcontact.cli.terminal import NOT_CONVERGED
 from roughcontact.files import to_json
-from roughcontact.request.options import offered
+from roughcontact.request.options import FOLDER
 
 if TYPE_CHECKING:
-    from roughcontact.request.run import Outcome
+    from roughcontact.request.outcome import Outcome
 
 
 def show(outcome: Outcome, as_json: bool, quiet: bool) -> None:
@@ -26,10 +26,10 @@ def show(outcome: Outcome, as_json: bool, quiet: bool) -> None:
     as_json, quiet : bool
         How it is shown.
     """
-    request = outcome.request
+    request, folder = outcome.request, outcome.request.get(FOLDER)
     if as_json:
         # Of this run alone: what was solved is the same, taken from a folder or not.
-        about = {} if request.get("folder") is None else {"reused": outcome.reused}
+        about = {} if folder is None else {"reused": outcome.reused}
         print(to_json({**outcome.record(), **about}))
     elif not quiet:
         # What draws tables takes time to import.
@@ -38,14 +38,11 @@ def show(outcome: Outcome, as_json: bool, quiet: bool) -> None:
         console.show(outcome)
         if outcome.reused:
             loads = units.counted(outcome.reused, "load")
-            print(f"taken from {request['folder']}, solved by an earlier run: {loads}")
+            print(f"taken from {folder}, solved by an earlier run: {loads}")
     if outcome.failure is not None:
         raise outcome.failure
     if not outcome.converged:
-        wanted = any(
-            option.suffixes and request[name] for name, option in offered(request.task).items()
-        )
-        folder = request.get("folder")
+        wanted = any(option.suffixes and request[option] for option in request.task.options)
         terminal.complain(
             f"error: {terminal.spelled(outcome.shortfall, request.task)}"
             + ("; no file was written" if wanted else "")

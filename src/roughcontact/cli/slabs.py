@@ -11,7 +11,7 @@ from roughcontact.cli import shown, terminal
 from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED
 from roughcontact.errors import RoughcontactError
 from roughcontact.ranks import Ranks, world
-from roughcontact.request.options import VOLUME
+from roughcontact.request import slabs, solve, volumes
 from roughcontact.request.request import Request
 
 _FAILED = 1
@@ -53,9 +53,8 @@ def carry_out(ask: Callable[[], Request], as_json: bool, quiet: bool) -> None:
 
 def _carry_out(request: Request, ranks: Ranks, as_json: bool, quiet: bool) -> None:
     from roughcontact.report import underway
-    from roughcontact.request import slabs, volumes
 
-    run = volumes.run if request.kind == VOLUME else slabs.run
+    run = volumes.run if request.get(solve.MODEL) == solve.VOLUME_MODEL else slabs.run
     left = underway.Forecast()
     with terminal.progress(quiet or not ranks.first) as say:
         outcome = run(request, ranks, say, lambda at: say(underway.described(at) + left(at)))

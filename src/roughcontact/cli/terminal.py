@@ -9,12 +9,12 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
 from roughcontact import interrupts
 from roughcontact.errors import parts_of, worded
-from roughcontact.request.options import SOLVE, spell_option
+from roughcontact.request import solve
+from roughcontact.request.task import Command
 
 if TYPE_CHECKING:
     from roughcontact.request.outputs import Say
@@ -119,9 +119,9 @@ def _undecided() -> list[signal.Signals]:
     return [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
 
 
-def spelled(text: str, command: str = SOLVE) -> str:
+def spelled(text: str, command: Command = solve.TASK) -> str:
     """Return a text in which arguments are the options of a command."""
-    return worded(parts_of(text), partial(spell_option, command=command))
+    return worded(parts_of(text), command.spelled)
 
 
 def complain(sentence: str) -> None:

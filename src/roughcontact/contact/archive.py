@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import memory, netcdf
-from roughcontact.contact import cautions, loads, ranges, verification
+from roughcontact.contact import cautions, loads, verification
 from roughcontact.contact.advice import AgreedCeiling, Calibrated
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
@@ -382,7 +382,7 @@ def from_dataset(dataset: xarray.Dataset) -> ContactResult:
     ceiling: Any = maps.get("ceiling")
     if ceiling is None and "ceiling" in attributes:
         ceiling = float(attributes["ceiling"])
-    result = ContactResult(
+    return ContactResult(
         pair=_pair(maps, attributes),
         ceiling=ceiling,
         pressure=maps["pressure"],
@@ -392,9 +392,6 @@ def from_dataset(dataset: xarray.Dataset) -> ContactResult:
         remarks=cautions.from_text(str(attributes.get("remarks", "[]"))),
         **_scalars(attributes),
     )
-    stated = {name: dataset[name].values for name in ("initial_gap", "saturated", "y", "x")}
-    ranges.check(result, {**stated, "contact_modulus": float(attributes["contact_modulus"])})
-    return result
 
 
 def _maps(dataset: xarray.Dataset) -> dict[str, NDArray[np.float64]]:

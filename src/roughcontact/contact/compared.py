@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -15,8 +13,7 @@ from roughcontact.contact.cautions import Caution, Kind, careful, noted, ordered
 from roughcontact.contact.sample import CURVES, NUMBERS, Sample
 from roughcontact.contact.sampling import SamplingStudy
 from roughcontact.errors import Mention
-from roughcontact.references import References
-from roughcontact.result import Shown
+from roughcontact.result import Result
 from roughcontact.statistics import Components, Difference, Mean
 from roughcontact.units import counted, engineering
 
@@ -50,7 +47,7 @@ class Group:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison(Shown):
+class Comparison(Result):
     """Groups of maps under the same nominal pressure.
 
     Parameters
@@ -136,11 +133,6 @@ class Comparison(Shown):
         known = {caution.kind for caution in (*shared, *own)}
         return ordered([*shared, *own, *(c for c in studied if c.kind not in known)])
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The ``cautions``, one sentence each."""
-        return tuple(caution.text for caution in self.cautions)
-
     def _alike(self) -> Iterable[Caution]:
         """Yield what differs between the maps besides their surfaces."""
         pixels = [edge for sample in self.samples for edge in sample.pixel]
@@ -225,50 +217,6 @@ class Comparison(Shown):
             numbers=number,
             pairs=pairs,
         )
-
-    def references(self) -> References:
-        """Return the papers behind what was used for it, as text and as BibTeX."""
-        from roughcontact.report import sources
-
-        return sources.of(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the means and differences to a table.
-
-        Parameters
-        ----------
-        path : str or path
-            A name that ends in ``.csv`` (one row a mean or difference, SI units) or ``.json``
-            (with the values of all maps, the curves and the shares of the scatter).
-
-        Raises
-        ------
-        InputError
-            If the suffix is another one.
-        """
-        from roughcontact.report import results
-
-        results.save(self, path)
-
-    def summary(self) -> dict[str, Any]:
-        """Return means, differences and curves by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return results.summary(self)
-
-    def report(self, path: str | os.PathLike[str], command: str = "") -> None:
-        """Write a report into one HTML file.
-
-        Parameters
-        ----------
-        path : str or path
-            HTML file to write; it appears only once it is complete.
-        command : str
-            What was typed to get the comparison.
-        """
-        from roughcontact.report import comparison
-
-        comparison.save(self, path, command)
 
 
 def _differ(values: Sequence[float], part: float = _ALIKE) -> bool:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +14,7 @@ from roughcontact.contact.loads import GivenLoad
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
-from roughcontact.references import References
-from roughcontact.result import Shown
+from roughcontact.result import Result
 from roughcontact.surface.provenance import Provenance
 from roughcontact.theory import persson
 
@@ -91,7 +88,7 @@ _FIELDS = tuple(field.name for field in fields(LoadStep))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LoadCurve(Shown):
+class LoadCurve(Result):
     """Contact against load, and what the simple laws say about it.
 
     Parameters
@@ -152,11 +149,6 @@ class LoadCurve(Shown):
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
         return ordered([*self.found, *self.remarks])
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The ``cautions``, one sentence each."""
-        return tuple(caution.text for caution in self.cautions)
 
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `LoadStep` for names and units."""
@@ -227,32 +219,3 @@ class LoadCurve(Shown):
                 )
         table = np.array(pairs).reshape(-1, 2) * self.nominal_area
         return table[:, 0], table[:, 1]
-
-    def references(self) -> References:
-        """Return the papers behind what was used for it, as text and as BibTeX."""
-        from roughcontact.report import sources
-
-        return sources.of(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the curve to a table.
-
-        Parameters
-        ----------
-        path : str or path
-            A name that ends in ``.csv`` (one row a load, units in the head) or ``.json``.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another one.
-        """
-        from roughcontact.report import results
-
-        results.save(self, path)
-
-    def summary(self) -> dict[str, Any]:
-        """Return the curve and its laws by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return results.summary(self)

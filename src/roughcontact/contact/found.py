@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
-from typing import Any
 
 from roughcontact.contact.cautions import Caution, ordered
 from roughcontact.contact.judgment import over_loads
 from roughcontact.contact.result import ContactResult
-from roughcontact.references import References
-from roughcontact.result import Shown
+from roughcontact.result import Result
 
 CONTACT, SATURATED, APPROACH, GAP, YIELD = (
     "contact_fraction", "saturated_share", "approach", "mean_gap", "first_yield"
@@ -88,7 +85,7 @@ class FoundLoad:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FoundLoads(Shown):
+class FoundLoads(Result):
     """The loads that were asked for.
 
     Parameters
@@ -122,37 +119,3 @@ class FoundLoads(Shown):
         ascending = sorted(self.answers, key=lambda answer: answer.load)
         judged = over_loads([(one.load, one.result.cautions) for one in ascending], "N")
         return ordered(dict.fromkeys([*judged, *self.remarks]))
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The ``cautions``, one sentence each."""
-        return tuple(caution.text for caution in self.cautions)
-
-    def references(self) -> References:
-        """Return the papers behind what was used for it, as text and as BibTeX."""
-        from roughcontact.report import sources
-
-        return sources.of(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the answers to a table.
-
-        Parameters
-        ----------
-        path : str or path
-            A name that ends in ``.csv`` (one row an answer, SI units in the head) or ``.json``.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another one.
-        """
-        from roughcontact.report import results
-
-        results.save(self, path)
-
-    def summary(self) -> dict[str, Any]:
-        """Return the answers by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return results.summary(self)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -22,8 +21,7 @@ from roughcontact.contact.loads import GivenLoad, Load
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, require_count
-from roughcontact.references import References
-from roughcontact.result import Shown
+from roughcontact.result import Result
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
 
@@ -175,7 +173,7 @@ _FIELDS = tuple(field.name for field in fields(HistoryStep))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LoadHistory(Shown):
+class LoadHistory(Result):
     """A path of loads and positions, and what it left behind.
 
     Parameters
@@ -250,11 +248,6 @@ class LoadHistory(Shown):
         left = imprint.doubt(advice, ceiling, any(body.hardens for body in bodies))
         return largest.cautions if left is None else ordered([*largest.cautions, left])
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The ``cautions``, one sentence each."""
-        return tuple(caution.text for caution in self.cautions)
-
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `HistoryStep` for names and units."""
         if name not in _FIELDS:
@@ -308,36 +301,6 @@ class LoadHistory(Shown):
                     what = stage.shift, control
                     found[what] = max(found.get(what, value), value)
         return found
-
-    def summary(self) -> dict[str, Any]:
-        """Return the history by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return results.summary(self)
-
-    def references(self) -> References:
-        """Return the papers behind what was used for it, as text and as BibTeX."""
-        from roughcontact.report import sources
-
-        return sources.of(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the steps to a table.
-
-        Parameters
-        ----------
-        path : str or path
-            A name that ends in ``.csv`` (one row a step, units in the head) or ``.json`` (with
-            the totals).
-
-        Raises
-        ------
-        InputError
-            If the suffix is another one.
-        """
-        from roughcontact.report import results
-
-        results.save(self, path)
 
 
 def passes(

@@ -74,7 +74,8 @@ def memory_estimate(
     Returns
     -------
     int
-        Bytes, at least as many as are in use at any time; ``benchmarks/memory.py`` measures them.
+        Bytes, at least as many as one solve uses at any time; ``benchmarks/memory.py`` measures
+        them. The contact under the calibrated ceiling is solved where memory is left for it.
     """
     real = 8 if precision == "double" else 4
     pixels = shape[0] * shape[1]

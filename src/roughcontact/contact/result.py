@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
 from operator import is_not
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,11 +21,9 @@ from roughcontact.contact.pair import Pair
 from roughcontact.contact.slab import Share
 from roughcontact.contact.smooth import Smooth, smooth
 from roughcontact.contact.spots import Spots
-from roughcontact.contact.study import ResolutionStudy
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
-from roughcontact.references import References
-from roughcontact.result import Shown
+from roughcontact.result import Result, face
 from roughcontact.surface.surface import Surface
 
 
@@ -69,7 +64,7 @@ def regime_of(pair: Pair, max_pressure: float, saturated: bool) -> Regime:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContactResult(Shown):
+class ContactResult(Result):
     """Pressure and gap of a solved contact, with everything that went in.
 
     Maps are read-only, ``[y, x]``, in SI units; NaN marks missing points of the gap. Where several
@@ -318,9 +313,7 @@ class ContactResult(Shown):
         None where they do not hold, as where the map is not periodic along both axes, and where
         several processes hold it.
         """
-        from roughcontact.joint import estimate
-
-        return estimate.of_result(self)
+        return face().estimate(self)
 
     @cached_property
     def centre_of_pressure(self) -> tuple[float, float]:
@@ -356,14 +349,8 @@ class ContactResult(Shown):
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        from roughcontact.contact import judgment
-
-        return judgment.cautions(self)
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The ``cautions``, one sentence each."""
-        return tuple(caution.text for caution in self.cautions)
+        found: tuple[Caution, ...] = face().contact_cautions(self)
+        return found
 
     def spots(self) -> Spots:
         """Return the contact spots: edge-connected pixels with pressure, the largest first."""
@@ -377,79 +364,9 @@ class ContactResult(Shown):
 
     def elastic(self) -> ContactResult:
         """Return the solution of the same problem without a ceiling; ``self`` if it has none."""
-        from roughcontact.contact import solve
-
-        return solve.elastic(self)
+        found: ContactResult = face().elastic(self)
+        return found
 
     def stiffness(self) -> float:
         """Return the contact stiffness dW/dω [N/m]; see `roughcontact.contact.stiffness`."""
-        from roughcontact.contact import stiffness
-
-        return stiffness.stiffness(self)
-
-    def summary(self) -> dict[str, Any]:
-        """Return the scalar results by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return results.summary(self)
-
-    def references(self) -> References:
-        """Return the papers behind what was used for it, as text and as BibTeX."""
-        from roughcontact.report import sources
-
-        return sources.of(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the result in the format that the suffix of the file names.
-
-        Parameters
-        ----------
-        path : str or path
-            File to write; it appears only once it is complete. ``.nc``: everything, see
-            `roughcontact.load_result`. ``.vti``: all maps, for ParaView. ``.csv``: the pressure.
-            ``.json``: the summary. `roughcontact.formats.export` writes other maps, too.
-
-        Raises
-        ------
-        InputError
-            If the suffix is none of these.
-        OSError
-            If the file cannot be written; an old file survives.
-        """
-        from roughcontact.formats import export
-
-        export.save(self, path)
-
-    def explore(self) -> Any:
-        """Open the page on this result; see `roughcontact.desk.explore.explore`."""
-        from roughcontact.desk import explore
-
-        return explore.explore(self)
-
-    def report(
-        self,
-        path: str | Path,
-        command: str = "",
-        additions: Sequence[Any] = (),
-        study: ResolutionStudy | None = None,
-    ) -> None:
-        """Write a report that needs no other file; see `roughcontact.report.contact.save`.
-
-        Parameters
-        ----------
-        path : str or path
-            HTML file to write; it appears only once it is complete.
-        command : str
-            What was typed to get this result.
-        additions : sequence of `roughcontact.report.page.Addition`
-            Further chapters.
-        study : ResolutionStudy, optional
-            The same contact on other grids: a chapter, and part of how sure the numbers are.
-
-        Notes
-        -----
-        Where the ceiling is reached, the same problem is solved without one for comparison.
-        """
-        from roughcontact.report import contact
-
-        contact.save_compared(self, path, command, additions, study)
+        return face().stiffness(self)

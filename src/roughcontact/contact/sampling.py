@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -16,8 +14,7 @@ from roughcontact.contact.cautions import Caution, Kind, careful, noted, ordered
 from roughcontact.contact.sample import NAMES, Sample, sample
 from roughcontact.errors import InputError, require_positive
 from roughcontact.material.material import RIGID, Material
-from roughcontact.references import References
-from roughcontact.result import Shown
+from roughcontact.result import Result
 from roughcontact.solvers.bar import drawn
 from roughcontact.solvers.progress import Tell
 from roughcontact.surface.partition import divides, partition
@@ -88,7 +85,7 @@ class SamplingError:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SamplingStudy(Shown):
+class SamplingStudy(Result):
     """A map, its parts, and what their scatter says of the area that is needed.
 
     Parameters
@@ -151,11 +148,6 @@ class SamplingStudy(Shown):
         """What a reader of the numbers has to know, the severest first."""
         return ordered([*self.whole.cautions, *self._judged()])
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The ``cautions``, one sentence each."""
-        return tuple(caution.text for caution in self.cautions)
-
     def _judged(self) -> Iterator[Caution]:
         """Yield where the parts do not stand for the whole."""
         errors = self.errors
@@ -207,24 +199,6 @@ class SamplingStudy(Shown):
             "parts of one map tell of other places like this one; they say nothing of a place that "
             "looks different, of another piece or of the instrument",
         )
-
-    def references(self) -> References:
-        """Return the papers behind what was used for it, as text and as BibTeX."""
-        from roughcontact.report import sources
-
-        return sources.of(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the errors to a table; see `Comparison.save`."""
-        from roughcontact.report import results
-
-        results.save(self, path)
-
-    def summary(self) -> dict[str, Any]:
-        """Return errors and areas by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return results.summary(self)
 
 
 @drawn

@@ -17,8 +17,7 @@ from roughcontact.errors import InputError
 from roughcontact.halfspace import stress_summary
 from roughcontact.halfspace.tensors import COMPONENTS, von_mises
 from roughcontact.material.material import Material
-from roughcontact.references import References
-from roughcontact.result import Shown
+from roughcontact.result import Result
 
 if TYPE_CHECKING:
     import xarray
@@ -40,7 +39,7 @@ _NOT_SHALLOW_ENOUGH = "the largest stress lies at the least depth: look nearer t
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StressResult(Shown):
+class StressResult(Result):
     """Elastic stress below a contact, with everything that went in.
 
     Arrays are read-only and in SI units; tensors hold xx, yy, zz, yz, xz, xy along their first
@@ -144,11 +143,6 @@ class StressResult(Shown):
             return [warned(Kind.SHALLOW, _NOT_SHALLOW_ENOUGH, depth=depth)]
         return []
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The ``cautions``, one sentence each."""
-        return tuple(caution.text for caution in self.cautions)
-
     def von_mises_section(self, along: str) -> NDArray[Any]:
         """Return the von Mises stress on a plane through its maximum.
 
@@ -170,18 +164,6 @@ class StressResult(Shown):
         if along not in ("x", "y"):
             raise InputError(f"must be 'x' or 'y', got {along!r}", argument="along", value=along)
         return von_mises(self.section_x if along == "x" else self.section_y)
-
-    def summary(self) -> dict[str, Any]:
-        """Return the scalar results by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return results.summary(self)
-
-    def references(self) -> References:
-        """Return the papers behind what was used for it, as text and as BibTeX."""
-        from roughcontact.report import sources
-
-        return sources.of(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write everything to a NetCDF file.

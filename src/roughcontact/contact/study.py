@@ -6,11 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 from roughcontact.contact.cautions import Caution, Kind, warned
 from roughcontact.errors import InputError
-from roughcontact.result import Shown
+from roughcontact.result import Result
 from roughcontact.units import changed_by, engineering
 
 STEADY = 0.05
@@ -79,7 +78,7 @@ class Variant:
 
 
 @dataclass(frozen=True, repr=False)
-class ResolutionStudy(Shown):
+class ResolutionStudy(Result):
     """How far the results of a contact depend on grid, filter and ceiling.
 
     Parameters
@@ -213,12 +212,6 @@ class ResolutionStudy(Shown):
         names = [(f"pixel {engineering(max(v.pixel), 'm')}", v) for v in self.grids]
         names += [(f"S-filter {engineering(v.value, 'm')}", v) for v in self.cutoffs]
         return names + [(f"ceiling {v.value:.3g} × yield", v) for v in self.ceilings]
-
-    def summary(self) -> dict[str, Any]:
-        """Return the study by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return results.summary(self)
 
 
 def limits(values: Sequence[float]) -> tuple[float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,125 +18,33 @@ from roughcontact.contact.study import ResolutionStudy
 from roughcontact.errors import ConvergenceError
 from roughcontact.plots import maps
 from roughcontact.plots.saving import png
-from roughcontact.report import figures, results, tables
+from roughcontact.report import results, tables
 from roughcontact.report.quantities import ANSWER, PROBLEM, TRUST, beside
-from roughcontact.request.options import (
-    CONDUCTANCE,
-    FIND,
-    HISTORY,
-    LAW,
-    SOLVE,
-    STRESS,
-    SWEEP,
-    VOLUME,
-)
-from roughcontact.request.request import Request, from_text
-from roughcontact.request.run import Outcome, run, together
-from roughcontact.request.tasks import TASKS
+from roughcontact.request.outcome import Outcome
+from roughcontact.request.request import Request
+from roughcontact.request.run import run, together
+from roughcontact.request.solve import TASK as SOLVE
+from roughcontact.request.studying import STUDY
+from roughcontact.request.task import Question, Task
+from roughcontact.request.tasks import SHARED_TASKS, TASKS
 from roughcontact.solvers.progress import Progress
 
 Cells = tuple[str, ...]
 Tell = Callable[[Progress | str], None]
 
 
-@dataclass(frozen=True)
-class Question:
-    """Something to ask of a contact.
-
-    Parameters
-    ----------
-    name : str
-        What it is called.
-    about : str
-        What it answers, in a sentence.
-    task : str
-        The task that answers it.
-    options : tuple of str
-        What can be told of it, by the names of options.
-    fixed : tuple of (str, str or bool)
-        Options that make the task this question.
-    first : tuple of (str, str or bool)
-        What is proposed for some of the options.
-    """
-
-    name: str
-    about: str
-    task: str
-    options: tuple[str, ...] = ()
-    fixed: tuple[tuple[str, str | bool], ...] = ()
-    first: tuple[tuple[str, str | bool], ...] = ()
+def _questions(tasks: Iterable[Task]) -> tuple[tuple[Task, Question], ...]:
+    return tuple((task, question) for task in tasks for question in task.questions)
 
 
-CURVE = Question(
-    "Load curve",
-    "Contact area, gap, stiffness and spots from a small load to a large one.",
-    SWEEP,
-    ("from", "to", "steps", "spacing"),
-    first=(("from", "1 MPa"), ("to", "100 MPa")),
-)
-BELOW = Question(
-    "Stress below the surface",
-    "The elastic stress under this contact, and where it yields first.",
-    STRESS,
-    ("which", "friction", "direction", "depths", "onset"),
-)
-PATH = Question(
-    "Load history",
-    "Loading and unloading, once or again and again: what stays indented.",
-    HISTORY,
-    ("path", "passes", "shift"),
-    first=(("path", "10 MPa, 0 N, 10 MPa"),),
-)
-LOADS = Question(
-    "Loads that give …",
-    "The load at which the contact has an area, a gap or an approach, or first yields.",
-    FIND,
-    ("contact", "saturated", "approach", "mean-gap", "first-yield"),
-    first=(("contact", "5 %"),),
-)
-GRID = Question(
-    "What hangs on the grid",
-    "The same contact on coarser and finer grids, with filters and other ceilings.",
-    SOLVE,
-    fixed=(("study", True),),
-)
-RECOMMENDED = Question(
-    "Recommended ceiling",
-    "The ceiling that gives the contact area of plasticity in the volume.",
-    SOLVE,
-    fixed=(("ceiling", "recommended"),),
-)
-YIELDING = Question(
-    "Plasticity of the volume",
-    "Plastic strain in the body itself, instead of a ceiling: seconds to minutes.",
-    SOLVE,
-    ("increments", "unload", "hardening"),
-    fixed=(("model", VOLUME),),
-)
-QUESTIONS = (CURVE, BELOW, PATH, LOADS, GRID, RECOMMENDED, YIELDING)
-
-CONDUCTS = Question(
-    "What it conducts",
-    "Electrical and thermal resistance of the whole contact.",
-    CONDUCTANCE,
-    (
-        "resistivity", "conductivity", "counter-resistivity", "counter-conductivity", "film",
-        "thermal-film",
-    ),
-)  # fmt: skip
-OBEYS = Question(
-    "Which law it obeys",
-    "Separation, contact and stiffness over the pressure, with tables for other programs.",
-    LAW,
-    ("quarters",),
-)
-JOINTS = (
-    OBEYS, CONDUCTS,
-    *(Question(q.name, q.about, task.name, q.options, first=q.first)
-      for task in TASKS if (q := task.question) is not None),
-)  # fmt: skip
+JOINTS = _questions(SHARED_TASKS.values())
 """What is asked of a joint; all that is asked at once shares its contacts."""
-
+# What is a solve of its own comes last.
+QUESTIONS = (
+    *(one for one in _questions(TASKS) if one not in JOINTS and one[0] is not SOLVE),
+    *_questions([SOLVE]),
+)
+"""What is asked of a contact beside its solution, and the task that answers it."""
 
 LIVELY = (LoadCurve, LoadHistory, ResolutionStudy, StressResult)
 """Results that the page draws itself."""
@@ -173,7 +81,7 @@ class Answer:
     @property
     def found(self) -> Any:
         """What was asked for."""
-        return self.outcome.found if self.outcome.study is None else self.outcome.study
+        return self.outcome.extras.get(STUDY.name, self.outcome.found)
 
 
 def answer(tell: Tell, request: Request) -> Answer:
@@ -216,7 +124,7 @@ def answers(tell: Tell, *requests: Request) -> tuple[Answer, ...]:
 def _answer(tell: Tell, outcome: Outcome) -> Answer:
     if outcome.failure is not None:
         raise outcome.failure
-    found = outcome.found if outcome.study is None else outcome.study
+    found = outcome.extras.get(STUDY.name, outcome.found)
     rows = [*results.rows(found), *results.rows(found, TRUST)]
     heads, steps = results.listing(found)
     tell("drawing")
@@ -232,7 +140,7 @@ def _answer(tell: Tell, outcome: Outcome) -> Answer:
 
 
 def _pictures(found: Any) -> tuple[tuple[str, bytes], ...]:
-    return tuple((name, png(draw())) for name, draw in figures.drawings(found).items())
+    return tuple((name, png(draw())) for name, draw in results.drawings(found).items())
 
 
 @dataclass(frozen=True)
@@ -275,9 +183,9 @@ def compare(tell: Tell, first: Request, second: Request, names: tuple[str, str])
     for name, request in zip(names, (first, second), strict=True):
         tell(f"solving {name}")
         outcome = run(request, tell, tell)
-        if outcome.result is None or not outcome.converged:
-            raise ConvergenceError(f"{name}: {outcome.shortfall}", outcome.result)
-        found.append(outcome.result)
+        if outcome.contact is None or not outcome.converged:
+            raise ConvergenceError(f"{name}: {outcome.shortfall}", outcome.contact)
+        found.append(outcome.contact)
     tell("drawing")
     one, other = found
     told = [
@@ -309,7 +217,7 @@ def draw(tell: Tell, request: Request, folder: Path, packed: Path) -> Outcome:
     """
     with tempfile.TemporaryDirectory(dir=folder) as place:
         given = {**request.given, "figures": place}
-        outcome = run(from_text(request.task, request.file, given), tell, tell)
+        outcome = run(Request.from_text(request.task, request.file, given), tell, tell)
         if not outcome.written:
             return outcome
         with files.replacing(packed) as stream, zipfile.ZipFile(stream, "w") as archive:

@@ -16,6 +16,7 @@ from typing import Any
 
 from roughcontact import files, memory, processes
 from roughcontact.errors import InsufficientMemoryError, RoughcontactError
+from roughcontact.request.options import FOLDER
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
 from roughcontact.surface.surface import Surface
@@ -371,7 +372,8 @@ def carry_out(tell: Callable[[Progress | str], None], request: Request) -> Any:
 def folders_of(request: Request) -> list[Path]:
     """Return the folders that a request writes into."""
     found = {path.parent for _, path in request.places}
-    return sorted(found | ({Path(request.get("folder"))} if request.get("folder") else set()))
+    folder = request.get(FOLDER)
+    return sorted(found if folder is None else found | {folder})
 
 
 def read(

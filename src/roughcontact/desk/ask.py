@@ -13,7 +13,7 @@ from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.stress import StressResult
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.desk import apart, headline, style, words
-from roughcontact.desk.answers import QUESTIONS, Answer, Question, answer
+from roughcontact.desk.answers import QUESTIONS, Answer, answer
 from roughcontact.desk.controls import Control
 from roughcontact.desk.curves import Curve, History, Study
 from roughcontact.desk.session import Session
@@ -21,7 +21,7 @@ from roughcontact.desk.state import Value
 from roughcontact.desk.stress import Stress
 from roughcontact.desk.working import Run, Working
 from roughcontact.errors import RoughcontactError
-from roughcontact.request.options import offered, parsed
+from roughcontact.request.task import Question, Task
 
 
 class Ask:
@@ -29,7 +29,7 @@ class Ask:
 
     def __init__(self, session: Session, bench: apart.Bench, run: Run) -> None:
         self._session = session
-        names = [question.name for question in QUESTIONS]
+        names = [question.name for _, question in QUESTIONS]
         self._forms: dict[str, Form] = {}
         self._choice = pn.widgets.RadioBoxGroup(
             label="Question", options=names, value=names[0], **style.CONTROL
@@ -56,13 +56,13 @@ class Ask:
 
     def _form_of(self, name: str) -> Form:
         if name not in self._forms:
-            question = next(one for one in QUESTIONS if one.name == name)
-            self._forms[name] = Form(question)
+            found = next(one for one in QUESTIONS if one[1].name == name)
+            self._forms[name] = Form(*found)
         return self._forms[name]
 
     def _started(self) -> None:
         form = self._form_of(self._choice.value)
-        task = form.question.task
+        task = form.task
         try:
             request = self._session.state.request(task, **form.words)
         except RoughcontactError as error:
@@ -80,8 +80,8 @@ class Ask:
     def show(self) -> None:
         """Mark the load that is worked with in a load curve, if one is there."""
         outcome = self._session.outcome
-        if self._curve is not None and outcome is not None and outcome.result is not None:
-            self._curve.mark(outcome.result.load)
+        if self._curve is not None and outcome is not None and outcome.contact is not None:
+            self._curve.mark(outcome.contact.load)
 
     def _shown(self, found: Answer) -> list[Any]:
         """Return what shows an answer."""
@@ -104,10 +104,10 @@ class Ask:
 class Form:
     """What can be told of a question."""
 
-    def __init__(self, question: Question) -> None:
-        self.question = question
-        self._given: dict[str, Value] = dict(question.first)
-        controls = [Control(name, self._give, task=question.task) for name in question.options]
+    def __init__(self, task: Task, question: Question) -> None:
+        self.task, self._question = task, question
+        self._given: dict[str, Value] = {option.name: value for option, value in question.first}
+        controls = [Control(option.name, self._give, task=task) for option in question.options]
         for control in controls:
             control.show(self._given)
         about = pn.pane.HTML(f'<p class="quiet">{words.escaped(question.about)}</p>', **style.SHEET)
@@ -116,16 +116,17 @@ class Form:
     @property
     def words(self) -> dict[str, Value]:
         """What is told, as `State.request` takes it."""
-        told = {**self._given, **dict(self.question.fixed)}
+        fixed = {option.name: value for option, value in self._question.fixed}
+        told = {**self._given, **fixed}
         return {f"{name.replace('-', '_')}_": value for name, value in told.items()}
 
     def _give(self, name: str, value: Value) -> None:
-        if isinstance(value, str) and offered(self.question.task)[name].is_flag is False:
+        if isinstance(value, str) and not self.task.by_name[name].is_flag:
             value = value.strip()
         if value in ("", False):
             self._given.pop(name, None)
             return
-        parsed({name: value}, self.question.task)
+        self.task.parsed({name: value})
         self._given[name] = value
 
 

@@ -21,7 +21,7 @@ from roughcontact.desk.works import KEPT, Work
 from roughcontact.errors import InputError, Mention, RoughcontactError
 from roughcontact.report import inputs
 from roughcontact.report.quantities import rows_of
-from roughcontact.request.options import GENERATE, parsed
+from roughcontact.request.making import COMMAND as GENERATE
 from roughcontact.surface.surface import Surface
 
 DEMONSTRATIONS: dict[str, dict[str, Value]] = {
@@ -174,7 +174,7 @@ class Bring:
         if value in ("", False):
             self._wanted.pop(name, None)
             return
-        parsed({name: value}, GENERATE)
+        GENERATE.parsed({name: value})
         self._wanted[name] = value
 
     def _dropped(self, told: dict[str, Any]) -> None:

@@ -16,7 +16,8 @@ from roughcontact.desk.state import UNDOING
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.material import catalogue
 from roughcontact.material.material import Material
-from roughcontact.request import parsing
+from roughcontact.request import options, parsing
+from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.surface.provenance import Provenance
 from roughcontact.units import engineering
 
@@ -45,6 +46,10 @@ _LEVELS = {
 _DIGITS = 6
 _TURNS = {"0": "not at all", "90": "90°", "180": "180°", "270": "270°"}
 
+_FIRST = tuple(
+    option.name for option in (options.LEVEL, options.FORM, options.HOLES, options.OUTLIERS)
+)
+"""Of the preparation; all others are folded away."""
 _VALUES = (
     "young", "poisson", "yield-strength", "counter-young", "counter-poisson",
     "counter-yield-strength",
@@ -130,8 +135,9 @@ class Preparation:
         self._group = Group(session, choices)
         self._steps = pn.Column(**style.BLOCK)
         self._shown: tuple[tuple[Provenance, ...], bool, dict[str, str]] = (), False, {}
-        first = self._group.roots("level", "form", "holes", "outliers")
-        rest = ("s-filter", "l-filter", "crop", "pixel", "rotate", "tip-radius")
+        first = self._group.roots(*_FIRST)
+        rest = [option.name for option in (*options.PREPARATION, options.TIP_RADIUS)
+                if option.name not in _FIRST]  # fmt: skip
         folded = fold("Filters, part, grid", partial(self._group.roots, *rest))
         self.root = card("Prepare", self._steps, *first, folded)
 
@@ -158,7 +164,7 @@ class Preparation:
         """Return the steps that are asked for, in the words of the controls, with their methods."""
         given = self._session.state.given
         methods = {name: method for method, names in UNDOING.items() for name in names}
-        return {f"{words.label(name)}: {given[name]}": methods[name] for name in methods
+        return {f"{SOLVE.by_name[name].label}: {given[name]}": methods[name] for name in methods
                 if name in given}  # fmt: skip
 
     def _line(self, sentence: str, method: str) -> Any:

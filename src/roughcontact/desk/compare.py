@@ -8,13 +8,14 @@ from typing import Any
 
 import panel as pn
 
-from roughcontact.desk import apart, headline, style, words
+from roughcontact.desk import apart, headline, style
 from roughcontact.desk.answers import Pair, compare
 from roughcontact.desk.ask import picture
 from roughcontact.desk.controls import button
 from roughcontact.desk.session import Session
 from roughcontact.desk.working import Run, Working
 from roughcontact.errors import RoughcontactError
+from roughcontact.request.solve import TASK as SOLVE
 
 _NAMES = ("this state", "pinned state")
 
@@ -71,7 +72,7 @@ class Compare:
                 if state.given.get(name) != pinned.get(name)
             )
             rows = [
-                (words.label(name), _told(state.given.get(name)), _told(pinned.get(name)))
+                (SOLVE.by_name[name].label, _told(state.given.get(name)), _told(pinned.get(name)))
                 for name in names
             ]
             same = "<p>Both are the same so far.</p>"

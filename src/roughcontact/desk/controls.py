@@ -12,7 +12,9 @@ from roughcontact.desk.reach import Check, Field
 from roughcontact.desk.state import Value
 from roughcontact.errors import RoughcontactError
 from roughcontact.request import parsing
-from roughcontact.request.options import SOLVE, Option, offered, text_of
+from roughcontact.request.option import Option
+from roughcontact.request.solve import TASK as SOLVE
+from roughcontact.request.task import Command
 
 Give = Callable[[str, Value], None]
 """``give(name, value)`` sets an option, or raises what is wrong with it."""
@@ -37,19 +39,19 @@ class Control:
         What sets it.
     choices : Mapping, optional
         Texts by what they are called, in place of those of the option.
-    task : str
+    task : Command
         Whose option it is.
     """
 
     def __init__(
-        self, name: str, give: Give, choices: Mapping[str, str] | None = None, task: str = SOLVE
+        self, name: str, give: Give, choices: Mapping[str, str] | None = None, task: Command = SOLVE
     ) -> None:
         self.name, self._give, self._task = name, give, task
-        option = offered(task)[name]
+        option = task.by_name[name]
         # Where nothing is a choice of its own, the default is no answer.
         asked = option.default is None or "" in (choices or {}).values()
         plain = isinstance(option.default, (str, int, float))
-        self._default = text_of(option.default, option) if plain and not asked else ""
+        self._default = option.text(option.default) if plain and not asked else ""
         self.widget = _widget(option, choices)
         self._silent = False
         self.widget.param.watch(self._changed, "value")
@@ -105,14 +107,14 @@ class Control:
             self.complain("")
 
 
-def _widget(option: Option, choices: Mapping[str, str] | None) -> Any:
+def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
     about: dict[str, Any] = {
-        "label": words.label(option.name),
+        "label": option.label,
         "description": option.help,
         **style.CONTROL,
     }
     if option.is_flag:
-        return Check(words=words.label(option.name), **style.BLOCK)
+        return Check(words=option.label, **style.BLOCK)
     if choices is not None:
         return pn.widgets.Select(options=dict(choices), **about)
     if isinstance(option.parse, parsing.Choice):
@@ -121,7 +123,7 @@ def _widget(option: Option, choices: Mapping[str, str] | None) -> Any:
         return pn.widgets.Select(options=[*default, *map(str, known)], **about)
     if option.name in _SUGGESTED:
         return Field(
-            words=words.label(option.name), help=option.help, placeholder=option.metavar.lower(),
+            words=option.label, help=option.help, placeholder=option.metavar.lower(),
             options=list(_SUGGESTED[option.name]), **style.BLOCK,
         )  # fmt: skip
     return pn.widgets.TextInput(placeholder=option.metavar.lower(), **about)

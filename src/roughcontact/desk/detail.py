@@ -206,7 +206,7 @@ class Numbers:
     def show(self) -> None:
         """Show the numbers of the contact as it is."""
         outcome = self._session.outcome
-        result = None if outcome is None else outcome.result
+        result = None if outcome is None else outcome.contact
         self.root.object = "" if result is None else headline.all_numbers(result)
 
     def cancel(self) -> None:

@@ -6,9 +6,10 @@ from collections.abc import Iterable
 
 from roughcontact.contact.cautions import Caution, Kind
 from roughcontact.contact.result import ContactResult
-from roughcontact.desk.words import escaped, label, spelled
-from roughcontact.report import chapters, results
+from roughcontact.desk.words import escaped, spelled
+from roughcontact.report import chapters, contact, results
 from roughcontact.report.quantities import TRUST
+from roughcontact.request.solve import TASK as SOLVE
 
 _KEYS = ("load", "approach", "contact_fraction", "mean_pressure", "saturated_fraction", "mean_gap")
 
@@ -16,7 +17,8 @@ _KEYS = ("load", "approach", "contact_fraction", "mean_pressure", "saturated_fra
 def numbers(result: ContactResult) -> str:
     """Return the headline numbers as a list of terms."""
     keys = [key for key in _KEYS if result.ceiling is not None or key != "saturated_fraction"]
-    cells, told = chapters.headlines(result, keys), results.under_calibrated(result)
+    cells = chapters.headlines(contact.kind_of(result), result, keys)
+    told = contact.under_calibrated(result)
     others = [
         f" <small>calibrated {escaped(told[key])}</small>" if key in told else "" for key in keys
     ]
@@ -56,11 +58,12 @@ def missing(names: Iterable[str]) -> str:
 
 
 def _wanted(name: str) -> str:
-    return {
+    known = {
         "file": "a map",
         "boundary": "whether the map is the whole contact",
         "holes": "what to do with its missing points",
-    }.get(name, label(name).lower())
+    }
+    return known.get(name) or SOLVE.by_name[name].label.lower()
 
 
 def table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> str:
@@ -74,7 +77,7 @@ def table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> str:
 
 def all_numbers(result: ContactResult) -> str:
     """Return everything that is told of a contact, as the report does."""
-    heads, answer = results.beside_calibrated(result)
+    heads, answer = contact.beside_calibrated(contact.kind_of(result), result)
     told = [(row.title, *texts, row.meaning) for row, texts in answer]
     empty = ("",) * (len(heads) - 1)
     told += [(r.title, r.text, *empty, r.meaning) for r in results.rows(result, TRUST)]

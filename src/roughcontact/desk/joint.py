@@ -20,12 +20,13 @@ from roughcontact.desk.working import Run, Working
 from roughcontact.errors import RoughcontactError
 from roughcontact.report import estimated
 from roughcontact.report.quantities import rows_of
-from roughcontact.request.options import offered, parsed
-from roughcontact.request.request import Request, from_text
+from roughcontact.request.joints import RANGE
+from roughcontact.request.request import Request
 
 _UNKNOWN = '<p class="quiet">No estimate: the formulas of flat contact do not know this one.</p>'
 
-_RANGE = {"from": "1 MPa", "to": "100 MPa", "steps": "5"}
+_TASK, _ = JOINTS[0]
+_RANGE = dict(zip((option.name for option in RANGE), ("1 MPa", "100 MPa", "5"), strict=True))
 """Nominal pressures that are proposed; all questions are asked under the same."""
 
 
@@ -38,14 +39,14 @@ class Joint:
         self._session, self._folder, self._offer = session, folder, offer
         self._asked = 0
         self._range: dict[str, Value] = dict(_RANGE)
-        pressures = [Control(name, self._give, task=JOINTS[0].task) for name in _RANGE]
+        pressures = [Control(name, self._give, task=_TASK) for name in _RANGE]
         for control in pressures:
             control.show(self._range)
         self._boxes = {
             question.name: Check(words=question.name, value=True, **style.BLOCK)
-            for question in JOINTS
+            for _, question in JOINTS
         }
-        self._forms = {question.name: Form(question) for question in JOINTS}
+        self._forms = {question.name: Form(task, question) for task, question in JOINTS}
         self._working = Working(bench, run, "Start", self._started, session)
         self._formulas = pn.pane.HTML("", **style.WIDE)
         self._answers = pn.Column(sizing_mode="stretch_both")
@@ -72,7 +73,7 @@ class Joint:
     def show(self) -> None:
         """Show what formulas say of the contact as it is; what was asked stays as it was."""
         outcome = self._session.outcome
-        result = None if outcome is None else outcome.result
+        result = None if outcome is None else outcome.contact
         told = [] if result is None else rows_of(estimated.BESIDE, result)
         rows = [(row.title, row.text) for row in told]
         self._formulas.object = headline.table(rows) if rows else _UNKNOWN
@@ -84,37 +85,37 @@ class Joint:
     def _give(self, name: str, value: Value) -> None:
         text = value.strip() if isinstance(value, str) else value
         if text:
-            parsed({name: text}, JOINTS[0].task)
+            _TASK.parsed({name: text})
         self._range[name] = text
 
     def _started(self) -> None:
-        wanted = [question for question in JOINTS if self._boxes[question.name].value]
+        wanted = [one for one in JOINTS if self._boxes[one[1].name].value]
         if not wanted:
             self._working.refuse("Nothing is asked: tick what the joint is asked.")
             return
         self._asked += 1
         requests = []
-        for question in wanted:
+        for task, question in wanted:
             try:
                 told = {f"{name}_": value for name, value in self._range.items()}
                 told |= self._forms[question.name].words
-                request = self._session.state.request(question.task, **told)
+                request = self._session.state.request(task, **told)
                 requests.append(self._with_files(request))
             except RoughcontactError as error:
-                self._working.refuse_error(error, question.task)
+                self._working.refuse_error(error, task)
                 return
         self._answers[:] = []
         self._working.begin(answers, self._show, *requests)
 
     def _with_files(self, request: Request) -> Request:
         """Return a request with the files that one may take away."""
-        output = offered(request.task)["output"]
+        output = next(one for one in request.task.options if one.suffixes)
         paths = [
-            str(self._folder / f"{request.task}-{self._asked}{suffix}")
+            str(self._folder / f"{request.task.name}-{self._asked}{suffix}")
             for suffix in (output.suffixes if output.many else output.suffixes[:1])
         ]
-        given = {**request.given, "output": paths if output.many else paths[0]}
-        return replace(from_text(request.task, request.file, given), names=request.names)
+        given = {**request.given, output.name: paths if output.many else paths[0]}
+        return replace(Request.from_text(request.task, request.file, given), names=request.names)
 
     def _show(self, found: tuple[Answer, ...]) -> None:
         self._answers[:] = [part for one in found for part in self._shown(one)]
@@ -122,13 +123,17 @@ class Joint:
     def _shown(self, found: Answer) -> list[Any]:
         """Return what shows an answer: title, cautions, figures, numbers, files, the command."""
         request = found.outcome.request
-        name = next(question.name for question in JOINTS if question.task == request.task)
+        name = next(question.name for task, question in JOINTS if task is request.task)
         told = "".join(f"<p>{words.escaped(sentence)}</p>" for sentence in found.sentences)
         links = ", ".join(
             f'<a href="{words.escaped(self._offer(path))}" download>{words.escaped(path.name)}</a>'
             for path in found.outcome.written
         )
-        own = {key: value for key, value in request.given.items() if key != "output"}
+        own = {
+            key: value
+            for key, value in request.given.items()
+            if not request.task.by_name[key].suffixes
+        }
         command = replace(request, given=own).command
         return [
             pn.pane.HTML(f"<h2>{words.escaped(name)}</h2>", **style.WIDE),

@@ -18,9 +18,9 @@ from typing import Any
 from roughcontact.errors import FormatError, InputError, RoughcontactError
 from roughcontact.formats import read
 from roughcontact.request import maps
-from roughcontact.request.options import preparing
+from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
-from roughcontact.request.run import Outcome, solved
+from roughcontact.request.run import solved
 from roughcontact.solvers.progress import Progress
 from roughcontact.surface.surface import Surface
 
@@ -214,7 +214,8 @@ class Live:
 
 def _maps_of(request: Request) -> tuple[Any, ...]:
     """Return what the prepared maps of a request depend on."""
-    return request.file, tuple(request.given.get(name) for name in preparing())
+    prepares = (option.name for option in request.task.options if option.prepares)
+    return request.file, tuple(map(request.given.get, prepares))
 
 
 def _moment(path: Path) -> tuple[int, int] | None:

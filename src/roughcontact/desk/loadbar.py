@@ -12,6 +12,7 @@ from roughcontact.desk.live import Prepared
 from roughcontact.desk.reach import Slider
 from roughcontact.desk.session import Session
 from roughcontact.errors import RoughcontactError
+from roughcontact.request.options import APPROACH
 
 
 class Load:
@@ -72,7 +73,7 @@ class Load:
         """Return the load as it is given [SI]."""
         try:
             value, _ = self._session.state.request().load
-            found = value if value is not None else self._session.state.request()["approach"]
+            found = self._session.state.request().needed(APPROACH) if value is None else value
         except RoughcontactError:
             return None
         return found if isinstance(found, float) else found.value
@@ -82,8 +83,8 @@ class Load:
             return
         outcome, form = self._session.outcome, event.new
         text = None
-        if outcome is not None and outcome.result is not None:
-            text = scale.text_of(outcome.result, form)
+        if outcome is not None and outcome.contact is not None:
+            text = scale.text_of(outcome.contact, form)
         self._form = form
         if text is None:
             ends = self._ends()

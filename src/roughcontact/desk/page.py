@@ -35,8 +35,8 @@ from roughcontact.desk.tabs import Views
 from roughcontact.errors import RoughcontactError
 from roughcontact.report import underway
 from roughcontact.request import making
+from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
-from roughcontact.request.run import Outcome
 from roughcontact.solvers.progress import Progress
 
 _SHORT = 0.6
@@ -142,8 +142,8 @@ class Page:
     def _follow(self) -> None:
         self._show()
         outcome = self.session.outcome
-        if outcome is not None and outcome.result is not None:
-            self.sight.cut(outcome.result, self.session.state.line)
+        if outcome is not None and outcome.contact is not None:
+            self.sight.cut(outcome.contact, self.session.state.line)
 
     # What one does.
 
@@ -162,7 +162,7 @@ class Page:
     def _drawn(self, line: Line) -> None:
         self.session.draw_line(line)
         outcome = self.session.outcome
-        self.sight.cut(None if outcome is None else outcome.result, line)
+        self.sight.cut(None if outcome is None else outcome.contact, line)
 
     def _kept(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
         self._do(lambda: self.session.keep(rows, columns))
@@ -199,9 +199,9 @@ class Page:
     def _hear(self, what: Told | Shown) -> None:
         if isinstance(what, (Progress, str)) and not self._is_slow:
             return
-        if isinstance(what, Outcome) and what.result is not None:
+        if isinstance(what, Outcome) and what.contact is not None:
             # Words cost time, which the other pages of the server have not.
-            what = _shown(what.request, what.result)
+            what = _shown(what.request, what.contact)
         with self._lock:
             first = not self._news
             # Only the last of a kind matters: a picture that is late is not drawn.

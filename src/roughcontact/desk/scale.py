@@ -12,6 +12,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.desk.live import Prepared
 from roughcontact.desk.state import Given
 from roughcontact.material.material import contact_modulus, softer
+from roughcontact.request.options import CEILING
 from roughcontact.surface.surface import Surface
 
 STEPS = 300
@@ -83,7 +84,7 @@ def span(form: Form, prepared: Prepared) -> tuple[float, float]:
     request, surface = prepared.request, prepared.surfaces[0]
     bodies = request.bodies()
     pressure = _HIGHEST * contact_modulus(*bodies)
-    softest, ceiling = softer(*bodies), request.get("ceiling")
+    softest, ceiling = softer(*bodies), request.get(CEILING)
     if isinstance(ceiling, str):
         ceiling = None if softest is None else softest.ceiling
     if ceiling is not None:

@@ -11,9 +11,9 @@ from roughcontact import files
 from roughcontact.desk.live import Failed, Live, Prepared, Told
 from roughcontact.desk.state import Line, State, Value, from_script
 from roughcontact.errors import FormatError, InputError, Mention
+from roughcontact.request.outcome import Outcome
 from roughcontact.request.parsing import window
 from roughcontact.request.request import Request
-from roughcontact.request.run import Outcome
 
 _REMEMBERED = 200
 """States that undoing goes back."""

@@ -12,8 +12,9 @@ from typing import Any
 
 from roughcontact.errors import FormatError, InputError
 from roughcontact.fleet.project import DESK
-from roughcontact.request.options import SOLVE, SWEEP, offered, parsed
-from roughcontact.request.request import Request, from_text
+from roughcontact.request.request import Request
+from roughcontact.request.solve import TASK as SOLVE
+from roughcontact.request.task import Task
 
 Value = str | bool
 """An option as it is given: text, or whether a flag is set."""
@@ -135,13 +136,13 @@ class State:
         InputError
             If there is no such option, or the text cannot be used; it carries the argument.
         """
-        if name not in offered(SOLVE):
-            raise InputError(f"is no option of {SOLVE}", argument=name, value=value)
+        if name not in SOLVE.by_name:
+            raise InputError(f"is no option of {SOLVE.name}", argument=name, value=value)
         if isinstance(value, str):
             value = value.strip()
         if value in ("", False):
             return self.without(name)
-        parsed({name: value}, SOLVE)
+        SOLVE.parsed({name: value})
         others = LOADS if name in LOADS else ()
         given = {key: old for key, old in self.given.items() if key not in others}
         return replace(self, given=MappingProxyType({**given, name: value}))
@@ -159,12 +160,12 @@ class State:
                 state = state.having(name, _UNDONE[name])
         return state
 
-    def request(self, task: str = SOLVE, **more: Value) -> Request:
+    def request(self, task: Task = SOLVE, /, **more: Value) -> Request:
         """Return the request that a state stands for.
 
         Parameters
         ----------
-        task : str
+        task : Task
             What to ask of the contact; of its options those that fit are taken.
         **more : str or bool
             Other options, with ``_`` for ``-`` in their names.
@@ -174,15 +175,17 @@ class State:
         InputError
             If something is missing, or does not go together.
         """
-        known = offered(task)
-        loads = () if task == SWEEP or "from_" in more else LOADS
+        known = task.by_name
+        loads = () if "from_" in more else LOADS
         given: dict[str, Any] = {
             key: value
             for key, value in self.given.items()
             if key in known and (key not in LOADS or (key in loads and known[key].default is None))
         }
         given |= {key.replace("_", "-").strip("-"): value for key, value in more.items()}
-        request = from_text(task, self.file, {key: value for key, value in given.items() if value})
+        request = Request.from_text(
+            task, self.file, {key: value for key, value in given.items() if value}
+        )
         places = {str(path): self.names[path.name] for path in request.inputs
                   if path.name in self.names}  # fmt: skip
         return replace(request, names=places)

@@ -17,7 +17,7 @@ from roughcontact.errors import RoughcontactError
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.report import script
-from roughcontact.request.run import Outcome
+from roughcontact.request.outcome import Outcome
 
 _REPORT, _FIGURES, _MAP = "report (.html)", "figures (.zip)", "the map itself"
 _STEM = "contact"
@@ -61,8 +61,8 @@ class Take:
             if command:
                 parts.insert(0, _block("Command", command))
         outcome = session.outcome
-        if outcome is not None and outcome.result is not None:
-            parts.insert(1, _block("Python", script.repeating(outcome.result)))
+        if outcome is not None and outcome.contact is not None:
+            parts.insert(1, _block("Python", script.repeating(outcome.contact)))
         self._words.object = "".join(parts)
 
     def cancel(self) -> None:

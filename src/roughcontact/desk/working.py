@@ -12,8 +12,9 @@ from roughcontact.desk.controls import button
 from roughcontact.desk.session import Session
 from roughcontact.errors import RoughcontactError
 from roughcontact.report import underway
-from roughcontact.request.options import SOLVE
 from roughcontact.request.request import Request
+from roughcontact.request.solve import TASK as SOLVE
+from roughcontact.request.task import Task
 
 Run = Callable[[Callable[[], None]], None]
 """``run(done)`` calls ``done`` where the page may be changed."""
@@ -41,7 +42,7 @@ class Working:
     ) -> None:
         self._bench, self._run, self._session = bench, run, session
         self._job: apart.Job | None = None
-        self._task = SOLVE
+        self._task: Task = SOLVE
         self._take: Callable[[Any], None] = lambda _: None
         self._start = button(name, begin, primary=True)
         self._cancel = button("Cancel", self.cancel, disabled=True)
@@ -79,7 +80,7 @@ class Working:
         """Say why there is nothing."""
         self._said.object = f'<span role="alert" class="wrong">{words.escaped(text)}</span>'
 
-    def refuse_error(self, error: RoughcontactError, task: str = SOLVE) -> None:
+    def refuse_error(self, error: RoughcontactError, task: Task = SOLVE) -> None:
         """Say why there is nothing, in the words of the page."""
         self.refuse(self._session.state.named(words.told(error, task)))
 

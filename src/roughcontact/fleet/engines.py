@@ -22,9 +22,9 @@ from roughcontact.fleet.plan import FAILED, KEPT, SOLVED, Entry, Report
 from roughcontact.fleet.work import MOST, Answer, Journey, Part, Task, done, refused, too_large
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import pieces
-from roughcontact.request.fleet_options import DASK, LOCAL, MPI
+from roughcontact.request.fleet_options import DASK, LOCAL
 from roughcontact.request.moving import moved
-from roughcontact.request.options import COMPARE
+from roughcontact.request.options import FOLDER
 from roughcontact.request.outputs import UnfinishedError
 
 T = TypeVar("T")
@@ -42,16 +42,16 @@ def opened(
     kind: str = LOCAL,
     workers: int | None = None,
     scheduler: str | None = None,
-) -> Iterator[tuple[Engine, T] | None]:
+) -> Iterator[tuple[Engine, T]]:
     """Read what is to be done, and give an engine for it.
 
     Parameters
     ----------
     load : callable
-        Reads it, before anything is begun; of the processes of MPI the first one does.
+        Reads it, before anything is begun.
     count : callable
         Returns how many tasks that are, as `tasks` of a project.
-    kind : {"local", "dask", "mpi"}
+    kind : {"local", "dask"}
         Which engine.
     workers : int, optional
         How many processes of this machine work; by default one for each core. There are no more
@@ -62,8 +62,7 @@ def opened(
     Yields
     ------
     Engine, object
-        What works, and what was read. None in those processes of MPI that work: they have ended
-        when the block begins.
+        What works, and what was read.
 
     Raises
     ------
@@ -75,22 +74,10 @@ def opened(
             "is that of a cluster with workers of its own: it needs ", Mention("engine", DASK),
             " and goes without ", Mention("workers"), argument="scheduler",
         )  # fmt: skip
-    if kind == MPI:
-        if workers is not None:
-            raise InputError(
-                "goes without ", Mention("engine", MPI), "; mpiexec -n says how many",
-                argument="workers",
-            )  # fmt: skip
-        from roughcontact.fleet import ranks as workers_of_mpi
-
-        with workers_of_mpi.first() as engine:
-            yield None if engine is None else (engine, load())
-        return
     if ranks.several():
         raise InputError(
-            "mpiexec started several of these, each of which would do all of it: give ",
-            Mention("engine", MPI), ", or start a single one",
-        )  # fmt: skip
+            "mpiexec started several of these, each of which would do all of it: start a single one"
+        )
     read = load()
     several = _at_once(count(read), workers)
     if kind == DASK:
@@ -150,8 +137,9 @@ def run(
         if engine is None:
             engine = stack.enter_context(processes(_at_once(tasks(entries))))
         folders = {entry.summary.parent for entry in entries}
-        for folder in {entry.request.get("folder") for entry in entries} - {None}:
-            stack.callback(_clear, folder)
+        for folder in {entry.request.get(FOLDER) for entry in entries}:
+            if folder is not None:
+                stack.callback(_clear, folder)
         marks = {}
         for folder in folders:
             folder.mkdir(parents=True, exist_ok=True)
@@ -301,7 +289,7 @@ class _Run:
         entries = [part.entry for part in task.parts]
         read = {path: _resolved(path) for path in task.inputs}
         sums = {lies: self._content(path) for path, lies in read.items()}
-        folders = {one.request.get("folder") for one in entries} - {None}
+        folders = {folder for one in entries if (folder := one.request.get(FOLDER)) is not None}
         kept = (path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file())
         parts = tuple(
             replace(part, entry=replace(
@@ -416,7 +404,9 @@ class _Run:
         if report.state == SOLVED:
             entry = self._entries[number]
             # Another map may be set beside those of a comparison some day.
-            lasting = self._digests.get(number, {}) if entry.request.kind == COMPARE else {}
+            pieces = entry.request.task.pieces
+            of_maps = pieces is not None and pieces.file_of is not None
+            lasting = self._digests.get(number, {}) if of_maps else {}
             keeping.drop(entry, lasting.values())
         self._tell.report(report)
 

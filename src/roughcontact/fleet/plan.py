@@ -14,8 +14,9 @@ from roughcontact._version import __version__
 from roughcontact.errors import Mention
 from roughcontact.files import to_json
 from roughcontact.request import comparing, pieces
-from roughcontact.request.options import named, offered, text_of
+from roughcontact.request.options import GROUP
 from roughcontact.request.request import Request
+from roughcontact.request.task import Command
 
 OWN = frozenset({"run", "sha256", "seal"})
 """What the file of a contact keeps for itself among the numbers by name."""
@@ -75,14 +76,14 @@ class Report:
         return dict(self.told.get("last", self.told))
 
 
-def spell_key(mention: Mention, task: str) -> str:
+def spell_key(mention: Mention, task: Command) -> str:
     """Return an argument in the words of project files.
 
     Parameters
     ----------
     mention : Mention
         What a message speaks of.
-    task : str
+    task : Command
         Of the contact; an argument that it has no key for keeps its name.
 
     Returns
@@ -92,17 +93,18 @@ def spell_key(mention: Mention, task: str) -> str:
 
     Examples
     --------
-    >>> spell_key(Mention("load", "1 N"), "solve")
+    >>> from roughcontact.request.solve import TASK
+    >>> spell_key(Mention("load", "1 N"), TASK)
     'load = "1 N"'
     """
-    key = named(mention.name, task)
-    if key is None:
+    option = task.named(mention.name)
+    if option is None:
         return str(mention)
     if mention.value is None:
-        return key
+        return option.name
     if isinstance(mention.value, bool):
-        return f"{key} = {str(mention.value).lower()}"
-    return f"{key} = {json.dumps(text_of(mention.value, offered(task)[key]), ensure_ascii=False)}"
+        return f"{option.name} = {str(mention.value).lower()}"
+    return f"{option.name} = {json.dumps(option.text(mention.value), ensure_ascii=False)}"
 
 
 def complete(entry: Entry, digest: str) -> dict[str, Any] | None:
@@ -186,22 +188,21 @@ def digest_of(
         Which of its `request.pieces` alone, that may be one of several contacts; by default all.
     """
     request = entry.request
-    options = offered(request.task)
     of, others = pieces.depends_on(request, piece) if piece else ("", frozenset())
     # Groups by what they are called, and their files by what they hold.
     given = {
-        name: _placeless(value) if options[name].is_place else value
+        name: _placeless(value) if request.task.by_name[name].is_place else value
         for name, value in request.given.items()
-        if name not in {"group", *others}
+        if name not in {GROUP.name, *others}
     }
-    sizes = map(len, request.groups.values())
+    sizes = map(len, comparing.groups(request).values())
     groups = [list(group) for group in zip(comparing.labels(request), sizes, strict=True)]
     about = {"piece": of} if piece else {"groups": groups} if groups else {}
     inputs = pieces.inputs(request, piece) if piece else request.inputs
     return checksums.of_words(
         {
             "version": __version__,
-            "task": request.task,
+            "task": request.task.name,
             "options": given,
             # The suffix tells the format.
             # What has no checksum may be another each time.

@@ -16,29 +16,19 @@ from roughcontact import limits, pipes
 from roughcontact.errors import FormatError, InputError, Mention
 from roughcontact.fleet import keeping
 from roughcontact.fleet.plan import Entry, spell_key
-from roughcontact.request import outputs, parsing
-from roughcontact.request.option import JOINTS
-from roughcontact.request.options import (
-    CEILING,
-    COMPARE,
-    LAW,
-    OPTIONS,
-    SHOWN,
-    SOLVE,
-    TASKS,
-    Option,
-    named,
-    offered,
-)
-from roughcontact.request.request import Request, from_text
+from roughcontact.request import outputs, parsing, solve
+from roughcontact.request.option import Option
+from roughcontact.request.options import COUNTER_SURFACE, FOLDER, GROUP, HERTZ, LOAD, SHOWN
+from roughcontact.request.request import Request
+from roughcontact.request.task import Task
+from roughcontact.request.tasks import PROJECT_TASKS, SHARED_TASKS
 
 _KEYS = ("folder", "write", "materials", "defaults", "contact")
 DESK = "desk"
 """A table that the page in the browser keeps for itself; it does not describe a contact."""
 
-_OWN_KEYS = ("name", "file", "task")
-_MAPS = {COMPARE: ("files", "groups"), LAW: ("file", "files")}
-"""What tasks on several maps may have, one of which they need."""
+_MAPS = {"file": "a file", "files": "files, a list", "groups": "groups, a table"}
+"""Keys for the maps of a contact, and what they are."""
 _MATERIAL_KEYS = ("young", "poisson", "yield-strength")
 
 # Levels of tables and lists, texts among them: those of groups of files are five.
@@ -47,7 +37,8 @@ _DEEPEST = 20
 WRITABLE = tuple(
     dict.fromkeys(
         suffix[1:]
-        for option in OPTIONS
+        for task in PROJECT_TASKS.values()
+        for option in task.options
         for suffix in option.suffixes
         # The summary of each contact.
         if suffix != ".json"
@@ -201,7 +192,7 @@ class _Contact:
 
     source: _Source
     table: tuple[str, ...]
-    task: str
+    task: Task
     values: dict[str, Any]
     where: dict[str, tuple[str, ...]]
 
@@ -213,7 +204,8 @@ class _Contact:
         """Return an error in the words of the file, with the line of the key it is about."""
         begins = error.parts[0] if error.parts else ""
         about = error.argument or (begins.name if isinstance(begins, Mention) else "")
-        key = named(about, self.task) or about
+        option = self.task.named(about)
+        key = about if option is None else option.name
         return self.refusal(key, error.worded(partial(spell_key, task=self.task)))
 
 
@@ -289,7 +281,7 @@ def _entries(project: _Project) -> Iterator[tuple[_Contact, Entry]]:
             contacts += 1
             for contact in asked:
                 parts = [contact.values["name"], *([] if load is None else [load[1]])]
-                parts += [contact.task] if len(asked) > 1 else []
+                parts += [contact.task.name] if len(asked) > 1 else []
                 name = " ".join(map(str, parts))
                 stem = re.sub(r"[^\w.+-]+", "-", name)
                 if stem in seen:
@@ -304,7 +296,8 @@ def _entries(project: _Project) -> Iterator[tuple[_Contact, Entry]]:
 
 def _loads(contact: _Contact) -> list[tuple[str, Any] | None]:
     """Return key and value of each load of a list, which makes a contact of each; else None."""
-    key = "hertz" if isinstance(contact.values.get("hertz"), list) else "load"
+    hertz = isinstance(contact.values.get(HERTZ.name), list)
+    key = HERTZ.name if hertz else LOAD.name
     loads = contact.values.get(key)
     if loads == []:
         raise contact.refusal(key, f"{key} is an empty list")
@@ -319,13 +312,13 @@ def _request(
     folder = project.source.path.parent
     described = _described(contact, values, project.materials)
     described |= _outputs(project, contact.task, stem)
-    if "folder" in described:
+    if FOLDER.name in described:
         # One may be given to all contacts.
-        described["folder"] = str(folder / str(described["folder"]) / stem)
+        described[FOLDER.name] = str(folder / str(described[FOLDER.name]) / stem)
     file = None if "file" not in values else folder / values["file"]
     files = tuple(folder / name for name in values.get("files", ()))
     try:
-        return from_text(contact.task, file, described, files)
+        return Request.from_text(contact.task, file, described, files)
     except InputError as error:
         raise contact.placed(error) from None
 
@@ -336,16 +329,17 @@ def _contacts(project: _Project, number: int, read: Any) -> list[_Contact]:
     if not isinstance(tasks, list):
         return [_contact(project, number, read)]
     table = ("contact", str(number))
-    if not tasks or len(set(map(str, tasks))) < len(tasks) or any(t not in JOINTS for t in tasks):
+    names = set(map(str, tasks))
+    if not tasks or len(names) < len(tasks) or names - SHARED_TASKS.keys():
         raise project.source.refusal(
             (*table, "task"),
-            f"several tasks must be different ones of {', '.join(JOINTS)}, got {tasks!r}",
+            f"several tasks must be different ones of {', '.join(SHARED_TASKS)}, got {tasks!r}",
         )
-    known = {key for task in tasks for key in _keys(task)}
+    known = {key for task in tasks for key in _keys(SHARED_TASKS[task])}
     found = []
     for task in tasks:
         # What serves another of them is left out here.
-        others = known - set(_keys(task))
+        others = known - set(_keys(SHARED_TASKS[task]))
         own = {key: value for key, value in read.items() if key not in others}
         found.append(_contact(project, number, {**own, "task": task}))
     return found
@@ -367,37 +361,39 @@ def _contact(project: _Project, number: int, read: Any) -> _Contact:
     where: dict[str, tuple[str, ...]] = {key: ("defaults", key) for key in defaults}
     where |= {key: (*table, key) for key in read}
     values = {**defaults, **read}
-    task = values.get("task", SOLVE)
+    name = values.get("task", solve.TASK.name)
+    task = PROJECT_TASKS.get(str(name), solve.TASK)
     contact = _Contact(project.source, table, task, values, where)
-    if task not in TASKS:
-        raise contact.refusal("task", f"task must be one of {', '.join(TASKS)}, got {task!r}")
+    if name != task.name:
+        raise contact.refusal(
+            "task", f"task must be one of {', '.join(PROJECT_TASKS)}, got {name!r}"
+        )
     known = _keys(task)
     for key in list(values):
-        others = [other for other in TASKS if key in _keys(other)]
+        others = [name for name, other in PROJECT_TASKS.items() if key in _keys(other)]
         if key in known and (key in read or _serves(key, task, values)):
             continue
         if not others:
             raise contact.refusal(key, f"unknown key {key}; known are {', '.join(known)}")
         if key in read:
             wanted = " or ".join(f'"{other}"' for other in others)
-            raise contact.refusal(key, f'{key} needs task = {wanted}, got "{task}"')
+            raise contact.refusal(key, f'{key} needs task = {wanted}, got "{task.name}"')
         del values[key]
-    for key in ("name",) if task in _MAPS else ("name", "file"):
+    for key in ("name",) if task.many_maps else ("name", "file"):
         nominal = key == "file" and key not in read and "points" in values
         if not nominal and (not isinstance(read.get(key), str) or not read[key].strip()):
             raise project.source.refusal(table, f"this contact needs a {key}, a text")
-    if task in _MAPS:
+    if task.many_maps:
         _check_maps(contact)
     return contact
 
 
 def _check_maps(contact: _Contact) -> None:
     """Refuse what names no maps of a task on several."""
-    given = {key: contact.values[key] for key in _MAPS[contact.task] if key in contact.values}
-    if not given and contact.task == LAW:
-        raise contact.refusal("name", "this law needs a file, or files, a list")
+    given = {key: contact.values[key] for key in contact.task.maps if key in contact.values}
     if not given:
-        raise contact.refusal("name", "this comparison needs files, a list, or groups, a table")
+        listed = ", or ".join(_MAPS[key] for key in contact.task.maps)
+        raise contact.refusal("name", f'task = "{contact.task.name}" needs {listed}')
     if not isinstance(given.get("file", ""), str):
         raise contact.refusal("file", f"file must be a text, got {given['file']!r}")
     lists = [given["files"]] if "files" in given else []
@@ -412,18 +408,21 @@ def _check_maps(contact: _Contact) -> None:
             raise contact.refusal(key, f"{key} must be {wanted}, got {given[key]!r}")
 
 
-def _serves(key: str, task: str, values: Mapping[str, Any]) -> bool:
-    """Return whether a default serves the model of a contact."""
-    option = offered(task).get(key)
-    return option is None or option.model in ("", values.get("model", CEILING))
+def _serves(key: str, task: Task, values: Mapping[str, Any]) -> bool:
+    """Return whether a default goes with the model of a contact."""
+    return all(
+        values.get(model.name, model.default) == rule.value
+        for rule in task.rules
+        if rule.value and rule.options[0].name == key
+        for model in rule.options[1:]
+    )
 
 
-def _keys(task: str) -> list[str]:
+def _keys(task: Task) -> list[str]:
     """Return what a contact may hold; its files are named by the project."""
-    options = offered(task).values()
-    named = (option.name for option in options if not option.suffixes)
-    own = ("name", "task", *_MAPS[task]) if task in _MAPS else _OWN_KEYS
-    return [*own, *(name for name in named if name not in (*SHOWN, "group"))]
+    own = ("name", "task", *task.maps) if task.many_maps else ("name", *task.maps, "task")
+    named = (option for option in task.options if not option.suffixes)
+    return [*own, *(option.name for option in named if option not in (*SHOWN, GROUP))]
 
 
 def _described(
@@ -437,13 +436,13 @@ def _described(
     for key, value in values.items():
         if key == "groups":
             folder = contact.source.path.parent
-            given["group"] = [
+            given[GROUP.name] = [
                 parsing.group_text(
                     name, [path for file in files for path in _matching(folder, file)]
                 )
                 for name, files in value.items()
             ]
-        if key in (*_OWN_KEYS, *_MAPS[COMPARE]):
+        if key in ("name", "task", *_MAPS):
             continue
         prefix = key.removesuffix("material")
         if prefix != key and isinstance(value, str) and value in materials:
@@ -454,7 +453,7 @@ def _described(
                     given[option] = _word(contact, option, text, constant)
             continue
         given[key] = _word(contact, key, value, key)
-        if key == "counter-surface":
+        if key == COUNTER_SURFACE.name:
             given[key] = str(contact.source.path.parent / str(value))
     return given
 
@@ -467,7 +466,7 @@ def _matching(folder: Path, word: str) -> list[str]:
 
 
 def _word(contact: _Contact, option: str, value: Any, key: str) -> str | bool:
-    flag = offered(contact.task)[option].is_flag
+    flag = contact.task.by_name[option].is_flag
     if isinstance(value, bool) and flag:
         return value
     if flag or isinstance(value, bool) or not isinstance(value, (str, int, float)):
@@ -476,7 +475,7 @@ def _word(contact: _Contact, option: str, value: Any, key: str) -> str | bool:
     return str(value)
 
 
-def _outputs(project: _Project, task: str, stem: str) -> dict[str, str | bool | list[str]]:
+def _outputs(project: _Project, task: Task, stem: str) -> dict[str, str | bool | list[str]]:
     """Return the options that write those of the wanted files that a task can leave."""
     given: dict[str, str | bool | list[str]] = {}
     for suffix in project.write:
@@ -490,14 +489,14 @@ def _outputs(project: _Project, task: str, stem: str) -> dict[str, str | bool | 
             listed = [one for one in project.write if _writing(one, task) is option]
             raise project.source.refusal(
                 ("write",),
-                f'write has {", ".join(listed)}, of which task = "{task}" writes one; leave one',
+                f'write has {", ".join(listed)}, of which task = "{task.name}" writes one; '
+                "leave one",
             )
         else:
             given[option.name] = path
     return given
 
 
-def _writing(suffix: str, task: str) -> Option | None:
+def _writing(suffix: str, task: Task) -> Option[Any] | None:
     """Return the option of a task that writes files of a suffix."""
-    options = offered(task).values()
-    return next((option for option in options if f".{suffix}" in option.suffixes), None)
+    return next((option for option in task.options if f".{suffix}" in option.suffixes), None)

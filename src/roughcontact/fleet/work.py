@@ -18,6 +18,8 @@ from roughcontact.fleet.plan import FAILED, SOLVED, Entry, Report
 from roughcontact.halfspace import fft
 from roughcontact.request import outputs, pieces, run as running
 from roughcontact.request.moving import moved
+from roughcontact.request.options import FOLDER
+from roughcontact.request.outcome import Outcome
 
 MOST = 2**28
 """Bytes that travel with a contact at most, each way, where workers do not see its files."""
@@ -196,7 +198,7 @@ def _words(entry: Entry) -> Callable[[Mention], str]:
 
 def _done(
     part: Part,
-    carry_out: Callable[..., running.Outcome],
+    carry_out: Callable[..., Outcome],
     known: Mapping[str, Any],
     *,
     renew: bool,
@@ -209,7 +211,8 @@ def _done(
         if not renew:
             raise
         # The project has given the folder to this contact alone; steps may have taken hours.
-        folder: Path = entry.request["folder"]
+        folder = entry.request.get(FOLDER)
+        assert folder is not None
         before = folder.with_name(f"{folder.name}.before")
         shutil.rmtree(before, ignore_errors=True)
         folder.rename(before)
@@ -219,9 +222,8 @@ def _done(
     if not outcome.converged:
         return _failed(part, worded(outcome.shortfall.parts, _words(entry)))
     # What is told of a single contact is at its own end.
-    many = (outcome.curve, outcome.history, outcome.loads, outcome.joint, outcome.comparison)
-    several = any(one is not None for one in many)
-    last = {"last": outcome.last} if several else {}
+    last_of = entry.request.task.last
+    last = {} if last_of is None else {"last": last_of(outcome)}
     called = dict(zip((path for _, path in entry.request.places), part.places, strict=True))
     written = {"written": [called[path] for path in outcome.written]}
     told = plan.sealed({**outcome.record(), **written, **last}, part.digest, outcome.written)

@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Any
 from roughcontact.errors import InputError
 
 if TYPE_CHECKING:
-    from roughcontact.formats.fields import Result
+    from roughcontact.contact.result import ContactResult
     from roughcontact.joint.interface import InterfaceLaw
     from roughcontact.surface.surface import Surface
+    from roughcontact.volume.result import ElastoplasticResult
     from roughcontact.volume.rolling import Rolling
 
 Target = str | os.PathLike[str]
@@ -275,47 +276,27 @@ def save_surface(surface: Surface, path: str | os.PathLike[str]) -> None:
     _writer(Kind.SURFACE, path)(surface, path)
 
 
-def save(result: Result | InterfaceLaw | Rolling, path: str | os.PathLike[str]) -> None:
-    """Write a result in the format that the suffix of the file names.
-
-    Parameters
-    ----------
-    result : ContactResult, ElastoplasticResult, InterfaceLaw or Rolling
-        The result.
-    path : str or path
-        File to write: ``.nc`` (everything), ``.vti`` (all maps), ``.csv`` (the pressure),
-        ``.json`` (the summary) or, with plasticity of the volume, ``.vtr`` (the volume). A law has
-        ``.csv``, ``.json``, ``.npz``, ``.inp`` (Abaqus), ``.ccx`` (CalculiX) and ``.txt``
-        (lubrication);
-        passes have ``.pvd`` (all steps).
-
-    Raises
-    ------
-    InputError
-        If the suffix is none of these.
-    OSError
-        If the file cannot be written; an old file survives.
-
-    See Also
-    --------
-    roughcontact.load_result : Reads ``.nc`` again.
-    roughcontact.load_elastoplastic : Reads that of an `ElastoplasticResult`.
-    """
-    from roughcontact.contact.result import ContactResult
-    from roughcontact.joint.interface import InterfaceLaw
-    from roughcontact.volume.result import ElastoplasticResult
-    from roughcontact.volume.rolling import Rolling
-
-    of_kinds = {InterfaceLaw: Kind.LAW, Rolling: Kind.ROLLING, ElastoplasticResult: Kind.VOLUME}
-    for of, kind in of_kinds.items():
-        if isinstance(result, of):
-            _writer(kind, path)(result, path)
-            return
-    assert isinstance(result, ContactResult)
+def save_contact(result: ContactResult, path: Target) -> None:
+    """Write a contact in the format that the suffix of the file names; see `save_surface`."""
     if Path(path).suffix.lower() != ".nc":
         result.require_whole("a file other than .nc")
         _require_kept(result.surface, path)
     _writer(Kind.CONTACT, path)(result, path)
+
+
+def save_volume(result: ElastoplasticResult, path: Target) -> None:
+    """Write a contact with its volume in the format that the suffix of the file names."""
+    _writer(Kind.VOLUME, path)(result, path)
+
+
+def save_law(law: InterfaceLaw, path: Target) -> None:
+    """Write a law in the format that the suffix of the file names."""
+    _writer(Kind.LAW, path)(law, path)
+
+
+def save_rolling(rolling: Rolling, path: Target) -> None:
+    """Write repeated passes in the format that the suffix of the file names."""
+    _writer(Kind.ROLLING, path)(rolling, path)
 
 
 def _require_kept(surface: Surface, path: str | os.PathLike[str]) -> None:

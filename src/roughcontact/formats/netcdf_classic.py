@@ -6,104 +6,83 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roughcontact import limits
 from roughcontact.errors import FormatError, RoughcontactError
-from roughcontact.formats.binary import Bounded
 from roughcontact.formats.scale import asked_pixel, in_metres, refuse_unit, unit_in_metres
 from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
+
+if TYPE_CHECKING:
+    import xarray
 
 SIGNATURE = b"CDF"
 """First bytes of such a file."""
 
 # Bytes that reading takes a point.
 _EACH = 40
-_EXPECTED = "expected a variable 'heights' over (x, y), as SurfaceTopography writes it"
 
 
 def read(path: Path, asked: Asked) -> Surface:
     """Return the variable ``heights`` of a classic NetCDF file."""
-    with _opened(path) as file:
-        found = file.variables
-        ny, nx = _shape(path, found)
-        asked.expect((ny, nx))
-        unit = _unit(found)
-        if unit:
-            refuse_unit(path, asked)
-        metre = unit_in_metres(path, unit or asked.unit)
-        values = np.array(found["heights"][:], dtype=np.float64)
-        if "mask" in found:
-            values[np.asarray(found["mask"][:]) != 0] = np.nan
-        sides = [getattr(found.get(axis), "length", None) for axis in "yx"]
+    found, unit = _read(path, asked)
+    if unit:
+        refuse_unit(path, asked)
+    metre = unit_in_metres(path, unit or asked.unit)
+    values = found["heights"].values.astype(np.float64)
+    if "mask" in found:
+        values[found["mask"].values != 0] = np.nan
+    ny, nx = shape = values.shape[::-1]
     stated = None
-    if None not in sides:
-        along_y, along_x = (float(side) * metre for side in sides if side is not None)
+    if all("length" in found[axis].attrs for axis in "yx"):
+        along_y, along_x = (float(found[axis].attrs["length"]) * metre for axis in "yx")
         stated = along_y / ny, along_x / nx
-    pixel = asked_pixel(path, stated, (ny, nx), asked)
+    pixel = asked_pixel(path, stated, shape, asked)
     about = Provenance(path.name, "SurfaceTopography NetCDF")
     # Its first index runs along x.
-    heights = in_metres(values.T, metre)
-    return surface_of(path, heights, pixel, about, metre, stated)
+    return surface_of(path, in_metres(values.T, metre), pixel, about, metre, stated)
 
 
 def channels(path: Path) -> tuple[Channel, ...]:
     """Return the heights as the only channel."""
-    with _opened(path) as file:
-        return (Channel("heights", _unit(file.variables), True, _shape(path, file.variables)),)
+    found, unit = _read(path, Asked())
+    return (Channel("heights", unit, True, found["heights"].shape[::-1]),)
 
 
-@contextlib.contextmanager
-def _opened(path: Path) -> Iterator[Any]:
-    """Give SciPy's reader of a file, with one kind of error."""
+def _read(path: Path, asked: Asked) -> tuple[xarray.Dataset, str]:
+    """Return heights and mask, and the unit of lengths; empty if the file gives none."""
     limits.require_size(path.name, path.stat().st_size)
     try:
-        from scipy.io import netcdf_file
+        import xarray
 
+        content = io.BytesIO(path.read_bytes())
         with (
             np.errstate(all="ignore"),
-            Bounded(io.FileIO(path)) as stream,
-            netcdf_file(stream, "r", mmap=False, maskandscale=False) as file,
+            # Bytes are all that a damaged header can have; of a file it may ask for terabytes.
+            xarray.open_dataset(content, engine="scipy", decode_cf=False) as whole,
         ):
-            yield file
+            heights = whole["heights"]
+            if heights.dims != ("x", "y"):
+                raise ValueError(f"'heights' over ({', '.join(map(str, heights.dims))}), no map")
+            limits.require_points(path.name, heights.shape[::-1], _EACH)
+            asked.expect(heights.shape[::-1])
+            found = whole[[name for name in ("heights", "mask") if name in whole]].load()
+        units = {str(found[name].attrs.get("unit", "")) for name in ("heights", "x", "y")} - {""}
+        if len(units) > 1:
+            raise ValueError(f"units differ: {', '.join(sorted(units))}")
+        return found, units.pop() if units else ""
     except RoughcontactError:
         raise
     # A damaged header makes it fail with anything.
     except Exception as error:
         raise FormatError(
             f"{path.name} cannot be read as classic NetCDF ({one_line(error)}); check that the "
-            f"file is complete: {_EXPECTED}"
+            "file is complete: expected a variable 'heights' over (x, y), as SurfaceTopography "
+            "writes it"
         ) from None
-
-
-def _shape(path: Path, found: dict[str, Any]) -> tuple[int, int]:
-    """Return the points ``(ny, nx)`` of the heights."""
-    if "heights" not in found:
-        listed = ", ".join(sorted(found)) or "nothing"
-        raise FormatError(f"{path.name} holds {listed}; {_EXPECTED}")
-    dimensions, shape = found["heights"].dimensions, found["heights"].shape
-    if dimensions != ("x", "y"):
-        raise FormatError(
-            f"{path.name} has 'heights' over ({', '.join(dimensions)}), no map; {_EXPECTED}"
-        )
-    nx, ny = shape
-    limits.require_points(path.name, (ny, nx), _EACH)
-    return ny, nx
-
-
-def _unit(found: dict[str, Any]) -> str:
-    """Return the unit of lengths; empty if the file gives none."""
-    units = [getattr(found.get(name), "unit", b"") for name in ("heights", "x", "y")]
-    named = {unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
-             for unit in units} - {""}  # fmt: skip
-    if len(named) > 1:
-        raise ValueError(f"units differ: {', '.join(sorted(named))}")
-    return named.pop() if named else ""

@@ -153,11 +153,6 @@ class Conductance(Result):
         return ordered(dict.fromkeys([*self.found, *self.remarks]))
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """The ``cautions``, one sentence each."""
-        return tuple(caution.text for caution in self.cautions)
-
-    @property
     def nominal_area(self) -> float:
         """Area of the whole map [m²]."""
         size = self.largest.pair.size

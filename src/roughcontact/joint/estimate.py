@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,8 +16,7 @@ from roughcontact.joint import formulas
 from roughcontact.joint.formulas import CONTACT, GAP, SATURATED, VOLUME, Groups
 from roughcontact.material.hardening import Linear, Perfect
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material, contact_modulus
-from roughcontact.references import References
-from roughcontact.result import Shown
+from roughcontact.result import Result
 from roughcontact.surface.surface import Surface
 from roughcontact.theory import johnson
 from roughcontact.theory.persson import persson_fractions
@@ -70,7 +68,7 @@ class Roughness:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Estimate(Shown):
+class Estimate(Result):
     """A nominally flat contact by fitted formulas.
 
     Parameters
@@ -111,34 +109,11 @@ class Estimate(Shown):
     cautions: tuple[Caution, ...] = ()
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """The ``cautions``, one sentence each."""
-        return tuple(caution.text for caution in self.cautions)
-
-    @property
     def plasticity_index(self) -> float | None:
         """E* h′/σ_Y; None where no yield strength is known."""
         if self.yield_strength is None:
             return None
         return self.contact_modulus * self.roughness.Sdq / self.yield_strength
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the numbers to a file whose name ends in ``.json``."""
-        from roughcontact.report import results
-
-        results.save_summary(self, path)
-
-    def summary(self) -> dict[str, Any]:
-        """Return the numbers by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return results.summary(self)
-
-    def references(self) -> References:
-        """Return the papers behind what was used for it, as text and as BibTeX."""
-        from roughcontact.report import sources
-
-        return sources.of(self)
 
 
 @checked

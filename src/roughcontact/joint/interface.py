@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +20,7 @@ from roughcontact.joint.law_curve import ERROR, Curve
 from roughcontact.joint.law_judgment import Resolved
 from roughcontact.joint.window import Window
 from roughcontact.material.conductor import Conductor
-from roughcontact.references import References
-from roughcontact.result import Shown
+from roughcontact.result import Result
 from roughcontact.statistics import Mean
 from roughcontact.surface import roughness
 from roughcontact.theory import persson
@@ -216,7 +213,7 @@ class LawTable:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class InterfaceLaw(Shown):
+class InterfaceLaw(Result):
     """Pressure, separation, contact and stiffness of a nominally flat joint.
 
     Parameters
@@ -448,42 +445,6 @@ class InterfaceLaw(Shown):
                 )
             )
         return ordered(dict.fromkeys([*self.found, *own, *self.remarks]))
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The ``cautions``, one sentence each."""
-        return tuple(caution.text for caution in self.cautions)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the law in the format that the suffix of the file names.
-
-        Parameters
-        ----------
-        path : str or path
-            ``.json``: all numbers. ``.npz``: those of each branch as arrays. ``.csv``: the thinned
-            tables. ``.inp``: a deck for Abaqus. ``.ccx``: one for CalculiX. ``.txt``: a table for
-            mixed lubrication; see `roughcontact.formats.laws`.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another one.
-        """
-        from roughcontact.formats import export
-
-        export.save(self, path)
-
-    def summary(self) -> dict[str, Any]:
-        """Return the law by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return results.summary(self)
-
-    def references(self) -> References:
-        """Return the papers behind what was used for it, as text and as BibTeX."""
-        from roughcontact.report import sources
-
-        return sources.of(self)
 
 
 def _curve(pressure: Array, separation: Array, stiffness: Array | None, touch: float) -> Curve:

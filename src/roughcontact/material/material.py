@@ -10,6 +10,7 @@ from roughcontact.arguments import checked
 from roughcontact.errors import InputError, Mention
 from roughcontact.material.hardening import Hardening, Perfect, Swift
 from roughcontact.material.hardness import stress
+from roughcontact.result import face
 from roughcontact.units import Quantity, quantity
 
 CEILING_FACTOR = 3.0
@@ -91,9 +92,8 @@ class Material:
     @classmethod
     def _named(cls, name: str) -> Material:
         """Return a metal of the catalogue."""
-        from roughcontact.material import catalogue
-
-        return catalogue.material(name)
+        found: Material = face().material(name)
+        return found
 
     def _check(self) -> None:
         """Refuse constants that no material has."""

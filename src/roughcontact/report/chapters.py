@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from roughcontact._version import __version__
 from roughcontact.contact import hertzian
 from roughcontact.contact.cautions import Caution
-from roughcontact.contact.curve import LOW_LOAD, LoadCurve
 from roughcontact.contact.pair import BODIES
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.slab import Slab
@@ -30,9 +29,10 @@ from roughcontact.report import (
     inputs,
     page,
     profile as of_profile,
-    results,
     smooth,
+    traces,
 )
+from roughcontact.report.kind import Kind
 from roughcontact.report.page import Addition, Cells, Chapter, Table
 from roughcontact.report.quantities import (
     TRUST,
@@ -44,7 +44,7 @@ from roughcontact.report.quantities import (
 )
 from roughcontact.surface import profile
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering, percent
+from roughcontact.units import engineering
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -106,7 +106,7 @@ def prepared(result: ContactResult) -> list[Chapter]:
             chapter.add("steps", [page.sentence(step) for step in surface.provenance.steps])
         else:
             chapter.add("text", f"Preparation{of}: none recorded; the heights are as given.")
-        table_of_figures = figures.of_map(surface)
+        table_of_figures = traces.MAP if surface.is_profile else figures.MAP
         show(chapter, table_of_figures, figures.MapScene(surface, of), figures.PREPARATION)
     if result.surface.is_profile:
         return [chapter, _profile_roughness(surfaces, names)]
@@ -229,15 +229,15 @@ def quantities(rows: Iterable[Row]) -> Table:
     return Table(cells(rows), ("quantity", "value", "meaning"))
 
 
-def facts(result: Any) -> tuple[Cells, ...]:
+def facts(kind: Kind, result: Any) -> tuple[Cells, ...]:
     """Return what is told of a result of many steps as a whole."""
-    told = [*results.rows(result), *results.rows(result, TRUST)]
+    told = [*kind.rows(result), *kind.rows(result, TRUST)]
     return tuple((row.title, row.text) for row in told)
 
 
-def headlines(result: Any, keys: Iterable[str]) -> list[Cells]:
+def headlines(kind: Kind, result: Any, keys: Iterable[str]) -> list[Cells]:
     """Return what a report says first: names, values and remarks."""
-    return cells(replace(results.row(result, key), symbol="") for key in keys)
+    return cells(replace(kind.row(result, key), symbol="") for key in keys)
 
 
 def stated(result: ContactResult, spots: Spots) -> tuple[assumptions.Statement, ...]:
@@ -324,30 +324,6 @@ def contact_spots(result: ContactResult, spots: Spots) -> Chapter:
     )
     chapter.add("table", quantities(rows_of(details.SPOTS, details.Spotted(result, spots))))
     show(chapter, figures.CONTACT, figures.ContactScene(result), figures.SPOTS)
-    return chapter
-
-
-def load_curve(curve: LoadCurve) -> Chapter:
-    """Return the chapter on a load curve."""
-    chapter = Chapter("Load curve")
-    chapter.add(
-        "text",
-        f"The same contact under {len(curve.steps)} "
-        f"{'loads' if curve.control == 'load' else 'approaches'}. Every one is solved as if it "
-        "were the first: the model keeps no history, so that this is loading, not unloading.",
-    )
-    if curve.low_loads.any() and not curve.is_profile:
-        chapter.add(
-            "text",
-            f"At small loads (no more than {percent(LOW_LOAD)} in contact) the area grows as "
-            "A = κ W/(E* h′), with h′ the root-mean-square slope. For elastic contacts of many "
-            "spots theory has κ = 2.5 (Bush, Gibson and Thomas 1975) and 1.6 (Persson 2001), "
-            "computations 1.8 to 2.3 (Hyun et al. 2004).",
-        )
-    chapter.add("table", Table(facts(curve)))
-    show(chapter, figures.of_curve(curve), curve)
-    head, rows = results.listing(curve)
-    chapter.add("table", Table(rows, head))
     return chapter
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import datetime
-import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -13,23 +11,25 @@ from roughcontact._version import __version__
 from roughcontact.contact.compared import Comparison
 from roughcontact.contact.sample import Sample
 from roughcontact.contact.sampling import SamplingStudy
-from roughcontact.errors import Spell
-from roughcontact.files import write
 from roughcontact.plots import samples as plots
+from roughcontact.references import cited
 from roughcontact.report import (
     assumptions_compared,
+    blocks,
     chapters,
     compared,
     inputs,
     page,
-    results,
     sources,
     tables,
     wording,
 )
+from roughcontact.report.blocks import Blocks, Cautions, Lines
 from roughcontact.report.compared import LEVEL, name_of, unit_of
-from roughcontact.report.page import Cells, Chapter, Table, joined
+from roughcontact.report.kind import Kind, Use
+from roughcontact.report.page import PLAIN, Cells, Chapter, Edition, Table, joined
 from roughcontact.report.quantities import PROBLEM, TRUST, capital, quantity_of, rows_of, within
+from roughcontact.report.scenes import Illustration
 from roughcontact.units import counted, engineering, lengths
 
 if TYPE_CHECKING:
@@ -50,32 +50,9 @@ _TERMS = (
 _FIRST = ("contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sdq")
 
 
-def figure(found: Comparison | SamplingStudy) -> Figure:
-    """Return all that is compared, or how an error falls with the area, in one figure."""
-    if isinstance(found, SamplingStudy):
-        return plots.sampling(found, name_of)
-    return plots.overview(found, name_of, unit_of)
-
-
-def save(
-    found: Comparison | SamplingStudy,
-    path: str | os.PathLike[str],
-    command: str = "",
-    spell: Spell = str,
-    processes: int = 1,
-) -> None:
-    """Write a report to an HTML file; see `render`."""
-    page.check_path(path)
-    write(path, render(found, command=command, spell=spell, processes=processes))
-
-
 def render(
     found: Comparison | SamplingStudy,
-    *,
-    command: str = "",
-    date: datetime.date | None = None,
-    spell: Spell = str,
-    processes: int = 1,
+    edition: Edition = PLAIN,
 ) -> str:
     """Return a report as the text of an HTML file.
 
@@ -83,14 +60,8 @@ def render(
     ----------
     found : Comparison or SamplingStudy
         What the report is on.
-    command : str
-        What was typed to get it.
-    date : date, optional
-        Date of the report; today by default.
-    spell : callable
-        ``spell(mention)`` returns the words for an argument; those of Python without.
-    processes : int
-        How many may draw its figures; see `sharing.pngs`.
+    edition : Edition
+        Command, date, and how it is drawn and worded.
 
     Returns
     -------
@@ -105,12 +76,12 @@ def render(
     return page.render(
         [
             *told,
-            chapters.repetition(__version__, command, ""),
-            sources.chapter(sources.of(found)),
+            chapters.repetition(__version__, edition.command, ""),
+            sources.chapter(sources.of(kind_of(found), found)),
         ],
         title=_title(found),
         subtitle=f"Nominal pressure {engineering(found.pressure, 'Pa')} on every map",
-        date=date,
+        edition=edition,
         status="converged",
         key_numbers=first,
         regime="",
@@ -118,8 +89,6 @@ def render(
         certificate=_certificates(found),
         cautions=found.cautions,
         checked=(),
-        spell=spell,
-        processes=processes,
     )
 
 
@@ -190,7 +159,7 @@ def _verdict(found: Comparison) -> str:
 def _certificates(found: Comparison | SamplingStudy) -> str:
     if isinstance(found, SamplingStudy):
         return ""
-    row = results.row(found, "worst_certificate")
+    row = kind_of(found).row(found, "worst_certificate")
     return (
         f"Certificates of {counted(len(found.samples), 'map')}: {row.text}. They say how exactly "
         "each contact is solved, and the intervals how far the maps stand for their surfaces."
@@ -265,7 +234,7 @@ def _sampling(study: SamplingStudy) -> Chapter:
         "the same nominal pressure. Their scatter gives the error of the whole, which falls with "
         "the root of the area as long as parts are independent.",
     )
-    head, rows = results.listing(study)
+    head, rows = SAMPLING_KIND.listing(study)
     chapter.add("table", Table(rows, head))
     _show(
         chapter, partial(plots.sampling, study, name_of),
@@ -290,7 +259,7 @@ def _maps(found: Comparison) -> Chapter:
     ]
     head = ("map", "group", "size (y × x)", "pixel (y × x)", "shortest wave")
     chapter.add("table", Table(rows, head))
-    rows = [(row.title, row.text) for row in results.rows(found, TRUST)]
+    rows = [(row.title, row.text) for row in kind_of(found).rows(found, TRUST)]
     chapter.add("table", Table(rows))
     _prepared(chapter, found.samples)
     return chapter
@@ -314,7 +283,7 @@ def _prepared(chapter: Chapter, samples: Sequence[Sample]) -> None:
 
 def _problem(found: Comparison | SamplingStudy, samples: Sequence[Sample]) -> list[Chapter]:
     """Return the chapters on what was pressed how, and on what is assumed."""
-    given = [*results.rows(found, PROBLEM), *rows_of(_TERMS, samples[0], PROBLEM)]
+    given = [*kind_of(found).rows(found, PROBLEM), *rows_of(_TERMS, samples[0], PROBLEM)]
     stated = assumptions_compared.statements(samples)
     return [
         chapters.pressed(samples[0].bodies, chapters.cells(given), inputs.bodies("ceiling")),
@@ -324,3 +293,48 @@ def _problem(found: Comparison | SamplingStudy, samples: Sequence[Sample]) -> li
 
 def _show(chapter: Chapter, draw: Callable[[], Figure], caption: str) -> None:
     chapter.add("figure", page.picture(draw, caption, caption))
+
+
+def overview(found: Comparison) -> Figure:
+    """Return all that is compared in one figure."""
+    return plots.overview(found, name_of, unit_of)
+
+
+def sampling(study: SamplingStudy) -> Figure:
+    """Return how an error falls with the area."""
+    return plots.sampling(study, name_of)
+
+
+def _works(study: SamplingStudy) -> Iterator[Use]:
+    yield from sources.of_curve(study.whole.curve)
+    yield cited("intervals of the means", "Student1908")
+
+
+def shown(found: Comparison | SamplingStudy) -> Blocks:
+    """Return what the console shows: means, differences, shares of the scatter; areas needed."""
+    parts = blocks.table(blocks.cells(kind_of(found).rows(found, PROBLEM, brief=True)))
+    studies: Sequence[SamplingStudy] = (found,) if isinstance(found, SamplingStudy) else ()
+    if isinstance(found, Comparison):
+        for heads, rows in compared.tables_of(found):
+            parts += blocks.table(rows, heads=heads)
+        left_out = compared.left_out(found)
+        parts += [Lines((left_out,))] if left_out else []
+        studies = found.sampling
+    for study in studies:
+        parts += [*blocks.steps(SAMPLING_KIND, study), Lines((f"{compared.answer(study)}.",))]
+    return [*parts, Cautions(found.cautions)]
+
+
+KIND = Kind(
+    Comparison, compared.COMPARISON, compared.COMPARISON_COLUMNS, works=sources.of_comparison,
+    figures=(Illustration("comparison", overview, "", ""),), report=render, blocks=shown,
+)  # fmt: skip
+SAMPLING_KIND = Kind(
+    SamplingStudy, compared.SAMPLING, compared.SAMPLING_COLUMNS, works=_works,
+    figures=(Illustration("sampling", sampling, "", ""),), report=render, blocks=shown,
+)  # fmt: skip
+
+
+def kind_of(found: Comparison | SamplingStudy) -> Kind:
+    """Return the kind: of maps that are compared, or of the area that a map needs."""
+    return SAMPLING_KIND if isinstance(found, SamplingStudy) else KIND

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import asdict
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,9 @@ import numpy as np
 from roughcontact.joint.conductance import EVEN_FLOW, Conductance
 from roughcontact.joint.spread import CASES, CORRELATED, SPOTTED
 from roughcontact.material.conductor import Conductor
-from roughcontact.report import tables
+from roughcontact.references import cited
+from roughcontact.report import figures, tables
+from roughcontact.report.kind import Kind
 from roughcontact.report.largest import PAIR
 from roughcontact.report.quantities import (
     Column,
@@ -231,3 +234,15 @@ def sentences(found: Conductance) -> tuple[str, ...]:
         f"large flat rough joints, which depends on the slope and so on the pixel; 95 % of "
         f"{CASES} rough maps had {_span(SPOTTED)} and {_span(CORRELATED)}.",
     )  # fmt: skip
+
+
+KIND = Kind(
+    Conductance, CONDUCTANCE, CONDUCTANCE_COLUMNS, listed=True, title=TITLE, sentences=sentences,
+    figures=figures.CONDUCTANCE, contact=attrgetter("largest"),
+    works=lambda _: (
+        cited("conductance from the stiffness", "Barber2003"),
+        cited("resistance of the spots", "Holm1967", "Greenwood1966"),
+        cited("correlations of flat joints", "Cooper1969", "Mikic1974"),
+        cited("gas in the gap", "Song1993"),
+    ),
+)  # fmt: skip

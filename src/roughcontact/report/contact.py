@@ -5,9 +5,8 @@ Everything in it comes from the results that are handed over; nothing is solved 
 
 from __future__ import annotations
 
-import datetime
-import os
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -20,39 +19,53 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.slab import Share, Slab
 from roughcontact.contact.solve import under
 from roughcontact.contact.study import ResolutionStudy
-from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError, Spell
-from roughcontact.files import write
-from roughcontact.plots import maps, profiles, reduced
+from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError
+from roughcontact.formats import export
+from roughcontact.plots import maps, profiles, reduced, traces as draw
 from roughcontact.references import NO_REFERENCES
 from roughcontact.report import (
+    blocks,
     chapters,
+    curve as curves,
     figures,
     inputs,
     page,
+    profile,
     regimes,
-    results,
     script,
+    smooth,
     sources,
+    studied,
     sureness,
     tables,
+    traces,
 )
-from roughcontact.report.page import Addition, Cells, Chapter, Table
-from roughcontact.report.quantities import ABSENT, ANSWER, PROBLEM, TRUST, beside, capital, rows_of
+from roughcontact.report.blocks import Block, Blocks, Cautions, Lines
+from roughcontact.report.kind import Kind
+from roughcontact.report.page import PLAIN, Addition, Cells, Chapter, Edition, Table
+from roughcontact.report.quantities import (
+    ABSENT,
+    ANSWER,
+    PROBLEM,
+    TRUST,
+    Row,
+    beside,
+    capital,
+    quantity_of,
+    rows_of,
+)
 from roughcontact.units import engineering, percent
 
 
 def render(
     result: ContactResult,
+    edition: Edition = PLAIN,
     *,
     elastic: ContactResult | None = None,
     usual: ContactResult | None = None,
     curve: LoadCurve | None = None,
     study: ResolutionStudy | None = None,
     additions: Sequence[Addition] = (),
-    command: str = "",
-    date: datetime.date | None = None,
-    spell: Spell = str,
-    processes: int = 1,
 ) -> str:
     """Return a report as the text of an HTML file.
 
@@ -60,6 +73,8 @@ def render(
     ----------
     result : ContactResult
         What the report is on.
+    edition : Edition
+        Command, date, and how it is drawn and worded.
     elastic : ContactResult, optional
         The same problem without a ceiling, to stand beside it; see `ContactResult.elastic`. It
         is left out where the ceiling is reached nowhere.
@@ -71,15 +86,6 @@ def render(
         The same contact on other grids, for a chapter and for how sure the numbers are.
     additions : sequence of Addition
         Further chapters.
-    command : str
-        What was typed to get the result. Without it a Python script is given, see
-        `script.repeating`.
-    date : date, optional
-        Date of the report; today by default.
-    spell : callable
-        ``spell(mention)`` returns the words for an argument; those of Python without.
-    processes : int
-        How many may draw its figures; see `sharing.pngs`.
 
     Returns
     -------
@@ -94,19 +100,21 @@ def render(
     _check_alike(result, elastic=elastic, usual=usual)
     found = _chapters(result, elastic, usual, study)
     if curve is not None:
-        found.append(chapters.load_curve(curve))
+        found.append(curves.chapter(curve))
     if study is not None:
         found.append(_study(study))
     found += [chapters.added(addition) for addition in additions]
     lines = "" if result.pair.is_shared else script.repeating(result)
-    found += [exactness(result), chapters.repetition(result.version, command, lines)]
-    works = sources.of(result) + (NO_REFERENCES if curve is None else sources.of(curve))
+    found += [exactness(result), chapters.repetition(result.version, edition.command, lines)]
+    works = sources.of(KIND, result) + (
+        NO_REFERENCES if curve is None else sources.of(curves.KIND, curve)
+    )
     found.append(sources.chapter(works, additions))
     return page.render(
         found,
         title=_title(result),
         subtitle=chapters.subtitle(result),
-        date=date,
+        edition=edition,
         status=result.status,
         key_numbers=_key_numbers(result),
         regime=result.regime,
@@ -114,8 +122,6 @@ def render(
         certificate=_certificate_in_short(result),
         cautions=ordered([*result.cautions, *(c for a in additions for c in a.cautions)]),
         checked=judgment.checked(result),
-        spell=spell,
-        processes=processes,
     )
 
 
@@ -126,13 +132,13 @@ def _chapters(
     study: ResolutionStudy | None,
 ) -> list[Chapter]:
     """Return what every report on a contact has."""
+    kind = kind_of(result)
+    given = [kind.row(result, result.control), *kind.rows(result, PROBLEM)]
     if result.pair.is_shared:
-        given = [results.row(result, result.control), *results.rows(result, PROBLEM)]
         pressed = chapters.problem(result, given, "ceiling")
         return [_input(result.share), pressed, results_chapter(result, study)]
     spots = result.spots()
     stated = chapters.stated(result, spots)
-    given = [results.row(result, result.control), *results.rows(result, PROBLEM)]
     found = [
         *chapters.prepared(result),
         chapters.problem(result, given, "ceiling"),
@@ -173,98 +179,39 @@ def _check_alike(result: ContactResult, **others: ContactResult | None) -> None:
             )
 
 
-def save(
+def compared(
     result: ContactResult,
-    path: str | os.PathLike[str],
-    *,
-    elastic: ContactResult | None = None,
-    usual: ContactResult | None = None,
-    curve: LoadCurve | None = None,
-    study: ResolutionStudy | None = None,
+    edition: Edition = PLAIN,
     additions: Sequence[Addition] = (),
-    command: str = "",
-    date: datetime.date | None = None,
-    spell: Spell = str,
-    processes: int = 1,
-) -> None:
-    """Write a report to an HTML file.
+    study: ResolutionStudy | None = None,
+) -> str:
+    """Return a report as `render`; one with saturated pixels is solved without a ceiling beside it.
 
-    Parameters
-    ----------
-    result, elastic, usual, curve, study, additions, command, date, spell, processes
-        As for `render`.
-    path : str or path
-        File to write, ``.html`` or ``.htm``; it appears only once it is complete, and a file
-        that was there stays as it was until then.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another one, the folder does not exist, or the elastic result has
-        another grid.
-    OSError
-        If the file cannot be written.
+    One with a recommended ceiling is solved with three yield strengths, too.
     """
-    page.check_path(path)
-    text = render(
-        result,
-        elastic=elastic,
-        usual=usual,
-        curve=curve,
-        study=study,
-        additions=additions,
-        command=command,
-        date=date,
-        spell=spell,
-        processes=processes,
-    )
-    write(path, text)
-
-
-def save_compared(
-    result: ContactResult,
-    path: str | os.PathLike[str],
-    command: str,
-    additions: Sequence[Addition],
-    study: ResolutionStudy | None,
-    spell: Spell = str,
-    processes: int = 1,
-) -> None:
-    """Write a report of a result; one with saturated pixels is solved without a ceiling beside it.
-
-    Parameters
-    ----------
-    result, path, command, additions, study, spell, processes
-        As for `save`; of a map that several ranks hold all of them call this. One with a
-        recommended ceiling is solved with three yield strengths, too.
-    """
-    page.check_path(path)
-    if isinstance(result.share, Slab):
-        share, gap, pressure = result.share, result.gap, result.pressure
-        blocks = [share.reduced(values, largest=values is pressure)
-                  for values in (share.heights, pressure, gap)]  # fmt: skip
-
-        def write_first() -> None:
-            found = [*additions, _blocks(result, blocks)]
-            save(result, path, command=command, additions=found, spell=spell, processes=processes)
-
-        share.ranks.agreed(write_first if share.ranks.first else lambda: None)
-        return
     elastic = usual = None
     if result.saturated_fraction > 0:
         elastic = _best(result.elastic)
         if result.recommended is not None:
             usual = _best(lambda: under(result, "auto"))
-    save(
-        result,
-        path,
-        elastic=elastic,
-        usual=usual,
-        command=command,
-        additions=additions,
-        study=study,
-        spell=spell,
-        processes=processes,
+    return render(result, edition, elastic=elastic, usual=usual, additions=additions, study=study)
+
+
+def _shared(
+    result: ContactResult,
+    edition: Edition = PLAIN,
+    additions: Sequence[Addition] = (),
+    study: ResolutionStudy | None = None,
+) -> str:
+    """Return a report as `render`, with reduced maps; all ranks that hold the map call it."""
+    share, gap, pressure = result.share, result.gap, result.pressure
+    assert isinstance(share, Slab)
+    blocks = [share.reduced(values, largest=values is pressure)
+              for values in (share.heights, pressure, gap)]  # fmt: skip
+    return share.ranks.by_first(
+        lambda: render(
+            result, edition, study=study, additions=[*additions, _blocks(result, blocks)]
+        )
     )
 
 
@@ -290,12 +237,13 @@ def _title(result: ContactResult) -> str:
 def _key_numbers(result: ContactResult) -> list[Cells]:
     other = "approach" if result.control == "load" else "load"
     keys = [*tables.HEADLINES, other]
-    beside = results.under_calibrated(result)
+    beside = under_calibrated(result)
+    headlines = chapters.headlines(kind_of(result), result, keys)
     told: list[Cells] = [
         (name, text, f"{meaning}; {beside[key]} with the calibrated ceiling")
         if key in beside
         else (name, text, meaning)
-        for key, (name, text, meaning) in zip(keys, chapters.headlines(result, keys), strict=True)
+        for key, (name, text, meaning) in zip(keys, headlines, strict=True)
     ]
     if result.ceiling is not None:
         return told
@@ -321,7 +269,7 @@ def _certificate_in_short(result: ContactResult) -> str:
 def results_chapter(result: ContactResult, study: ResolutionStudy | None) -> Chapter:
     """Return the chapter on what came out, and how sure it is."""
     chapter = Chapter("Results")
-    heads, answer = results.beside_calibrated(result)
+    heads, answer = beside_calibrated(kind_of(result), result)
     told = [(row.title, *texts, row.meaning) for row, texts in answer]
     chapter.add("table", Table(told, ("quantity", *(heads or ("value",)), "meaning")))
     if result.converged and result.load:
@@ -329,7 +277,7 @@ def results_chapter(result: ContactResult, study: ResolutionStudy | None) -> Cha
         told = [(capital(name), *texts) for name, *texts in sureness.rows(result, study)]
         chapter.add("table", Table(told, sureness.HEADS))
     if not result.pair.is_shared:
-        chapters.show(chapter, figures.of_contact(result), figures.ContactScene(result))
+        chapters.show(chapter, kind_of(result).figures, figures.ContactScene(result))
     return chapter
 
 
@@ -419,7 +367,7 @@ def _label(result: ContactResult) -> str:
 
 
 def _beside(pair: Sequence[ContactResult], part: str) -> list[Cells]:
-    told = beside(results.table_of(pair[0]), pair, part, brief=True)
+    told = beside(kind_of(pair[0]).table, pair, part, brief=True)
     # What three yield strengths gave has a column of its own.
     return [(capital(row.name), *texts) for row, texts in told if row.key != "recommended"]
 
@@ -432,7 +380,7 @@ def _study(study: ResolutionStudy) -> Chapter:
     chapter = Chapter("Can it be trusted")
     for sentence in study.sentences:
         chapter.add("text", sentence)
-    head, rows = results.listing(study)
+    head, rows = studied.KIND.listing(study)
     chapter.add("table", Table(rows, head))
     return chapter
 
@@ -448,6 +396,84 @@ def exactness(result: ContactResult) -> Chapter:
         "no point overlaps without pressure, no point that is pressed stands off, and only "
         "points at the ceiling sink in. It has no unit.",
     )
-    rows = results.rows(result, TRUST)
+    rows = kind_of(result).rows(result, TRUST)
     chapter.add("table", Table([(row.title, row.text) for row in rows]))
     return chapter
+
+
+_CALIBRATED = (
+    "contact_area", "contact_fraction", "saturated_fraction", "mean_pressure", "mean_gap",
+    "approach",
+)  # fmt: skip
+
+
+def under_calibrated(result: Any) -> dict[str, str]:
+    """Return what is told under the calibrated ceiling, by key; nothing where it is the same."""
+    other = getattr(result, "calibrated", None)
+    if other is None or not other.differs:
+        return {}
+    return {key: quantity_of(tables.CONTACT, key).row(other).text for key in _CALIBRATED}
+
+
+def _ceilings(result: ContactResult) -> tuple[str, str]:
+    """Return the heads of two columns: the ceiling of a result, and the calibrated one."""
+    assert result.calibrated is not None
+    factors = (result.calibrated.factor * float(result.ceiling or 0) / result.calibrated.ceiling,
+               result.calibrated.factor)  # fmt: skip
+    own, other = (f"{factor:.3g} σ_Y" for factor in factors)
+    return f"ceiling {own}", f"calibrated, {other}"
+
+
+def beside_calibrated(
+    kind: Kind, result: Any, brief: bool = False
+) -> tuple[Cells, list[tuple[Row, Cells]]]:
+    """Return heads and rows of an answer, with a second column where another ceiling changes it."""
+    found, told = kind.rows(result, brief=brief), under_calibrated(result)
+    if not told:
+        return (), [(row, (row.text,)) for row in found]
+    return _ceilings(result), [(row, (row.text, told.get(row.key, ""))) for row in found]
+
+
+def shown(result: ContactResult, study: ResolutionStudy | None = None) -> Blocks:
+    """Return what the console shows: problem, answer, trust and how sure; then cautions, study."""
+    kind = kind_of(result)
+    heads, answer = beside_calibrated(kind, result, brief=True)
+    problem, trust = blocks.problem(kind, result, result), blocks.trust(kind, result)
+    told = [(blocks.title(row), *texts) for row, texts in answer]
+    parts = blocks.table(problem, told, trust)
+    if heads:
+        parts = [Block((problem,)), Block((told,), ("", *heads)), Block((trust,))]
+    if result.converged and result.load:
+        parts += blocks.table(sureness.rows(result, study), heads=sureness.HEADS)
+    if smooth.applies(result):
+        parts += blocks.table(smooth.rows(result), heads=smooth.HEADS)
+    parts.append(Cautions(result.cautions))
+    if study is not None:
+        parts += [*blocks.steps(studied.KIND, study), Lines(study.sentences)]
+    return parts
+
+
+KIND = Kind(
+    ContactResult, tables.CONTACT, figures=figures.CONTACT, scene=figures.ContactScene,
+    plots=(
+        maps.overview, maps.pressure, maps.contact, maps.gap, maps.close_up, maps.spots,
+        profiles.section, profiles.pressure_histogram,
+    ),
+    works=sources.of_contact, save=export.save_contact, report=compared, blocks=shown,
+)  # fmt: skip
+PROFILE_KIND = replace(
+    KIND, table=profile.CONTACT, when=lambda result: result.pair.is_profile,
+    figures=traces.CONTACT, plots=(draw.pressed,),
+)  # fmt: skip
+
+SHARED_KIND = replace(
+    KIND, table=tables.SHARED, when=lambda result: result.pair.is_shared, figures=(), plots=(),
+    report=_shared, ranks=lambda result: result.share.ranks,
+)  # fmt: skip
+
+
+def kind_of(result: ContactResult) -> Kind:
+    """Return the kind of a contact: of a map in one place or on several ranks, or of a profile."""
+    if result.pair.is_shared:
+        return SHARED_KIND
+    return PROFILE_KIND if result.pair.is_profile else KIND

@@ -7,7 +7,11 @@ from typing import Any
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.joint.estimate import Estimate, Range
-from roughcontact.report.quantities import PROBLEM, Quantity, Table
+from roughcontact.references import cited
+from roughcontact.report import blocks
+from roughcontact.report.blocks import Blocks, Cautions
+from roughcontact.report.kind import Kind
+from roughcontact.report.quantities import ANSWER, PROBLEM, Quantity, Table
 from roughcontact.units import engineering, percent
 
 _ENDS = ("low", "high")
@@ -132,3 +136,16 @@ BESIDE: Table = (
     ),
 )  # fmt: skip
 """Of a `ContactResult` that is nominally flat, beside what was solved."""
+
+
+def shown(found: Estimate) -> Blocks:
+    """Return what the console shows: what formulas were given, and what they say."""
+    parts = (blocks.cells(KIND.rows(found, part, brief=True)) for part in (PROBLEM, ANSWER))
+    return [*(block for part in parts for block in blocks.table(part)), Cautions(found.cautions)]
+
+
+KIND = Kind(
+    Estimate, ESTIMATE,
+    works=lambda _: (cited("formulas of nominally flat contact", "Persson2001", "Yang2008"),),
+    blocks=shown,
+)  # fmt: skip

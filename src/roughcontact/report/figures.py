@@ -12,15 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roughcontact.contact.curve import LoadCurve
-from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.pair import BODIES
-from roughcontact.contact.result import ContactResult
-from roughcontact.contact.stress import StressResult
-from roughcontact.joint.conductance import Conductance
-from roughcontact.joint.interface import InterfaceLaw
 from roughcontact.plots import conduction, curves, laws, maps, profiles, stress, volume
-from roughcontact.report import kinds, rolled, traces
+from roughcontact.report import rolled
+from roughcontact.report.kind import Kind
 from roughcontact.report.scenes import (
     ACCURACY as ACCURACY,
     BODY as BODY,
@@ -35,11 +30,9 @@ from roughcontact.report.scenes import (
     Illustrations as Illustrations,
     MapScene as MapScene,
 )
-from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
 from roughcontact.volume import depth
 from roughcontact.volume.result import ElastoplasticResult
-from roughcontact.volume.rolling import Rolling
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -495,57 +488,10 @@ def names(table: Illustrations) -> tuple[str, ...]:
     return tuple(entry.name for entry in table if entry.name)
 
 
-def drawings(result: Any) -> dict[str, Callable[[], Figure]]:
-    """Return what draws the figures that are written to files, by name."""
-    table, scene = _scene(result)
-    return {entry.name: _later(entry, scene) for entry in table if entry.name}
-
-
-def _scene(result: Any) -> tuple[Illustrations, Any]:
-    match result:
-        case ContactResult():
-            return of_contact(result), ContactScene(result)
-        case ElastoplasticResult():
-            return VOLUME, VolumeScene(result)
-        case Rolling():
-            return ROLLING, result
-        case StressResult():
-            return of_stress(result), result
-        case LoadHistory():
-            return HISTORY, result
-        case LoadCurve():
-            return of_curve(result), result
-        case Conductance():
-            return CONDUCTANCE, result
-        case InterfaceLaw():
-            return LAW, result
-    kind = kinds.of(result)
-    return (() if kind is None else kind.figures), result
-
-
-def of_map(surface: Surface) -> Illustrations:
-    """Return the figures of a map or of a profile."""
-    return traces.MAP if surface.is_profile else MAP
-
-
-def of_contact(result: ContactResult) -> Illustrations:
-    """Return the figures of a contact."""
-    return traces.CONTACT if result.pair.is_profile else CONTACT
-
-
-def of_stress(found: StressResult) -> Illustrations:
-    """Return the figures of the stress below a contact; a profile is not seen from above."""
-    return STRESS[:2] if found.solution.pair.is_profile else STRESS
-
-
-def of_curve(curve: LoadCurve) -> Illustrations:
-    """Return the figures of a load curve."""
-    return traces.CURVE if curve.is_profile else CURVE
-
-
-def of_joint(found: Any) -> Illustrations:
-    """Return the figures of what a joint does."""
-    return _scene(found)[0]
+def drawings(kind: Kind, result: Any) -> dict[str, Callable[[], Figure]]:
+    """Return what draws the figures of a result that are written to files, by name."""
+    scene = kind.scene(result)
+    return {entry.name: _later(entry, scene) for entry in kind.figures if entry.name}
 
 
 def _later(entry: Illustration, scene: Any) -> Callable[[], Figure]:

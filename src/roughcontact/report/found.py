@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
+from operator import attrgetter
 from typing import Any
 
 from roughcontact.contact.found import APPROACH, CONTACT, COUNTED, GAP, SATURATED, YIELD, FoundLoads
-from roughcontact.report import tables
+from roughcontact.report import contact, sources, tables
+from roughcontact.report.kind import Kind, Use
 from roughcontact.report.largest import PAIR, of_largest
+from roughcontact.report.page import PLAIN, Addition, Edition, sentence
 from roughcontact.report.quantities import (
     TRUST,
     Column,
@@ -125,3 +128,31 @@ FOUND_COLUMNS: Columns = (
     Column("certificate", of=_each(lambda one: one.certificate), form=tiny, brief=False),
 )  # fmt: skip
 """Of the answers of `FoundLoads`."""
+
+
+def addition(loads: FoundLoads) -> Addition:
+    """Return the chapter on the loads that were asked for; the report is on the largest of them."""
+    head, rows = KIND.listing(loads)
+    told = (KIND.row(loads, key) for key in ("solves", "worst_certificate"))
+    text = (
+        "Each load is one of its bracket, two neighboring loads that were solved: under the "
+        "smaller the value is not reached, under the larger it is.",
+        *(sentence(f"{row.name}: {row.text}") for row in told),
+        f"The report is on the largest of these loads, {engineering(loads.largest.load, 'N')}.",
+    )
+    return Addition("Loads that were asked for", text, (head, *rows))
+
+
+def _works(loads: FoundLoads) -> Iterator[Use]:
+    if any(answer.quantity == YIELD for answer in loads.answers):
+        yield sources.below(loads.largest.boundary)
+
+
+def render(loads: FoundLoads, edition: Edition = PLAIN) -> str:
+    """Return the report on the contact under the largest load, with a chapter on all of them."""
+    return contact.compared(loads.largest, edition, [addition(loads)])
+
+
+KIND = Kind(
+    FoundLoads, FOUND, FOUND_COLUMNS, contact=attrgetter("largest"), works=_works, report=render,
+)  # fmt: skip

@@ -11,9 +11,7 @@ from roughcontact.contact.cautions import Severity
 from roughcontact.errors import InputError
 from roughcontact.plots import accessor
 from roughcontact.plots.saving import png
-from roughcontact.report import inputs, results
-from roughcontact.report.quantities import rows_of
-from roughcontact.surface.surface import Surface
+from roughcontact.report import contact, kinds
 
 Cells = tuple[str, ...]
 
@@ -87,13 +85,11 @@ def _cell(text: str) -> str:
 
 def _tables(shown: Any) -> list[list[Cells]]:
     """Return names with values, and the steps where there are some."""
-    if isinstance(shown, Surface):
-        rows = rows_of(inputs.TRACE if shown.is_profile else inputs.SURFACE, shown)
-        return [[(row.name, row.text) for row in rows]]
-    heads, answer = results.beside_calibrated(shown, brief=True)
+    kind = kinds.of(shown)
+    heads, answer = contact.beside_calibrated(kind, shown, kind.brief)
     told: list[Cells] = [("", *heads)] if heads else []
     told += [(row.name, *texts) for row, texts in answer]
-    head, steps = results.listing(shown, brief=True)
+    head, steps = kind.listing(shown, brief=True)
     if len(steps) > 2 * _ENDS:
         steps = [*steps[:_ENDS], ("…",) * len(head), *steps[-_ENDS:]]
     return [table for table in (told, [head, *steps] if steps else []) if table]
@@ -101,7 +97,7 @@ def _tables(shown: Any) -> list[list[Cells]]:
 
 def _picture(shown: Any) -> str:
     try:
-        figures = accessor.of(shown)
+        figures = accessor.Plots(shown, kinds.of(shown).plots)
         # One map: what shows four at once is too small here.
         figure = figures.pressure() if "pressure" in dir(figures) else figures()
     except (AttributeError, InputError):

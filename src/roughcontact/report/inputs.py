@@ -10,8 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from roughcontact.contact.slab import Share
+from roughcontact.formats import export
 from roughcontact.material.material import Material
+from roughcontact.plots import maps, profiles, traces
 from roughcontact.report import wording
+from roughcontact.report.kind import Kind
 from roughcontact.report.quantities import ABSENT, Quantity, Table, quantity_of, within, written
 from roughcontact.surface import profile
 from roughcontact.surface.surface import Surface
@@ -301,3 +304,12 @@ def parameter(name: str, values: Mapping[str, float]) -> str:
     if unit == "ml/m²":
         return f"{plain(1e6 * value)} ml/m²"
     return engineering(value, unit)
+
+
+KIND = Kind(
+    Surface, SURFACE, brief=False, plots=(maps.surface, profiles.bearing_curve),
+    save=export.save_surface,
+)  # fmt: skip
+PROFILE_KIND = replace(
+    KIND, table=TRACE, when=lambda surface: surface.is_profile, plots=(traces.heights,)
+)

@@ -2,27 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from roughcontact._version import __version__
+from roughcontact.files import require_suffix, to_json, write
+from roughcontact.ranks import Ranks
 from roughcontact.references import Reference
-from roughcontact.report.quantities import Columns, Table
+from roughcontact.report.quantities import (
+    ANSWER,
+    Columns,
+    Row,
+    Table,
+    csv_text,
+    listing_of,
+    quantity_of,
+    rows_of,
+    stored,
+    stored_columns,
+)
 from roughcontact.report.scenes import Illustrations
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Uses = tuple[tuple[str, tuple[Reference, ...]], ...]
+Use = tuple[str, tuple[Reference, ...]]
 
 
-def _none(_: Any) -> tuple[str, ...]:
+def _none(_: Any) -> tuple[Any, ...]:
     return ()
+
+
+def _itself(result: Any) -> Any:
+    return result
 
 
 @dataclass(frozen=True)
 class Kind:
-    """What there is to tell of one class of results.
+    """What there is to tell of one class of results, or of some of them.
 
     Parameters
     ----------
@@ -30,23 +50,80 @@ class Kind:
         The class.
     table, columns : Table, Columns
         Its quantities, and those of each of its steps.
+    when : callable
+        ``when(result)`` tells whether a result of the class is of this kind.
+    listed : bool
+        Whether the summary has the columns, too; others tell them in their table.
+    brief : bool
+        Whether a session shows the main rows alone.
     title : str
         Of its chapter in the report on the contact that it is of.
     sentences : callable
         What a reader has to know before the numbers.
     figures : Illustrations
         Of reports, and for ``--figures``.
+    scene : callable
+        ``scene(result)`` is what they are drawn of.
     plots : tuple of callable
         Figures that ``result.plot`` offers, the usual one first.
-    works : Uses
-        The papers behind it, besides those of the contact that it is of.
+    contact : callable, optional
+        ``contact(result)`` is the contact that it is of.
+    works : callable
+        ``works(result)`` yields the papers behind it, besides those of that contact.
+    save : callable, optional
+        ``save(result, path)`` writes it; by default its steps as a table, all of it as JSON.
+    report : callable, optional
+        ``report(result, edition)`` returns a report as the text of an HTML file; some take more.
+        By default one with a title has a chapter in the report on its contact.
+    blocks : callable, optional
+        ``blocks(result)`` returns what the console shows, see `report.blocks`; some take more.
+    ranks : callable
+        ``ranks(result)`` are those that hold it together, so that all ask for its report and the
+        first writes it; None where one process holds it.
     """
 
     result: type
     table: Table
     columns: Columns = ()
+    when: Callable[[Any], bool] = lambda _: True
+    listed: bool = False
+    brief: bool = True
     title: str = ""
     sentences: Callable[[Any], tuple[str, ...]] = _none
     figures: Illustrations = ()
+    scene: Callable[[Any], Any] = _itself
     plots: tuple[Callable[..., Figure], ...] = ()
-    works: Uses = ()
+    contact: Callable[[Any], Any] | None = None
+    works: Callable[[Any], Iterable[Use]] = _none
+    save: Callable[[Any, str | os.PathLike[str]], None] | None = None
+    report: Callable[..., str] | None = None
+    blocks: Callable[..., list[Any]] | None = None
+    ranks: Callable[[Any], Ranks | None] = lambda _: None
+
+    def rows(self, result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
+        """Return what is told of a result; see `quantities.rows_of`."""
+        return rows_of(self.table, result, part, brief)
+
+    def row(self, result: Any, key: str) -> Row:
+        """Return one quantity of a result."""
+        return quantity_of(self.table, key).row(result)
+
+    def listing(
+        self, result: Any, brief: bool = False
+    ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+        """Return the head and the rows of the steps of a result; see `quantities.listing_of`."""
+        return listing_of(self.columns, result, brief)
+
+    def write(self, result: Any, path: str | os.PathLike[str]) -> None:
+        """Write the steps of a result as a table, or all of it as JSON."""
+        require_suffix(path, *((".csv", ".json") if self.columns else (".json",)))
+        table = Path(path).suffix.lower() == ".csv"
+        text = csv_text(self.columns, result) if table else to_json(self.summary(result)) + "\n"
+        write(path, text)
+
+    def summary(self, result: Any) -> dict[str, Any]:
+        """Return a result by name, in SI units, ready for JSON."""
+        told = stored(self.table, result)
+        if self.listed:
+            return {**told, **stored_columns(self.columns, result), "version": __version__}
+        return told

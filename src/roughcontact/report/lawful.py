@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from operator import attrgetter
 from typing import Any
 
+from roughcontact.formats import export
 from roughcontact.joint.interface import InterfaceLaw
 from roughcontact.joint.law_curve import ERROR
-from roughcontact.report import tables
+from roughcontact.plots import laws
+from roughcontact.references import cited
+from roughcontact.report import figures, tables
+from roughcontact.report.kind import Kind, Use
 from roughcontact.report.largest import PAIR
 from roughcontact.report.quantities import (
     PROBLEM,
@@ -191,3 +197,16 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
         f"Tables for other programs have as many rows as straight lines need for {100 * ERROR:.0f} "
         f"% of the pressure{_known(law)}",
     )  # fmt: skip
+
+
+def _works(law: InterfaceLaw) -> Iterator[Use]:
+    yield cited("separation by theory", "Persson2007", "Yang2008", "Almqvist2011")
+    yield cited("asperities", "Greenwood1970", "Nayak1971")
+    if law.bodies is not None:
+        yield cited("conductance from the stiffness", "Barber2003")
+
+
+KIND = Kind(
+    InterfaceLaw, LAW, LAW_COLUMNS, title=TITLE, sentences=sentences, figures=figures.LAW,
+    plots=(laws.interface_law,), contact=attrgetter("largest"), works=_works, save=export.save_law,
+)  # fmt: skip

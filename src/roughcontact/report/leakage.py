@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import asdict
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -226,9 +227,10 @@ _FIGURES: Illustrations = (
 )
 
 KIND = Kind(
-    Leakage, _TABLE, _COLUMNS, "What leaks through the gap", _sentences, _FIGURES,
-    plots=(drawn.leak, drawn.flow_factors),
-    works=(
+    Leakage, _TABLE, _COLUMNS, listed=True, title="What leaks through the gap",
+    sentences=_sentences, figures=_FIGURES, plots=(drawn.leak, drawn.flow_factors),
+    contact=attrgetter("largest"),
+    works=lambda _: (
         cited("flow through the gap", "Patir1978"),
         cited("gas that slips", "Burgdorfer1959"),
         cited("equations of the flow", "Notay2010"),

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from roughcontact._version import __version__
 from roughcontact.contact.cautions import Caution, Kind, Severity
 from roughcontact.errors import InputError, Sentence, Spell, parts_of, worded
+from roughcontact.files import write
 from roughcontact.plots import sharing
 from roughcontact.plots.style import DPI
 from roughcontact.references import NO_REFERENCES, References
@@ -147,6 +148,38 @@ class Chapter:
         self.blocks.append((kind, content))
 
 
+def save(text: str, path: str | os.PathLike[str]) -> None:
+    """Write a page to an HTML file; it appears only once it is complete."""
+    check_path(path)
+    write(path, text)
+
+
+@dataclass(frozen=True)
+class Edition:
+    """What a report has besides its result.
+
+    Parameters
+    ----------
+    command : str
+        What was typed to get the result; without it a report gives a script where there is one.
+    date : date, optional
+        Date of the report; today by default.
+    spell : callable
+        ``spell(mention)`` returns the words for an argument; those of Python without.
+    processes : int
+        How many may draw its figures; see `sharing.pngs`.
+    """
+
+    command: str = ""
+    date: datetime.date | None = None
+    spell: Spell = str
+    processes: int = 1
+
+
+PLAIN = Edition()
+"""An edition without a command, of today."""
+
+
 def check_path(path: str | os.PathLike[str]) -> None:
     """Raise `InputError` unless a report can have this name, before anything is computed."""
     target = Path(path)
@@ -169,7 +202,7 @@ def render(
     *,
     title: str,
     subtitle: str,
-    date: datetime.date | None,
+    edition: Edition,
     status: str,
     key_numbers: Sequence[Cells],
     regime: str,
@@ -177,8 +210,6 @@ def render(
     certificate: str,
     cautions: Sequence[Caution],
     checked: Sequence[str],
-    spell: Spell = str,
-    processes: int = 1,
 ) -> str:
     """Return a page as the text of an HTML file.
 
@@ -188,8 +219,8 @@ def render(
         What follows the summary; they get their numbers here.
     title, subtitle : str
         What the page is on.
-    date : date or None
-        Its date; today without.
+    edition : Edition
+        Its date, and how it is drawn and worded.
     status : str
         ``"converged"``, or why the solver stopped.
     key_numbers : sequence of (str, str, str)
@@ -203,21 +234,17 @@ def render(
         What a reader of the numbers has to know.
     checked : sequence of str
         What the result was looked at for, in a few words each.
-    spell : callable
-        ``spell(mention)`` returns the words for an argument; those of Python without.
-    processes : int
-        How many may draw its figures; see `sharing.pngs`.
 
     Returns
     -------
     str
         HTML with its figures inside: no other file, no network and no script is needed.
     """
-    _draw(_number(chapters), processes)
-    return _template(spell).render(
+    _draw(_number(chapters), edition.processes)
+    return _template(edition.spell).render(
         title=title,
         subtitle=subtitle,
-        date=(date or datetime.date.today()).isoformat(),
+        date=(edition.date or datetime.date.today()).isoformat(),
         version=__version__,
         converged=status == "converged",
         status=status,

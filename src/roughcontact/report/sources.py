@@ -8,26 +8,19 @@ from typing import Any
 from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.compared import Comparison
 from roughcontact.contact.curve import LoadCurve
-from roughcontact.contact.found import YIELD, FoundLoads
-from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.sampling import SamplingStudy
 from roughcontact.contact.smooth import ELLIPSE
 from roughcontact.contact.stress import StressResult
 from roughcontact.formats import instruments
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.joint.conductance import Conductance
-from roughcontact.joint.estimate import Estimate
-from roughcontact.joint.interface import InterfaceLaw
 from roughcontact.material.hardening import Hardening, Kinematic, Swift
 from roughcontact.references import NO_REFERENCES, Reference, References, cited
-from roughcontact.report import kinds
+from roughcontact.report.kind import Kind, Use
 from roughcontact.report.page import Addition, Chapter
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.volume.result import ElastoplasticResult
-from roughcontact.volume.rolling import Rolling
 
-Uses = Iterator[tuple[str, tuple[Reference, ...]]]
+Uses = Iterator[Use]
 
 # What was done to a map, by method of `Surface` or what made it.
 _STEPS = {
@@ -41,21 +34,28 @@ _CEILING = cited("ceiling of the pressure", "EngineeringModel", "Almqvist2007", 
 _RECOMMENDED = cited("recommended ceiling", "Jackson2005")
 
 
-def of(result: Any) -> References:
+def of(kind: Kind, result: Any) -> References:
     """Return the works behind a result, by what they were used for.
 
     Parameters
     ----------
+    kind : Kind
+        The kind of the result.
     result : object
-        A contact, one with plasticity of the volume, passes, stress, a curve, a history, loads
-        that were found, maps that are compared, or what a joint does.
+        The result.
 
     Returns
     -------
     works : References
         Kernel, solver, ceiling, reader, parameters, and so on, each with its works.
     """
-    return _gathered(_uses(result))
+    contact = () if kind.contact is None else of_contact(kind.contact(result))
+    return _gathered([*contact, *kind.works(result)])
+
+
+def added(kind: Kind, result: Any) -> References:
+    """Return what a further chapter of a report cites besides the contact that it is of."""
+    return _gathered(kind.works(result))
 
 
 def chapter(works: References, additions: Sequence[Addition] = ()) -> Chapter:
@@ -85,74 +85,15 @@ def chapter(works: References, additions: Sequence[Addition] = ()) -> Chapter:
     return found
 
 
-def _gathered(uses: Uses) -> References:
+def _gathered(uses: Iterable[Use]) -> References:
     found = NO_REFERENCES
     for use in uses:
         found += References((use,))
     return found
 
 
-def _uses(result: Any) -> Uses:
-    match result:
-        case ContactResult():
-            yield from _of_contact(result)
-        case ElastoplasticResult():
-            yield from _of_volume(result)
-        case Rolling():
-            yield from _of_volume(result.result)
-            yield cited("passes and shakedown", "Johnson1985", "Boucly2007")
-        case StressResult():
-            yield from _of_contact(result.solution)
-            yield from _of_stress(result)
-        case LoadCurve():
-            yield from _of_curve(result)
-        case LoadHistory():
-            yield from _of_contact(result.under_largest)
-        case FoundLoads():
-            yield from _of_contact(result.largest)
-            if any(answer.quantity == YIELD for answer in result.answers):
-                yield _below(result.largest.boundary)
-        case Comparison():
-            yield from _of_comparison(result)
-        case SamplingStudy():
-            yield from _of_curve(result.whole.curve)
-            yield cited("intervals of the means", "Student1908")
-        case Estimate():
-            yield cited("formulas of nominally flat contact", "Persson2001", "Yang2008")
-        case Conductance() | InterfaceLaw():
-            yield from _of_contact(result.largest)
-            yield from of_joint(result)
-        case _ if kinds.of(result) is not None:
-            yield from _of_contact(result.largest)
-            yield from of_joint(result)
-        case _:
-            raise TypeError(f"there are no references for a {type(result).__name__}")
-
-
-def added(result: Any) -> References:
-    """Return what a further chapter of a report cites besides the contact that it is of."""
-    return _gathered(_of_stress(result) if isinstance(result, StressResult) else of_joint(result))
-
-
-def of_joint(result: Any) -> Uses:
-    """Yield what a joint does by, besides the contact that it is of."""
-    match result:
-        case Conductance():
-            yield cited("conductance from the stiffness", "Barber2003")
-            yield cited("resistance of the spots", "Holm1967", "Greenwood1966")
-            yield cited("correlations of flat joints", "Cooper1969", "Mikic1974")
-            yield cited("gas in the gap", "Song1993")
-        case InterfaceLaw():
-            yield cited("separation by theory", "Persson2007", "Yang2008", "Almqvist2011")
-            yield cited("asperities", "Greenwood1970", "Nayak1971")
-            if result.bodies is not None:
-                yield cited("conductance from the stiffness", "Barber2003")
-    kind = kinds.of(result)
-    if kind is not None:
-        yield from kind.works
-
-
-def _of_contact(result: ContactResult) -> Uses:
+def of_contact(result: ContactResult) -> Uses:
+    """Yield the works of a contact."""
     yield from _elastic(result)
     if result.ceiling is not None:
         yield _CEILING
@@ -204,7 +145,8 @@ def _solved(boundary: Boundary, is_profile: bool, yields: bool) -> Uses:
     yield cited("arrays, transforms and linear algebra", "Harris2020", "Virtanen2020")
 
 
-def _of_curve(curve: LoadCurve) -> Uses:
+def of_curve(curve: LoadCurve) -> Uses:
+    """Yield the works of a load curve."""
     known = curve.softer is not None and curve.softer.yield_strength is not None
     yield from _of_maps(curve.origins, curve.is_profile)
     yield from _solved(curve.boundary, curve.is_profile, known)
@@ -217,9 +159,10 @@ def _of_curve(curve: LoadCurve) -> Uses:
     yield cited("conductance from the stiffness", "Barber2003")
 
 
-def _of_comparison(found: Comparison) -> Uses:
+def of_comparison(found: Comparison) -> Uses:
+    """Yield the works of maps that are compared."""
     for sample in found.samples:
-        yield from _of_curve(sample.curve)
+        yield from of_curve(sample.curve)
     yield cited("intervals of the means", "Student1908")
     if len(found.groups) > 1 and not found.paired:
         wide = len(found.groups) > 2
@@ -247,18 +190,21 @@ def _of_step(step: Operation) -> Uses:
             yield from _of_provenance(other)
 
 
-def _of_stress(result: StressResult) -> Uses:
-    yield _below(result.solution.boundary)
+def of_stress(result: StressResult) -> Uses:
+    """Yield the works of the stress, besides the contact."""
+    yield below(result.solution.boundary)
     if result.friction:
         yield cited("stress by friction", "Johnson1985", "Hamilton1983")
 
 
-def _below(boundary: Boundary) -> tuple[str, tuple[Reference, ...]]:
+def below(boundary: Boundary) -> tuple[str, tuple[Reference, ...]]:
+    """Return the works behind stress below the surface."""
     free = () if boundary.periodic_axes else ("Love1929", "Liu2002")
     return cited("stress below the surface", "Johnson1985", *free)
 
 
-def _of_volume(result: ElastoplasticResult) -> Uses:
+def of_volume(result: ElastoplasticResult) -> Uses:
+    """Yield the works of a contact with plasticity of the volume."""
     yield from _elastic(result.solution)
     yield cited("plasticity of the volume", "Jacq2002", "Nelias2006", "Frerot2019", "Simo1998")
     yield cited("acceleration of the loop", "Anderson1965")

@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
-import datetime
-import os
+from operator import attrgetter
 
 from roughcontact.contact import judgment
 from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.history import LoadHistory
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import Spell
-from roughcontact.files import write
+from roughcontact.plots.curves import hysteresis
 from roughcontact.report import (
     assumptions,
     chapters,
     contact,
+    curve as curves,
     figures,
     page,
     profile as of_profile,
     regimes,
-    results,
     sources,
     tables,
 )
-from roughcontact.report.page import Cells, Chapter, Table
+from roughcontact.report.kind import Kind
+from roughcontact.report.page import PLAIN, Cells, Chapter, Edition, Table
 from roughcontact.report.quantities import PROBLEM, capital, tiny
 from roughcontact.units import counted, engineering
 
@@ -35,12 +34,9 @@ _OF_A_PROFILE = ("contact_length", "saturated_length", *_OF_A_CURVE[2:])
 def render_curve(
     curve: LoadCurve,
     last: ContactResult,
+    edition: Edition = PLAIN,
     *,
     elastic: ContactResult | None = None,
-    command: str = "",
-    date: datetime.date | None = None,
-    spell: Spell = str,
-    processes: int = 1,
 ) -> str:
     """Return a report on a load curve as the text of an HTML file.
 
@@ -52,14 +48,8 @@ def render_curve(
         The contact under its last load, for maps and assumptions.
     elastic : ContactResult, optional
         The same without a ceiling, to stand beside it.
-    command : str
-        What was typed to get the curve.
-    date : date, optional
-        Date of the report; today by default.
-    spell : callable
-        ``spell(mention)`` returns the words for an argument; those of Python without.
-    processes : int
-        How many may draw its figures; see `sharing.pngs`.
+    edition : Edition
+        Command, date, and how it is drawn and worded.
 
     Returns
     -------
@@ -70,9 +60,9 @@ def render_curve(
     stated = chapters.stated(last, spots)
     under = f"under {engineering(last.load, last.pair.load_unit)}"
     found = [
-        chapters.load_curve(curve),
+        curves.chapter(curve),
         *chapters.prepared(last),
-        chapters.problem(last, results.rows(last, PROBLEM), "ceiling"),
+        chapters.problem(last, contact.kind_of(last).rows(last, PROBLEM), "ceiling"),
         chapters.assumed(stated, curve.cautions),
         _titled(contact.results_chapter(last, None), f"The contact {under}"),
         *chapters.smooth_beside_rough(last),
@@ -84,14 +74,14 @@ def render_curve(
     exact = contact.exactness(last)
     found += [
         _titled(exact, f"{exact.title} {under}"),
-        chapters.repetition(last.version, command, ""),
-        sources.chapter(sources.of(last) + sources.of(curve)),
+        chapters.repetition(last.version, edition.command, ""),
+        sources.chapter(sources.of(contact.KIND, last) + sources.of(curves.KIND, curve)),
     ]
     return page.render(
         found,
         title=_title_of_curve(curve),
         subtitle=chapters.subtitle(last),
-        date=date,
+        edition=edition,
         status=last.status,
         key_numbers=_from_first_to_last(curve),
         regime=last.regime,
@@ -99,18 +89,12 @@ def render_curve(
         certificate=_worst(curve, last.tolerance),
         cautions=curve.cautions,
         checked=judgment.checked(last),
-        spell=spell,
-        processes=processes,
     )
 
 
 def render_history(
     history: LoadHistory,
-    *,
-    command: str = "",
-    date: datetime.date | None = None,
-    spell: Spell = str,
-    processes: int = 1,
+    edition: Edition = PLAIN,
 ) -> str:
     """Return a report on a load history as the text of an HTML file.
 
@@ -118,14 +102,8 @@ def render_history(
     ----------
     history : LoadHistory
         What the report is on.
-    command : str
-        What was typed to get it.
-    date : date, optional
-        Date of the report; today by default.
-    spell : callable
-        ``spell(mention)`` returns the words for an argument; those of Python without.
-    processes : int
-        How many may draw its figures; see `sharing.pngs`.
+    edition : Edition
+        Command, date, and how it is drawn and worded.
 
     Returns
     -------
@@ -141,62 +119,28 @@ def render_history(
         *([_under(largest), *chapters.smooth_beside_rough(largest)] if largest.load else []),
         _left(history),
         *chapters.prepared(largest),
-        chapters.problem(largest, results.rows(largest, PROBLEM), "ceiling"),
+        chapters.problem(largest, contact.kind_of(largest).rows(largest, PROBLEM), "ceiling"),
         chapters.assumed(stated, history.cautions),
         _titled(exact, f"{exact.title} {under}"),
-        chapters.repetition(largest.version, command, ""),
-        sources.chapter(sources.of(history)),
+        chapters.repetition(largest.version, edition.command, ""),
+        sources.chapter(sources.of(KIND, history)),
     ]
     return page.render(
         found,
         title=_title_of_history(history),
         subtitle=chapters.subtitle(largest),
-        date=date,
+        edition=edition,
         status=history.last.status,
         key_numbers=[
             ("Largest load", engineering(largest.load, "N"), "of the path"),
-            *chapters.headlines(history, tables.HISTORY_HEADLINES),
+            *chapters.headlines(KIND, history, tables.HISTORY_HEADLINES),
         ],
         regime=largest.regime,
         regime_text=f"{capital(under)}: {regimes.regime(largest)}",
         certificate=_worst(history, largest.tolerance),
         cautions=history.cautions,
         checked=judgment.checked(largest),
-        spell=spell,
-        processes=processes,
     )
-
-
-def save_curve(
-    curve: LoadCurve,
-    last: ContactResult,
-    path: str | os.PathLike[str],
-    *,
-    elastic: ContactResult | None = None,
-    command: str = "",
-    spell: Spell = str,
-    processes: int = 1,
-) -> None:
-    """Write a report on a load curve to an HTML file; see `render_curve`."""
-    page.check_path(path)
-    write(
-        path,
-        render_curve(
-            curve, last, elastic=elastic, command=command, spell=spell, processes=processes
-        ),
-    )
-
-
-def save_history(
-    history: LoadHistory,
-    path: str | os.PathLike[str],
-    command: str = "",
-    spell: Spell = str,
-    processes: int = 1,
-) -> None:
-    """Write a report on a load history to an HTML file; see `render_history`."""
-    page.check_path(path)
-    write(path, render_history(history, command=command, spell=spell, processes=processes))
 
 
 def _title_of_curve(curve: LoadCurve) -> str:
@@ -214,8 +158,9 @@ def _title_of_history(history: LoadHistory) -> str:
 
 
 def _from_first_to_last(curve: LoadCurve) -> list[Cells]:
-    head, rows = results.listing(curve)
-    names = [column.key for column in results.columns_of(curve) if column.name]
+    kind = curves.PROFILE_KIND if curve.is_profile else curves.KIND
+    head, rows = kind.listing(curve)
+    names = [column.key for column in kind.columns if column.name]
     found: list[Cells] = []
     for key in _OF_A_PROFILE if curve.is_profile else _OF_A_CURVE:
         if key.startswith("saturated") and curve.ceiling is None:
@@ -248,7 +193,7 @@ def _path(history: LoadHistory) -> Chapter:
         "before the path.",
     )
     chapters.show(chapter, figures.HISTORY, history)
-    head, rows = results.listing(history)
+    head, rows = KIND.listing(history)
     chapter.add("table", Table(rows, head))
     return chapter
 
@@ -261,8 +206,8 @@ def _under(largest: ContactResult) -> Chapter:
 
 def _left(history: LoadHistory) -> Chapter:
     chapter = Chapter("What the path left behind")
-    chapter.add("table", Table(chapters.facts(history)))
-    chapter.add("text", page.sentence(results.row(history, "volume_account").text))
+    chapter.add("table", Table(chapters.facts(KIND, history)))
+    chapter.add("text", page.sentence(KIND.row(history, "volume_account").text))
     body = "body" if history.indented_body == "surface" else "counter-body"
     scene = figures.MapScene(history.residual, f" of the {body}", "after the path, without load")
     chapters.show(chapter, figures.MAP, scene, figures.PREPARATION)
@@ -272,3 +217,9 @@ def _left(history: LoadHistory) -> Chapter:
 def _titled(chapter: Chapter, title: str) -> Chapter:
     chapter.title = title
     return chapter
+
+
+KIND = Kind(
+    LoadHistory, tables.HISTORY, tables.HISTORY_COLUMNS, figures=figures.HISTORY,
+    plots=(hysteresis,), contact=attrgetter("under_largest"), report=render_history,
+)  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from roughcontact.contact.study import QUANTITIES, ResolutionStudy
+from roughcontact.report.kind import Kind
 from roughcontact.report.quantities import Column, Columns, Quantity, Table
 from roughcontact.units import percent
 
@@ -34,3 +35,7 @@ STUDY_COLUMNS: Columns = (
     Column("mean_pressure", "mean pressure", unit="Pa", of=_cases("mean_pressure")),
 )  # fmt: skip
 """Of the solves of a `ResolutionStudy`."""
+
+
+# Its papers are those of the contact that it is told with.
+KIND = Kind(ResolutionStudy, STUDY, STUDY_COLUMNS)

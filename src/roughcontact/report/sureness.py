@@ -8,14 +8,14 @@ from roughcontact.contact import certainty
 from roughcontact.contact.certainty import Cause, Interval
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.study import ResolutionStudy
-from roughcontact.report import results
+from roughcontact.report import profile, tables
 from roughcontact.report.quantities import Quantity, Table, quantity_of
 from roughcontact.units import changed_by, percent
 
-HEADS = ("on this map", "between", "because of")
+HEADS = ("as measured", "between", "because of")
 
 WHAT = (
-    "Where the numbers of the map as measured lie, as far as is known: what whole pixels at the "
+    "Where the numbers of what was measured lie, as far as is known: what whole pixels at the "
     "rim of spots add, what finer grids change, what yielding in the volume changes, and the "
     "tolerance. What the measurement left out is in none of them."
 )
@@ -39,7 +39,7 @@ def rows(result: ContactResult, study: ResolutionStudy | None = None) -> list[tu
     study : ResolutionStudy, optional
         The same contact on other grids.
     """
-    table = results.table_of(result)
+    table = profile.CONTACT if result.pair.is_profile else tables.CONTACT
     return [_row(interval, table) for interval in certainty.intervals(result, study)]
 
 

@@ -5,28 +5,28 @@ Everything in it comes from the result that is handed over; nothing is solved he
 
 from __future__ import annotations
 
-import datetime
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from roughcontact.contact.cautions import Caution
-from roughcontact.errors import Spell
-from roughcontact.files import write
+from roughcontact.formats import export
+from roughcontact.plots import volume as plots
 from roughcontact.references import References
 from roughcontact.report import (
     assumptions_volume,
+    blocks,
     chapters,
     details,
     figures,
     page,
     regimes,
-    results,
     script,
     sources,
     tables,
 )
-from roughcontact.report.page import Addition, Cells, Chapter, Table
+from roughcontact.report.blocks import Blocks, Cautions
+from roughcontact.report.kind import Kind
+from roughcontact.report.page import PLAIN, Addition, Cells, Chapter, Edition, Table
 from roughcontact.report.quantities import PROBLEM, TRUST, rows_of
 from roughcontact.units import engineering
 from roughcontact.volume import judgment
@@ -63,13 +63,10 @@ class Lead:
 
 def render(
     result: ElastoplasticResult,
+    edition: Edition = PLAIN,
     *,
     lead: Lead | None = None,
     additions: Sequence[Addition] = (),
-    command: str = "",
-    date: datetime.date | None = None,
-    spell: Spell = str,
-    processes: int = 1,
 ) -> str:
     """Return a report as the text of an HTML file.
 
@@ -77,19 +74,12 @@ def render(
     ----------
     result : ElastoplasticResult
         What the report is on.
+    edition : Edition
+        Command, date, and how it is drawn and worded.
     lead : Lead, optional
         What it says first, where the result is the end of something.
     additions : sequence of Addition
         Further chapters.
-    command : str
-        What was typed to get the result. Without it a Python script is given, see
-        `script.repeating_volume`.
-    date : date, optional
-        Date of the report; today by default.
-    spell : callable
-        ``spell(mention)`` returns the words for an argument; those of Python without.
-    processes : int
-        How many may draw its figures; see `sharing.pngs`.
 
     Returns
     -------
@@ -103,7 +93,7 @@ def render(
     found = [
         *([lead.chapter] if lead.chapter.title else []),
         *chapters.prepared(contact),
-        chapters.problem(contact, results.rows(result, PROBLEM), "volume"),
+        chapters.problem(contact, KIND.rows(result, PROBLEM), "volume"),
         chapters.assumed(stated, lead.cautions),
         _results(result),
         *(_volume(result, body) for body in range(len(result.bodies))),
@@ -114,13 +104,13 @@ def render(
         found += [*chapters.smooth_beside_rough(contact), chapters.contact_spots(contact, spots)]
     found += [chapters.added(addition) for addition in additions]
     lines = script.repeating_volume(result)
-    found += [_certificate(result), chapters.repetition(result.version, command, lines)]
+    found += [_certificate(result), chapters.repetition(result.version, edition.command, lines)]
     found.append(sources.chapter(lead.references, additions))
     return page.render(
         found,
         title=lead.title,
         subtitle=chapters.subtitle(contact),
-        date=date,
+        edition=edition,
         status=result.status,
         key_numbers=lead.key_numbers,
         regime=result.regime,
@@ -128,49 +118,13 @@ def render(
         certificate=_certificate_in_short(result),
         cautions=lead.cautions,
         checked=(*lead.checked, *judgment.checked(result)),
-        spell=spell,
-        processes=processes,
     )
 
 
 def _lead(result: ElastoplasticResult) -> Lead:
     """Return what a report on a state alone says first."""
-    numbers, works = _key_numbers(result), sources.of(result)
+    numbers, works = _key_numbers(result), sources.of(KIND, result)
     return Lead(_title(result), numbers, Chapter(""), works, result.cautions)
-
-
-def save(
-    result: ElastoplasticResult,
-    path: str | os.PathLike[str],
-    *,
-    additions: Sequence[Addition] = (),
-    command: str = "",
-    date: datetime.date | None = None,
-    spell: Spell = str,
-    processes: int = 1,
-) -> None:
-    """Write a report to an HTML file.
-
-    Parameters
-    ----------
-    result, additions, command, date, spell, processes
-        As for `render`.
-    path : str or path
-        File to write, ``.html`` or ``.htm``; it appears only once it is complete, and a file
-        that was there stays as it was until then.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another one, or the folder does not exist.
-    OSError
-        If the file cannot be written.
-    """
-    page.check_path(path)
-    text = render(
-        result, additions=additions, command=command, date=date, spell=spell, processes=processes
-    )
-    write(path, text)
 
 
 def _title(result: ElastoplasticResult) -> str:
@@ -190,9 +144,9 @@ def _largest_load(result: ElastoplasticResult) -> str:
 
 def _key_numbers(result: ElastoplasticResult) -> list[Cells]:
     if result.solution.load:
-        return chapters.headlines(result, tables.VOLUME_HEADLINES)
+        return chapters.headlines(KIND, result, tables.VOLUME_HEADLINES)
     gone = ("Largest load", _largest_load(result), "on the way; it is gone")
-    return [*chapters.headlines(result, tables.RELEASED_HEADLINES), gone]
+    return [*chapters.headlines(KIND, result, tables.RELEASED_HEADLINES), gone]
 
 
 def _certificate_in_short(result: ElastoplasticResult) -> str:
@@ -215,7 +169,7 @@ def _certificate_in_short(result: ElastoplasticResult) -> str:
 
 def _results(result: ElastoplasticResult) -> Chapter:
     chapter = Chapter("Results")
-    chapter.add("table", chapters.quantities(results.rows(result)))
+    chapter.add("table", chapters.quantities(KIND.rows(result)))
     chapters.show(chapter, figures.VOLUME, figures.VolumeScene(result))
     return chapter
 
@@ -237,7 +191,7 @@ def _path(result: ElastoplasticResult) -> Chapter:
         "were halved.",
     )
     chapters.show(chapter, figures.VOLUME, figures.VolumeScene(result), figures.PATH)
-    head, rows = results.listing(result)
+    head, rows = KIND.listing(result)
     chapter.add("table", Table(rows, head))
     return chapter
 
@@ -258,7 +212,25 @@ def _certificate(result: ElastoplasticResult) -> Chapter:
         "the displacement of a pixel under unit pressure of its own, and g the gap, the residual "
         "displacement included, computed afresh from p after the solver had ended.",
     )
-    rows = results.rows(result, TRUST)
+    rows = KIND.rows(result, TRUST)
     chapter.add("table", Table([(row.title, row.text) for row in rows]))
     chapters.show(chapter, figures.VOLUME, figures.VolumeScene(result), figures.ACCURACY)
     return chapter
+
+
+def shown(result: ElastoplasticResult) -> Blocks:
+    """Return what the console shows: problem, answer and trust, then cautions."""
+    problem = blocks.problem(KIND, result, result.solution)
+    answer = blocks.cells(KIND.rows(result, brief=True))
+    return [*blocks.table(problem, answer, blocks.trust(KIND, result)), Cautions(result.cautions)]
+
+
+KIND = Kind(
+    ElastoplasticResult, tables.VOLUME, tables.INCREMENTS, figures=figures.VOLUME,
+    scene=figures.VolumeScene,
+    plots=(
+        plots.section, plots.profile, plots.layers, plots.path, plots.residual_displacement,
+        plots.convergence,
+    ),
+    works=sources.of_volume, save=export.save_volume, report=render, blocks=shown,
+)  # fmt: skip

@@ -1,35 +1,62 @@
-"""The maps of a comparison: read, prepared, cut into quarters if wanted, and compared."""
+"""The task ``compare``: maps read, prepared, cut into quarters if wanted, and compared."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughcontact.contact.cautions import Caution, of_measurement
+from roughcontact import limits
 from roughcontact.errors import InputError, Mention
-from roughcontact.request import problem
-from roughcontact.request.maps import resolution_notes, surfaces
+from roughcontact.request import memory, options, parsing, problem
+from roughcontact.request.option import PICTURES, TABLES, Option, Panel, file, flag
+from roughcontact.request.outcome import Look, Outcome, Work, remarks_on
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
-from roughcontact.solvers.progress import Progress
-from roughcontact.surface.partition import partition
+from roughcontact.request.rule import EXCLUDES, NEEDED, Rule
+from roughcontact.request.task import Pieces, Task
 
 if TYPE_CHECKING:
+    from roughcontact.contact.cautions import Caution
     from roughcontact.contact.compare import Asked, Pressed
     from roughcontact.contact.compared import Comparison
     from roughcontact.contact.sample import Sample
     from roughcontact.contact.sampling import SamplingStudy
     from roughcontact.surface.surface import Surface
 
-Look = Callable[[Progress], None]
+QUARTERS = flag(
+    "quarters", Panel.MAP, "Make a group of each map: its four quarters, each leveled again."
+)
+SAMPLING = flag(
+    "sampling", Panel.MAP,
+    "Tell from 4, 16 and 64 parts of each map how sure its numbers are, and how large an area "
+    "is needed for 5 %.",
+)  # fmt: skip
+PAIRED = flag(
+    "paired", Panel.MAP,
+    "Take the maps of two groups one by one, such as the same places before and after.",
+)  # fmt: skip
+LOAD = Option(
+    "load", Panel.BODIES, "PRESSURE",
+    'Nominal pressure on every map, such as "20 MPa": maps of all sizes have the same.',
+    parsing.nominal, None, arguments=("pressure",),
+)  # fmt: skip
+FIRST_LOAD = Option(
+    "first-load", Panel.BODIES, "PRESSURE",
+    'Compare each map with itself after a first loading to this nominal pressure, such as '
+    '"200 MPa".', parsing.nominal, None, arguments=("first_pressure",),
+)  # fmt: skip
+STEPS = Option(
+    "steps", Panel.BODIES, "NUMBER",
+    "Pressures of the load curves, from a hundredth of the load up to it; 1 for no curve; "
+    "default: 7.", parsing.counted(1, limits.STEPS), 7,
+)  # fmt: skip
+OUTPUT = file("output", "FILE.csv|json", "Write the table of means and differences.", TABLES)
+FIGURE = file("figure", "FILE", "Draw load curves and numbers as PNG, SVG or PDF.", PICTURES)
+_SOLVER = options.SOLVER_DOUBLE
 
 _QUARTERS = 4
-
-BESIDE = ("group", "paired")
-"""Options that say which maps are set beside which, and nothing of any one of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,38 +76,13 @@ class Found:
     study: SamplingStudy | None = None
 
 
-def compared(
-    request: Request, say: Say, look: Look, known: Mapping[str, Found] | None = None
-) -> Comparison | SamplingStudy:
-    """Return what the maps of a request give.
-
-    Parameters
-    ----------
-    request : Request
-        What was asked for.
-    say : callable
-        Called with a few words before every stage.
-    look : callable
-        Called with the `Progress` of the solver.
-    known : mapping, optional
-        What was found of each map before, from `found_of`, by the words of `apart`.
-
-    Returns
-    -------
-    Comparison or SamplingStudy
-        The comparison, with the sampling errors if they were asked for; these alone of a single
-        map.
-
-    Raises
-    ------
-    RoughcontactError
-        If it cannot be done.
-    """
-    if known:
-        return _together(request, [known[word] for word in apart(request)])
+def _run(request: Request, work: Work) -> Outcome:
+    if work.known:
+        return Outcome(request, _together(request, [work.known[word] for word in apart(request)]))
     # All are read first: one that cannot be is told of before any is solved.
-    maps = [_read(request, path, say) for _, path in _listed(request)]
-    return _together(request, [_found(request, surface, look) for surface in maps])
+    maps = [_read(request, path, work.say) for _, path in _listed(request)]
+    found = [_found(request, surface, work.look) for surface in maps]
+    return Outcome(request, _together(request, found))
 
 
 def apart(request: Request) -> tuple[str, ...]:
@@ -94,62 +96,75 @@ def file_of(request: Request, word: str) -> Path | None:
 
 
 def found_of(request: Request, word: str, say: Say, look: Look) -> Found:
-    """Return what is found of one map, read alone; see `compared`."""
+    """Return what is found of one map, read alone; as of all together."""
     return _found(request, _read(request, file_of(request, word), say), look)
+
+
+def groups(request: Request) -> dict[str, list[Path]]:
+    """Return the files to compare by the names of their groups.
+
+    The four quarters of a map are a group with the name of its file.
+    """
+    if not request.get(QUARTERS) or request.task is not TASK:
+        return request.groups
+    paths = [path for listed in request.groups.values() for path in listed]
+    return {request.names.get(str(path), str(path)): [path] for path in paths}
 
 
 def _listed(request: Request) -> list[tuple[str, Path | None]]:
     """Return the maps in their order, with the names of their groups."""
-    groups = request.groups
-    return [(name, path) for name, paths in groups.items() for path in paths] or [("", None)]
+    named = groups(request).items()
+    return [(name, path) for name, paths in named for path in paths] or [("", None)]
 
 
 def _read(request: Request, path: Path | None, say: Say) -> Surface:
-    values = {name: value for name, value in request.values.items() if name != "group"}
+    from roughcontact.request.maps import surfaces
+
+    values = {name: value for name, value in request.values.items() if name != options.GROUP.name}
     (surface,) = surfaces(replace(request, file=path, files=(), values=values), say)
     return surface
 
 
 def _found(request: Request, surface: Surface, look: Look) -> Found:
-    remarks = of_measurement(resolution_notes(request, [surface]))
+    remarks = remarks_on(request, [surface])
     alone = _is_study_alone(request)
     # What cannot be compared is told of before anything is solved.
     asked = None if alone else _asked(request)
-    study = _studied(request, surface, look) if request["sampling"] else None
+    study = _studied(request, surface, look) if request[SAMPLING] else None
     if study is not None:
         study = replace(study, whole=_remarked(study.whole, remarks))
     if asked is None:
         return Found((), study)
-    parts = _quarters(request, surface) if request["quarters"] else (surface,)
+    parts = _quarters(request, surface) if request[QUARTERS] else (surface,)
     pressed = []
     for number, part in enumerate(parts, start=1):
         # Their own names they are given where all are there.
         name = surface.provenance.source or "map"
-        name += f", part {number} of {len(parts)}" if request["quarters"] else ""
+        name += f", part {number} of {len(parts)}" if request[QUARTERS] else ""
         pressed.append(tuple(_remarked(one, remarks) for one in asked.pressed(part, name, look)))
     return Found(tuple(pressed), study)
 
 
 def _is_study_alone(request: Request) -> bool:
     """Return whether the sampling error of a single map is all that is asked for."""
-    more = request["quarters"] or request["first-load"]
-    return bool(request["sampling"] and not more and len(_listed(request)) == 1)
+    more = request[QUARTERS] or request[FIRST_LOAD]
+    return bool(request[SAMPLING] and not more and len(_listed(request)) == 1)
 
 
 def _asked(request: Request) -> Asked:
     from roughcontact.contact.compare import asked
 
-    found = asked(request["load"], request["steps"], request["first-load"], _problem(request))
+    found = asked(request.needed(LOAD), request[STEPS], request[FIRST_LOAD], _problem(request))
     counts = Counter(name for name, _ in _listed(request))
-    each = _QUARTERS if request["quarters"] else 1
-    found.check({name: each * count for name, count in counts.items()}, request["paired"])
+    each = _QUARTERS if request[QUARTERS] else 1
+    found.check({name: each * count for name, count in counts.items()}, request[PAIRED])
     return found
 
 
 def _problem(request: Request) -> dict[str, Any]:
-    options = problem.arguments(request, (), "tolerance", "max-iterations")
-    del options["counter_surface"]
-    return options
+    arguments = problem.arguments(request, (), *_SOLVER)
+    del arguments["counter_surface"]
+    return arguments
 
 
 def _together(request: Request, found: list[Found]) -> Comparison | SamplingStudy:
@@ -157,11 +172,11 @@ def _together(request: Request, found: list[Found]) -> Comparison | SamplingStud
     studies = tuple(one.study for one in found if one.study is not None)
     if _is_study_alone(request):
         return studies[0]
-    called = dict(zip(request.groups, labels(request), strict=True))
-    groups: dict[str, list[Pressed]] = {}
+    called = dict(zip(groups(request), labels(request), strict=True))
+    by_name: dict[str, list[Pressed]] = {}
     for (name, _), one in zip(_listed(request), found, strict=True):
-        groups.setdefault(called.get(name, name), []).extend(one.pressed)
-    return replace(_asked(request).together(groups, request["paired"]), sampling=studies)
+        by_name.setdefault(called.get(name, name), []).extend(one.pressed)
+    return replace(_asked(request).together(by_name, request[PAIRED]), sampling=studies)
 
 
 def _remarked(sample: Sample, remarks: tuple[Caution, ...]) -> Sample:
@@ -173,8 +188,8 @@ def labels(request: Request) -> tuple[str, ...]:
 
     Quarters go by the names of their files, where these are their own.
     """
-    names = list(request.groups)
-    if not request.get("quarters"):
+    names = list(groups(request))
+    if names == list(request.groups):
         return tuple(names)
     short = [Path(path).name for path in names]
     return tuple(
@@ -183,8 +198,10 @@ def labels(request: Request) -> tuple[str, ...]:
 
 
 def _quarters(request: Request, surface: Surface) -> tuple[Surface, ...]:
+    from roughcontact.surface.partition import partition
+
     try:
-        return partition(surface, 2, request["level"])
+        return partition(surface, 2, request[options.LEVEL])
     except InputError as error:
         raise InputError(Mention("quarters"), ": ", *error.parts) from None
 
@@ -196,11 +213,70 @@ def _studied(request: Request, surface: Surface, look: Look) -> SamplingStudy:
         return sampling_error(
             surface,
             **_problem(request),
-            pressure=request["load"],
-            level=request["level"],
+            pressure=request.needed(LOAD),
+            level=request[options.LEVEL],
             progress=look,
         )
     except InputError as error:
         if error.argument == "surface":
             error.argument = "sampling"
         raise
+
+
+def _check(request: Request) -> None:
+    maps = sum(map(len, groups(request).values())) or 1
+    alone = not any(map(request.is_given, (QUARTERS, SAMPLING, FIRST_LOAD)))
+    # One that has a file stands for a single map of another.
+    if maps < 2 and alone and request.file is None:
+        raise InputError(
+            "a single map has nothing to be compared with: give a second one, or ",
+            Mention("quarters"), " for its four quarters, or ", Mention("sampling"),
+            " for the error of its numbers",
+        )  # fmt: skip
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    from roughcontact.contact.load_curve import HELD
+
+    memory.require_contact(request, shape, HELD)
+
+
+def _last(_: Outcome) -> dict[str, Any]:
+    """Return nothing: there is no last contact."""
+    return {}
+
+
+TASK = Task(
+    "compare",
+    """Compare several maps under the same nominal pressure: means, differences, how sure.
+
+Files alone are maps of one surface; --group makes several, --quarters one of each map, and
+--first-load sets each map beside itself after a first loading. --sampling tells how large an
+area is needed.
+
+\b
+Example:
+roughcontact compare --group "ground=ground*.opd" --group "honed=honed*.opd" \\
+    --load "20 MPa" --material 100Cr6 --holes fill --report finish.html
+""",
+    (
+        options.GROUP, QUARTERS, SAMPLING, PAIRED, *options.MAP, LOAD, FIRST_LOAD, STEPS,
+        *options.MATERIALS, options.BODY, options.CEILING, options.BOUNDARY, *_SOLVER, OUTPUT,
+        FIGURE, *options.OUTPUT,
+    ),
+    (
+        LOAD, options.GROUP, QUARTERS, SAMPLING, FIRST_LOAD, options.MATERIAL, options.HOLES,
+        options.PIXEL, OUTPUT, options.REPORT,
+    ),
+    run=_run,
+    rules=(
+        Rule(NEEDED, LOAD,
+             text="a nominal pressure such as '20 MPa', the same for maps of all sizes"),
+        Rule(EXCLUDES, QUARTERS, options.GROUP, PAIRED),
+    ),
+    check=_check,
+    last=_last,
+    memory=_memory,
+    maps=("files", "groups"),
+    pieces=Pieces(apart, found_of, file_of, (options.GROUP, PAIRED)),
+)  # fmt: skip

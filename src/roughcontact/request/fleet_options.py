@@ -1,38 +1,40 @@
-"""The options of many contacts: a part of the table in `roughcontact.request.options`."""
+"""The command ``run``: many contacts."""
 
 from __future__ import annotations
 
-from roughcontact.request import parsing
-from roughcontact.request.option import Option
+from roughcontact.request import options, parsing
+from roughcontact.request.option import Option, Panel
+from roughcontact.request.task import Command
 
-RUN = "run"
-"""The command."""
-
-LOCAL, DASK, MPI = "local", "dask", "mpi"
+LOCAL, DASK = "local", "dask"
 """What the contacts of a project are worked through on."""
-
-ENGINE = "Engine"
-"""A heading of its help."""
 
 _MOST = 2**16
 
-OPTIONS = (
-    Option(
-        "engine", ENGINE, f"{LOCAL}|{DASK}|{MPI}",
-        "What works: local, processes of this machine; dask, a Dask cluster; mpi, the processes "
-        "that mpiexec has started; default: local.",
-        parsing.choice(LOCAL, DASK, MPI), fits=(RUN,), default=LOCAL,
-    ),
-    Option(
-        "scheduler", ENGINE, "ADDRESS",
-        "Scheduler of a Dask cluster, such as tls://head:8786; one of tcp:// runs what anybody who "
-        "reaches it sends; default: one is started on this machine for the run alone.",
-        parsing.words, fits=(RUN,),
-    ),
-    Option(
-        "workers", ENGINE, "NUMBER",
-        "Processes of this machine that work at a time; default: one for each core.",
-        parsing.counted(1, _MOST), fits=(RUN,),
-    ),
+ENGINE = Option(
+    "engine", Panel.ENGINE, f"{LOCAL}|{DASK}",
+    "What works: local, processes of this machine; dask, a Dask cluster; default: local.",
+    parsing.choice(LOCAL, DASK), LOCAL,
 )  # fmt: skip
-"""The options, in the order of the help."""
+SCHEDULER = Option(
+    "scheduler", Panel.ENGINE, "ADDRESS",
+    "Scheduler of a Dask cluster, such as tls://head:8786; one of tcp:// runs what anybody who "
+    "reaches it sends; default: one is started on this machine for the run alone.",
+    parsing.words, None,
+)  # fmt: skip
+WORKERS = Option(
+    "workers", Panel.ENGINE, "NUMBER",
+    "Processes of this machine that work at a time; default: one for each core.",
+    parsing.counted(1, _MOST), None,
+)  # fmt: skip
+
+COMMAND = Command(
+    "run",
+    """Work through the contacts of a project file on all cores.
+
+One that fails does not stop the others. The same command goes on where it was interrupted:
+what was solved before from the same options and files is kept.
+""",
+    (ENGINE, SCHEDULER, WORKERS, *options.SHOWN),
+    example="roughcontact run project.toml",
+)

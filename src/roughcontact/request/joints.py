@@ -6,29 +6,131 @@ Several questions about one contact share what is solved: see `once`.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, fields, replace
-from typing import IO, TYPE_CHECKING, Any, TypeAlias
+from typing import IO, TYPE_CHECKING, Any
 
-from roughcontact.errors import CapacityError, ConvergenceError
-from roughcontact.request import problem
-from roughcontact.request.option import CONDUCTANCE, LAW
+from roughcontact import limits
+from roughcontact.errors import CapacityError, ConvergenceError, InputError, Mention
+from roughcontact.request import options, parsing, problem, rule
+from roughcontact.request.option import TABLES, Option, Panel, file
+from roughcontact.request.outcome import Outcome, Solve, Work, solve_afresh
 from roughcontact.request.request import Request
-from roughcontact.request.tasks import TASKS
+from roughcontact.request.rule import EXCLUDES, NEEDED, Rule
 from roughcontact.solvers.progress import Progress
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
-    from roughcontact.joint.conductance import Conductance
-    from roughcontact.joint.interface import InterfaceLaw
+    from roughcontact.material.conductor import Conductor
     from roughcontact.surface.surface import Surface
 
-    Joint: TypeAlias = Conductance | InterfaceLaw | Any
-    """What is found: it has ``largest``, ``remarks``, ``summary`` and ``save``."""
+LOAD = Option(
+    "load", Panel.BODIES, "LOADS",
+    'Normal load, as for solve, or several with commas: "1 N, 3 N, 10 N".', parsing.loads, None,
+)  # fmt: skip
+FROM = Option(
+    "from", Panel.BODIES, "PRESSURE", 'Smallest nominal pressure, such as "1 MPa".',
+    parsing.nominal, None,
+)  # fmt: skip
+TO = Option(
+    "to", Panel.BODIES, "PRESSURE", 'Largest nominal pressure, such as "300 MPa".',
+    parsing.nominal, None,
+)  # fmt: skip
+STEPS = Option(
+    "steps", Panel.BODIES, "NUMBER", "Pressures between them, in equal ratios; default: 13.",
+    parsing.counted(2, limits.STEPS), 13,
+)  # fmt: skip
+RANGE = (FROM, TO, STEPS)
+OUTPUT = file("output", "FILE.csv|json", "Write the table of loads.", TABLES)
 
-Solve = Callable[..., "ContactResult"]
-"""`contact.solve.solve`, or what gives the same for the same arguments."""
+RESISTIVITY = Option(
+    "resistivity", Panel.BODIES, "RESISTIVITY",
+    'Electrical resistivity of the body, such as "17 nohm m"; default: that of --material.',
+    parsing.quantity("resistivity"), None,
+)  # fmt: skip
+CONDUCTIVITY = Option(
+    "conductivity", Panel.BODIES, "CONDUCTIVITY",
+    'Thermal conductivity of the body, such as "46 W/m/K"; default: that of --material.',
+    parsing.quantity("conductivity"), None,
+)  # fmt: skip
+COUNTER_RESISTIVITY = Option(
+    "counter-resistivity", Panel.BODIES, "RESISTIVITY", "Resistivity of the counter-body.",
+    parsing.quantity("resistivity"), None,
+)  # fmt: skip
+COUNTER_CONDUCTIVITY = Option(
+    "counter-conductivity", Panel.BODIES, "CONDUCTIVITY", "Conductivity of the counter-body.",
+    parsing.quantity("conductivity"), None,
+)  # fmt: skip
+THERMAL_FILM = Option(
+    "thermal-film", Panel.BODIES, "FILM",
+    'Thermal resistance times area of a film on the contact, such as "1e-6 m^2 K/W"; default: '
+    "none.", parsing.quantity("thermal film"), None,
+)  # fmt: skip
+
+PRESSURE_RULES = tuple(
+    Rule(NEEDED, end, text="a nominal pressure such as '20 MPa'") for end in (FROM, TO)
+)
+LOAD_RULES = (Rule(EXCLUDES, LOAD, FROM, TO),)
+
+
+def loads(request: Request) -> list[Any]:
+    """Return the loads under which a joint is looked at, in the form in which they are given."""
+    from roughcontact.contact.load_curve import spaced
+    from roughcontact.contact.loads import NominalPressure
+
+    single = request.get(LOAD)
+    if single is not None:
+        return list(single)
+    first, last = request.needed(FROM), request.needed(TO)
+    return [NominalPressure(pressure) for pressure in spaced(first, last, request[STEPS])]
+
+
+def check_pressures(request: Request) -> None:
+    """Refuse a range of nominal pressures that is none."""
+    first, last = request[FROM], request[TO]
+    if first is not None and last is not None and not 0 < first < last:
+        raise InputError(
+            "must be positive and below ", Mention("to"),
+            f", got {request.given[FROM.name]!r} and {request.given[TO.name]!r}", argument="from",
+        )  # fmt: skip
+
+
+def check_loads(request: Request) -> None:
+    """Refuse what is neither single loads nor a range of nominal pressures."""
+    if request[LOAD] is not None:
+        return
+    if request[FROM] is None and request[TO] is None:
+        raise InputError(
+            "is needed, such as '1 N', or several: '1 N, 3 N, 10 N'; or ",
+            Mention("from", "1 MPa"), " and ", Mention("to", "100 MPa"), argument="load",
+        )  # fmt: skip
+    rule.check(PRESSURE_RULES, request)
+    check_pressures(request)
+
+
+def conductors(request: Request) -> tuple[Conductor, Conductor]:
+    """Return what both bodies conduct."""
+    return (
+        _conductor(request, options.MATERIAL, RESISTIVITY, CONDUCTIVITY),
+        _conductor(request, options.COUNTER_MATERIAL, COUNTER_RESISTIVITY, COUNTER_CONDUCTIVITY),
+    )
+
+
+def _conductor(request: Request, material: Option[Any], *given: Option[Any]) -> Conductor:
+    from roughcontact.material import catalogue
+    from roughcontact.material.conductor import Conductor
+
+    known = request[material]
+    found = Conductor() if known is None else catalogue.entry(known.name).conductor
+    values = dict(zip(("resistivity", "conductivity"), map(request.get, given), strict=True))
+    return replace(found, **{name: value for name, value in values.items() if value is not None})
+
+
+def outcome(request: Request, work: Work, found: Any) -> Outcome:
+    """Return the outcome of what a joint does, with what is known from the measurement."""
+    largest = replace(found.largest, remarks=work.remarks)
+    return Outcome(request, replace(found, largest=largest, remarks=work.remarks), largest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,20 +141,17 @@ class Contacts:
     ----------
     request : Request
         What was asked for.
+    work : Work
+        With what; its ``solve`` solves them.
     maps : sequence of Surface
-        The maps that are pressed, prepared.
-    look : callable
-        Called with the `Progress` of the solver.
-    solve : callable
-        What solves them.
+        The maps that are pressed.
     more : sequence of Surface
         Further maps of the same surface, each of which is pressed in place of the first.
     """
 
     request: Request
+    work: Work
     maps: Sequence[Surface]
-    look: Callable[[Progress], None]
-    solve: Solve
     more: Sequence[Surface] = ()
 
     def each(self) -> Iterator[Contacts]:
@@ -75,15 +174,13 @@ class Contacts:
         """
         forces = [problem.pressed(self.request, self.maps, load) for load in loads]
         forces.sort(key=lambda load: -load[0])
-        options = problem.arguments(
-            self.request, self.maps, "tolerance", "max-iterations", "precision"
-        )
+        arguments = problem.arguments(self.request, self.maps, *options.SOLVER)
         for number, (force, given) in enumerate(forces, start=1):
 
             def watch(at: Progress, number: int = number) -> None:
-                self.look(replace(at, number=number, count=len(forces)))
+                self.work.look(replace(at, number=number, count=len(forces)))
 
-            found = self.solve(self.maps[0], **options, load=force, progress=watch)
+            found = self.work.solve(self.maps[0], **arguments, load=force, progress=watch)
             yield replace(found, given=given)
 
     def coarser(self, result: ContactResult) -> ContactResult | None:
@@ -96,24 +193,15 @@ class Contacts:
         pair, ceiling = coarsened(result.pair), result.ceiling
         if pair is None or not (ceiling is None or isinstance(ceiling, float)):
             return None
-        options = problem.arguments(
-            self.request, self.maps, "tolerance", "max-iterations", "precision"
-        )
-        options |= {"counter_surface": pair.counter_surface, "ceiling": ceiling}
+        arguments = problem.arguments(self.request, self.maps, *options.SOLVER)
+        arguments |= {"counter_surface": pair.counter_surface, "ceiling": ceiling}
 
         def watch(at: Progress) -> None:
-            self.look(replace(at, label="coarser grid"))
+            self.work.look(replace(at, label="coarser grid"))
 
         with suppress(ConvergenceError, CapacityError):
-            return self.solve(pair.surface, **options, load=result.load, progress=watch)
+            return self.work.solve(pair.surface, **arguments, load=result.load, progress=watch)
         return None
-
-
-def fresh(surface: Surface, **options: Any) -> ContactResult:
-    """Solve a contact; see `contact.solve.solve`."""
-    from roughcontact.contact.solve import solve
-
-    return solve(surface, **options, calibrated=False)
 
 
 @contextmanager
@@ -123,19 +211,21 @@ def once() -> Iterator[Solve]:
     Yields
     ------
     callable
-        What gives the same as `fresh` for the same arguments, bit by bit. The maps of pressure
-        and gap wait in a file without a name, which goes with the block or the process, so that
-        one contact at a time is in memory.
+        What gives the same as `outcome.solve_afresh` for the same arguments, bit by bit. The maps
+        of pressure and gap wait in a file without a name, which goes with the block or the
+        process, so that one contact at a time is in memory.
     """
     with ExitStack() as stack:
         kept: list[tuple[dict[str, Any], dict[str, Any], IO[bytes]]] = []
 
-        def solve_once(surface: Surface, *, progress: Any = None, **options: Any) -> ContactResult:
-            asked = {"surface": surface, **options}
+        def solve_once(
+            surface: Surface, *, progress: Any = None, **arguments: Any
+        ) -> ContactResult:
+            asked = {"surface": surface, **arguments}
             for known, rest, file in kept:
                 if _same(known, asked):
                     return _filled(rest, file)
-            result = fresh(surface, progress=progress, **options)
+            result = solve_afresh(surface, progress=progress, **arguments)
             file = stack.enter_context(tempfile.TemporaryFile())
             kept.append((asked, _emptied(result, file), file))
             return result
@@ -182,72 +272,3 @@ def _filled(known: dict[str, Any], file: IO[bytes]) -> ContactResult:
 
     file.seek(0)
     return ContactResult(**known, pressure=np.load(file), gap=np.load(file))
-
-
-def _conductance(request: Request, contacts: Contacts) -> Conductance:
-    from roughcontact.joint.conductance import OF, conductance
-
-    contacts.require_map(OF)
-    found = conductance(
-        contacts.under(request.loads),
-        *request.conductors(),
-        film=request["film"] or 0.0,
-        thermal_film=request["thermal-film"] or 0.0,
-    )
-    coarser = contacts.coarser(found.largest)
-    return found if coarser is None else found.beside(coarser)
-
-
-def _law(request: Request, contacts: Contacts) -> InterfaceLaw:
-    from roughcontact.joint.law import OF
-    from roughcontact.surface.partition import partition
-
-    contacts.require_map(OF)
-    maps = list(contacts.each())
-    found = _law_of(request, maps)
-    if not request["quarters"]:
-        return found
-    parts = [one.of(part) for one in maps for part in partition(one.maps[0], 2, request["level"])]
-    return replace(found, parts=_law_of(request, parts))
-
-
-def _law_of(request: Request, maps: Sequence[Contacts]) -> InterfaceLaw:
-    """Return the law of some maps; where they flow, with the branch of unloading."""
-    from roughcontact.contact.unloading import indented_surface
-    from roughcontact.joint.law import interface_law
-
-    left: list[Contacts] = []
-    flowed: list[bool] = []
-
-    def loading() -> Iterator[ContactResult]:
-        for one in maps:
-            # The first is that under the largest load.
-            for number, result in enumerate(one.under(request.loads)):
-                if number == 0:
-                    left.append(one.of(indented_surface(result)))
-                    flowed.append(result.saturated_fraction > 0)
-                yield result
-
-    def unloading() -> Iterator[ContactResult]:
-        # What flowed does so no more up to the largest load: elastic, whatever the ceiling was.
-        elastic = replace(request, values={**request.values, "ceiling": None})
-        for one in left if any(flowed) else ():
-            yield from replace(one, request=elastic).under(request.loads)
-
-    body, counter_body = request.conductors()
-    both = body.conductivity is not None and counter_body.conductivity is not None
-    return interface_law(
-        loading(),
-        unloading(),
-        body=body if both else None,
-        counter_body=counter_body if both else None,
-        thermal_film=request["thermal-film"] or 0.0,
-    )
-
-
-ASKED: dict[str, Callable[[Request, Contacts], Joint]] = {
-    CONDUCTANCE: _conductance,
-    LAW: _law,
-    **{task.name: task.run for task in TASKS if task.run is not None},
-}
-"""What each task on a joint asks of its contacts."""

@@ -2,66 +2,64 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from roughcontact.request import parsing
-from roughcontact.request.option import BODIES, LENGTH, OUTPUT, PICTURES, Option
-from roughcontact.request.task import Asked, Question, Task
+from roughcontact.request import joints, options, parsing
+from roughcontact.request.option import LENGTH, PICTURES, PRESSURE, Option, Panel, file
+from roughcontact.request.outcome import Outcome, Work, last_contact
+from roughcontact.request.request import Request
+from roughcontact.request.task import Question, Task
 
-if TYPE_CHECKING:
-    from roughcontact.joint.leakage import Leakage
+DIRECTION = Option(
+    "direction", Panel.BODIES, "y|x", "Along which the fluid flows; default: both.",
+    parsing.choice("y", "x"), None,
+)  # fmt: skip
+VISCOSITY = Option(
+    "viscosity", Panel.BODIES, "VISCOSITY", 'Viscosity of the fluid, such as "1 mPa s".',
+    parsing.quantity("viscosity"), None,
+)  # fmt: skip
+PRESSURE_DIFFERENCE = Option(
+    "pressure-difference", Panel.BODIES, "PRESSURE", 'Between inlet and outlet, such as "1 bar".',
+    PRESSURE, None,
+)  # fmt: skip
+SEAL_WIDTH = Option(
+    "seal-width", Panel.BODIES, "LENGTH",
+    "Of the face that leaks, across the flow: of a ring its circumference; default: that of "
+    "the map.", LENGTH, None,
+)  # fmt: skip
+SEAL_LENGTH = Option(
+    "seal-length", Panel.BODIES, "LENGTH",
+    "Of the face that leaks, along the flow; default: that of the map.", LENGTH, None,
+)  # fmt: skip
+FIGURE = file(
+    "figure", "FILE", "Draw the gap and what flows through it as PNG, SVG or PDF.", PICTURES
+)
+_SEAL: tuple[Option[Any], ...] = (VISCOSITY, PRESSURE_DIFFERENCE, SEAL_WIDTH, SEAL_LENGTH)
+_FLUID = (DIRECTION, *_SEAL)
 
-NAME = "leak"
 
-
-def _check(request: Asked) -> None:
-    from roughcontact.joint.leakage import seal_of
-
-    seal_of(*(request[name] for name in _FLUID[1:]))
-
-
-def _run(request: Asked, contacts: Any) -> Leakage:
+def _run(request: Request, work: Work) -> Outcome:
     from roughcontact.joint.leakage import OF, leakage
 
+    contacts = joints.Contacts(request, work, work.maps)
     contacts.require_map(OF)
     found = leakage(
-        contacts.under(request.loads), **{name.replace("-", "_"): request[name] for name in _FLUID}
+        contacts.under(joints.loads(request)),
+        **{option.argument: request[option] for option in _FLUID},
     )
     coarser = contacts.coarser(found.largest)
-    return found if coarser is None else found.beside(coarser)
+    return joints.outcome(request, work, found if coarser is None else found.beside(coarser))
 
 
-_OPTIONS = (
-    Option(
-        "direction", BODIES, "y|x", "Along which the fluid flows; default: both.",
-        parsing.choice("y", "x"),
-    ),
-    Option(
-        "viscosity", BODIES, "VISCOSITY", 'Viscosity of the fluid, such as "1 mPa s".',
-        parsing.quantity("viscosity"),
-    ),
-    Option(
-        "pressure-difference", BODIES, "PRESSURE", 'Between inlet and outlet, such as "1 bar".',
-        parsing.quantity("pressure"),
-    ),
-    Option(
-        "seal-width", BODIES, "LENGTH",
-        "Of the face that leaks, across the flow: of a ring its circumference; default: that of "
-        "the map.", LENGTH,
-    ),
-    Option(
-        "seal-length", BODIES, "LENGTH",
-        "Of the face that leaks, along the flow; default: that of the map.", LENGTH,
-    ),
-    Option(
-        "figure", OUTPUT, "FILE", "Draw the gap and what flows through it as PNG, SVG or PDF.",
-        parsing.path, suffixes=PICTURES,
-    ),
-)  # fmt: skip
-_FLUID = ("direction", "viscosity", "pressure-difference", "seal-width", "seal-length")
+def _check(request: Request) -> None:
+    from roughcontact.joint.leakage import seal_of
+
+    joints.check_loads(request)
+    seal_of(*(request[option] for option in _SEAL))
+
 
 TASK = Task(
-    NAME,
+    "leak",
     """Find what leaks through the gap under one load or several, and the flow factors.
 
 Whether a way leads through is found first. The rate needs a fluid; without one it is told how
@@ -73,17 +71,25 @@ roughcontact leak ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
     --holes fill --boundary periodic --viscosity "1 mPa s" \\
     --pressure-difference "1 bar"
 """,
-    _OPTIONS,
-    common=("load", *_FLUID, "material", "boundary", "holes", "report"),
+    (
+        *options.MAP, joints.LOAD, *joints.RANGE, *options.MATERIALS, *_FLUID, *options.SHAPES,
+        options.CEILING, options.BOUNDARY, *options.SOLVER, joints.OUTPUT, FIGURE, *options.OUTPUT,
+    ),
+    (joints.LOAD, *_FLUID, options.MATERIAL, options.BOUNDARY, options.HOLES, options.REPORT),
     run=_run,
+    rules=joints.LOAD_RULES,
     check=_check,
+    last=last_contact,
     # Maps that a flow through the gap takes beside the contact, at most 250 bytes a point.
     held=32,
-    question=Question(
-        "What leaks through it",
-        "Whether the gap is open, its permeability and flow factors, and how much of a fluid "
-        "leaks.",
-        _FLUID,
-        first=(("viscosity", "1 mPa s"), ("pressure-difference", "1 bar")),
+    questions=(
+        Question(
+            "What leaks through it",
+            "Whether the gap is open, its permeability and flow factors, and how much of a fluid "
+            "leaks.",
+            _FLUID,
+            first=((VISCOSITY, "1 mPa s"), (PRESSURE_DIFFERENCE, "1 bar")),
+        ),
     ),
+    shares_contacts=True,
 )  # fmt: skip

@@ -1,78 +1,124 @@
-"""A surface asked for in words, made and written."""
+"""The command ``generate``: a surface made from its parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import InputError
 from roughcontact.formats import export
-from roughcontact.formats.scale import pixel_of
-from roughcontact.request import outputs
-from roughcontact.request.options import GENERATE, Given, offered, parsed
-from roughcontact.request.outputs import Say, Task
-from roughcontact.surface.generation import generate
-from roughcontact.surface.surface import Surface
+from roughcontact.formats.export import Kind
+from roughcontact.request import options, outputs, parsing
+from roughcontact.request.option import LENGTH, PICTURES, Option, Panel, file, files
+from roughcontact.request.outputs import Say, Writing
+from roughcontact.request.task import Command, Given, Values
 
-_PLACES = ("output", "figure")
-_GRID = ("size", "points", "seed")
+if TYPE_CHECKING:
+    from roughcontact.surface.surface import Surface
+
+_LARGEST_SEED = 2**63 - 1
+
+SIZE = Option(
+    "size", Panel.MAP, "LENGTHS", 'Sides (y, x) of the map: "0.5 mm x 1 mm", or one of a square.',
+    parsing.words, None, "Sides (y × x)",
+)  # fmt: skip
+POINTS = Option(
+    "points", Panel.MAP, "NUMBER|NYxNX", "Points of the map; default: 1024.", parsing.points,
+    (1024, 1024),
+)  # fmt: skip
+SEED = Option(
+    "seed", Panel.MAP, "NUMBER", "Seed of the random waves: another seed, another surface of the "
+    "same kind; default: 0.", parsing.counted(0, _LARGEST_SEED), 0,
+)  # fmt: skip
+SQ = Option(
+    "sq", Panel.HEIGHTS, "LENGTH", 'Root-mean-square height Sq, such as "0.4 um".', LENGTH, None,
+    arguments=("Sq",),
+)  # fmt: skip
+SSK = Option(
+    "ssk", Panel.HEIGHTS, "NUMBER", "Skewness Ssk: below 0 plateaus with dales, above 0 peaks on a "
+    "plain; default: 0.", parsing.number, 0.0, arguments=("Ssk",),
+)  # fmt: skip
+SKU = Option(
+    "sku", Panel.HEIGHTS, "NUMBER", "Kurtosis Sku; default: 3 + 1.5 Ssk², which is 3 of a Gaussian "
+    "surface.", parsing.number, None, arguments=("Sku",),
+)  # fmt: skip
+SAL = Option(
+    "sal", Panel.TEXTURE, "LENGTH", 'Autocorrelation length Sal, such as "12 um"; this, --rolloff '
+    "or --sdq.", LENGTH, None, arguments=("Sal",),
+)  # fmt: skip
+SDQ = Option(
+    "sdq", Panel.TEXTURE, "NUMBER", "Root-mean-square slope Sdq; with --sal or --rolloff the "
+    "shortest wave follows from it.", parsing.number, None, arguments=("Sdq",),
+)  # fmt: skip
+ROLLOFF = Option(
+    "rolloff", Panel.TEXTURE, "LENGTH", "Wavelength above which the spectrum is flat.", LENGTH,
+    None, arguments=("rolloff_wavelength",),
+)  # fmt: skip
+CUTOFF = Option(
+    "cutoff", Panel.TEXTURE, "LENGTH", "Shortest wavelength; default: 8 pixels.", LENGTH, None,
+    arguments=("cutoff_wavelength",),
+)  # fmt: skip
+HURST = Option(
+    "hurst", Panel.TEXTURE, "NUMBER", "Hurst exponent, from 0 (rough to the finest scale) to 1; "
+    "default: 0.8.", parsing.number, 0.8,
+)  # fmt: skip
+STR = Option(
+    "str", Panel.TEXTURE, "NUMBER", "Texture aspect ratio Str, from near 0 (directional) to 1 (the "
+    "same in all directions); default: 1.", parsing.number, None, arguments=("Str",),
+)  # fmt: skip
+LAY = Option(
+    "lay", Panel.TEXTURE, "DEGREES", "Direction of the lay, counter-clockwise from x; default: 0.",
+    parsing.number, 0.0,
+)  # fmt: skip
+HONING = Option(
+    "honing", Panel.TEXTURE, "DEGREES", "Angle between the two families of grooves of a honed "
+    "surface, either side of the lay.", parsing.number, None,
+)  # fmt: skip
+TURNING = Option(
+    "turning", Panel.TEXTURE, "FEED,RADIUS", 'Grooves of turning along the lay: feed and nose '
+    'radius, such as "0.1 mm, 0.8 mm".', parsing.lengths, None,
+)  # fmt: skip
+OUTPUT = files(
+    "output",
+    f"Write the map: {export.told(Kind.SURFACE)}; may be repeated.",
+    export.suffixes(Kind.SURFACE),
+)
+FIGURE = file("figure", "FILE", "Draw the map as PNG, SVG or PDF.", PICTURES)
+_PARAMETERS: tuple[Option[Any], ...] = (
+    SQ, SSK, SKU, SAL, SDQ, ROLLOFF, CUTOFF, HURST, STR, LAY, HONING, TURNING,
+)  # fmt: skip
 
 
 def made(given: Given, say: Say) -> tuple[Surface, list[Path]]:
-    """Return the surface that options ask for, and the files that it was written to.
+    """Return the surface that options in words ask for, and the files that it was written to."""
+    from roughcontact.formats.scale import pixel_of
+    from roughcontact.surface.generation import generate
 
-    Parameters
-    ----------
-    given : Mapping
-        Options of `GENERATE` as text, by name.
-    say : callable
-        Called with a few words before every stage.
-
-    Raises
-    ------
-    InputError
-        If an option cannot be used, or no such surface is possible.
-    """
-    values = {name: option.default for name, option in offered(GENERATE).items()}
-    values |= parsed(given, GENERATE)
-    places = _places(values)
-    if values["sq"] is None:
+    asked = COMMAND.read(given)
+    places = _places(asked)
+    if asked[SQ] is None:
         raise InputError("must be given: how high the surface is", argument="Sq")
-    shape = values["points"]
-    pixel = pixel_of(values["size"], shape)
+    shape = asked[POINTS]
+    pixel = pixel_of(asked[SIZE], shape)
     say("generating the surface")
-    surface = generate(shape, pixel, seed=values["seed"], **_arguments(values))
-    tasks: list[Task] = [
-        (path, _drawn(surface) if argument == "figure" else partial(_saved, surface))
-        for argument, path in places
+    arguments = {(one.arguments or (one.argument,))[0]: asked[one] for one in _PARAMETERS}
+    surface = generate(shape, pixel, seed=asked[SEED], **arguments)
+    files: list[Writing] = [
+        (path, _drawn(surface) if option is FIGURE else partial(export.save_surface, surface))
+        for option, path in places
     ]
-    return surface, outputs.write(tasks, say)
+    return surface, outputs.write(files, say)
 
 
-def _arguments(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of options by the names of the arguments of `generate`."""
-    others = (*_GRID, *_PLACES, "json", "quiet")
-    return {
-        (option.arguments or (option.argument,))[0]: values[name]
-        for name, option in offered(GENERATE).items()
-        if name not in others
-    }
-
-
-def _places(values: Mapping[str, Any]) -> list[tuple[str, Path]]:
+def _places(asked: Values) -> list[tuple[Option[Any], Path]]:
     """Return the files to write, each with the option that asks for it; refuse those that fail."""
-    figure = [] if values["figure"] is None else [values["figure"]]
-    places = [("output", path) for path in values["output"]] + [("figure", p) for p in figure]
-    for name, path in places:
-        outputs.check_suffix(path, offered(GENERATE)[name], "")
-        outputs.check_place(path, name)
+    places = [(OUTPUT, path) for path in asked[OUTPUT]]
+    places += [] if asked[FIGURE] is None else [(FIGURE, asked[FIGURE])]
+    for option, path in places:
+        outputs.check_suffix(path, option)
+        outputs.check_place(path, option.name)
     return places
-
-
-def _saved(surface: Surface, path: Path) -> None:
-    export.save_surface(surface, path)
 
 
 def _drawn(surface: Surface) -> Any:
@@ -82,3 +128,18 @@ def _drawn(surface: Surface) -> Any:
         return maps.surface(surface)
 
     return outputs.saver(draw)
+
+
+COMMAND = Command(
+    "generate",
+    """Make a rough surface from its parameters: Sq, Sal or Sdq, Str, Ssk, Sku, lay.
+
+The same seed gives the same surface. What the map has is printed beside what was asked for.
+
+\b
+Example:
+roughcontact generate --size "0.5 mm" --sq "0.4 um" --sal "12 um" --ssk -0.8 \\
+    --output honed.x3p
+""",
+    (SIZE, POINTS, SEED, *_PARAMETERS, OUTPUT, FIGURE, *options.SHOWN),
+)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -12,10 +12,10 @@ from roughcontact import limits
 from roughcontact.errors import InputError, Mention, Sentence, parts_of
 from roughcontact.formats import read
 from roughcontact.formats.scale import pixel_of
-from roughcontact.request import memory
-from roughcontact.request.options import preparing
+from roughcontact.request import memory, options
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
+from roughcontact.request.task import Command, Values
 from roughcontact.surface import nominal, registration
 from roughcontact.surface.cleaning import MOST_FILLED
 from roughcontact.surface.resolution import Limit
@@ -44,11 +44,11 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
         One, or two on the same grid.
     """
     asked = preparation(request)
-    maps = []
-    form = asked["body"]
+    maps: list[Surface] = []
+    form = asked.get(options.BODY)
     for path in request.inputs:
         say(f"reading {path.name}")
-        reading = (asked[name] for name in ("format", "channel", "unit", "size", "override-size"))
+        reading: list[Any] = [asked[option] for option in options.READING]
         fits = partial(memory.require_prepared, request)
         surface = reader(path, fits, *reading)
         if str(path) in request.names:
@@ -56,18 +56,19 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
             surface = replace(surface, provenance=known)
         maps.append(_prepared(request, asked, surface, path))
     if request.file is None:
-        points = asked["points"]
+        points = asked.needed(options.POINTS)
         memory.require(request, points)
-        maps.insert(0, form(shape=points, pixel=pixel_of(asked["size"], points)))
+        pixel = pixel_of(asked[options.SIZE], points)
+        maps.insert(0, asked.needed(options.BODY)(shape=points, pixel=pixel))
     elif form is not None:
         maps[0] = _on_form(maps[0], form)
     if request.aligned:
         say("aligning the maps")
-        offset, angle = asked["offset"] or (0.0, 0.0), asked["angle"] or 0.0
-        matched = registration.matched(maps[0], maps[1], offset, angle, asked["mirror"])
+        offset, angle = asked.get(options.OFFSET) or (0.0, 0.0), asked.get(options.ANGLE) or 0.0
+        matched = registration.matched(maps[0], maps[1], offset, angle, asked[options.MIRROR])
         # What one of them does not cover the other cannot touch.
         maps = [surface.masked() for surface in matched]
-    counter_form = asked["counter-body"]
+    counter_form = asked.get(options.COUNTER_BODY)
     if counter_form is not None:
         if len(maps) == 2:
             maps[1] = _on_form(maps[1], counter_form)
@@ -78,14 +79,17 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
     return maps
 
 
-def preparation(request: Request) -> dict[str, Any]:
-    """Return all that the maps of a request are prepared by: no other option can be asked for."""
-    return {name: request.get(name) for name in preparing()}
+def preparation(request: Request) -> Values:
+    """Return all that the maps of a request are prepared by: no other option can be read."""
+    prepares = tuple(option for option in request.task.options if option.prepares)
+    return Values(Command(request.task.name, "", prepares), request.values)
 
 
 def prepared_by(request: Request) -> str:
     """Return a word for what the prepared maps of a request depend on."""
-    return repr(([str(path) for path in request.inputs], preparation(request)))
+    asked = preparation(request)
+    values = {option.name: asked[option] for option in asked.task.options}
+    return repr(([str(path) for path in request.inputs], values))
 
 
 def resolution_notes(request: Request, maps: Sequence[Surface]) -> tuple[str, ...]:
@@ -96,7 +100,7 @@ def resolution_notes(request: Request, maps: Sequence[Surface]) -> tuple[str, ..
     measured = [surface for surface in maps if surface.provenance.instrument]
     once: dict[str, list[tuple[Limit, str]]] = {}
     for surface in measured:
-        for limit in surface.resolution_limits(request.get("tip-radius")):
+        for limit in surface.resolution_limits(request.get(options.TIP_RADIUS)):
             once.setdefault(limit.cause, []).append((limit, surface.provenance.source))
     return tuple(_of_the_coarsest(found, len(measured)) for found in once.values())
 
@@ -115,23 +119,25 @@ def _on_form(surface: Surface, form: nominal.Body) -> Surface:
     return surface.with_form(form(shape=surface.shape, pixel=surface.pixel))
 
 
-def _prepared(request: Request, asked: Mapping[str, Any], surface: Surface, path: Path) -> Surface:
+def _prepared(request: Request, asked: Values, surface: Surface, path: Path) -> Surface:
     # Points go first, then form, then waves: each step sees what the one before has cleaned.
-    if asked["crop"] is not None:
+    crop, outliers, form = asked[options.CROP], asked[options.OUTLIERS], asked[options.FORM]
+    holes, level, pixel = asked[options.HOLES], asked[options.LEVEL], asked[options.PIXEL]
+    if crop is not None:
         rows, columns = (
             (part.start or 0, points if part.stop is None else part.stop)
-            for part, points in zip(asked["crop"], surface.shape, strict=True)
+            for part, points in zip(crop, surface.shape, strict=True)
         )
         surface = surface.cropped(rows, columns)
-    if asked["outliers"] is not None:
-        surface = surface.without_outliers(asked["outliers"])
-    if asked["holes"] == "crop" and surface.missing:
+    if outliers is not None:
+        surface = surface.without_outliers(outliers)
+    if holes == "crop" and surface.missing:
         surface = surface.largest_rectangle()
-    if asked["level"] != "none":
-        surface = surface.leveled(asked["level"])
-    if asked["form"] is not None:
-        surface = surface.without_form(*asked["form"])
-    if surface.missing and asked["holes"] == "error":
+    if level != "none":
+        surface = surface.leveled(level)
+    if form is not None:
+        surface = surface.without_form(*form)
+    if surface.missing and holes == "error":
         raise InputError(
             f"{path.name} has {surface.missing} missing points; choose ", Mention("holes", "fill"),
             " (smooth interpolation), ", Mention("holes", "mask"), " (they never touch) or ",
@@ -139,26 +145,28 @@ def _prepared(request: Request, asked: Mapping[str, Any], surface: Surface, path
             "with ", Mention("crop"),
         )  # fmt: skip
     share = surface.missing / surface.heights.size
-    if asked["holes"] == "fill" and share > MOST_FILLED:
+    if holes == "fill" and share > MOST_FILLED:
         raise InputError(
             f"{path.name} has no height at {percent(share)} of its points, and at most "
             f"{percent(MOST_FILLED)} are filled: cut it with ", Mention("crop"), ", or choose ",
             Mention("holes", "mask"), " (they never touch) or ", Mention("holes", "fill-all"),
             " (smooth interpolation, whatever their share)",
         )  # fmt: skip
-    if asked["holes"] in ("fill", "fill-all"):
-        surface = surface.filled(1.0 if asked["holes"] == "fill-all" else MOST_FILLED)
+    if holes in ("fill", "fill-all"):
+        surface = surface.filled(1.0 if holes == "fill-all" else MOST_FILLED)
     surface = surface.masked()
-    if asked["s-filter"] is not None or asked["l-filter"] is not None:
-        surface = surface.filtered(asked["s-filter"], asked["l-filter"])
-    if asked["pixel"] is not None:
-        grid = [side / asked["pixel"] for side in surface.size]
+    waves = asked[options.S_FILTER], asked[options.L_FILTER]
+    if waves != (None, None):
+        surface = surface.filtered(*waves)
+    if pixel is not None:
+        grid = [side / pixel for side in surface.size]
         if surface.is_profile:
             grid[0] = 1.0
-        limits.require_grid("pixel", grid, asked["pixel"])
+        limits.require_grid("pixel", grid, pixel)
         ny, nx = map(round, grid)
         # A pixel that leaves no map is refused below, before anything is made.
         if min(ny, nx) > 0:
             memory.require(request, (ny, nx))
-        surface = surface.resampled(pixel=(asked["pixel"], asked["pixel"]), method="spline")
-    return surface.rotated(asked["rotate"]) if asked["rotate"] % 360 else surface
+        surface = surface.resampled(pixel=(pixel, pixel), method="spline")
+    turn = asked[options.ROTATE]
+    return surface.rotated(turn) if turn % 360 else surface

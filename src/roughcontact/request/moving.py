@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from roughcontact.request import parsing
-from roughcontact.request.options import offered
-from roughcontact.request.request import Request, from_text, matching
+from roughcontact.request.options import GROUP
+from roughcontact.request.request import Request, matching
 
 Move = Callable[[Path], Path]
 """Returns where a file lies, for the path that was given."""
@@ -38,18 +38,18 @@ def moved(request: Request, read: Move, written: Move) -> Request:
         return new
 
     def word(text: str, name: str) -> str:
-        option = offered(request.task)[name]
-        if option.parse is parsing.group:
+        option = request.task.by_name[name]
+        if option is GROUP:
             group, words = parsing.group(text, name)
             paths = (path for one in words for path in matching(one))
             lie = [known(str(read(path)), str(path)) for path in paths]
             return known(parsing.group_text(group, lie), text)
-        move = written if option.suffixes or name == "folder" else read
+        move = written if option.is_written else read
         return known(str(move(Path(text))), text)
 
     given: dict[str, str | bool | list[str]] = {}
     for name, value in request.given.items():
-        if isinstance(value, bool) or not offered(request.task)[name].is_place:
+        if isinstance(value, bool) or not request.task.by_name[name].is_place:
             given[name] = value
         elif isinstance(value, str):
             given[name] = word(value, name)
@@ -59,4 +59,4 @@ def moved(request: Request, read: Move, written: Move) -> Request:
     lie = {path: Path(known(str(read(path)), str(path))) for path in paths}
     file = None if request.file is None else lie[request.file]
     files = tuple(lie[path] for path in request.files)
-    return replace(from_text(request.task, file, given, files), names=names)
+    return replace(Request.from_text(request.task, file, given, files), names=names)

@@ -1,43 +1,42 @@
-"""One word of the command line and of project files."""
+"""An option: one object, the key by which its value is read."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from enum import StrEnum
+from typing import Any, Generic, TypeVar
 
+from roughcontact import units
 from roughcontact.request import parsing
 
-SOLVE, SWEEP, STRESS, HISTORY, FIND = "solve", "sweep", "stress", "history", "find"
-ROLL = "roll"
-COMPARE, CONDUCTANCE, LAW, LEAK = "compare", "conductance", "law", "leak"
-SINGLE = (SOLVE, SWEEP, STRESS, HISTORY, ROLL, FIND, CONDUCTANCE, LAW, LEAK)
-"""Tasks on one contact."""
-JOINTS = (CONDUCTANCE, LAW, LEAK)
-"""Tasks on what a joint does, of which several may be asked of one contact."""
-LOADED = tuple(task for task in JOINTS if task != LAW)
-"""Those of them that take single loads, too."""
-SEVERAL = (LAW, COMPARE)
-"""Tasks that take several maps."""
-TASKS = (*SINGLE, COMPARE)
-"""What a run can be asked for; each is a command, and a ``task`` of a project file."""
-CAPPED = tuple(task for task in TASKS if task != ROLL)
-"""Those whose pressure has a ceiling."""
-ESTIMATE = "estimate"
-PREPARED = (*TASKS, ESTIMATE)
-"""Commands that prepare a map and know two bodies."""
-
-MAP, BODIES, SOLVER, OUTPUT = "Map", "Bodies and load", "Solver", "Output"
-"""Headings of the help."""
+T_co = TypeVar("T_co", covariant=True)
 
 TABLES = (".csv", ".json")
 PICTURES = (".png", ".svg", ".pdf")
 LENGTH, PRESSURE = (parsing.quantity(name) for name in ("length", "pressure"))
 
+_UNITS: dict[Any, str] = {
+    parsing.load: "N", parsing.nominal: "Pa", LENGTH: "m", PRESSURE: "Pa", parsing.ceiling: "Pa",
+}  # fmt: skip
 
-@dataclass(frozen=True)
-class Option:
-    """One word of the commands that it fits, and of project files.
+
+class Panel(StrEnum):
+    """Headings of the help."""
+
+    MAP = "Map"
+    HEIGHTS = "Heights"
+    TEXTURE = "Texture"
+    BODIES = "Bodies and load"
+    SOLVER = "Solver"
+    ENGINE = "Engine"
+    SERVER = "Server"
+    OUTPUT = "Output"
+
+
+@dataclass(frozen=True, eq=False)
+class Option(Generic[T_co]):
+    """One word of the commands that list it, and of project files.
 
     Parameters
     ----------
@@ -51,34 +50,38 @@ class Option:
         What it does.
     parse : callable
         ``parse(text, argument)`` returns the value; its errors carry the argument.
-    fits : tuple of str
-        Commands that have it.
     default : object
         Value where nothing is given.
-    many : bool
-        Whether it may be given several times.
-    arguments : tuple of str
-        What the public functions call it, where they have names of their own for it.
-    suffixes : tuple of str
-        Of a file to write: how its name may end.
+    label : str
+        What the page calls it; by default its name.
     prepares : bool
         Whether the prepared maps depend on it; maps are prepared by these options alone.
-    model : str
-        The only model of ``SOLVE`` that it serves; empty for both.
+    whole_map : bool
+        Whether it needs the map whole in one process, and is refused on several ranks.
+    many : bool
+        Whether it may be given several times; the values, tuples, are joined.
+    suffixes : tuple of str
+        Of a file to write: how its name may end.
+    arguments : tuple of str
+        What the public functions call it, where they have names of their own for it.
     """
 
     name: str
     panel: str
     metavar: str
     help: str
-    parse: Callable[[str, str], Any] = parsing.flag
-    fits: tuple[str, ...] = TASKS
-    default: Any = None
-    many: bool = False
-    arguments: tuple[str, ...] = ()
-    suffixes: tuple[str, ...] = ()
+    parse: Callable[[str, str], T_co]
+    default: T_co
+    label: str = ""
     prepares: bool = False
-    model: str = ""
+    whole_map: bool = True
+    many: bool = False
+    suffixes: tuple[str, ...] = ()
+    arguments: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Make a label of the name where none is given."""
+        object.__setattr__(self, "label", self.label or self.name.replace("-", " ").capitalize())
 
     @property
     def argument(self) -> str:
@@ -88,9 +91,40 @@ class Option:
     @property
     def is_place(self) -> bool:
         """Whether it names a file or a folder."""
-        return self.parse in (parsing.path, parsing.group) or bool(self.suffixes)
+        return self.parse in (parsing.path, parsing.groups) or bool(self.suffixes)
+
+    @property
+    def is_written(self) -> bool:
+        """Whether it names files or a folder that are written."""
+        return self.is_place and self.panel == Panel.OUTPUT
 
     @property
     def is_flag(self) -> bool:
         """Whether it is given without a value."""
         return not self.metavar
+
+    def text(self, value: object) -> str:
+        """Return a value as it would be given."""
+        unit = _UNITS.get(self.parse)
+        if not isinstance(value, float):
+            return str(value)
+        return f"{value:g}" if unit is None else units.engineering(value, unit)
+
+
+def flag(name: str, panel: str, text: str, **more: Any) -> Option[bool]:
+    """Return an option without a value."""
+    return Option(name, panel, "", text, parsing.flag, False, **more)
+
+
+def file(
+    name: str, metavar: str, text: str, suffixes: tuple[str, ...] = (), **more: Any
+) -> Option[Any]:
+    """Return an option of one file or folder that is written."""
+    return Option(name, Panel.OUTPUT, metavar, text, parsing.path, None, suffixes=suffixes, **more)
+
+
+def files(name: str, text: str, suffixes: tuple[str, ...], **more: Any) -> Option[Any]:
+    """Return an option of files that are written."""
+    return Option(
+        name, Panel.OUTPUT, "FILE", text, parsing.paths, (), many=True, suffixes=suffixes, **more
+    )

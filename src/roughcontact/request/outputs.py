@@ -9,35 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from roughcontact.errors import InputError, Mention
-from roughcontact.request.options import (
-    ALL_RESULTS,
-    PICTURES,
-    RESULTS,
-    ROLL,
-    SOLVE,
-    STRESS,
-    VOLUME,
-    Option,
-)
+from roughcontact.request.option import PICTURES, Option
 
 Say = Callable[[str], None]
-Task = tuple[Path, Callable[[Path], object]]
+Writing = tuple[Path, Callable[[Path], object]]
 Identity = str | tuple[int, int]
 
 # Characters of a long name that a message shows.
 _SHOWN = 40
-
-
-def figure_names(kind: str) -> tuple[str, ...]:
-    """Return the names of the figures of a kind of run that has several."""
-    # Imported late: the report brings much that a refused command never needs.
-    from roughcontact.report import figures
-
-    several = {
-        SOLVE: figures.CONTACT, VOLUME: figures.VOLUME, STRESS: figures.STRESS,
-        ROLL: figures.ROLLING,
-    }  # fmt: skip
-    return figures.names(several.get(kind, ()))
 
 
 class UnfinishedError(Exception):
@@ -48,7 +27,7 @@ class UnfinishedError(Exception):
         self.written = written
 
 
-def write(tasks: Iterable[Task], say: Say) -> list[Path]:
+def write(tasks: Iterable[Writing], say: Say) -> list[Path]:
     """Write files one after the other and return those that are complete.
 
     Raises
@@ -147,16 +126,23 @@ def identity(path: Path) -> Identity:
     return found.st_dev, found.st_ino
 
 
-def check_suffix(path: Path, option: Option, model: str) -> None:
-    """Raise `InputError` unless a name ends in one of the suffixes that an option takes."""
-    suffix, known = path.suffix.lower(), option.suffixes
-    others: list[str] = []
-    if known == ALL_RESULTS:
-        known = RESULTS[model]
-        others = [other for other in RESULTS if suffix in RESULTS[other]]
-    if suffix not in known:
+def check_suffix(
+    path: Path, option: Option[Any], known: tuple[str, ...] = (), more: tuple[Any, ...] = ()
+) -> None:
+    """Raise `InputError` unless a name ends in one of the suffixes that an option takes.
+
+    Parameters
+    ----------
+    path : Path
+        The name.
+    option : Option
+        Which takes ``known``, by default all of its suffixes.
+    more : tuple
+        What else to say, in the parts of an error.
+    """
+    known = known or option.suffixes
+    if path.suffix.lower() not in known:
         listed = " or ".join([", ".join(known[:-1]), known[-1]] if known[1:] else known)
-        more = ("; ", suffix, " needs ", Mention("model", others[0])) if others else ()
         raise InputError(
             f"needs a name that ends in {listed}, got '{path}'",
             *more,

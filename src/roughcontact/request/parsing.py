@@ -58,6 +58,11 @@ def path(text: str, argument: str) -> Path:
     return Path(text)
 
 
+def paths(text: str, argument: str) -> tuple[Path, ...]:
+    """Return a path, one of several."""
+    return (Path(text),)
+
+
 def flag(text: str, argument: str) -> bool:
     """Return whether it is true."""
     if text.lower() not in ("true", "false"):
@@ -315,6 +320,11 @@ def origin(text: str, argument: str) -> str:
     return f"{parts.scheme}://{name}" + (f":{port}" if port not in (None, usual) else "")
 
 
+def origins(text: str, argument: str) -> tuple[str, ...]:
+    """Return an `origin`, one of several."""
+    return (origin(text, argument),)
+
+
 def group(text: str, argument: str) -> tuple[str, tuple[str, ...]]:
     """Return the name of a group of maps, and its files as they were written.
 
@@ -335,6 +345,11 @@ def group(text: str, argument: str) -> tuple[str, tuple[str, ...]]:
             value=text,
         )
     return name.strip(), files
+
+
+def groups(text: str, argument: str) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """Return a `group`, one of several."""
+    return (group(text, argument),)
 
 
 def group_text(name: str, files: Iterable[str]) -> str:

@@ -5,15 +5,13 @@ Pieces do not start from each other: the whole has the same bits however they we
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from roughcontact.request import comparing, studying
-from roughcontact.request.options import COMPARE, SOLVE, offered
+from roughcontact.request.outcome import Look
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
-from roughcontact.solvers.progress import Progress
+from roughcontact.request.task import Pieces
 
 
 def of(request: Request) -> tuple[str, ...]:
@@ -23,19 +21,16 @@ def of(request: Request) -> tuple[str, ...]:
     ceilings of that. All else goes on from contact to contact, or looks at the whole of each: a
     sweep, a history, loads that are sought, those of a joint.
     """
-    found: tuple[str, ...] = ()
-    if request.kind == COMPARE:
-        found = comparing.apart(request)
-    elif request.kind == SOLVE:
-        found = studying.apart(request)
+    found = _pieces(request).of(request) if request.task.pieces else ()
     return found if len(found) > 1 else ()
 
 
 def inputs(request: Request, word: str) -> tuple[Path, ...]:
     """Return the files that a piece reads, or without a word the rest where all are found."""
-    if request.kind != COMPARE:
+    file_of = _pieces(request).file_of
+    if file_of is None:
         return tuple(request.inputs)
-    file = comparing.file_of(request, word) if word else None
+    file = file_of(request, word) if word else None
     return () if file is None else (file,)
 
 
@@ -44,17 +39,24 @@ def depends_on(request: Request, word: str) -> tuple[str, frozenset[str]]:
 
     Of two maps that are told apart by their names alone, what is found differs by these.
     """
-    written = {name for name, option in offered(request.task).items() if option.suffixes}
-    if request.kind != COMPARE:
+    written = {option.name for option in request.task.options if option.suffixes}
+    pieces = _pieces(request)
+    if pieces.file_of is None:
         return word, frozenset(written)
-    file = comparing.file_of(request, word)
-    return "" if file is None else file.name, frozenset({*written, *comparing.BESIDE})
+    file = pieces.file_of(request, word)
+    beside = {option.name for option in pieces.beside}
+    return "" if file is None else file.name, frozenset(written | beside)
 
 
-def found_of(request: Request, word: str, say: Say, look: Callable[[Progress], None]) -> Any:
+def found_of(request: Request, word: str, say: Say, look: Look) -> Any:
     """Return what is found of a piece, which `request.run.run` takes by its word.
 
     Errors are those of `request.run.run`.
     """
-    solved = comparing.found_of if request.kind == COMPARE else studying.found_of
-    return solved(request, word, say, look)
+    return _pieces(request).find(request, word, say, look)
+
+
+def _pieces(request: Request) -> Pieces:
+    pieces = request.task.pieces
+    assert pieces is not None
+    return pieces

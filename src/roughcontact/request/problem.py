@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.request.option import Option
+from roughcontact.request.options import BOUNDARY, CEILING
 from roughcontact.request.request import Request
 
 if TYPE_CHECKING:
@@ -15,15 +17,15 @@ if TYPE_CHECKING:
     from roughcontact.surface.surface import Surface
 
 
-def arguments(request: Request, maps: Sequence[Surface], *solver: str) -> dict[str, Any]:
+def arguments(request: Request, maps: Sequence[Surface], *solver: Option[Any]) -> dict[str, Any]:
     """Return the arguments that `contact.solve` and its relatives share, but for the load."""
     material, counter_material = request.bodies()
     return {
         "material": material,
         "counter_material": counter_material,
         "counter_surface": maps[1] if len(maps) > 1 else None,
-        "ceiling": request.get("ceiling"),
-        "boundary": request["boundary"],
+        "ceiling": request.get(CEILING),
+        "boundary": request[BOUNDARY],
         **request.solver(*solver),
     }
 
@@ -34,7 +36,7 @@ def pair_of(request: Request, maps: Sequence[Surface]) -> Pair:
 
     material, counter_material = request.bodies()
     counter = maps[1] if len(maps) > 1 else None
-    boundary = Boundary(request["boundary"])
+    boundary = Boundary(request[BOUNDARY])
     return Pair(maps[0], material, counter, counter_material, boundary)
 
 

@@ -1,70 +1,187 @@
-"""Repeated passes that a request asks for."""
+"""The task ``roll``: repeated passes of a counter-body."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughcontact.request import problem
+from roughcontact import limits
+from roughcontact.errors import InputError, Mention
+from roughcontact.formats import export
+from roughcontact.formats.export import Kind
+from roughcontact.request import memory, options, parsing, problem
+from roughcontact.request.option import LENGTH, PICTURES, TABLES, Option, Panel, file, files, flag
+from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
+from roughcontact.request.rule import ONE_OF, Rule
+from roughcontact.request.task import Task
 
 if TYPE_CHECKING:
-    from roughcontact.contact.loads import GivenLoad
-    from roughcontact.solvers.progress import Progress
-    from roughcontact.surface.surface import Surface
     from roughcontact.volume.passes import Frame
-    from roughcontact.volume.rolling import Rolling
+
+LOAD = Option(
+    "load", Panel.BODIES, "LOAD",
+    'Normal load on the whole way, such as "1 N" or "20 MPa" or "600 N/mm", as for solve; this '
+    "or --hertz.", parsing.load, None,
+)  # fmt: skip
+PASSES = Option(
+    "passes", Panel.BODIES, "NUMBER",
+    "How often the counter-body passes, ended by a pass that adds no plastic strain; there and "
+    "back are two; default: 5.", parsing.counted(1, limits.STEPS), 5,
+)  # fmt: skip
+STEPS = Option(
+    "steps", Panel.BODIES, "NUMBER",
+    "Places at which the contact of a pass is solved; default: 32.",
+    parsing.counted(1, limits.STEPS), 32,
+)  # fmt: skip
+WAY = Option(
+    "way", Panel.BODIES, "LENGTH",
+    'Length of a pass, such as "80 um", half of it to each side of the place of the '
+    "counter-body; default: once round a map that is periodic along --direction.", LENGTH, None,
+)  # fmt: skip
+DIRECTION = Option(
+    "direction", Panel.BODIES, "DEGREES",
+    "Where the counter-body moves, counter-clockwise from x; default: 0.", parsing.number, 0.0,
+)  # fmt: skip
+TO_AND_FRO = flag(
+    "to-and-fro", Panel.BODIES, "Let every other pass go back, instead of each beginning anew."
+)
+FRICTION = Option(
+    "friction", Panel.BODIES, "NUMBER",
+    "Coefficient of friction at full sliding, which pulls the body to where the counter-body "
+    "moves; default: 0.", parsing.number, 0.0,
+)  # fmt: skip
+TOLERANCE = Option(
+    "tolerance", Panel.SOLVER, "NUMBER",
+    "Residual of the plastic strain to reach; default: 1e-4.", parsing.number, None,
+)  # fmt: skip
+MAX_ITERATIONS = Option(
+    "max-iterations", Panel.SOLVER, "NUMBER", "Most iterations at one step; default: 150.",
+    options.ITERATIONS, None, "Most iterations",
+)  # fmt: skip
+PRECISION = Option(
+    "precision", Panel.SOLVER, "double|single", "Arithmetic of the volume; default: single.",
+    parsing.choice("double", "single"), None,
+)  # fmt: skip
+OUTPUT = files(
+    "output",
+    f"Write the passes: {export.told(Kind.ROLLING)}, .csv a row a pass, .json numbers; may be "
+    "repeated.", (*export.suffixes(Kind.ROLLING), *TABLES),
+)  # fmt: skip
+FOLDER = file("folder", "FOLDER", "Where every step is kept, to go on later.")
+MOVIE = file(
+    "movie", "FILE.gif", "Film pressure and plastic strain, step by step, as an animated GIF.",
+    (".gif",),
+)  # fmt: skip
+FIGURES = Option(
+    "figures", Panel.OUTPUT, "FOLDER|PREFIX",
+    "Draw figures, such as passes, heights and depths, as PNG into an existing folder, or with "
+    "this start of their names; ending in .svg or .pdf, in that format.", parsing.words, None,
+    suffixes=PICTURES,
+)  # fmt: skip
+_SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 
 
-def rolled(
-    request: Request, maps: Sequence[Surface], look: Callable[[Progress], None]
-) -> tuple[Rolling, GivenLoad | None, tuple[Frame, ...]]:
-    """Pass the counter-body as often as a request asks for.
-
-    Parameters
-    ----------
-    request : Request
-        What was asked for.
-    maps : sequence of Surface
-        Body and counter-body, prepared.
-    look : callable
-        Called with the `Progress` of the solver.
-
-    Returns
-    -------
-    (Rolling, GivenLoad or None, tuple of Frame)
-        The passes, how their load was given, and the pictures of a movie if one is wanted.
-    """
+def _run(request: Request, work: Work) -> Outcome:
+    """Pass the counter-body as often as a request asks for."""
     from roughcontact.plots.movie import along_of
     from roughcontact.volume.passes import frame
     from roughcontact.volume.rolling import roll
 
-    force, given = problem.pressed(request, maps, *request.load)
-    options = problem.arguments(request, maps, "tolerance", "max-iterations", "precision")
-    del options["ceiling"]
+    force, given = problem.pressed(request, work.maps, *request.load)
+    arguments = problem.arguments(request, work.maps, *_SOLVER)
+    del arguments["ceiling"]
     frames: list[Frame] = []
-    along = along_of(request["direction"])
+    along = along_of(request[DIRECTION])
 
     def picture(number: int, step: int, state: Any) -> None:
-        if request["movie"] is not None:
+        if request[MOVIE] is not None:
             frames.append(frame(state, number, step, along))
 
     # What is shown is kept whole, as a series for ParaView needs it.
-    shown = request["movie"] is not None or any(path.suffix == ".pvd" for path in request.outputs)
+    shown = request[MOVIE] is not None or _leaves_series(request)
+    with work.keeping("pass-*/step-*.nc") as (watch, reused):
+        found = roll(
+            work.maps[0],
+            **arguments,
+            load=force,
+            passes=request[PASSES],
+            steps=request[STEPS],
+            way=request[WAY],
+            direction=request[DIRECTION],
+            to_and_fro=request[TO_AND_FRO],
+            centered=request[WAY] is not None,
+            friction=request[FRICTION],
+            folder=request[FOLDER],
+            progress=watch,
+            each=picture if shown else None,
+        )
+    last = replace(found.result.solution, given=given, remarks=work.remarks)
+    found = replace(found, result=replace(found.result, solution=last))
+    extras = {"frames": tuple(frames), "reused": max(reused, default=0)}
+    return Outcome(request, found, last, extras)
 
-    found = roll(
-        maps[0],
-        **options,
-        load=force,
-        passes=request["passes"],
-        steps=request["steps"],
-        way=request["way"],
-        direction=request["direction"],
-        to_and_fro=request["to-and-fro"],
-        centered=request["way"] is not None,
-        friction=request["friction"],
-        folder=request["folder"],
-        progress=look,
-        each=picture if shown else None,
-    )
-    return found, given, tuple(frames)
+
+def _leaves_series(request: Request) -> bool:
+    return any(path.suffix == ".pvd" for path in request[OUTPUT])
+
+
+def _check(request: Request) -> None:
+    if not any(map(request.is_given, (options.COUNTER_BODY, options.COUNTER_SURFACE))):
+        raise InputError(
+            "is needed: what passes over the body, such as ",
+            Mention("counter_body", "cylinder 5 mm 90 deg"), "; or a ",
+            Mention("counter_surface"), argument="counter_body",
+        )  # fmt: skip
+    request.require_yield(Mention("task", request.task.name))
+    if not 0 <= request[FRICTION] < math.inf:
+        raise InputError(
+            f"must not be negative, got {request.given[FRICTION.name]!r}", argument="friction"
+        )
+    if request[FOLDER] is None and _leaves_series(request):
+        raise InputError("is needed for .pvd, which holds its steps", argument="folder")
+
+
+def _movie(outcome: Outcome, path: Path) -> None:
+    from roughcontact.plots import movie
+
+    movie.save(outcome.found, outcome.extras["frames"], path)
+
+
+def _figures(_: Request) -> tuple[str, ...]:
+    from roughcontact.report import figures
+
+    return figures.names(figures.ROLLING)
+
+
+TASK = Task(
+    "roll",
+    """Pass a roller, ball or map over a body again and again: does it shake down?
+
+Every step is solved with plasticity of the volume: seconds each, minutes on larger maps. With
+--folder every step is saved at once, and the same command goes on where it was interrupted.
+
+\b
+Example:
+roughcontact roll ground.opd --counter-body "cylinder 5 mm 90 deg" \\
+    --hertz "2.5 GPa" --boundary periodic --passes 5 --material 100Cr6 \\
+    --holes fill --report rolled.html
+""",
+    (
+        *options.MAP, LOAD, options.HERTZ, PASSES, STEPS, WAY, DIRECTION, TO_AND_FRO, FRICTION,
+        *options.MATERIALS, *options.SHAPES, options.HARDENING, options.BOUNDARY, *_SOLVER, OUTPUT,
+        FOLDER, MOVIE, FIGURES, *options.OUTPUT,
+    ),
+    (
+        options.HERTZ, options.COUNTER_BODY, PASSES, WAY, options.MATERIAL, options.HARDENING,
+        FRICTION, options.HOLES, OUTPUT, options.REPORT,
+    ),
+    run=_run,
+    rules=(Rule(ONE_OF, LOAD, options.HERTZ, text="1 N"),),
+    check=_check,
+    memory=memory.require_volume,
+    writes=((MOVIE, _movie),),
+    figures=_figures,
+)  # fmt: skip

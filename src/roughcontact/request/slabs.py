@@ -3,51 +3,43 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.ranks import Ranks
-from roughcontact.request import outputs, problem, run as runs
-from roughcontact.request.options import SHOWN, SOLVE, offered
+from roughcontact.request import options, outputs, problem, run as runs, solve
+from roughcontact.request.outcome import Look, Outcome, Work
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
-from roughcontact.request.run import Look, Outcome
 
 if TYPE_CHECKING:
     from roughcontact.contact.slab import Slab
 
-_KNOWN = (
-    "channel", "unit", "size", "override-size", "level", "holes", "load", "approach", "material",
-    "counter-material", "young", "poisson", "yield-strength", "counter-young", "counter-poisson",
-    "counter-yield-strength", "ceiling", "boundary", "model", "tolerance", "max-iterations",
-    "precision", "output", "report", *SHOWN,
-)  # fmt: skip
-"""Options that a map on several ranks can have; ``level`` a plane or none, ``holes`` masked."""
-
 
 def check(request: Request) -> None:
     """Raise `InputError` for what is not known of a map on several ranks."""
-    if request.task != SOLVE or request.kind != SOLVE:
+    if request.task is not solve.TASK or request[solve.MODEL] != solve.SURFACE_MODEL:
         raise InputError(
             "several ranks solve one contact, with a ceiling or with the volume model; start this "
             "without mpiexec"
         )
     if request.file is None:
         raise InputError("is needed: ranks read their rows of it", argument="file")
-    for name, option in offered(SOLVE).items():
-        if name not in _KNOWN and request[name] != option.default:
+    for option in request.task.options:
+        if option.whole_map and request.is_given(option):
             raise InputError(
                 "takes a map in one place and is not available on several ranks; prepare the map "
                 "beforehand and save it as .nc or .npy, or start without mpiexec",
                 argument=option.argument,
             )
-    for name, known in (("level", ("plane", "none")), ("holes", ("error", "mask"))):
-        if request[name] not in known:
+    for option, known in (
+        (options.LEVEL, ("plane", "none")), (options.HOLES, ("error", "mask")),
+    ):  # fmt: skip
+        if request[option] not in known:
             raise InputError(
-                f"must be {' or '.join(known)} on several ranks, got {request[name]!r}; prepare "
+                f"must be {' or '.join(known)} on several ranks, got {request[option]!r}; prepare "
                 "the map beforehand",
-                argument=name,
+                argument=option.argument,
             )
     for path in request.outputs:
         if path.suffix.lower() != ".nc":
@@ -57,12 +49,7 @@ def check(request: Request) -> None:
             )
 
 
-def run(
-    request: Request,
-    ranks: Ranks,
-    say: Say,
-    look: Look,
-) -> Outcome:
+def run(request: Request, ranks: Ranks, say: Say, look: Look) -> Outcome:
     """Read, level, solve, and write what was asked for; all ranks call it.
 
     Parameters
@@ -84,22 +71,28 @@ def run(
     RoughcontactError, OSError
         If the request cannot be done, on all ranks.
     """
-    from roughcontact.contact.solve import solve
+    from roughcontact.contact import solve as solving
 
     check(request)
     # The others need not see where the first writes.
     ranks.agreed(lambda: request.check_places() if ranks.first else None)
     slab = _read(request, ranks, say)
-    result = solve(
+    found = solving.solve(
         slab,
-        **problem.arguments(request, (), "tolerance", "max-iterations", "precision"),
-        load=request["load"],
-        approach=request["approach"],
+        **problem.arguments(request, (), *options.SOLVER),
+        load=request.load[0],
+        approach=request[options.APPROACH],
         on_failure="return",
         progress=look,
     )
-    outcome = Outcome(request, result)
-    return _written(outcome, say) if result.converged else outcome
+    outcome = Outcome(request, found, found)
+    if not outcome.converged:
+        return outcome
+    work = Work(request, lambda: (), say, look)
+    try:
+        return replace(outcome, written=tuple(outputs.write(runs.files(outcome, work), say)))
+    except RoughcontactError as error:
+        return replace(outcome, failure=error)
 
 
 def _read(request: Request, ranks: Ranks, say: Say) -> Slab:
@@ -108,20 +101,7 @@ def _read(request: Request, ranks: Ranks, say: Say) -> Slab:
     assert request.file is not None
     say(f"reading {request.file.name}")
     slab = read_slab(
-        request.file, ranks, request["channel"], request["unit"], request["size"],
-        request["override-size"], holes_masked=request["holes"] == "mask",
+        request.file, ranks, request[options.CHANNEL], request[options.UNIT], request[options.SIZE],
+        request[options.OVERRIDE_SIZE], holes_masked=request[options.HOLES] == "mask",
     )  # fmt: skip
-    return slab if request["level"] == "none" else slab.leveled()
-
-
-def _written(outcome: Outcome, say: Say) -> Outcome:
-    """Write the files of an outcome, and return it with their names."""
-    request, result = outcome.request, outcome.result
-    assert result is not None
-    files: list[outputs.Task] = [(path, result.save) for path in request.outputs]
-    if request["report"] is not None:
-        files.append((request["report"], partial(runs.report, outcome, ())))
-    try:
-        return replace(outcome, written=tuple(outputs.write(files, say)))
-    except RoughcontactError as error:
-        return replace(outcome, failure=error)
+    return slab if request[options.LEVEL] == "none" else slab.leveled()

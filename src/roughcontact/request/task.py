@@ -1,30 +1,147 @@
-"""A task: what a command and a ``task`` of a project file ask for, in one object."""
+"""A command, and a task: what a command and a ``task`` of a project file ask for, in one object."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import shlex
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeVar
 
+from roughcontact.errors import Mention
 from roughcontact.request.option import Option
+from roughcontact.request.rule import Rule
+
+T = TypeVar("T")
+
+Given = Mapping[str, str | bool | list[str]]
+"""Options as text by their names: True for a flag, a list for what may be repeated."""
 
 
-class Asked(Protocol):
-    """What a task sees of the request that it carries out."""
+@dataclass(frozen=True, eq=False)
+class Command:
+    """What the program can be told to do.
 
-    @property
-    def given(self) -> Mapping[str, Any]:
-        """The options as text."""
+    Parameters
+    ----------
+    name : str
+        As users write it.
+    help : str
+        First sentence, what else there is to say, and an example.
+    options : tuple of Option
+        Its options, in the order of the help.
+    first : tuple of Option
+        The ten that the help explains first; without them it explains all.
+    reads_map : bool
+        Whether it takes a map.
+    example : str
+        How it is called, where the help does not say it.
+    """
 
-    @property
-    def loads(self) -> Any:
-        """Loads or nominal pressures."""
+    name: str
+    help: str
+    options: tuple[Option[Any], ...]
+    first: tuple[Option[Any], ...] = ()
+    reads_map: bool = False
+    example: str = ""
 
-    def __getitem__(self, name: str) -> Any:
-        """Return the value of an option."""
+    @cached_property
+    def by_name(self) -> Mapping[str, Option[Any]]:
+        """Its options by their names."""
+        return {option.name: option for option in self.options}
+
+    def named(self, argument: str) -> Option[Any] | None:
+        """Return the option that an argument stands for, None if there is none."""
+        for option in self.options:
+            if argument == option.argument or argument in option.arguments:
+                return option
+        return None
+
+    def parsed(self, given: Given) -> dict[str, Any]:
+        """Return the values of options that were given as text, by name.
+
+        Raises
+        ------
+        InputError
+            If a value cannot be used; it carries the argument.
+        """
+        values: dict[str, Any] = {}
+        for name, value in given.items():
+            option = self.by_name[name]
+            if isinstance(value, bool):
+                values[name] = value
+            elif option.many:
+                texts = [value] if isinstance(value, str) else value
+                parts = [option.parse(text, option.argument) for text in texts]
+                values[name] = tuple(item for part in parts for item in part)
+            else:
+                values[name] = option.parse(str(value), option.argument)
+        return values
+
+    def read(self, given: Given) -> Values:
+        """Return what options that were given as text say."""
+        return Values(self, self.parsed(given))
+
+    def spelled(self, mention: Mention) -> str:
+        """Return an argument in the words of the command line.
+
+        Returns
+        -------
+        str
+            ``--name``, or ``--name value`` quoted for a shell; the argument itself where there is
+            no option for it.
+        """
+        if mention.name == "file" and self.reads_map:
+            return "FILE"
+        option = self.named(mention.name)
+        if option is None:
+            return str(mention)
+        if mention.value is None or mention.value is True:
+            return f"--{option.name}"
+        return f"--{option.name} {shlex.quote(option.text(mention.value))}"
+
+
+class Reading:
+    """What reads the values of options: ``self[VISCOSITY]``."""
+
+    task: Command
+    values: Mapping[str, Any]
+
+    def __getitem__(self, option: Option[T]) -> T:
+        """Return the value of an option of the task; `KeyError` if it does not list it."""
+        if self.task.by_name.get(option.name) is not option:
+            raise KeyError(option.name)
+        value: T = self.values.get(option.name, option.default)
+        return value
+
+    def get(self, option: Option[T]) -> T | None:
+        """Return the value of the task's option of the same name, None if it has none."""
+        own = self.task.by_name.get(option.name)
+        return None if own is None else self.values.get(own.name, own.default)
+
+    def needed(self, option: Option[T | None]) -> T:
+        """Return the value of an option that rules have seen given."""
+        value = self[option]
+        assert value is not None
+        return value
+
+    def is_given(self, option: Option[Any]) -> bool:
+        """Return whether the task's option of the same name has another value than its default."""
+        own = self.task.by_name.get(option.name)
+        return own is not None and bool(self[own] != own.default)
 
 
 @dataclass(frozen=True)
+class Values(Reading):
+    """What options of a command say."""
+
+    task: Command
+    values: Mapping[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
 class Question:
     """How the page asks it.
 
@@ -32,47 +149,127 @@ class Question:
     ----------
     name, about : str
         What is asked, and what one learns.
-    options : tuple of str
+    options : tuple of Option
         What is given besides the contact.
-    first : tuple of (str, str or bool)
+    first : tuple of (Option, str or bool)
         Values to begin with.
+    fixed : tuple of (Option, str or bool)
+        Values that make the task this question.
     """
 
     name: str
     about: str
-    options: tuple[str, ...] = ()
-    first: tuple[tuple[str, str | bool], ...] = ()
+    options: tuple[Option[Any], ...] = ()
+    first: tuple[tuple[Option[Any], str | bool], ...] = ()
+    fixed: tuple[tuple[Option[Any], str | bool], ...] = ()
 
 
 @dataclass(frozen=True)
-class Task:
+class Pieces:
+    """How a request falls into what can be solved apart.
+
+    Parameters
+    ----------
+    of : callable
+        ``of(request)`` returns a word for each piece; one word or none for a request that is one.
+    find : callable
+        ``find(request, word, say, look)`` returns what is found of one.
+    file_of : callable or None
+        ``file_of(request, word)`` returns the only file that a piece reads; by default all.
+    beside : tuple of Option
+        Options that say nothing of any one piece.
+    """
+
+    of: Callable[[Any], tuple[str, ...]]
+    find: Callable[..., Any]
+    file_of: Callable[[Any, str], Path | None] | None = None
+    beside: tuple[Option[Any], ...] = ()
+
+
+def _numbers(outcome: Any) -> dict[str, Any]:
+    found: dict[str, Any] = outcome.found.summary()
+    return found
+
+
+def _report(outcome: Any, work: Any, path: Path, edition: Any) -> None:
+    from roughcontact.report import results
+
+    results.report(outcome.found, path, edition, **outcome.beside)
+
+
+def _nothing(_: Any) -> None:
+    """Refuse nothing."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Task(Command):
     """One thing to ask of maps.
 
     Parameters
     ----------
-    name : str
-        Of the command.
-    help : str
-        First sentence, what else there is to say, and an example.
-    options : tuple of Option
-        That no other task has.
-    common : tuple of str
-        Options of the help's first screen besides its own.
     run : callable
-        ``run(request, contacts)`` returns the result.
+        ``run(request, work)`` returns the `Outcome`.
+    rules : tuple of Rule
+        What its options ask of each other.
     check : callable
-        ``check(request)`` refuses what can be seen to be wrong without any file.
+        ``check(request)`` refuses what rules do not know, and can be seen without any file.
+    record : callable
+        ``record(outcome)`` returns all numbers by name, in SI units.
+    report : callable
+        ``report(outcome, work, path, edition)`` writes the report.
+    last : callable or None
+        ``last(outcome)`` returns the last contact of several in a few numbers; None of one contact.
     held : int
         Maps that it takes beside the contact.
-    question : Question or None
+    memory : callable or None
+        ``memory(request, shape)`` refuses a grid that is too large, in place of ``held``.
+    writes : tuple of (Option, callable)
+        ``write(outcome, path)`` writes the file that an option names besides that of the result.
+    figures : callable or None
+        ``figures(request)`` returns the names of those that ``--figures`` draws.
+    questions : tuple of Question
         How the page asks it.
+    maps : tuple of str
+        Keys of a project file for its maps, one of which a contact needs; by default ``file``.
+    needs_map : bool
+        Whether it cannot do without a map or a nominal body.
+    shares_contacts : bool
+        Whether it looks at contacts that others may ask, too.
+    in_projects : bool
+        Whether project files may ask it.
+    pieces : Pieces or None
+        How it falls into what can be solved apart.
     """
 
-    name: str
-    help: str
-    options: tuple[Option, ...]
-    common: tuple[str, ...]
     run: Callable[[Any, Any], Any]
-    check: Callable[[Asked], object] = lambda _: None
+    rules: tuple[Rule, ...] = ()
+    check: Callable[[Any], object] = _nothing
+    record: Callable[[Any], dict[str, Any]] = _numbers
+    report: Callable[..., object] = _report
+    last: Callable[[Any], dict[str, Any]] | None = None
     held: int = 0
-    question: Question | None = None
+    memory: Callable[[Any, tuple[int, int]], object] | None = None
+    writes: tuple[tuple[Option[Any], Callable[[Any, Path], object]], ...] = ()
+    figures: Callable[[Any], Sequence[str]] | None = None
+    questions: tuple[Question, ...] = ()
+    maps: tuple[str, ...] = ("file",)
+    needs_map: bool = True
+    shares_contacts: bool = False
+    in_projects: bool = True
+    pieces: Pieces | None = None
+    reads_map: bool = True
+
+    @property
+    def many_maps(self) -> bool:
+        """Whether it takes several maps."""
+        return "files" in self.maps
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle it as the one of its module."""
+        return _of_module, (self.run,)
+
+
+def _of_module(run: Any) -> Task:
+    """Return the task of the module that a function stands in."""
+    task: Task = sys.modules[run.__module__].TASK
+    return task

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.ranks import Ranks
-from roughcontact.request import outputs, run as runs
+from roughcontact.request import outputs, run as runs, solve
+from roughcontact.request.outcome import Look, Outcome, Work
 from roughcontact.request.request import Request
-from roughcontact.request.run import Look, Outcome
 
 if TYPE_CHECKING:
     from roughcontact.request.outputs import Say
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def check(request: Request) -> None:
     """Raise `InputError` for what is not known of a volume on several ranks."""
-    if request["folder"] is not None:
+    if request[solve.FOLDER] is not None:
         raise InputError(
             "keeps the states of one process and is not available on several ranks; leave it out, "
             "or start without mpiexec",
@@ -58,15 +58,15 @@ def run(request: Request, ranks: Ranks, say: Say, look: Look) -> Outcome:
     check(request)
     # The others need not see what the first reads, nor where it writes.
     maps = ranks.by_first(lambda: _prepared(request, say))
-    outcome = runs.remarked(runs.of_volume(request, maps, say, look, ranks), maps)
-    result = outcome.volume
-    if not outcome.converged or result is None:
+    work = Work(request, lambda: maps, say, look, ranks=ranks)
+    outcome: Outcome = request.task.run(request, work)
+    if not outcome.converged:
         return outcome
     # The fields by all, pictures and report by the first, which has the maps whole.
-    fields = [(path, result.save) for path in request.outputs]
+    fields = [(path, outcome.found.save) for path in request.outputs]
 
     def drawn() -> list[Path]:
-        tasks = (task for task in runs.files(outcome, maps) if task[0] not in request.outputs)
+        tasks = (task for task in runs.files(outcome, work) if task[0] not in request.outputs)
         return outputs.write(tasks, say)
 
     try:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.surface.alignment import cosine_sine
+from roughcontact.surface.nominal import BODIES
 from roughcontact.surface.provenance import Operation, Provenance
 
 Array = NDArray[np.float64]
@@ -49,18 +50,13 @@ def of(provenance: Provenance) -> Array | None:
 
 def _made(origin: Operation | None) -> Array | None:
     """Return the curvature of what made a map."""
-    given = {} if origin is None else origin.arguments
-    match "" if origin is None else origin.method:
-        case "nominal.sphere":
-            return np.eye(2) / float(given["radius"])
-        case "nominal.ellipsoid":
-            along_y, along_x = given["radii"]
-            return _turned(np.diag([1 / along_y, 1 / along_x]), given["angle"])
-        case "nominal.cylinder":
-            return _turned(np.diag([1 / given["radius"], 0.0]), given["angle"])
-        case "nominal.punch" | "nominal.rectangular_punch" | "nominal.cone" | "nominal.wedge":
-            return None
-    return np.zeros((2, 2))
+    body = None if origin is None else BODIES.get(origin.method.removeprefix("nominal."))
+    if origin is None or body is None:
+        return np.zeros((2, 2))
+    if body.curvatures is None:
+        return None
+    found = np.diag(body.curvatures(origin.arguments[body.size]))
+    return _turned(found, origin.arguments["angle"]) if body.option == "angle" else found
 
 
 def _changed(curvature: Array, step: Operation) -> Array | None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, Protocol
 
@@ -15,7 +17,7 @@ from roughcontact.errors import InputError, Mention
 from roughcontact.surface import shapes
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, Quantity, quantity
+from roughcontact.units import Quantities, quantity
 
 Array = NDArray[np.float64]
 
@@ -78,33 +80,41 @@ def flat(
     return Surface(shapes.flat(shape, edges), edges, Provenance("nominal flat", origin=origin))
 
 
-def sphere(
-    *,
-    radius: Quantity,
-    shape: tuple[int, int],
-    pixel: Quantities,
-    center: tuple[float, float] | None = None,
-) -> Surface:
-    """Return an exact sphere.
+def _length(value: float) -> str:
+    return units.engineering(value, "m", 6)
+
+
+def _edge(edge_radius: float) -> str:
+    return f" with an edge radius of {_length(edge_radius)}" if edge_radius else ""
+
+
+# Arguments without a unit.
+_PLAIN = ("slope", "angle")
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """A kind of nominal body: called with its size, ``shape`` and ``pixel`` it gives a surface.
 
     Parameters
     ----------
-    radius : float
-        R [m].
-    shape, pixel : (int, int), (float, float)
-        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
-    center : (float, float), optional
-        Summit ``(y, x)`` in pixels; by default the middle of the map.
-
-    Returns
-    -------
-    Surface
-        Heights [m], 0 at the summit; points beyond the radius never touch.
-
-    Raises
-    ------
-    InputError
-        As for `shapes.sphere`.
+    name : str
+        Its name in this module, and that of its heights in `shapes`.
+    size : str
+        The argument that has its size.
+    size_text : str
+        The size in messages.
+    description : callable
+        Returns its text for its size and option.
+    examples : tuple of str
+        Texts that `parse` takes.
+    option : str
+        Another argument, 0 by default; empty if there is none.
+    count : int
+        Numbers that the size consists of, along y first.
+    curvatures : callable, optional
+        Returns the curvatures [1/m] along y and x at the summit, before the body is turned, for
+        its size; None if it has none there.
 
     Examples
     --------
@@ -112,308 +122,119 @@ def sphere(
     >>> ball.provenance.source
     'nominal sphere of radius 10 mm'
     """
-    edges = quantity(pixel, "length", "pixel")
-    R = quantity(radius, "length", "radius")
-    heights = shapes.sphere(shape, edges, R, center)
-    return _nominal(
-        "sphere",
-        heights,
-        f"sphere of radius {_length(R)}",
-        radius=R,
-        shape=shape,
-        pixel=edges,
-        center=center,
-    )
+
+    name: str
+    size: str
+    size_text: str
+    description: Callable[..., str]
+    examples: tuple[str, ...] = ()
+    option: str = ""
+    count: int = 1
+    curvatures: Callable[[Any], tuple[float, float]] | None = None
+
+    def __reduce__(self) -> str:
+        """Return the name by which other processes find it."""
+        return self.name
+
+    @property
+    def word(self) -> str:
+        """Its name in texts; both punches share one."""
+        return self.name.rpartition("_")[2]
+
+    def __call__(
+        self,
+        *,
+        shape: tuple[int, int],
+        pixel: Quantities,
+        center: tuple[float, float] | None = None,
+        **given: Any,
+    ) -> Surface:
+        """Return the body on a grid.
+
+        Parameters
+        ----------
+        shape, pixel : (int, int), (float, float)
+            Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
+        center : (float, float), optional
+            Highest point ``(y, x)`` in pixels; by default the middle of the map.
+        **given : float or (float, float)
+            Size and option, as for the function of this name in `shapes`.
+
+        Returns
+        -------
+        Surface
+            Heights [m], 0 at the highest point; points beyond the body never touch.
+
+        Raises
+        ------
+        InputError
+            As for the function in `shapes`.
+        """
+        edges = quantity(pixel, "length", "pixel")
+        given = ({self.option: 0.0} if self.option else {}) | given
+        for name in given.keys() - set(_PLAIN):
+            given[name] = quantity(given[name], "length", name)
+        heights: Array = getattr(shapes, self.name)(shape, edges, center=center, **given)
+        sizes = {name: given[name] for name in (self.size, self.option) if name}
+        beyond = int(np.count_nonzero(np.isnan(heights)))
+        origin = Operation(
+            f"nominal.{self.name}",
+            {**sizes, "shape": shape, "pixel": edges, "center": center},
+            {"outside": beyond},
+        )
+        about = Provenance(f"nominal {self.description(**sizes)}", origin=origin)
+        return Surface(heights, edges, about, holes_masked=beyond > 0)
 
 
-def ellipsoid(
-    *,
-    radii: Quantities,
-    angle: float = 0.0,
-    shape: tuple[int, int],
-    pixel: Quantities,
-    center: tuple[float, float] | None = None,
-) -> Surface:
-    """Return an ellipsoid near its summit: Hertz's paraboloid with two radii of curvature.
+sphere = Form(
+    "sphere", "radius", "the radius",
+    lambda radius: f"sphere of radius {_length(radius)}",
+    ("sphere 10 mm",), curvatures=lambda radius: (1 / radius, 1 / radius),
+)  # fmt: skip
+ellipsoid = Form(
+    "ellipsoid", "radii", "each radius of curvature",
+    lambda radii, angle: (
+        f"ellipsoid of the radii of curvature {_length(radii[0])} along y and "
+        f"{_length(radii[1])} along x"
+        f"{f', turned by {angle:g} degrees counter-clockwise' if angle else ''}"
+    ),
+    ("ellipsoid 10 mm 4 mm 30 deg",), "angle", 2, lambda radii: (1 / radii[0], 1 / radii[1]),
+)  # fmt: skip
+cylinder = Form(
+    "cylinder", "radius", "the radius",
+    lambda radius, angle: (
+        f"cylinder of radius {_length(radius)}, axis at {angle:g} degrees counter-clockwise from x"
+    ),
+    ("cylinder 5 mm 90 deg",), "angle", curvatures=lambda radius: (1 / radius, 0.0),
+)  # fmt: skip
+punch = Form(
+    "punch", "radius", "the radius",
+    lambda radius, edge_radius: f"round punch of radius {_length(radius)}{_edge(edge_radius)}",
+    ("punch 20 um", "punch 20 um 10 um", "punch 20 um edge 2 um"), "edge_radius",
+)  # fmt: skip
+rectangular_punch = Form(
+    "rectangular_punch", "sides", "each side",
+    lambda sides, edge_radius: (
+        f"rectangular punch of {_length(sides[0])} along y by {_length(sides[1])} along x"
+        f"{_edge(edge_radius)}"
+    ),
+    option="edge_radius", count=2,
+)  # fmt: skip
+cone = Form("cone", "slope", "the slope", lambda slope: f"cone of slope {slope:g}", ("cone 0.01",))
+wedge = Form(
+    "wedge", "slope", "the slope",
+    lambda slope, angle: (
+        f"wedge of slope {slope:g}, ridge at {angle:g} degrees counter-clockwise from x"
+    ),
+    ("wedge 0.01 90 deg",), "angle",
+)  # fmt: skip
 
-    Parameters
-    ----------
-    radii : (float, float)
-        Principal radii of curvature ``(R_y, R_x)`` [m] of the sections along y and along x.
-    angle : float
-        Angle [degrees] by which the body is turned, counter-clockwise.
-    shape, pixel : (int, int), (float, float)
-        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
-    center : (float, float), optional
-        Summit ``(y, x)`` in pixels; by default the middle of the map.
+BODIES = {
+    form.name: form for form in (sphere, ellipsoid, cylinder, punch, rectangular_punch, cone, wedge)
+}
+"""Every nominal body but the flat, by its name."""
 
-    Returns
-    -------
-    Surface
-        Heights [m], 0 at the summit.
-
-    Raises
-    ------
-    InputError
-        As for `shapes.ellipsoid`.
-    """
-    edges = quantity(pixel, "length", "pixel")
-    both = quantity(radii, "length", "radii")
-    heights = shapes.ellipsoid(shape, edges, both, angle, center)
-    name = (
-        f"ellipsoid of the radii of curvature {_length(both[0])} along y and "
-        f"{_length(both[1])} along x"
-    )
-    if angle:
-        name += f", turned by {angle:g} degrees counter-clockwise"
-    return _nominal(
-        "ellipsoid",
-        heights,
-        name,
-        radii=both,
-        angle=angle,
-        shape=shape,
-        pixel=edges,
-        center=center,
-    )
-
-
-def cylinder(
-    *,
-    radius: Quantity,
-    angle: float = 0.0,
-    shape: tuple[int, int],
-    pixel: Quantities,
-    center: tuple[float, float] | None = None,
-) -> Surface:
-    """Return an exact lying cylinder; one on each body gives crossed or parallel cylinders.
-
-    Parameters
-    ----------
-    radius : float
-        R [m].
-    angle : float
-        Angle [degrees] of the axis, counter-clockwise from x: 0 lies along x, 90 along y.
-    shape, pixel : (int, int), (float, float)
-        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
-    center : (float, float), optional
-        A point ``(y, x)`` under the axis in pixels; by default the middle of the map.
-
-    Returns
-    -------
-    Surface
-        Heights [m], 0 on the highest line; points beyond the radius never touch.
-
-    Raises
-    ------
-    InputError
-        As for `shapes.cylinder`.
-    """
-    edges = quantity(pixel, "length", "pixel")
-    R = quantity(radius, "length", "radius")
-    heights = shapes.cylinder(shape, edges, R, angle, center)
-    name = f"cylinder of radius {_length(R)}, axis at {angle:g} degrees counter-clockwise from x"
-    return _nominal(
-        "cylinder",
-        heights,
-        name,
-        radius=R,
-        angle=angle,
-        shape=shape,
-        pixel=edges,
-        center=center,
-    )
-
-
-def punch(
-    *,
-    radius: Quantity,
-    edge_radius: Quantity = 0.0,
-    shape: tuple[int, int],
-    pixel: Quantities,
-    center: tuple[float, float] | None = None,
-) -> Surface:
-    """Return a flat-ended round punch.
-
-    Parameters
-    ----------
-    radius : float
-        Outer radius [m].
-    edge_radius : float
-        Radius of the rounded edge [m], inside the outer radius.
-    shape, pixel : (int, int), (float, float)
-        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
-    center : (float, float), optional
-        Axis ``(y, x)`` in pixels; by default the middle of the map.
-
-    Returns
-    -------
-    Surface
-        Heights [m], 0 on the flat; points outside never touch.
-
-    Raises
-    ------
-    InputError
-        As for `shapes.punch`.
-    """
-    edges = quantity(pixel, "length", "pixel")
-    R = quantity(radius, "length", "radius")
-    rho = quantity(edge_radius, "length", "edge_radius")
-    heights = shapes.punch(shape, edges, R, rho, center)
-    name = f"round punch of radius {_length(R)}{_edge(rho)}"
-    return _nominal(
-        "punch",
-        heights,
-        name,
-        radius=R,
-        edge_radius=rho,
-        shape=shape,
-        pixel=edges,
-        center=center,
-    )
-
-
-def rectangular_punch(
-    *,
-    sides: Quantities,
-    edge_radius: Quantity = 0.0,
-    shape: tuple[int, int],
-    pixel: Quantities,
-    center: tuple[float, float] | None = None,
-) -> Surface:
-    """Return a flat-ended punch with sides along y and x.
-
-    Parameters
-    ----------
-    sides : (float, float)
-        Full outer sides ``(l_y, l_x)`` [m].
-    edge_radius : float
-        Radius of the rounded edges [m], inside the outer sides.
-    shape, pixel : (int, int), (float, float)
-        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
-    center : (float, float), optional
-        Axis ``(y, x)`` in pixels; by default the middle of the map.
-
-    Returns
-    -------
-    Surface
-        Heights [m], 0 on the flat; points outside never touch.
-
-    Raises
-    ------
-    InputError
-        As for `shapes.rectangular_punch`.
-    """
-    edges = quantity(pixel, "length", "pixel")
-    rho = quantity(edge_radius, "length", "edge_radius")
-    both = quantity(sides, "length", "sides")
-    heights = shapes.rectangular_punch(shape, edges, both, rho, center)
-    name = (
-        f"rectangular punch of {_length(both[0])} along y by {_length(both[1])} along x{_edge(rho)}"
-    )
-    return _nominal(
-        "rectangular_punch",
-        heights,
-        name,
-        sides=both,
-        edge_radius=rho,
-        shape=shape,
-        pixel=edges,
-        center=center,
-    )
-
-
-def cone(
-    *,
-    slope: float,
-    shape: tuple[int, int],
-    pixel: Quantities,
-    center: tuple[float, float] | None = None,
-) -> Surface:
-    """Return a cone.
-
-    Parameters
-    ----------
-    slope : float
-        Slope of the flank: the cotangent of the half-angle at the tip.
-    shape, pixel : (int, int), (float, float)
-        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
-    center : (float, float), optional
-        Tip ``(y, x)`` in pixels; by default the middle of the map.
-
-    Returns
-    -------
-    Surface
-        Heights [m], 0 at the tip.
-
-    Raises
-    ------
-    InputError
-        As for `shapes.cone`.
-    """
-    edges = quantity(pixel, "length", "pixel")
-    heights = shapes.cone(shape, edges, slope, center)
-    return _nominal(
-        "cone",
-        heights,
-        f"cone of slope {slope:g}",
-        slope=slope,
-        shape=shape,
-        pixel=edges,
-        center=center,
-    )
-
-
-def wedge(
-    *,
-    slope: float,
-    angle: float = 0.0,
-    shape: tuple[int, int],
-    pixel: Quantities,
-    center: tuple[float, float] | None = None,
-) -> Surface:
-    """Return a symmetric wedge.
-
-    Parameters
-    ----------
-    slope : float
-        Slope of both faces: the cotangent of half the angle at the ridge.
-    angle : float
-        Angle [degrees] of the ridge, counter-clockwise from x: 0 lies along x, 90 along y.
-    shape, pixel : (int, int), (float, float)
-        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the grid.
-    center : (float, float), optional
-        A point ``(y, x)`` of the ridge in pixels; by default the middle of the map.
-
-    Returns
-    -------
-    Surface
-        Heights [m], 0 on the ridge.
-
-    Raises
-    ------
-    InputError
-        As for `shapes.wedge`.
-    """
-    edges = quantity(pixel, "length", "pixel")
-    heights = shapes.wedge(shape, edges, slope, angle, center)
-    name = f"wedge of slope {slope:g}, ridge at {angle:g} degrees counter-clockwise from x"
-    return _nominal(
-        "wedge", heights, name, slope=slope, angle=angle, shape=shape, pixel=edges, center=center
-    )
-
-
-FORMS = (
-    "flat",
-    "sphere 10 mm",
-    "ellipsoid 10 mm 4 mm 30 deg",
-    "cylinder 5 mm 90 deg",
-    "punch 20 um",
-    "punch 20 um 10 um",
-    "punch 20 um edge 2 um",
-    "cone 0.01",
-    "wedge 0.01 90 deg",
-)
+FORMS = ("flat", *(text for form in BODIES.values() for text in form.examples))
 """Every form that `parse` takes, by example."""
 
 
@@ -453,37 +274,27 @@ def parse(text: str, name: str = "body") -> Body:
     if not isinstance(text, str) or not text.strip():
         raise wrong
     word, *rest = text.split()
-    body, sizes, angle, edge = _taken_apart(word.lower(), " ".join(rest))
-    rho = 0.0
-    if edge is not None:
-        rho = _measured(edge, name, "the edge radius of the punch")
+    word, sizes = word.lower(), " ".join(rest)
+    forms = [form for form in BODIES.values() if form.word == word]
+    option = forms[0].option if forms else ""
+    given: dict[str, Any] = {option: 0.0} if option else {}
+    if option == "angle" and (found := _ANGLE.search(sizes)):
+        sizes, given = sizes[: found.start()], {option: float(found[1])}
+    elif option == "edge_radius" and (found := _EDGE.search(sizes)):
+        edge = _measured(found[1], name, "the edge radius of the punch")
+        sizes, given = sizes[: found.start()], {option: edge}
     parts = _QUANTITY.findall(sizes)
-    if "".join(parts).replace(" ", "") != sizes.replace(" ", "") or not math.isfinite(angle):
+    read_whole = "".join(parts).replace(" ", "") == sizes.replace(" ", "")
+    if not read_whole or not all(map(math.isfinite, given.values())):
         raise wrong
-
-    def lengths(what: str) -> list[float]:
-        return [_measured(part, name, f"{what} of the {body}") for part in parts]
-
-    match body, len(parts):
-        case "flat", 0:
-            return flat
-        case "sphere", 1:
-            return partial(sphere, radius=lengths("the radius")[0])
-        case "cylinder", 1:
-            return partial(cylinder, radius=lengths("the radius")[0], angle=angle)
-        case "ellipsoid", 2:
-            along_y, along_x = lengths("each radius of curvature")
-            return partial(ellipsoid, radii=(along_y, along_x), angle=angle)
-        case "punch", 1:
-            return partial(punch, radius=lengths("the radius")[0], edge_radius=rho)
-        case "punch", 2:
-            along_y, along_x = lengths("each side")
-            return partial(rectangular_punch, sides=(along_y, along_x), edge_radius=rho)
-        case "cone", 1:
-            return partial(cone, slope=_slope(parts[0], name, "the slope of the cone"))
-        case "wedge", 1:
-            slope = _slope(parts[0], name, "the slope of the wedge")
-            return partial(wedge, slope=slope, angle=angle)
+    if word == "flat" and not parts:
+        return flat
+    for form in forms:
+        if len(parts) == form.count:
+            measured = _slope if form.size == "slope" else _measured
+            values = [measured(part, name, f"{form.size_text} of the {word}") for part in parts]
+            size = values[0] if form.count == 1 else tuple(values)
+            return partial(form, **{form.size: size, **given})
     raise wrong
 
 
@@ -525,23 +336,6 @@ _ANGLE = re.compile(rf"\s+({_NUMBER})\s*(?:deg|degrees?|°)$")
 _EDGE = re.compile(r"\s*\bedge\b\s*(.*)$")
 
 
-def _taken_apart(body: str, sizes: str) -> tuple[str, str, float, str | None]:
-    """Return a body, its sizes, and apart from these its angle and what is said of its edge."""
-    angle, edge = 0.0, None
-    if body in ("ellipsoid", "cylinder", "wedge") and (found := _ANGLE.search(sizes)):
-        sizes, angle = sizes[: found.start()], float(found[1])
-    if body == "punch" and (found := _EDGE.search(sizes)):
-        sizes, edge = sizes[: found.start()], found[1]
-    return body, sizes, angle, edge
-
-
-def _nominal(method: str, heights: Array, name: str, **given: Any) -> Surface:
-    beyond = int(np.count_nonzero(np.isnan(heights)))
-    origin = Operation(f"nominal.{method}", given, {"outside": beyond})
-    about = Provenance(f"nominal {name}", origin=origin)
-    return Surface(heights, given["pixel"], about, holes_masked=beyond > 0)
-
-
 def _slope(text: str, name: str, what: str) -> float:
     try:
         value = float(text)
@@ -554,11 +348,3 @@ def _slope(text: str, name: str, what: str) -> float:
             Mention(name), f": {what} must be positive and finite, got {text!r}", value=text
         )
     return value
-
-
-def _length(value: float) -> str:
-    return units.engineering(value, "m", 6)
-
-
-def _edge(edge_radius: float) -> str:
-    return f" with an edge radius of {_length(edge_radius)}" if edge_radius else ""

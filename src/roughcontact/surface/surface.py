@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -552,33 +550,6 @@ class Surface(Shown):
         if identified:
             found["sha256"] = hashlib.sha256(self.heights.data).hexdigest()
         return replace(self.provenance, origin=Operation("Surface", given, found))
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the map in the format that the suffix of the file names.
-
-        Parameters
-        ----------
-        path : str or path
-            File to write; it appears only once it is complete. ``.npz``, ``.nc``, ``.x3p`` and
-            ``.csv`` keep every bit of the heights, ``.sur`` 32 of them; ``.vti`` is for ParaView.
-            `roughcontact.read_surface` reads all but the last. See `roughcontact.formats.export`.
-
-        Raises
-        ------
-        InputError
-            If the suffix is none of these, or the map does not fit into the format.
-        OSError
-            If the file cannot be written; an old file survives.
-        """
-        from roughcontact.formats import export
-
-        export.save_surface(self, path)
-
-    def explore(self) -> Any:
-        """Open the page on this surface; see `roughcontact.desk.explore.explore`."""
-        from roughcontact.desk import explore
-
-        return explore.explore(self)
 
     def _after(
         self,

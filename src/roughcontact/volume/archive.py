@@ -16,7 +16,6 @@ from roughcontact import netcdf
 from roughcontact.contact import archive
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.verification import Verification, verify as verify_contact
-from roughcontact.volume import ranges
 from roughcontact.volume.plastic_body import PlasticBody
 from roughcontact.volume.result import ElastoplasticResult, Increment
 from roughcontact.volume.shared_body import SharedBody
@@ -314,7 +313,7 @@ def from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
         )
         bodies.append(body)
     largest = dataset.get("largest_pressure")
-    result = ElastoplasticResult(
+    return ElastoplasticResult(
         solution=pressed,
         residual_displacement=np.array(dataset["residual_displacement"].values),
         bodies=tuple(bodies),
@@ -327,8 +326,6 @@ def from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
         version=str(attributes["elastoplastic_version"]),
         largest_pressure=None if largest is None else np.array(largest.values),
     )
-    ranges.check(result)
-    return result
 
 
 def increments_of(dataset: xarray.Dataset) -> tuple[Increment, ...]:

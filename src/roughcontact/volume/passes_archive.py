@@ -10,7 +10,6 @@ import numpy as np
 
 from roughcontact import netcdf
 from roughcontact.contact import archive as contact_archive
-from roughcontact.contact.ranges import require_finite
 from roughcontact.errors import InputError
 from roughcontact.volume import archive
 from roughcontact.volume.passes import Pass
@@ -101,8 +100,6 @@ def load_rolling(path: str | os.PathLike[str]) -> Rolling:
         columns = {
             name: np.array(dataset[f"pass_{name}"].values) for name in (*_NUMBERS, *_PROFILES)
         }
-        for name, values in columns.items():
-            require_finite(name, values, values.shape)
         steps = columns["steps"].tolist()
         rows = zip(*(columns[name].tolist() for name in _NUMBERS), strict=True)
         passes = tuple(

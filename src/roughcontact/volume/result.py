@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,8 +14,7 @@ from roughcontact.contact.area import rim_excess
 from roughcontact.contact.cautions import Caution
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
-from roughcontact.references import References
-from roughcontact.result import Shown
+from roughcontact.result import Result, face
 from roughcontact.volume.path import PathPoint
 from roughcontact.volume.plastic_body import PlasticBody
 from roughcontact.volume.profiles import DepthProfile, DepthSection, LayerProfile
@@ -102,7 +98,7 @@ class Increment:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ElastoplasticResult(Shown):
+class ElastoplasticResult(Result):
     """A contact after a path of loads, with the plastic strain that it left.
 
     Parameters
@@ -269,79 +265,20 @@ class ElastoplasticResult(Shown):
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        from roughcontact.volume import judgment
-
-        return judgment.cautions(self)
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The ``cautions``, one sentence each."""
-        return tuple(caution.text for caution in self.cautions)
-
-    def summary(self) -> dict[str, Any]:
-        """Return the scalar results by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return results.summary(self)
-
-    def references(self) -> References:
-        """Return the papers behind what was used for it, as text and as BibTeX."""
-        from roughcontact.report import sources
-
-        return sources.of(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the result in the format that the suffix of the file names.
-
-        Parameters
-        ----------
-        path : str or path
-            File to write; it appears only once it is complete. ``.nc``: everything, see
-            `roughcontact.load_elastoplastic`. ``.vtr``: strain and stress of
-            the volume, ``.vti``: the maps of the surface, both for ParaView. ``.csv``: the
-            pressure. ``.json``: the summary.
-
-        Raises
-        ------
-        InputError
-            If the suffix is none of these.
-        OSError
-            If the file cannot be written; an old file survives.
-        """
-        from roughcontact.formats import export
-
-        export.save(self, path)
+        found: tuple[Caution, ...] = face().volume_cautions(self)
+        return found
 
     def profile(self, point: tuple[int, int] | None = None, body: int = 0) -> DepthProfile:
         """Return plastic strain and stress over the depth; see `depth.profile`."""
-        from roughcontact.volume import depth
-
-        return depth.profile(self, point, body)
+        found: DepthProfile = face().profile(self, point, body)
+        return found
 
     def section(self, along: str = "x", index: int | None = None, body: int = 0) -> DepthSection:
         """Return them on a vertical plane; see `roughcontact.volume.depth.cut`."""
-        from roughcontact.volume import depth
-
-        return depth.cut(self, along, index, body)
+        found: DepthSection = face().section(self, along, index, body)
+        return found
 
     def layers(self, body: int = 0) -> LayerProfile:
         """Return what each layer holds at most; see `roughcontact.volume.depth.layers`."""
-        from roughcontact.volume import depth
-
-        return depth.layers(self, body)
-
-    def report(self, path: str | Path, command: str = "", additions: Sequence[Any] = ()) -> None:
-        """Write a report that needs no other file; see `roughcontact.report.volume.save`.
-
-        Parameters
-        ----------
-        path : str or path
-            HTML file to write; it appears only once it is complete.
-        command : str
-            What was typed to get this result.
-        additions : sequence of `roughcontact.report.page.Addition`
-            Further chapters.
-        """
-        from roughcontact.report import volume as volume_report
-
-        volume_report.save(self, path, command=command, additions=additions)
+        found: LayerProfile = face().layers(self, body)
+        return found

@@ -20,8 +20,7 @@ from roughcontact.errors import InputError, require_count
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Perfect
 from roughcontact.material.material import RIGID, Material
-from roughcontact.references import References
-from roughcontact.result import Shown
+from roughcontact.result import Result
 from roughcontact.solvers.progress import Progress, Tell
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
@@ -51,7 +50,7 @@ class Shakedown(StrEnum):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Rolling(Shown):
+class Rolling(Result):
     """Bodies after repeated passes.
 
     Parameters
@@ -140,12 +139,6 @@ class Rolling(Shown):
             return "not told: the steps are longer than the half-width of the contact"
         return str(kind)
 
-    def references(self) -> References:
-        """Return the papers behind what was used for it, as text and as BibTeX."""
-        from roughcontact.report import sources
-
-        return sources.of(self)
-
     @property
     def converged(self) -> bool:
         """Whether the last pass was followed to its end."""
@@ -180,48 +173,6 @@ class Rolling(Shown):
             files = sorted(_place(self.folder, number).glob("step-*.nc"))
             for file in files:
                 yield number, int(file.stem[5:]), archive.load_elastoplastic(file)
-
-    def summary(self) -> dict[str, Any]:
-        """Return the numbers by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return results.summary(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the passes in the format that the suffix of the file names.
-
-        Parameters
-        ----------
-        path : str or path
-            File to write; it appears only once it is complete. ``.nc``: the last state and all
-            passes, see `roughcontact.load_rolling`. ``.csv``: a row a pass. ``.json``: the
-            summary. ``.vtr``, ``.vti``: volume and surface of the last state. ``.pvd``: the
-            steps that the folder keeps whole for ParaView, in a folder of the same name.
-
-        Raises
-        ------
-        InputError
-            If the suffix is none of these, or no steps are kept for ``.pvd``.
-        OSError
-            If the file cannot be written; an old file survives.
-        """
-        from roughcontact.report import results
-
-        results.save_rolling(self, path)
-
-    def report(self, path: str | os.PathLike[str], command: str = "") -> None:
-        """Write a report that needs no other file; see `roughcontact.report.rolling.save`.
-
-        Parameters
-        ----------
-        path : str or path
-            HTML file to write; it appears only once it is complete.
-        command : str
-            What was typed to get this result.
-        """
-        from roughcontact.report import rolling
-
-        rolling.save(self, path, command=command)
 
 
 @checked

@@ -1,0 +1,102 @@
+"""The task ``conductance``: what a contact conducts."""
+
+from __future__ import annotations
+
+from roughcontact.errors import InputError, Mention
+from roughcontact.request import joints, options, parsing
+from roughcontact.request.option import PICTURES, Option, Panel, file
+from roughcontact.request.outcome import Outcome, Work, last_contact
+from roughcontact.request.request import Request
+from roughcontact.request.task import Question, Task
+
+FILM = Option(
+    "film", Panel.BODIES, "FILM",
+    'Electrical resistance times area of a film on the contact, such as "1e-12 ohm m^2"; '
+    "default: none.", parsing.quantity("film"), None,
+)  # fmt: skip
+FIGURE = file("figure", "FILE", "Draw resistance over load as PNG, SVG or PDF.", PICTURES)
+_CONDUCTORS = (
+    joints.RESISTIVITY, joints.CONDUCTIVITY, joints.COUNTER_RESISTIVITY,
+    joints.COUNTER_CONDUCTIVITY, FILM, joints.THERMAL_FILM,
+)  # fmt: skip
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    from roughcontact.joint.conductance import OF, conductance
+
+    contacts = joints.Contacts(request, work, work.maps)
+    contacts.require_map(OF)
+    found = conductance(
+        contacts.under(joints.loads(request)),
+        *joints.conductors(request),
+        film=request[FILM] or 0.0,
+        thermal_film=request[joints.THERMAL_FILM] or 0.0,
+    )
+    coarser = contacts.coarser(found.largest)
+    return joints.outcome(request, work, found if coarser is None else found.beside(coarser))
+
+
+def _check(request: Request) -> None:
+    joints.check_loads(request)
+    bodies = joints.conductors(request)
+    kinds = ("resistivity", "conductivity")
+    known = [all(getattr(body, kind) is not None for body in bodies) for kind in kinds]
+    if not any(known):
+        lacking, material = next(
+            lacking
+            for body, lacking in zip(
+                bodies,
+                ((joints.CONDUCTIVITY, options.MATERIAL),
+                 (joints.COUNTER_CONDUCTIVITY, options.COUNTER_MATERIAL)),
+                strict=True,
+            )
+            if body.conductivity is None
+        )  # fmt: skip
+        named = request[material]
+        which = "" if named is None else f", which {named.name} lacks"
+        raise InputError(
+            "is needed, such as ", Mention(lacking.argument, "46 W/m/K"), ", or the resistivity of "
+            "both bodies; ", Mention("material"), " and ", Mention("counter_material"),
+            f" of the catalogue have them where a source is known{which}",
+            argument=lacking.argument,
+        )  # fmt: skip
+    for film, kind, there in zip((FILM, joints.THERMAL_FILM), kinds, known, strict=True):
+        if request[film] and not there:
+            raise InputError(
+                "needs ", Mention(kind), " and ", Mention(f"counter_{kind}"), argument=film.argument
+            )
+
+
+TASK = Task(
+    "conductance",
+    """Solve the contact under one load or several: electrical and thermal resistance.
+
+\b
+Example:
+roughcontact conductance ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
+    --counter-material 6061-T6 --holes fill --boundary periodic
+""",
+    (
+        *options.MAP, joints.LOAD, *joints.RANGE, *options.MATERIALS, *_CONDUCTORS,
+        *options.SHAPES, options.CEILING, options.BOUNDARY, *options.SOLVER, joints.OUTPUT, FIGURE,
+        *options.OUTPUT,
+    ),
+    (
+        joints.LOAD, options.MATERIAL, options.COUNTER_MATERIAL, joints.CONDUCTIVITY,
+        joints.COUNTER_CONDUCTIVITY, FILM, options.BOUNDARY, options.HOLES, joints.OUTPUT,
+        options.REPORT,
+    ),
+    run=_run,
+    rules=joints.LOAD_RULES,
+    check=_check,
+    last=last_contact,
+    held=2,
+    questions=(
+        Question(
+            "What it conducts",
+            "Electrical and thermal resistance of the whole contact.",
+            _CONDUCTORS,
+        ),
+    ),
+    shares_contacts=True,
+)  # fmt: skip

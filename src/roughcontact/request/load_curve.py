@@ -1,0 +1,156 @@
+"""The task ``sweep``: the contact under one load after the other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from roughcontact import limits
+from roughcontact.errors import InputError, Mention
+from roughcontact.request import memory, options, parsing, problem
+from roughcontact.request.option import PICTURES, TABLES, Option, Panel, file
+from roughcontact.request.outcome import Outcome, Work
+from roughcontact.request.request import Request
+from roughcontact.request.rule import NEEDED, Rule
+from roughcontact.request.task import Question, Task
+
+if TYPE_CHECKING:
+    from roughcontact.report.page import Edition
+
+FROM = Option(
+    "from", Panel.BODIES, "LOAD|APPROACH",
+    'First load, such as "10 mN", "1 MPa", "50 N/mm" (as for '
+    '--load of solve) or "hertz 0.5 GPa" (as for --hertz), or approach, such as "0.1 um".',
+    parsing.load_or_approach, None,
+)  # fmt: skip
+TO = Option(
+    "to", Panel.BODIES, "LOAD|APPROACH", "Last load or approach.", parsing.load_or_approach, None
+)
+STEPS = Option(
+    "steps", Panel.BODIES, "NUMBER", "How many loads or approaches; default: 13.",
+    parsing.counted(2, limits.STEPS), 13,
+)  # fmt: skip
+SPACING = Option(
+    "spacing", Panel.BODIES, "log|linear",
+    "log: equal ratios; linear: equal differences; default: log.",
+    parsing.choice("log", "linear"), "log",
+)  # fmt: skip
+OUTPUT = file("output", "FILE.csv|json", "Write the table of loads.", TABLES)
+FIGURE = file("figure", "FILE", "Draw the curve as PNG, SVG or PDF.", PICTURES)
+_RANGE = (FROM, TO, STEPS, SPACING)
+
+
+def _steps(request: Request) -> tuple[str, list[Any]]:
+    """Return whether a sweep is over loads or approaches, and which, in the form of its ends."""
+    from roughcontact.contact.load_curve import spaced
+
+    (control, first), (_, last) = _ends(request)
+    form, ends = type(first), (first, last)
+    if form is not float:
+        ends = first.value, last.value
+    return control, [form(value) for value in spaced(*ends, request[STEPS], request[SPACING])]
+
+
+def _ends(request: Request) -> tuple[tuple[str, Any], tuple[str, Any]]:
+    return request.needed(FROM), request.needed(TO)
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    from roughcontact.contact.load_curve import load_curve
+
+    control, values = _steps(request)
+    if control == "load":
+        problem.pressed(request, work.maps, values[-1], "from")
+    with work.keeping("step-*.npz") as (watch, reused):
+        curve = load_curve(
+            work.maps[0],
+            **problem.arguments(request, work.maps, *options.SOLVER),
+            loads=values if control == "load" else None,
+            approaches=values if control == "approach" else None,
+            folder=request[options.FOLDER],
+            progress=watch,
+        )
+    curve = replace(curve, remarks=work.remarks)
+    return Outcome(request, curve, extras={"reused": len(reused)})
+
+
+def _check(request: Request) -> None:
+    first, last = _ends(request)
+    if (first[0], type(first[1])) != (last[0], type(last[1])):
+        raise InputError(
+            Mention("from"), " and ", Mention("to"),
+            " must both be loads of one form or both approaches, got "
+            f"{request.given[FROM.name]!r} and {request.given[TO.name]!r}",
+        )  # fmt: skip
+    _steps(request)
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    from roughcontact.contact.load_curve import HELD
+
+    memory.require_contact(request, shape, HELD)
+
+
+def _last(outcome: Outcome) -> dict[str, Any]:
+    curve = outcome.found
+    step, area = curve.steps[-1], curve.nominal_area
+    return {
+        "load": step.load,
+        "max_pressure": step.max_pressure,
+        "contact_fraction": step.contact_area / area,
+        "saturated_fraction": step.saturated_area / area,
+        "certificate": step.certificate,
+        "ceiling": None if curve.ceiling is None else "given",
+    }
+
+
+def _report(outcome: Outcome, work: Work, path: Path, edition: Edition) -> None:
+    """Write the report on a load curve, with the contact at its last load."""
+    from roughcontact.contact.solve import solve
+    from roughcontact.report import page, steps
+
+    request, curve = outcome.request, outcome.found
+    arguments = problem.arguments(request, work.maps, *options.SOLVER)
+    result = solve(work.maps[0], **arguments, load=curve.steps[-1].load, calibrated=False)
+    result = replace(result, remarks=curve.remarks)
+    twin = result.elastic() if result.saturated_fraction else None
+    page.save(steps.render_curve(curve, result, edition, elastic=twin), path)
+
+
+TASK = Task(
+    "sweep",
+    """Solve the contact under one load after the other: area, gap, stiffness, spots.
+
+With --folder every finished step is saved at once, and the same command goes on where it was
+interrupted.
+
+\b
+Example:
+roughcontact sweep ground.opd --from "10 mN" --to "10 N" --steps 13 \\
+    --young "210 GPa" --poisson 0.3 --holes fill --folder ground-sweep \\
+    --output curve.csv
+""",
+    (
+        *options.MAP, *_RANGE, *options.BODIES, *options.SOLVER, OUTPUT, options.FOLDER,
+        options.REPORT, FIGURE, *options.SHOWN,
+    ),
+    (FROM, TO, STEPS, *options.BODY_CONSTANTS, options.HOLES, OUTPUT, options.REPORT),
+    run=_run,
+    rules=tuple(
+        Rule(NEEDED, end, text="a load such as '1 N' or an approach such as '1 um'")
+        for end in (FROM, TO)
+    ),
+    check=_check,
+    report=_report,
+    last=_last,
+    memory=_memory,
+    questions=(
+        Question(
+            "Load curve",
+            "Contact area, gap, stiffness and spots from a small load to a large one.",
+            _RANGE,
+            first=((FROM, "1 MPa"), (TO, "100 MPa")),
+        ),
+    ),
+)  # fmt: skip

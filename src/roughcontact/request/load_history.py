@@ -1,0 +1,109 @@
+"""The task ``history``: a path of loads."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from roughcontact import limits
+from roughcontact.errors import require_count
+from roughcontact.formats import export
+from roughcontact.formats.export import Kind
+from roughcontact.request import memory, options, parsing, problem
+from roughcontact.request.option import PICTURES, TABLES, Option, Panel, file
+from roughcontact.request.outcome import Outcome, Work, last_contact
+from roughcontact.request.request import Request
+from roughcontact.request.rule import NEEDED, Rule
+from roughcontact.request.task import Question, Task
+
+_SURFACES = export.suffixes(Kind.SURFACE)
+PATH = Option(
+    "path", Panel.BODIES, "LOADS", 'Loads or approaches in their order: "1 N, 0 N, 1 N"; or '
+    '"20 MPa", "600 N/mm", "hertz 1.5 GPa", as for --load and --hertz of solve.',
+    parsing.stages, None,
+)  # fmt: skip
+PASSES = Option(
+    "passes", Panel.BODIES, "NUMBER", "How often the path is followed, ended by a pass that "
+    "indents nothing; default: 1.", parsing.counted(1, limits.STEPS), 1,
+)  # fmt: skip
+SHIFT = Option(
+    "shift", Panel.BODIES, "LENGTHS",
+    'Shift (y, x) of the counter-body from pass to pass, such as "0 um, 5 um"; default: none.',
+    parsing.offset, (0.0, 0.0),
+)  # fmt: skip
+OUTPUT = file("output", "FILE.csv|json", "Write the table of steps.", TABLES)
+RESIDUAL = file(
+    "residual", "FILE", f"Write the indented surface: {', '.join(_SURFACES)}.", _SURFACES
+)
+FIGURE = file("figure", "FILE", "Draw the loop as PNG, SVG or PDF.", PICTURES)
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    from roughcontact.contact.history import Stage
+    from roughcontact.contact.load_history import load_history
+
+    ends: tuple[tuple[str, Any], ...] = request.needed(PATH)
+    stages = [Stage(**{control: value}) for control, value in ends]
+    with work.keeping("step-*.npz") as (watch, reused):
+        history = load_history(
+            work.maps[0],
+            stages,
+            **problem.arguments(request, work.maps, *options.SOLVER_DOUBLE),
+            passes=request[PASSES],
+            shift=request[SHIFT],
+            folder=request[options.FOLDER],
+            progress=watch,
+        )
+    last = replace(history.last, remarks=work.remarks)
+    history = replace(history, last=last, remarks=work.remarks)
+    return Outcome(request, history, last, {"reused": len(reused)})
+
+
+def _check(request: Request) -> None:
+    from roughcontact.contact.history import most_passes
+
+    require_count(1, most_passes(len(request.needed(PATH))), passes=request[PASSES])
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    from roughcontact.contact.load_history import HELD
+
+    memory.require_contact(request, shape, HELD)
+
+
+def _residual(outcome: Outcome, path: Path) -> None:
+    outcome.found.residual.save(path)
+
+
+TASK = Task(
+    "history",
+    """Follow a path of loads: indentation that stays, unloading, repeated passes.
+
+The ceiling acts as perfect plasticity of the surface: what it indents stays indented.
+
+\b
+Example:
+roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 \\
+    --holes fill --output history.csv --residual indented.x3p
+""",
+    (
+        *options.MAP, PATH, PASSES, SHIFT, *options.BODIES, *options.SOLVER_DOUBLE, OUTPUT,
+        RESIDUAL, options.FOLDER, options.REPORT, FIGURE, *options.SHOWN,
+    ),
+    (PATH, PASSES, *options.BODY_CONSTANTS, options.HOLES, RESIDUAL, OUTPUT, options.REPORT),
+    run=_run,
+    rules=(Rule(NEEDED, PATH, text="loads in their order, such as '1 N, 0 N, 1 N'"),),
+    check=_check,
+    last=last_contact,
+    memory=_memory,
+    writes=((RESIDUAL, _residual),),
+    questions=(
+        Question(
+            "Load history",
+            "Loading and unloading, once or again and again: what stays indented.",
+            (PATH, PASSES, SHIFT),
+            first=((PATH, "10 MPa, 0 N, 10 MPa"),),
+        ),
+    ),
+)  # fmt: skip

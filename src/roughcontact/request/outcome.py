@@ -1,0 +1,175 @@
+"""What a request gives, and what a task is given to find it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from roughcontact.errors import RoughcontactError, Sentence, parts_of
+from roughcontact.request.options import FOLDER
+from roughcontact.request.outputs import Say, UnfinishedError
+from roughcontact.request.request import Request
+from roughcontact.solvers.progress import Progress
+
+if TYPE_CHECKING:
+    from roughcontact.contact.cautions import Caution
+    from roughcontact.contact.result import ContactResult
+    from roughcontact.ranks import Ranks
+    from roughcontact.surface.surface import Surface
+
+Look = Callable[[Progress], None]
+Solve = Callable[..., "ContactResult"]
+"""`contact.solve.solve`, or what gives the same for the same arguments."""
+
+
+def solve_afresh(surface: Surface, **options: Any) -> ContactResult:
+    """Solve a contact; see `contact.solve.solve`."""
+    from roughcontact.contact.solve import solve
+
+    return solve(surface, **options, calibrated=False)
+
+
+def remarks_on(request: Request, maps: Sequence[Surface]) -> tuple[Caution, ...]:
+    """Return what is known from the measurement of maps."""
+    from roughcontact.contact.cautions import of_measurement
+    from roughcontact.request.maps import resolution_notes
+
+    return of_measurement(resolution_notes(request, maps))
+
+
+@dataclass(frozen=True, eq=False)
+class Work:
+    """What a task works with.
+
+    Parameters
+    ----------
+    request : Request
+        What was asked for.
+    read : callable
+        Returns its maps, prepared.
+    say, look : callable
+        Called with a few words before every stage, and with the `Progress` of the solver.
+    solve : callable
+        What solves contacts that several tasks look at.
+    known : mapping
+        What was found of its pieces, by their words.
+    ranks : Ranks or None
+        Those that share a volume.
+    """
+
+    request: Request
+    read: Callable[[], Sequence[Surface]]
+    say: Say
+    look: Look
+    solve: Solve = solve_afresh
+    known: Mapping[str, Any] = field(default_factory=dict)
+    ranks: Ranks | None = None
+
+    @cached_property
+    def maps(self) -> Sequence[Surface]:
+        """The maps that are pressed."""
+        return self.read()
+
+    @property
+    def remarks(self) -> tuple[Caution, ...]:
+        """What is known from the measurement."""
+        return remarks_on(self.request, self.maps)
+
+    @contextmanager
+    def keeping(self, pattern: str) -> Iterator[tuple[Look, list[int]]]:
+        """Note which loads stood in the folder; after Ctrl-C, tell which stand complete in it."""
+        reused: list[int] = []
+
+        def watch(at: Progress) -> None:
+            if at.kept:
+                reused.append(at.number)
+            self.look(at)
+
+        try:
+            yield watch, reused
+        except KeyboardInterrupt:
+            folder = self.request.get(FOLDER)
+            raise UnfinishedError(sorted(folder.glob(pattern)) if folder else ()) from None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a request gave.
+
+    Parameters
+    ----------
+    request : Request
+        What was asked for.
+    found : object
+        What was asked for.
+    contact : ContactResult or None
+        The contact: the solution or the best found, that of the volume model, that below which the
+        stress is, the last of a history, that under the largest load found; none of a sweep or a
+        comparison.
+    extras : mapping
+        What the task found besides, by name, and ``reused``, the number of loads that stood in the
+        folder from an earlier run.
+    written : tuple of Path
+        Files that are complete.
+    failure : RoughcontactError or None
+        Why a file could not be written.
+    """
+
+    request: Request
+    found: Any
+    contact: ContactResult | None = None
+    extras: Mapping[str, Any] = field(default_factory=dict)
+    written: tuple[Path, ...] = ()
+    failure: RoughcontactError | None = None
+
+    @property
+    def beside(self) -> dict[str, Any]:
+        """What console and report tell besides, by the names that its kind gives it."""
+        names = {"study": "study", "first_yield": "onset"}
+        return {new: self.extras[name] for name, new in names.items() if name in self.extras}
+
+    @property
+    def status(self) -> str:
+        """``"converged"``, or why the solver stopped."""
+        # Sweeps and histories end with an error where a step does not converge.
+        status: str = getattr(self.found, "status", "converged")
+        return status
+
+    @property
+    def converged(self) -> bool:
+        """Whether files were to be written."""
+        return self.status == "converged"
+
+    @property
+    def reused(self) -> int:
+        """Loads that stood in the folder from an earlier run."""
+        return int(self.extras.get("reused", 0))
+
+    @property
+    def shortfall(self) -> Sentence:
+        """How far a solver came that did not converge, and why it stopped."""
+        reached, found = "", self.contact
+        # The increments of the volume that are told of have settled; the status says which did not.
+        if found is not None and self.found is found:
+            reached = (
+                f"certificate {found.certificate:.1e}, tolerance {found.tolerance:.0e}, "
+                f"load error {found.load_error:.1e}; "
+            )
+        return Sentence(f"not converged: {reached}", *parts_of(self.status))
+
+    def record(self) -> dict[str, Any]:
+        """Return all numbers by name, in SI units, ready for JSON."""
+        told = self.request.task.record(self)
+        return {**told, "written": [str(path) for path in self.written]}
+
+
+def last_contact(outcome: Outcome) -> dict[str, Any]:
+    """Return the contact of an outcome in a few numbers, by the keys of `Outcome.record`."""
+    assert outcome.contact is not None
+    told = outcome.contact.summary()
+    keys = ("load", "max_pressure", "contact_fraction", "saturated_fraction", "certificate")
+    return {key: told[key] for key in (*keys, "ceiling")}

@@ -1,0 +1,241 @@
+"""The task ``solve``: one contact, with a ceiling or with plastic strain in the volume."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from roughcontact import limits
+from roughcontact.errors import Mention
+from roughcontact.formats import export
+from roughcontact.formats.export import Kind
+from roughcontact.request import memory, options, outputs, parsing, problem, studying
+from roughcontact.request.option import PICTURES, Option, Panel, file, files, flag
+from roughcontact.request.outcome import Outcome, Work
+from roughcontact.request.request import Request
+from roughcontact.request.rule import EXCLUDES, NEEDS, Rule
+from roughcontact.request.task import Pieces, Question, Task
+
+if TYPE_CHECKING:
+    from roughcontact.contact.result import ContactResult
+
+SURFACE_MODEL, VOLUME_MODEL = "ceiling", "volume"
+RESULTS = {
+    SURFACE_MODEL: export.suffixes(Kind.CONTACT), VOLUME_MODEL: export.suffixes(Kind.VOLUME),
+}  # fmt: skip
+"""How files of results may end, by model."""
+
+UNCALIBRATED = flag(
+    "uncalibrated", Panel.BODIES,
+    "Do not solve again under the calibrated ceiling, whose numbers are a second column.",
+)  # fmt: skip
+MODEL = Option(
+    "model", Panel.BODIES, f"{SURFACE_MODEL}|{VOLUME_MODEL}",
+    "ceiling: pressures up to the ceiling; volume: plastic strain in the volume, which takes "
+    "seconds to minutes; default: ceiling.", parsing.choice(SURFACE_MODEL, VOLUME_MODEL),
+    SURFACE_MODEL, whole_map=False,
+)  # fmt: skip
+INCREMENTS: Option[int | str] = Option(
+    "increments", Panel.BODIES, "NUMBER|auto",
+    "Equal steps to the load of the volume model; auto: as many as keep the error by the steps "
+    "below 1 %; default: auto.",
+    parsing.counted_or_auto(1, limits.STEPS), "auto",
+)  # fmt: skip
+UNLOAD = flag(
+    "unload", Panel.BODIES,
+    "Take the bodies of the volume model apart at the end, to see what stays.",
+)  # fmt: skip
+TOLERANCE = Option(
+    "tolerance", Panel.SOLVER, "NUMBER",
+    "Certificate to reach; default: 1e-6, in single precision 1e-4. In the volume model, "
+    "residual of the plastic strain to reach; default: 1e-4.", parsing.number, None,
+    whole_map=False,
+)  # fmt: skip
+MAX_ITERATIONS = Option(
+    "max-iterations", Panel.SOLVER, "NUMBER",
+    "Most convolutions on any one grid; default: 2000. In the volume model, most iterations at "
+    "one load; default: 150.", options.ITERATIONS, None, "Most convolutions", whole_map=False,
+)  # fmt: skip
+PRECISION = Option(
+    "precision", Panel.SOLVER, "double|single",
+    "single needs two thirds of the memory; default: double, in the volume model single.",
+    parsing.choice("double", "single"), None, whole_map=False,
+)  # fmt: skip
+OUTPUT = files(
+    "output", f"Write the result: {export.told(Kind.CONTACT, Kind.VOLUME)}; may be repeated.",
+    export.suffixes(Kind.CONTACT, Kind.VOLUME), whole_map=False,
+)  # fmt: skip
+FOLDER = file(
+    "folder", "FOLDER", "Where the volume model keeps every load it reaches, to go on later."
+)
+FIGURES = Option(
+    "figures", Panel.OUTPUT, "FOLDER|PREFIX",
+    "Draw figures, such as surface, pressure and gap (of the volume model sections and "
+    "profiles, too), as PNG into an existing folder, or with this start of their names; ending "
+    "in .svg or .pdf, in that format.", parsing.words, None, suffixes=PICTURES,
+)  # fmt: skip
+_SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
+
+
+def contact(request: Request, work: Work, *, calibrated: bool) -> ContactResult:
+    """Return the contact that a request asks for, or the best found."""
+    from roughcontact.contact.solve import solve
+
+    force, given = problem.pressed(request, work.maps, *request.load)
+    point = request[options.LOAD_POINT]
+    found = solve(
+        work.maps[0],
+        **problem.arguments(request, work.maps, *_SOLVER),
+        load=force,
+        approach=request[options.APPROACH],
+        moments=None if point is None else (force * point[0], force * point[1]),
+        calibrated=calibrated,
+        on_failure="return",
+        progress=work.look,
+    )
+    return replace(found, given=given)
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    if request[MODEL] == VOLUME_MODEL:
+        return _volume(request, work)
+    found = contact(request, work, calibrated=not request[UNCALIBRATED])
+    remarks, extras = work.remarks, {}
+    if request[studying.STUDY] and found.converged:
+        study = studying.studied(request, work, found.load)
+        remarks, extras = (*remarks, *study.cautions), {studying.STUDY.name: study}
+    found = replace(found, remarks=remarks)
+    return Outcome(request, found, found, extras)
+
+
+def _volume(request: Request, work: Work) -> Outcome:
+    from roughcontact.volume.path import PathPoint
+    from roughcontact.volume.solve import solve_elastoplastic
+    from roughcontact.volume.stepping import AUTO, between
+
+    load, given = problem.pressed(request, work.maps, *request.load)
+    steps = request[INCREMENTS]
+    way = between(PathPoint(0.0), PathPoint(load), 1 if steps == AUTO else int(steps))
+    loads = [point.load for point in way]
+    loads += [0.0] * request[UNLOAD]
+    arguments = problem.arguments(request, work.maps, *_SOLVER)
+    del arguments["ceiling"]
+    with work.keeping("step-*.nc") as (watch, reused):
+        found = solve_elastoplastic(
+            work.maps[0],
+            **arguments,
+            loads=loads,
+            increments=steps,
+            on_failure="return",
+            folder=request[FOLDER],
+            progress=watch,
+            communicator=work.ranks,
+        )
+    solution = replace(found.solution, given=given, remarks=work.remarks)
+    # The last of the reused is told of.
+    extras = {"reused": max(reused, default=0)}
+    return Outcome(request, replace(found, solution=solution), solution, extras)
+
+
+def _check(request: Request) -> None:
+    model = request[MODEL]
+    if model == VOLUME_MODEL:
+        request.require_yield(Mention("model", VOLUME_MODEL))
+    other = next(name for name in RESULTS if name != model)
+    for path in request[OUTPUT]:
+        suffix = path.suffix.lower()
+        fits_other = ("; ", suffix, " needs ", Mention("model", other))
+        outputs.check_suffix(
+            path, OUTPUT, RESULTS[model], fits_other if suffix in RESULTS[other] else ()
+        )
+
+
+def record(outcome: Outcome) -> dict[str, Any]:
+    """Return all numbers of a contact by name, in SI units."""
+    from roughcontact.contact import certainty
+    from roughcontact.formats import tables
+
+    told = tables.record(outcome.found)
+    study = outcome.extras.get(studying.STUDY.name)
+    if study is not None:
+        told["study"] = study.summary()
+    if outcome.contact is not None and outcome.found is outcome.contact:
+        found = certainty.intervals(outcome.contact, study)
+        told["intervals"] = {interval.name: interval.summary() for interval in found}
+    return told
+
+
+def _figures(request: Request) -> tuple[str, ...]:
+    from roughcontact.report import figures
+
+    is_volume = request[MODEL] == VOLUME_MODEL
+    return figures.names(figures.VOLUME if is_volume else figures.CONTACT)
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    if request[MODEL] == VOLUME_MODEL:
+        memory.require_volume(request, shape)
+    else:
+        memory.require_contact(request, shape)
+
+
+TASK = Task(
+    "solve",
+    """Press a measured map against a flat or another map: pressure, contact, gap.
+
+Give a unit with every quantity, in quotes.
+
+\b
+Example:
+roughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3 \\
+    --yield-strength "1 GPa" --holes fill --output out.nc --figures out
+""",
+    (
+        *options.MAP, *options.LOADS, *options.MATERIALS, *options.SHAPES, options.CEILING,
+        UNCALIBRATED, MODEL, INCREMENTS, UNLOAD, options.HARDENING, options.BOUNDARY, *_SOLVER,
+        studying.STUDY, OUTPUT, FOLDER, options.REPORT, FIGURES, *options.SHOWN,
+    ),
+    (
+        options.LOAD, *options.BODY_CONSTANTS, options.CEILING, options.HOLES, OUTPUT,
+        options.REPORT, options.JSON,
+    ),
+    run=_run,
+    rules=(
+        *options.LOAD_RULES,
+        Rule(EXCLUDES, options.LOAD_POINT, studying.STUDY),
+        *(
+            Rule(NEEDS, option, MODEL, value=SURFACE_MODEL)
+            for option in (
+                options.APPROACH, options.LOAD_POINT, options.CEILING, UNCALIBRATED,
+                studying.STUDY,
+            )
+        ),
+        *(
+            Rule(NEEDS, option, MODEL, value=VOLUME_MODEL)
+            for option in (INCREMENTS, UNLOAD, FOLDER)
+        ),
+    ),
+    check=_check,
+    record=record,
+    memory=_memory,
+    figures=_figures,
+    questions=(
+        Question(
+            "What hangs on the grid",
+            "The same contact on coarser and finer grids, with filters and other ceilings.",
+            fixed=((studying.STUDY, True),),
+        ),
+        Question(
+            "Recommended ceiling",
+            "The ceiling that gives the contact area of plasticity in the volume.",
+            fixed=((options.CEILING, "recommended"),),
+        ),
+        Question(
+            "Plasticity of the volume",
+            "Plastic strain in the body itself, instead of a ceiling: seconds to minutes.",
+            (INCREMENTS, UNLOAD, options.HARDENING),
+            fixed=((MODEL, VOLUME_MODEL),),
+        ),
+    ),
+    pieces=Pieces(studying.apart, studying.found_of),
+)  # fmt: skip

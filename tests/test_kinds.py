@@ -1,0 +1,147 @@
+"""A kind of result is one row: all that shows results asks it, and nothing else is touched."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.cli import console
+from roughcontact.contact.cautions import Caution, Kind as CautionKind, careful
+from roughcontact.references import cited
+from roughcontact.report import kinds, results
+from roughcontact.report.kind import Kind
+from roughcontact.report.quantities import PROBLEM, Column, Quantity
+from roughcontact.report.scenes import Illustration
+from roughcontact.result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Capture = pytest.CaptureFixture[str]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Squeak:
+    """What a step of it tells."""
+
+    pitch: float
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Squeaking(Result):
+    """How a contact squeaks."""
+
+    largest: rc.ContactResult
+    steps: tuple[Squeak, ...]
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        return (careful(CautionKind.EDGE, "it squeaks at the edge of the map", share=0.5),)
+
+
+def pitches(found: Squeaking, colour: str = "k") -> Figure:
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    figure.subplots().plot([step.pitch for step in found.steps], color=colour)
+    return figure
+
+
+KIND = Kind(
+    Squeaking,
+    (
+        Quantity("grease", "grease", of=lambda _: "none", part=PROBLEM),
+        Quantity("loudest", "loudest pitch", unit="Hz", of=lambda found: found.steps[-1].pitch),
+    ),
+    (Column("pitch", "pitch", unit="Hz"),),
+    listed=True,
+    title="How it squeaks",
+    sentences=lambda _: ("A sentence about squeaks.",),
+    figures=(Illustration("pitches", pitches, "Pitches.", "Pitch over the step."),),
+    plots=(pitches,),
+    contact=lambda found: found.largest,
+    works=lambda _: (cited("squeaks", "Johnson1985"),),
+)
+
+
+@pytest.fixture
+def squeaking(monkeypatch: pytest.MonkeyPatch) -> Squeaking:
+    monkeypatch.setattr(kinds, "KINDS", (*kinds.KINDS, KIND))
+    heights, pixel = rc.reference_map(32)
+    steel = rc.Material(210e9, 0.3, 1e9)
+    result = rc.solve(rc.Surface(heights, pixel), material=steel, load=0.1)
+    return Squeaking(result, (Squeak(440.0), Squeak(880.0)))
+
+
+def test_a_session_shows_a_new_kind(squeaking: Squeaking) -> None:
+    text = repr(squeaking)
+    assert text.startswith("Squeaking:")
+    assert "loudest pitch  880 Hz" in text
+    assert "440 Hz" in text
+    assert "caution: it squeaks" in text
+    assert "data:image/png" in squeaking._repr_html_()
+    assert squeaking.warnings == ("it squeaks at the edge of the map",)
+
+
+def test_the_console_shows_it(squeaking: Squeaking, capsys: Capture) -> None:
+    outcome: Any = SimpleNamespace(
+        found=squeaking,
+        request=SimpleNamespace(task="squeak"),
+        written=(Path("a.json"),),
+        beside={},
+    )
+    console.show(outcome)
+    shown = " ".join(capsys.readouterr().out.split())
+    for told in ("loudest pitch 880 Hz", "440 Hz", "A sentence about squeaks.", "a.json"):
+        assert told in shown
+    assert "caution: it squeaks" in shown
+
+
+def test_its_numbers_are_written(squeaking: Squeaking, tmp_path: Path) -> None:
+    told = squeaking.summary()
+    assert (told["loudest"], told["pitch"]) == (880.0, [440.0, 880.0])
+    for name in ("out.json", "out.csv"):
+        squeaking.save(tmp_path / name)
+    assert json.loads((tmp_path / "out.json").read_text(encoding="utf-8")) == told
+    assert (tmp_path / "out.csv").read_text(encoding="utf-8") == "pitch [Hz]\n440.0\n880.0\n"
+    with pytest.raises(rc.InputError, match="csv"):
+        squeaking.save(tmp_path / "out.nc")
+
+
+def test_it_is_drawn_cited_and_reported(squeaking: Squeaking, tmp_path: Path) -> None:
+    assert dir(squeaking.plot) == ["pitches"]
+    assert squeaking.plot.pitches(colour="r").axes
+    assert list(results.drawings(squeaking)) == ["pitches"]
+    cites = dict(squeaking.references().uses)
+    assert "squeaks" in cites
+    assert "solver" in cites
+    squeaking.report(tmp_path / "out.html")
+    text = (tmp_path / "out.html").read_text(encoding="utf-8")
+    for told in ("How it squeaks", "Pitch over the step.", "880 Hz", "A sentence about squeaks."):
+        assert told in text
+
+
+def test_a_kind_without_a_report_says_so(tmp_path: Path) -> None:
+    curve = rc.load_curve(
+        rc.Surface(*rc.reference_map(32)), material=rc.Material(210e9, 0.3), loads=[0.1, 0.2]
+    )
+    with pytest.raises(rc.InputError, match="no report on a LoadCurve alone"):
+        curve.report(tmp_path / "out.html")
+
+
+def test_every_kind_is_listed_once_and_the_narrower_first() -> None:
+    assert len(set(map(id, kinds.KINDS))) == len(kinds.KINDS)
+    usual = Kind(object, ()).when
+    for at, kind in enumerate(kinds.KINDS):
+        later = [other for other in kinds.KINDS[at + 1 :] if other.result is kind.result]
+        # Only the last of a class takes all that is left of it.
+        assert bool(later) == (kind.when is not usual)
+    trace = rc.Surface(np.array([0.0, 1e-7, 0.0]), 1e-6)
+    assert kinds.of(trace) is not kinds.of(rc.Surface(*rc.reference_map(32)))

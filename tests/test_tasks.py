@@ -1,0 +1,166 @@
+"""What is added in one place is there in all: an option of a group, a task with its result."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughcontact
+
+OPTION = """
+STRETCH = Option(
+    "stretch", Panel.MAP, "FACTOR", "Factor of the heights.", parsing.number, 1.0, "Stretched by",
+    prepares=True,
+)
+"""
+ASKED = """
+import json
+from pathlib import Path
+from roughcontact.cli import app
+from roughcontact.fleet import project
+from roughcontact.request.options import CROP
+from roughcontact.request.tasks import COMMANDS, TASKS
+listed = {command.name for command in COMMANDS.values() if "stretch" in command.by_name}
+assert listed == {command.name for command in COMMANDS.values() if CROP in command.options}
+assert listed >= {task.name for task in TASKS}
+for name in listed:
+    assert app.main([name, "--help-all"]) == 0
+(entry,) = project.load("project.toml")
+assert entry.request.values["stretch"] == 3.0
+"""
+ON_PAGE = """
+from pathlib import Path
+from roughcontact.desk.column import Preparation
+from roughcontact.desk.session import Session
+session = Session(Path("page.toml"), lambda what: None)
+card = Preparation(session, lambda: None).root[-1]
+card.collapsed = False
+session.give("stretch", "3")
+assert session.state.given["stretch"] == "3"
+session.close()
+print([widget.label for control in card.objects for widget in control if hasattr(widget, "label")])
+"""
+
+RESULT = """
+from dataclasses import dataclass
+from roughcontact.result import Result
+
+@dataclass(frozen=True)
+class Height(Result):
+    height: float
+    cautions = ()
+"""
+KIND = """
+from roughcontact.joint.height import Height
+from roughcontact.report.kind import Kind
+from roughcontact.report.quantities import Column, Quantity
+
+KIND = Kind(
+    Height, (Quantity("height", "height", "h", "m", "Multiple of Sq."),),
+    (Column("heights", "height", "m", of=lambda found: [found.height]),),
+)
+"""
+TASK = """
+from roughcontact.request import options, parsing
+from roughcontact.request.option import Option, Panel
+from roughcontact.request.outcome import Outcome
+from roughcontact.request.task import Question, Task
+
+FACTOR = Option("factor", Panel.BODIES, "NUMBER", "Of the height.", parsing.number, 2.0)
+
+def _run(request, work):
+    from roughcontact.joint.height import Height
+
+    return Outcome(request, Height(request[FACTOR] * work.maps[0].Sq))
+
+TASK = Task(
+    "height", "Tell a multiple of the height.",
+    (*options.MAP, FACTOR, *options.BODIES, *options.OUTPUT), run=_run,
+    questions=(Question("How high it is", "A multiple of Sq.", (FACTOR,)),),
+)
+"""
+ANSWERED = """
+from pathlib import Path
+from roughcontact.desk.answers import QUESTIONS, answer
+from roughcontact.desk.ask import Form
+from roughcontact.desk.state import State
+(task, question), = (one for one in QUESTIONS if one[0].name == "height")
+form = Form(task, question)
+form._give("factor", "3")
+state = State(file=Path("map.npy"))
+for name, value in {"unit": "um", "size": "24 um", "material": "100Cr6", "load": "1 N"}.items():
+    state = state.having(name, value)
+found = answer(lambda _: None, state.request(task, **form.words))
+print(found.facts)
+"""
+
+
+@pytest.fixture
+def house(tmp_path: Path) -> Path:
+    """Return a copy of the package, with a map beside it."""
+    package = Path(roughcontact.__file__).parent
+    shutil.copytree(package, tmp_path / "roughcontact")
+    np.save(tmp_path / "map.npy", np.random.default_rng(1).standard_normal((24, 24)))
+    return tmp_path
+
+
+def add(file: Path, text: str, before: str, row: str) -> None:
+    """Write an object before a line of a file, and its row after that line's last bracket."""
+    content = file.read_text(encoding="utf-8")
+    assert content.count(before) == 1
+    file.write_text(content.replace(before, f"{text}{before}{row}"), encoding="utf-8")
+
+
+def python(folder: Path, *words: str) -> str:
+    environment = {**os.environ, "PYTHONPATH": str(folder), "COLUMNS": "100"}
+    done = subprocess.run(
+        [sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def project(folder: Path, *lines: str) -> None:
+    known = ("write = []", "[[contact]]", 'name = "one"', 'file = "map.npy"', 'unit = "um"',
+             'size = "24 um"', 'material = "100Cr6"')  # fmt: skip
+    (folder / "project.toml").write_text("\n".join([*known, *lines]), encoding="utf-8")
+
+
+def test_an_option_in_a_group_is_in_help_project_and_page_of_all_tasks(house: Path) -> None:
+    options = house / "roughcontact" / "request" / "options.py"
+    add(options, OPTION, "PREPARATION = (", "STRETCH, ")
+    project(house, 'load = "1 N"', "stretch = 3")
+    help_of_all = python(house, "-c", ASKED)
+    assert help_of_all.count("--stretch FACTOR") == 11
+    assert help_of_all.count("Factor of the heights.") == 11
+    pytest.importorskip("panel", reason="needs roughcontact[desk]")
+    assert "Stretched by" in python(house, "-c", ON_PAGE)
+
+
+def test_a_task_with_its_result_runs_from_command_project_and_page(house: Path) -> None:
+    package = house / "roughcontact"
+    for wing, text in (("joint", RESULT), ("report", KIND), ("request", TASK)):
+        (package / wing / "height.py").write_text(text, encoding="utf-8")
+    add(package / "request" / "tasks.py", "from roughcontact.request import height\n",
+        "TASKS: tuple[Task, ...] = (", "height.TASK, ")  # fmt: skip
+    add(package / "report" / "kinds.py", "from roughcontact.report import height\n",
+        "KINDS = (", "height.KIND, ")  # fmt: skip
+    words = ["height", "map.npy", "--unit", "um", "--size", "24 um", "--material", "100Cr6"]
+    shown = python(house, "-m", "roughcontact", *words)
+    assert "height" in shown
+    told = json.loads(python(house, "-m", "roughcontact", *words, "--factor", "4", "--json"))
+    twice = json.loads(python(house, "-m", "roughcontact", *words, "--json"))
+    assert told["height"] == pytest.approx(2 * twice["height"])
+    project(house, 'task = "height"', "factor = 4")
+    python(house, "-m", "roughcontact", "run", "project.toml", "--workers", "1")
+    written = json.loads((house / "project" / "one.json").read_text(encoding="utf-8"))
+    assert written["height"] == told["height"]
+    pytest.importorskip("panel", reason="needs roughcontact[desk]")
+    assert "Multiple of Sq." in python(house, "-c", ANSWERED)
