@@ -79,7 +79,7 @@ def together(path: Path, precision: str) -> dict[str, Any] | None:
     slab = rc.read_slab(path, comm, unit="m", size="0.1 mm")
     comm.Barrier()
     began, work = time.perf_counter(), cpu()
-    found = rc.solve_slab(slab, material=STEEL, load=LOAD, precision=precision)
+    found = rc.solve(slab, material=STEEL, load=LOAD, precision=precision)
     seconds = time.perf_counter() - began
     works, peaks = comm.gather(cpu() - work), comm.gather(peak_memory())
     if comm.Get_rank():

@@ -14,10 +14,10 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 # From the ground up; what stands beside the wings is a module of its own.
 WINGS = (
     "_version", "errors", "arguments", "units", "files", "pipes", "memory", "limits", "checksums",
-    "interrupts", "locks", "processes", "hdf5", "netcdf", "statistics", "roots", "references",
-    "ranks", "result",
+    "interrupts", "locks", "processes", "hdf5", "ranks", "netcdf", "statistics", "roots",
+    "references", "result",
     "material", "theory", "halfspace", "solvers", "surface", "contact", "volume", "joint",
-    "formats", "plots", "report", "request", "fleet", "desk", "face", "wiring", "cli",
+    "formats", "plots", "report", "request", "fleet", "desk", "face", "wiring", "renamed", "cli",
     "__init__", "__main__",
 )  # fmt: skip
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact import renamed
 
 README = Path(__file__).parents[1] / "README.md"
 SOURCE = Path(rc.__file__).parents[1]
@@ -68,6 +69,16 @@ def test_all_holds_every_public_object() -> None:
         if not name.startswith("_") and not isinstance(value, types.ModuleType)
     }
     assert public <= set(rc.__all__)
+
+
+@pytest.mark.parametrize("name", renamed.OLD)
+def test_an_old_name_works_and_tells_the_new_one(name: str) -> None:
+    new, give = renamed.OLD[name]
+    with pytest.warns(DeprecationWarning, match=re.escape(f"{name} is now {new}")):
+        found = getattr(rc, name)
+    assert callable(found)
+    assert found is give() or name != "SlabResult"
+    assert name not in rc.__all__
 
 
 def test_no_name_is_listed_twice() -> None:

@@ -192,7 +192,7 @@ def test_the_reader_is_cited_where_it_was_one(name: str, norm: bool | None) -> N
     read = Operation("read_surface", {"path": f"a.{name}"}, {"format": name})
     result = rough()
     surface = replace(result.surface, provenance=Provenance(f"a.{name}", origin=read))
-    found = keys(replace(result, pair=replace(result.pair, surface=surface)).references())
+    found = keys(replace(result, pair=replace(result.pair, share=surface)).references())
     assert ("Rottger2022" in found) == (norm is not None)
     assert ("ISO25178-72" in found) == bool(norm)
 
@@ -202,7 +202,7 @@ def test_what_was_done_to_the_map_is_cited_also_of_its_form() -> None:
     form = Provenance("form", operations=[Operation("filled", {}, {"missing": 3})])
     steps = [Operation("filtered", {"s": 1e-6, "l": None}), Operation("with_form", {"form": form})]
     surface = replace(result.surface, provenance=Provenance("a", operations=steps))
-    found = replace(result, pair=replace(result.pair, surface=surface)).references()
+    found = replace(result, pair=replace(result.pair, share=surface)).references()
     assert {"ISO16610-61", "Vanek1996"} <= keys(found)
     assert not {"ISO16610-61", "Vanek1996"} & keys(result.references())
 

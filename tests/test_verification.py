@@ -99,7 +99,7 @@ def test_a_file_that_is_no_solution_is_refused(tmp_path: Path) -> None:
     # Everything agrees, checksums too, but the heights are another surface's.
     result = solved()
     path = tmp_path / "out.nc"
-    replace(result, pair=replace(result.pair, surface=SURFACE.rotated(180))).save(path)
+    replace(result, pair=replace(result.pair, share=SURFACE.rotated(180))).save(path)
     assert rc.load_result(path).converged
     for load in (rc.load_result, load_contact):
         with pytest.raises(rc.FormatError) as caught:

@@ -207,7 +207,7 @@ def test_small_deformations_are_checked(pressed) -> None:
     assert float(told[1]) == pytest.approx(radius / 105e-6, rel=0.05)
     surface = pressed.contact.surface
     steep = dataclasses.replace(surface, heights=3 * surface.heights)
-    pair = dataclasses.replace(pressed.contact.pair, surface=steep)
+    pair = dataclasses.replace(pressed.contact.pair, share=steep)
     contact = dataclasses.replace(pressed.contact, pair=pair)
     assert "the slope under the contact is 0.1" in cautions(
         dataclasses.replace(pressed, solution=contact)

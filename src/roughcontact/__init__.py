@@ -9,9 +9,14 @@ def __getattr__(name):
     # So is what does that: until the command line has seen to Ctrl-C, little may be loaded.
     import lazy_loader
 
+    from roughcontact.renamed import OLD, found
+
+    def known(name):
+        return found(name) if name in OLD else offered(name)
+
     offered, listed, names = lazy_loader.attach_stub(__name__, __file__)
-    globals().update(__getattr__=offered, __dir__=listed, __all__=["__version__", *names])
-    return globals()[name] if name in globals() else offered(name)
+    globals().update(__getattr__=known, __dir__=listed, __all__=["__version__", *names])
+    return globals()[name] if name in globals() else known(name)
 
 
 def __dir__():

@@ -35,9 +35,6 @@ from .contact.slab import (
     Slab as Slab,
     slab_rows as slab_rows,
 )
-from .contact.slab_archive import save_slabs as save_slabs
-from .contact.slab_result import SlabResult as SlabResult
-from .contact.slabs import solve_slab as solve_slab
 from .contact.solve import solve as solve
 from .contact.stress import StressResult as StressResult
 from .contact.study import ResolutionStudy as ResolutionStudy

@@ -7,17 +7,18 @@ import io
 import math
 import os
 import shutil
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import checksums, files, hdf5, limits, memory
 from roughcontact.errors import FormatError
+from roughcontact.ranks import Ranks
 
 if TYPE_CHECKING:
     import xarray
@@ -73,7 +74,7 @@ def write(
             stream.write(place.getbuffer())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Streamed:
     """A map, or a stack of them, that is written in parts, as they come.
 
@@ -85,10 +86,10 @@ class Streamed:
         Of its numbers, as NumPy writes it, such as ``"<f8"``.
     shape : tuple of int
         Of the whole, such as ``(ny, nx)``.
-    parts : iterable of ndarray, shape (rows, ...)
-        What stands one below the other along the first axis, in its order.
     attributes : mapping
         What describes it.
+    parts : iterable of ndarray, shape (rows, ...)
+        What stands one below the other along the first axis, in its order.
     packed : bool
         Whether it is compressed.
     dims : tuple of str
@@ -98,8 +99,8 @@ class Streamed:
     name: str
     kind: str
     shape: tuple[int, ...]
-    parts: Iterable[NDArray[Any]]
     attributes: Mapping[str, Any]
+    parts: Iterable[NDArray[Any]] = ()
     packed: bool = False
     dims: tuple[str, ...] = ("y", "x")
 
@@ -152,6 +153,77 @@ def write_streamed(
             file.variables[one.name].attrs.update(attributes)
             described["variables"][one.name] = [list(one.dims), attributes]
         file.attrs.update({**whole.attrs, CHECKSUM: checksums.of_words(described)})
+
+
+class Part(NamedTuple):
+    """A part of a map that one of several ranks has.
+
+    Parameters
+    ----------
+    rank : int
+        Which has it.
+    length : int
+        Entries along the first axis.
+    take : callable
+        Returns it, on that rank.
+    """
+
+    rank: int
+    length: int
+    take: Callable[[], NDArray[Any]]
+
+
+def write_shared(
+    frame: Callable[[], xarray.Dataset],
+    maps: Mapping[Streamed, Sequence[Part]],
+    path: str | os.PathLike[str],
+    ranks: Ranks,
+) -> None:
+    """Write maps that several ranks hold to one NetCDF file with checksums; all of them call it.
+
+    Parameters
+    ----------
+    frame : callable
+        Returns all but the maps, as for `write_streamed`, on the first rank.
+    maps : mapping of Streamed to sequence of Part
+        The maps, without parts of their own, and who has which part.
+    path : str or path
+        File to write, by the first rank; the others send it their parts and need not see it.
+    ranks : Ranks
+        Those that hold the maps.
+
+    Raises
+    ------
+    InputError
+        If the suffix is not ``.nc``.
+    OSError
+        As for `write_streamed`, on all ranks.
+    """
+
+    def received(one: Streamed, parts: Sequence[Part]) -> Iterator[NDArray[Any]]:
+        for rank, length, take in parts:
+            ranks.told(True)
+            there = np.empty((length, *one.shape[1:]), one.kind) if rank else take()
+            yield ranks.sent_to_first(there, rank)
+
+    def written() -> None:
+        try:
+            streamed = [replace(one, parts=received(one, parts)) for one, parts in maps.items()]
+            write_streamed(frame(), streamed, path)
+        except BaseException:
+            # The others wait to be asked for their parts.
+            ranks.told(False)
+            raise
+
+    def sent() -> None:
+        for rank, _, take in (part for parts in maps.values() for part in parts):
+            if not ranks.told(None):
+                return
+            if rank == ranks.number:
+                ranks.sent_to_first(take(), rank)
+
+    files.require_suffix(path, ".nc")
+    ranks.agreed(written if ranks.first else sent)
 
 
 def _streamed(file: Any, one: Streamed) -> str:

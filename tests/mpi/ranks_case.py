@@ -6,10 +6,11 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 from mpi4py import MPI
 
 import roughcontact as rc
-from roughcontact.contact import slab_archive
+from roughcontact.contact import archive
 from roughcontact.contact.slab import bands
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
@@ -58,14 +59,42 @@ def slab_of(name, ranks):
 
 def solve(folder, ranks):
     for name in PROBLEMS:
-        result = rc.solve_slab(slab_of(name, ranks), **asked(name))
-        rc.save_slabs(result, folder / f"{name}.nc")
+        result = rc.solve(slab_of(name, ranks), **asked(name))
+        result.save(folder / f"{name}.nc")
         told = [result.contact_area, result.corrected_contact_area, result.mean_gap,
-                result.totals.max_indentation, result.totals.edge_load]  # fmt: skip
+                result.totals.max_indentation, result.totals.edge_load or 0.0]  # fmt: skip
         # Every rank tells the same.
         assert ranks.communicator.allgather(told) == [told] * ranks.count
         if ranks.first:
             np.save(folder / f"{name}.npy", told)
+
+
+def whole(folder, ranks):
+    """What needs the map in one process is refused, and numbers are no matter of all ranks."""
+    result = rc.solve(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
+    refused = {
+        "spots": result.spots, "elastic": result.elastic, "stiffness": result.stiffness,
+        "figures": lambda: result.plot, "surface": lambda: result.surface,
+        "page": result.explore, "csv": lambda: result.save(folder / "out.csv"),
+        "centre": lambda: result.centre_of_pressure, "slope": lambda: result.pair.rms_slope,
+        "tilt": lambda: rc.solve(result.share, material=STEEL, load=0.3, moments=(0.0, 0.0)),
+        "start": lambda: rc.solve(result.share, material=STEEL, load=0.3, start=result.pressure),
+        "ceiling": lambda: rc.solve(result.share, material=STEEL, load=0.3, ceiling="recommended"),
+        "counter": lambda: rc.solve(
+            result.share, material=STEEL, load=0.3,
+            counter_surface=rc.Surface(heights("free, ceiling"), PIXEL),
+        ),
+    }  # fmt: skip
+    for ask in refused.values():
+        with pytest.raises(rc.InputError, match="whole map in one process"):
+            ask()
+    result.report(folder / "out.html")
+    if ranks.first:
+        # Alone: no other rank would answer.
+        told = [str(result), result._repr_html_(), str(result.summary()), str(result.references())]
+        told += [str(result.warnings), str(result.regime), str(result.smooth)]
+        assert all(told)
+        assert result.summary()["ranks"] == ranks.count
 
 
 def apply(folder, ranks):
@@ -120,34 +149,35 @@ def reduces(ranks):
 
 
 def die_solving(folder, ranks):
-    def look(step):
-        if ranks.number == ranks.count - 1 and step.shape == PROBLEMS["free, ceiling"]["shape"]:
+    def look(at):
+        whole = at.step.shape == PROBLEMS["free, ceiling"]["shape"]
+        if whole and ranks.number == ranks.count - 1:
             os.kill(os.getpid(), signal.SIGKILL)
 
-    result = rc.solve_slab(slab_of("free, ceiling", ranks), progress=look, **asked("free, ceiling"))
-    rc.save_slabs(result, folder / "out.nc")
+    result = rc.solve(slab_of("free, ceiling", ranks), progress=look, **asked("free, ceiling"))
+    result.save(folder / "out.nc")
 
 
 def die_writing(folder, ranks):
-    slab_archive._PART = 4096
-    result = rc.solve_slab(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
+    archive._PART = 4096
+    result = rc.solve(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
     if not ranks.first:
         ranks.sent_to_first = lambda part, sender: os.kill(os.getpid(), signal.SIGKILL)
-    rc.save_slabs(result, folder / "out.nc")
+    result.save(folder / "out.nc")
 
 
 def fail_writing(folder, ranks):
-    result = rc.solve_slab(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
+    result = rc.solve(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
     if ranks.first:
-        add = rc.contact.slab_archive.netcdf.checksums.Running.add
+        add = archive.netcdf.checksums.Running.add
 
         def full(self, part):
             add(self, part)
             raise OSError(28, "No space left on device")
 
-        rc.contact.slab_archive.netcdf.checksums.Running.add = full
+        archive.netcdf.checksums.Running.add = full
     try:
-        rc.save_slabs(result, folder / "out.nc")
+        result.save(folder / "out.nc")
     except OSError as error:
         (folder / f"told-{ranks.number}").write_text(str(error.strerror))
 

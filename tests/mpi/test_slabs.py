@@ -82,6 +82,12 @@ def test_operator_inverse_and_level_are_those_of_one_process(tmp_path, count):
     assert run.returncode == 0, run.stderr
 
 
+def test_what_needs_the_whole_map_is_refused(tmp_path):
+    run = case(2, "whole", tmp_path)
+    assert run.returncode == 0, run.stderr
+    assert (tmp_path / "out.html").read_text(encoding="utf-8").count("data:image/png") == 3
+
+
 OPTIONS = ["--load", "0.5 N", "--material", "100Cr6", "--boundary", "periodic"]
 
 
@@ -183,7 +189,7 @@ def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
          "more than the surface can carry"),
         (["solve", "map.npy", *GIVEN["npy"], *OPTIONS, "--channel", "2"], "has no channels"),
         (["solve", "map.npy", *GIVEN["npy"], "--load", "hertz 1 GPa", "--material", "100Cr6"],
-         "must be a force"),
+         "needs a nominal sphere"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )  # fmt: skip

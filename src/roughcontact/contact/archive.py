@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ from roughcontact.contact import cautions, loads, verification
 from roughcontact.contact.advice import AgreedCeiling, Calibrated
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.slab import Share, Slab
 from roughcontact.errors import FormatError, InsufficientMemoryError
 from roughcontact.files import to_json
 from roughcontact.halfspace.boundary import Boundary
@@ -84,6 +86,11 @@ _UNSEALED = "unsealed"
 _GIVEN = "given_load"
 MATERIALS = ("material", "counter_material")
 
+Rows = Callable[[slice], NDArray[Any]]
+
+# Bytes that travel at a time to the process that writes.
+_PART = 1 << 25
+
 PACKED = ("pressure", "saturated")
 """Maps that are compressed: most pixels carry nothing, and they shrink to little."""
 
@@ -120,66 +127,52 @@ def to_dataset(result: ContactResult) -> xarray.Dataset:
         in SI units, ``ceiling`` and ``counter_height`` where they are maps, and everything else
         as attributes.
     """
-    surface, counter = result.surface, result.counter_surface
-    maps: dict[str, Any] = {
-        "height": surface.heights,
-        "initial_gap": result.initial_gap,
-        "pressure": result.pressure,
-        "gap": result.gap,
-        "saturated": result.saturated.astype(np.int8),
+    result.require_whole("a dataset")
+    whole = slice(None)
+    maps = {name: rows(whole) for name, (_, rows) in _rows(result).items()}
+    return _dataset(result.share, maps, _attributes(result))
+
+
+def _rows(result: ContactResult) -> dict[str, tuple[str, Rows]]:
+    """Return the kind of number of each map, and what gives the rows that are here of it."""
+    share, counter, ceiling = result.share, result.counter_surface, result.ceiling
+    highest = result.pair.highest
+    maps: dict[str, tuple[str, Rows]] = {
+        "height": ("<f8", lambda rows: share.heights[rows]),
+        "initial_gap": ("<f8", lambda rows: highest - result.pair.heights[rows]),
+        "pressure": ("<f8", lambda rows: result.pressure[rows]),
+        "gap": ("<f8", lambda rows: result.gap[rows]),
+        "saturated": ("|i1", lambda rows: result.saturated[rows].astype(np.int8)),
     }
-    attributes = _titled(result)
+    if counter is not None:
+        maps["counter_height"] = ("<f8", lambda rows: counter.heights[rows])
+    if isinstance(ceiling, np.ndarray):
+        maps["ceiling"] = ("<f8", lambda rows: ceiling[rows])
+    return maps
+
+
+def _attributes(result: ContactResult) -> dict[str, Any]:
+    attributes = {
+        "title": "Contact of rough surfaces",
+        "regime": str(result.regime),
+        "warnings": "\n".join(result.warnings),
+        "cautions": cautions.to_text(result.cautions),
+    }
     if result.remarks:
         attributes["remarks"] = cautions.to_text(result.remarks)
-    if counter is not None:
-        maps["counter_height"] = counter.heights
-        attributes |= _described(counter.provenance, "counter_")
-    if surface.missing:
+    if result.counter_surface is not None:
+        attributes |= _described(result.counter_surface.provenance, "counter_")
+    if result.share.missing:
         attributes["holes"] = "never touch"
     attributes |= _scalar_attributes(result)
-    if isinstance(result.ceiling, np.ndarray):
-        maps["ceiling"] = result.ceiling
-    elif result.ceiling is not None:
+    if not (result.ceiling is None or isinstance(result.ceiling, np.ndarray)):
         attributes |= _with_unit("ceiling", result.ceiling, "Pa")
     if result.unsealed:
         # New checksums prove nothing of what happened to the old file.
         attributes[_UNSEALED] = "from a file without checksums"
     for name in MATERIALS:
         attributes |= _material_attributes(name, getattr(result, name))
-    return _dataset(surface, maps, attributes)
-
-
-def _titled(result: Any) -> dict[str, Any]:
-    return {
-        "title": "Contact of rough surfaces",
-        "regime": str(result.regime),
-        "warnings": "\n".join(result.warnings),
-        "cautions": cautions.to_text(result.cautions),
-    }
-
-
-def frame(result: Any) -> xarray.Dataset:
-    """Return what `to_dataset` does without the maps, of a contact that lies on several ranks.
-
-    Parameters
-    ----------
-    result : SlabResult
-        The contact.
-
-    Returns
-    -------
-    xarray.Dataset
-        The axes ``(y, x)`` and all attributes.
-    """
-    attributes = _titled(result)
-    if result.slab.missing:
-        attributes["holes"] = "never touch"
-    attributes |= _scalar_attributes(result)
-    if result.ceiling is not None:
-        attributes |= _with_unit("ceiling", result.ceiling, "Pa")
-    for name in MATERIALS:
-        attributes |= _material_attributes(name, getattr(result, name))
-    return _dataset(result.slab, {}, attributes)
+    return attributes
 
 
 def described(name: str) -> dict[str, str]:
@@ -187,7 +180,7 @@ def described(name: str) -> dict[str, str]:
     return dict(zip(("units", "long_name"), _MAPS[name], strict=True))
 
 
-def _scalar_attributes(result: Any) -> dict[str, Any]:
+def _scalar_attributes(result: ContactResult) -> dict[str, Any]:
     attributes: dict[str, Any] = {}
     for name, unit in _NUMBERS.items():
         held = result.pair.load_unit if name == "load" else unit
@@ -233,7 +226,7 @@ def _with_unit(name: str, value: float, unit: str) -> dict[str, Any]:
     return {name: value, f"{name}_units": unit}
 
 
-def _dataset(surface: Any, maps: dict[str, Any], attributes: dict[str, Any]) -> xarray.Dataset:
+def _dataset(surface: Share, maps: dict[str, Any], attributes: dict[str, Any]) -> xarray.Dataset:
     import xarray
 
     ny, nx = surface.shape
@@ -291,7 +284,8 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
     result : ContactResult
         The result.
     path : str or path
-        File to write; an old one is replaced when the new one is complete.
+        File to write; an old one is replaced when the new one is complete. Where several
+        processes hold the map all call this, and the first of them writes, row by row.
 
     Raises
     ------
@@ -300,8 +294,19 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
     OSError
         If the file cannot be written; an old file survives.
     """
-    packed = {name: {"zlib": True, "complevel": 1} for name in PACKED}
-    netcdf.write(to_dataset(result), path, packed)
+    share = result.share
+    if not isinstance(share, Slab):
+        packed = {name: {"zlib": True, "complevel": 1} for name in PACKED}
+        netcdf.write(to_dataset(result), path, packed)
+        return
+    maps = {
+        netcdf.Streamed(name, kind, share.shape, described(name), packed=name in PACKED): [
+            netcdf.Part(rank, height, partial(rows, slice(top, top + height)))
+            for rank, top, height in share.pieces(_PART // np.dtype(kind).itemsize)
+        ]
+        for name, (kind, rows) in _rows(result).items()
+    }
+    netcdf.write_shared(lambda: _dataset(share, {}, _attributes(result)), maps, path, share.ranks)
 
 
 def load_contact(path: str | os.PathLike[str], *, verify: bool = False) -> ContactResult:

@@ -3,44 +3,106 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.contact.pair import Pair
 from roughcontact.halfspace.boundary import Boundary
 
 RIM_EXCESS = (math.pi - 1 + math.log(2)) / 24
 """By how many pixels each edge of an elastic rim makes a contact area too large."""
 
 
-def at_edge(touching: NDArray[np.bool_], boundary: Boundary) -> bool:
-    """Return whether a contact reaches an edge at which its map ends.
+@dataclass(frozen=True)
+class Totals:
+    """Numbers of a contact that need all pixels of the map, counted once.
 
     Parameters
     ----------
-    touching : ndarray of bool, shape (ny, nx)
-        Pixels with pressure.
-    boundary : Boundary
-        Along which axes the map ends.
+    points : int
+        Pixels that are there.
+    contact, saturated : int
+        Pixels with pressure, and those at the ceiling.
+    rims : int
+        Edges between an elastic pixel and one that does not touch.
+    max_pressure : float
+        Largest pressure [Pa].
+    mean_gap : float
+        Mean open gap [m].
+    max_indentation : float
+        Largest permanent indentation of a saturated pixel [m].
+    edge_load : float or None
+        Share of the load along the edges at which the map ends; None where no pixel there touches.
     """
-    return any(bool(touching.take((0, -1), axis).any()) for axis in boundary.free_axes)
+
+    points: int
+    contact: int
+    saturated: int
+    rims: int
+    max_pressure: float
+    mean_gap: float
+    max_indentation: float
+    edge_load: float | None
 
 
-def edge_load(pressure: NDArray[np.float64], boundary: Boundary) -> float:
-    """Return the share of the load on the outermost pixels along edges at which a map ends.
+def totals(
+    pair: Pair,
+    pressure: NDArray[np.float64],
+    gap: NDArray[np.float64],
+    ceiling: float | NDArray[np.float64] | None,
+) -> Totals:
+    """Count over all pixels of a map; all processes that hold it call this.
 
     Parameters
     ----------
-    pressure : ndarray, shape (ny, nx)
-        Contact pressure [Pa].
-    boundary : Boundary
-        Along which axes the map ends.
+    pair : Pair
+        The bodies, with the map or the rows of it that this process holds.
+    pressure, gap : ndarray, shape (rows, nx)
+        Of the rows of this process [Pa], [m].
+    ceiling : float, ndarray of shape (rows, nx), or None
+        Largest pressure allowed [Pa].
     """
+    sums, touching = pair.sums, pressure > 0
+    saturated = pressure >= (math.inf if ceiling is None else ceiling)
+    points = sums.count(~np.isnan(gap))
+    return Totals(
+        points=points,
+        contact=sums.count(touching),
+        saturated=sums.count(saturated),
+        rims=_rims(pair, touching, touching & ~saturated),
+        max_pressure=sums.largest(pressure, least=0.0),
+        mean_gap=sums.total(np.fmax(gap, 0)) / points,
+        max_indentation=max(0.0, -sums.smallest(gap[saturated], most=0.0)),
+        edge_load=_edge_load(pair, pressure),
+    )
+
+
+def _rims(pair: Pair, touching: NDArray[np.bool_], elastic: NDArray[np.bool_]) -> int:
+    """Count the rims, those towards the first row of the next process included."""
+    wrapped = pair.boundary.periodic_axes
+    found = rims(touching, elastic, 1, 1 in wrapped)
+    found += rims(touching, elastic, 0, False)
+    beyond = pair.sums.following(np.stack([touching[0], elastic[0]]))
+    if pair.rows.stop < pair.shape[0] or 0 in wrapped:
+        pairs = np.stack([[touching[-1], elastic[-1]], beyond], axis=1)
+        found += rims(pairs[0], pairs[1], 0, False)
+    return int(pair.sums.total(np.array(found)))
+
+
+def _edge_load(pair: Pair, pressure: NDArray[np.float64]) -> float | None:
+    sums, rows, free = pair.sums, pair.rows, pair.boundary.free_axes
+    if not free:
+        return None
+    first, last = rows.start == 0, rows.stop == pair.shape[0]
     inner = pressure[
-        tuple(slice(1, -1) if a in boundary.free_axes else slice(None) for a in (0, 1))
+        int(0 in free and first) : len(pressure) - int(0 in free and last),
+        slice(1, -1) if 1 in free else slice(None),
     ]
-    total = float(pressure.sum())
-    return max(1 - float(inner.sum()) / total, 0.0) if total else 0.0
+    if sums.count(inner > 0) == sums.count(pressure > 0):
+        return None
+    return max(1 - sums.total(inner) / sums.total(pressure), 0.0)
 
 
 def rim_excess(

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from roughcontact.contact import area, judgment
+from roughcontact.contact import judgment
 from roughcontact.contact.ceiling import area_change
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.study import STEADY, ResolutionStudy
@@ -152,7 +152,7 @@ def intervals(result: ContactResult, study: ResolutionStudy | None = None) -> tu
 def _rim(result: ContactResult) -> Doubt:
     if result.pair.is_profile:
         # A segment has up to one point more than its length: 0.35 in the mean under a cylinder.
-        points = int(np.count_nonzero(result.contact))
+        points = result.totals.contact
         return Doubt(Cause.RIM, -min(result.spots().count / points, 1.0), 0.0)
     return Doubt(Cause.RIM, result.corrected_contact_area / result.contact_area - 1, 0.0)
 
@@ -179,7 +179,7 @@ def _grid(name: str, result: ContactResult, study: ResolutionStudy | None) -> li
     """Return what the grid, and what is below it, may move."""
     value = float(getattr(result, name))
     elastic = result.ceiling is None
-    at_edge = elastic and area.at_edge(result.contact, result.boundary)
+    at_edge = elastic and result.totals.edge_load is not None
     if name == "max_pressure" and (at_edge or (study is not None and study.at_edge)):
         return [Doubt(Cause.EDGE, 0.0, math.inf)]
     if study is None:

@@ -16,6 +16,7 @@ from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.scale import Scale
+from roughcontact.contact.slab import Slab
 from roughcontact.contact.terms import Terms
 from roughcontact.errors import (
     CapacityError,
@@ -92,7 +93,7 @@ def stated(
     check_terms(terms)
     # First what any contact on this grid needs: nothing large has been made yet.
     room, there = memory.Room.of(pair, terms, held), ground.free()
-    room.require(there=there)
+    pair.sums.agreed(lambda: room.require(there=there))
     if terms.moments is not None:
         terms = replace(terms, moments=checked_moments(terms, pair.boundary))
     check_holes(pair)
@@ -111,7 +112,8 @@ def stated(
     if terms.approach is not None:
         require_positive(approach=terms.approach)
         if not (pair.boundary.free_axes or holes) and ceiling is None:
-            check_below_full_contact(terms.approach, gap)
+            full = pair.sums.total(gap) / math.prod(pair.shape)
+            require_below(terms.approach, full)
     units = scale.of(pair, terms, gap)
     gap /= units.length
     if terms.precision == "single":
@@ -121,9 +123,10 @@ def stated(
         limit=np.inf if ceiling is None else np.maximum(ceiling / units.pressure, _LEAST),
         total=None if total is None else total / units.pressure,
         approach=None if terms.approach is None else terms.approach / units.length,
+        whole=pair.shape if pair.is_shared else None,
     )
     # Where a light contact fits and a full one does not, it depends on this one.
-    if room.estimate(1.0) > there:
+    if not pair.is_shared and room.estimate(1.0) > there:
         touching = memory.started(problem, start, series)
         room.require(max(touching, memory.scouted(pair, problem, units)), there)
     return Stated(problem, units, ceiling, holes, target)
@@ -160,6 +163,19 @@ def check_terms(terms: Terms) -> None:
         )
 
 
+def check_share(pair: Pair, terms: Terms, start: Any = None) -> None:
+    """Raise `InputError` for what needs the whole map, where several processes hold it."""
+    needs = {
+        "a tilt": terms.moments is not None,
+        "a recommended ceiling": isinstance(terms.ceiling, str) and terms.ceiling == RECOMMENDED,
+        "a ceiling for every pixel": isinstance(terms.ceiling, (list, tuple, np.ndarray)),
+        "a start": start is not None,
+    }
+    for what, wanted in needs.items():
+        if wanted:
+            pair.require_whole(what)
+
+
 def check_profile(pair: Pair, terms: Terms) -> None:
     """Raise `InputError` for what is known of maps alone."""
     if terms.moments is not None:
@@ -170,7 +186,15 @@ def check_profile(pair: Pair, terms: Terms) -> None:
 
 def check_holes(pair: Pair) -> None:
     """Raise `InputError` for points missing that nothing was decided about."""
-    for name, body in (("surface", pair.surface), ("counter_surface", pair.counter_surface)):
+    share = pair.share
+    if isinstance(share, Slab) and share.missing and not share.holes_masked:
+        raise InputError(
+            f"has {share.missing} missing points: fill them beforehand, or let them never touch "
+            "with ",
+            Mention("holes_masked", True),
+            argument="surface",
+        )
+    for name, body in (("surface", share), ("counter_surface", pair.counter_surface)):
         if body is not None and body.missing and not body.holes_masked:
             raise InputError(
                 f"has {body.missing} missing points: fill them (.filled()), crop them away "
@@ -180,7 +204,7 @@ def check_holes(pair: Pair) -> None:
 
 
 def touchable_gap(pair: Pair) -> Array:
-    """Return the gap at first touch [m], infinite where the bodies never touch, shape (ny, nx).
+    """Return the gap at first touch [m], infinite where the bodies never touch, shape (rows, nx).
 
     Raises
     ------
@@ -190,7 +214,7 @@ def touchable_gap(pair: Pair) -> Array:
     gap = pair.initial_gap
     if pair.has_holes:
         gap[np.isnan(gap)] = np.inf
-    if pair.has_holes and np.isinf(gap).all():
+    if pair.has_holes and not pair.sums.count(np.isfinite(gap)):
         raise CapacityError(
             "no contact is possible: together the holes of both bodies leave no point to touch"
         )
@@ -208,11 +232,6 @@ def row(values: ArrayLike, argument: str) -> Array:
             f"must be a row of finite numbers [m], got {shown(values)}", argument=argument
         )
     return found
-
-
-def check_below_full_contact(approach: float, gap: Array) -> None:
-    """Raise `CapacityError` for a periodic map pressed flat, where the load is undefined."""
-    require_below(approach, float(gap.mean()))
 
 
 def require_below(approach: float, full: float) -> None:
@@ -305,7 +324,7 @@ def capacity(load: float, ceiling: float | Array | None, gap: Array, pair: Pair)
     if isinstance(ceiling, np.ndarray):
         largest = float(ceiling[touchable].sum()) * pair.pixel_area
     else:
-        largest = ceiling * int(np.count_nonzero(touchable)) * pair.pixel_area
+        largest = ceiling * pair.sums.count(touchable) * pair.pixel_area
     require_capacity(load, largest, pair)
     return largest
 

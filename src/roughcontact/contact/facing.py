@@ -49,7 +49,7 @@ class Facing:
         if not self.on_counter and indentation.any():
             surface = replace(surface, heights=surface.heights - indentation)
         if counter is None:
-            return replace(self.pair, surface=surface)
+            return replace(self.pair, share=surface)
         heights = counter.heights - indentation if self.on_counter else counter.heights
         moved = np.full(surface.shape, np.nan)
         here, there = self._overlap(shift)
@@ -60,7 +60,7 @@ class Facing:
                 "left that faces one of the surface"
             )
         facing = replace(counter, heights=moved, holes_masked=True)
-        return replace(self.pair, surface=surface, counter_surface=facing)
+        return replace(self.pair, share=surface, counter_surface=facing)
 
     def indent(self, indentation: Array, new: Array, shift: tuple[int, int]) -> None:
         """Add what was indented on the grid of the surface to the body that keeps it."""

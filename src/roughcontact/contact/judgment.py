@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from roughcontact.contact import area, hertzian, validity
+from roughcontact.contact import hertzian, validity
 from roughcontact.contact.advice import RECOMMENDED, RecommendedCeiling
 from roughcontact.contact.cautions import (
     Caution,
@@ -97,11 +97,18 @@ class Check:
         ``find(result)`` returns a `Caution`, or ``None`` where there is no cause for one.
     when : callable
         ``when(result)`` says whether the question can be asked at all.
+    shared : bool
+        Whether it can be asked where several processes hold the map.
     """
 
     subject: str
     find: Callable[[ContactResult], Caution | None]
     when: Callable[[ContactResult], bool] = lambda _: True
+    shared: bool = False
+
+    def applies(self, result: ContactResult) -> bool:
+        """Return whether the question can be asked of a solution."""
+        return (self.shared or not result.pair.is_shared) and self.when(result)
 
 
 def cautions(result: ContactResult) -> tuple[Caution, ...]:
@@ -117,13 +124,13 @@ def cautions(result: ContactResult) -> tuple[Caution, ...]:
     tuple of Caution
         What the checks found, and what the result was given to remark.
     """
-    asked = (check.find(result) for check in CHECKS if check.when(result))
+    asked = (check.find(result) for check in CHECKS if check.applies(result))
     return ordered([*(caution for caution in asked if caution is not None), *result.remarks])
 
 
 def checked(result: ContactResult) -> tuple[str, ...]:
     """Return what a solution was looked at for, in a few words each."""
-    return tuple(check.subject for check in CHECKS if check.when(result))
+    return tuple(check.subject for check in CHECKS if check.applies(result))
 
 
 def over_loads(
@@ -184,9 +191,11 @@ def carrying_pixels(result: ContactResult, spots: Spots) -> int:
 def advice(result: ContactResult) -> RecommendedCeiling | None:
     """Return the ceiling that is recommended, where the spots are large enough to be judged.
 
-    None for profiles, too: what is known is known of the spots of a map.
+    None for profiles, too: what is known is known of the spots of a map; and where several
+    processes hold the map, so that its spots are not known.
     """
-    if result.pair.is_profile or carrying_pixels(result, result.spots()) < FEW_PIXELS:
+    pair = result.pair
+    if pair.is_profile or pair.is_shared or carrying_pixels(result, result.spots()) < FEW_PIXELS:
         return None
     return recommended_ceiling(result)
 
@@ -217,10 +226,8 @@ def at_edge(result: ContactResult, *more: str) -> Caution | None:
     *more : str
         What else is said where it does.
     """
-    if not area.at_edge(result.contact, result.boundary):
-        return None
-    share = area.edge_load(result.pressure, result.boundary)
-    return edge(result.pair.whole, share, *more)
+    share = result.totals.edge_load
+    return None if share is None else edge(result.pair.whole, share, *more)
 
 
 def _below_ceiling(result: ContactResult) -> Caution | None:
@@ -291,7 +298,7 @@ def _units(result: ContactResult) -> Caution | None:
         if not STRENGTHS[0] <= share <= STRENGTHS[1]:
             what = f"the yield strength of {whose} is {share:.2g} of its modulus, as in no solid"
             return _mistaken(what, "pascals, so 1 GPa is 1e9 or '1 GPa'", yield_over_young=share)
-    side = max(result.surface.size[result.surface.is_profile :])
+    side = max(result.pair.size[result.pair.is_profile :])
     if side > LONGEST_SIDE:
         what = f"the {result.pair.whole} is {engineering(side, 'm')} long"
         return _mistaken(what, _METRES, side=side)
@@ -454,10 +461,10 @@ def spikes(surface: Surface) -> tuple[float, float] | None:
 
 
 def _missing(result: ContactResult) -> Caution | None:
-    missing = int(np.count_nonzero(np.isnan(result.gap)))
+    missing = math.prod(result.pair.shape) - result.totals.points
     if not missing:
         return None
-    share = missing / result.gap.size
+    share = missing / math.prod(result.pair.shape)
     part = f"{percent(share)} of the {result.pair.whole}"
     was = "was" if missing == 1 else "were"
     said = noted if share < validity.MANY_MISSING else careful
@@ -468,21 +475,31 @@ def _missing(result: ContactResult) -> Caution | None:
     )
 
 
+def _ranks(result: ContactResult) -> Caution:
+    return noted(
+        Kind.RANKS,
+        "the map lies on several ranks: what needs it in one process was not checked, such as "
+        "spots, slopes, spikes and its spectrum",
+    )
+
+
 CHECKS = (
-    Check("convergence", _convergence),
-    Check("contact at the edges", at_edge, lambda r: bool(r.boundary.free_axes)),
+    Check("convergence", _convergence, shared=True),
+    Check("ranks", _ranks, lambda r: r.pair.is_shared, shared=True),
+    Check("contact at the edges", at_edge, lambda r: bool(r.boundary.free_axes), shared=True),
     Check(
         "pressure against the strength of the softer body",
         _below_ceiling,
         lambda r: r.regime is not Regime.UNKNOWN,
+        shared=True,
     ),
     Check("size of the spots in pixels", _resolution),
-    Check("units of moduli, strengths and lengths", _units),
+    Check("units of moduli, strengths and lengths", _units, shared=True),
     Check("slopes", _slopes),
-    Check("strains", validity.strains),
+    Check("strains", validity.strains, shared=True),
     Check("number of atoms in contact", validity.atoms, lambda r: not r.pair.is_profile),
     Check("adhesion", validity.adhesion, lambda r: not r.pair.is_profile),
-    Check("what the materials do that the model does not", validity.materials),
+    Check("what the materials do that the model does not", validity.materials, shared=True),
     Check(
         "the ceiling against plasticity of the volume",
         _ceiling,
@@ -495,10 +512,11 @@ CHECKS = (
             r.pair.softer is not None
             and None not in (r.pair.softer.yield_strength, r.pair.softer.hardness)
         ),
+        shared=True,
     ),
     Check("spikes of the measurement", _spikes),
     Check("filled points", validity.filled),
-    Check("missing points", _missing),
+    Check("missing points", _missing, shared=True),
     Check("Hertz's theory behind the load", hertzian.of_given_load, hertzian.behind_load),
     Check("checksums of its file", lambda _: unsealed(), lambda r: r.unsealed),
 )

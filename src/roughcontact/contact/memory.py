@@ -12,6 +12,7 @@ from roughcontact import memory
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.scale import Scale
+from roughcontact.contact.slab import Slab
 from roughcontact.contact.terms import Terms
 from roughcontact.errors import Mention, Part
 from roughcontact.halfspace.boundary import Boundary
@@ -101,12 +102,16 @@ class Room:
     ----------
     shape, boundary, precision, maps
         As for `memory_estimate`.
+    ranks, beside : int
+        Processes that hold the map together, and those of them on this machine.
     """
 
     shape: tuple[int, int]
     boundary: Boundary
     precision: str = "double"
     maps: int = 0
+    ranks: int = 1
+    beside: int = 1
 
     @classmethod
     def of(cls, pair: Pair, terms: Terms, held: int = 0) -> Room:
@@ -114,17 +119,20 @@ class Room:
         maps = held + (_TILTED if terms.moments is not None else 0)
         if isinstance(terms.ceiling, np.ndarray):
             maps += _CEILINGS
-        return cls(pair.shape, pair.boundary, terms.precision, maps)
+        share = pair.share
+        ranks = (share.ranks.count, share.ranks.beside()) if isinstance(share, Slab) else ()
+        return cls(pair.shape, pair.boundary, terms.precision, maps, *ranks)
 
     def estimate(self, contact_fraction: float) -> int:
-        """Return the bytes with this part of the map in contact."""
-        return memory_estimate(
+        """Return the bytes on this machine with this part of the map in contact."""
+        needed = memory_estimate(
             self.shape,
             boundary=self.boundary,
             precision=self.precision,
             contact_fraction=contact_fraction,
             maps=self.maps,
         )
+        return needed * self.beside // self.ranks
 
     def require(self, contact_fraction: float = 0.0, there: int | None = None) -> None:
         """Raise an error with a suggestion if the solve would not fit.
@@ -147,8 +155,12 @@ class Room:
         if needed <= there:
             return
         what, full = f"a map of {self.shape[0]} × {self.shape[1]} points", 0
+        if self.ranks > 1:
+            what += f" on {self.ranks} ranks, {self.beside} of them on this machine,"
+            advice: tuple[Part, ...] = ("spread the ranks over more machines",)
+            memory.require(needed, f"{what} needs", advice=advice)
         side = self._side(contact_fraction, there)
-        advice: tuple[Part, ...] = (f"a square grid of up to about {side} × {side} points fits",)
+        advice = (f"a square grid of up to about {side} × {side} points fits",)
         if contact_fraction:
             what += f" in contact on {100 * contact_fraction:.3g} % of it"
         else:

@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 
 from roughcontact._version import __version__
 from roughcontact.contact.resume import digest
+from roughcontact.contact.slab import Share, Slab
 from roughcontact.errors import InputError, Mention, require_choice
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.slabs import SlabSums
+from roughcontact.halfspace.sums import LocalSums
 from roughcontact.material.material import RIGID, Material, contact_modulus, softer
 from roughcontact.solvers.operator import Family
 from roughcontact.surface import roughness
@@ -32,8 +35,8 @@ class Pair:
 
     Parameters
     ----------
-    surface : Surface
-        Heights of the rough body.
+    share : Surface or Slab
+        Heights of the rough body: all of them, or the rows that this process holds.
     material : Material
         Of the rough body.
     counter_surface : Surface or None
@@ -50,7 +53,7 @@ class Pair:
         If a body is of another type, the grids differ, or both bodies are rigid.
     """
 
-    surface: Surface
+    share: Share
     material: Material
     counter_surface: Surface | None = None
     counter_material: Material = RIGID
@@ -58,17 +61,15 @@ class Pair:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be pressed together."""
-        for name, kind in (
-            ("surface", Surface),
-            ("counter_surface", Surface),
-            ("material", Material),
-            ("counter_material", Material),
+        for name, value, kind in (
+            ("surface", self.share, Share),
+            ("counter_surface", self.counter_surface, Surface | None),
+            ("material", self.material, Material),
+            ("counter_material", self.counter_material, Material),
         ):
-            value = getattr(self, name)
-            if not (isinstance(value, kind) or (name == "counter_surface" and value is None)):
-                raise InputError(
-                    f"must be a {kind.__name__}, got {type(value).__name__}", argument=name
-                )
+            if not isinstance(value, kind):
+                wanted = "Material" if kind is Material else "Surface"
+                raise InputError(f"must be a {wanted}, got {type(value).__name__}", argument=name)
         self._require_one_grid()
         # Raises if both are rigid.
         contact_modulus(self.material, self.counter_material)
@@ -76,9 +77,11 @@ class Pair:
             object.__setattr__(self, "boundary", self.boundary.of_profile)
 
     def _require_one_grid(self) -> None:
-        surface, counter = self.surface, self.counter_surface
+        counter = self.counter_surface
         if counter is None:
             return
+        self.require_whole("a measured counter-surface")
+        surface = self.surface
         if counter.shape != surface.shape or not np.allclose(
             counter.pixel, surface.pixel, rtol=1e-9, atol=0
         ):
@@ -95,13 +98,44 @@ class Pair:
             )
 
     @property
+    def is_shared(self) -> bool:
+        """Whether several processes hold the map."""
+        return isinstance(self.share, Slab)
+
+    def require_whole(self, what: str) -> None:
+        """Raise `InputError` where several processes hold the map; ``what`` needs all of it."""
+        if self.is_shared:
+            raise InputError(
+                f"{what}: this needs the whole map in one process and is not available on several "
+                "ranks; save the result as .nc and load it where it fits, or start without mpiexec"
+            )
+
+    @property
+    def rows(self) -> slice:
+        """Rows of the map that this process holds."""
+        return self.share.rows if isinstance(self.share, Slab) else slice(0, self.shape[0])
+
+    @property
+    def sums(self) -> LocalSums | SlabSums:
+        """Sums over all pixels, those of other processes included."""
+        return self.share.sums if isinstance(self.share, Slab) else LocalSums()
+
+    @property
+    def surface(self) -> Surface:
+        """The map of the rough body, as one process holds it."""
+        self.require_whole("the surface")
+        assert isinstance(self.share, Surface)
+        return self.share
+
+    @property
     def is_profile(self) -> bool:
         """Whether the bodies are profiles: a contact in plane strain, all of it per metre."""
-        return self.surface.is_profile
+        return self.share.is_profile
 
     def require_map(self, what: str) -> None:
         """Raise `InputError` for profiles; ``what`` needs a map."""
-        self.surface.require_map(what)
+        if self.is_profile:
+            self.surface.require_map(what)
 
     @property
     def whole(self) -> str:
@@ -121,12 +155,12 @@ class Pair:
     @property
     def shape(self) -> tuple[int, int]:
         """Grid points ``(ny, nx)``."""
-        return self.surface.shape
+        return self.share.shape
 
     @property
     def pixel(self) -> tuple[float, float]:
         """Pixel edges ``(dy, dx)`` [m]."""
-        return self.surface.pixel
+        return self.share.pixel
 
     @property
     def pixel_area(self) -> float:
@@ -136,7 +170,7 @@ class Pair:
     @property
     def size(self) -> tuple[float, float]:
         """Edges of the map ``(y, x)`` [m]."""
-        return self.surface.size
+        return self.share.size
 
     @property
     def contact_modulus(self) -> float:
@@ -151,7 +185,7 @@ class Pair:
     @property
     def origins(self) -> tuple[Provenance, ...]:
         """Where the maps came from and what was done to them, the counter-body's last."""
-        bodies = (self.surface, self.counter_surface)
+        bodies = (self.share, self.counter_surface)
         return tuple(body.provenance for body in bodies if body is not None)
 
     @property
@@ -171,31 +205,38 @@ class Pair:
     @property
     def has_holes(self) -> bool:
         """Whether a height of either body is missing somewhere."""
-        bodies = (self.surface, self.counter_surface)
+        bodies = (self.share, self.counter_surface)
         return any(body is not None and body.missing > 0 for body in bodies)
 
     @property
     def heights(self) -> NDArray[np.float64]:
-        """Sum of the heights of both bodies [m], shape (ny, nx); NaN where one is missing."""
+        """Sum of the heights of both bodies [m], shape (rows, nx); NaN where one is missing."""
         if self.counter_surface is None:
-            return self.surface.heights
-        return self.surface.heights + self.counter_surface.heights
+            return self.share.heights
+        return self.share.heights + self.counter_surface.heights
 
     @property
     def highest(self) -> float:
         """The largest of `heights` [m]: there the bodies touch first."""
-        return _highest(self.heights)
+        return self._highest(self.heights)
+
+    def _highest(self, heights: NDArray[np.float64]) -> float:
+        if isinstance(self.share, Slab):
+            return self.share.highest
+        # An empty maximum, unlike np.nanmax's warning, leaves NaN.
+        return float(np.fmax.reduce(heights, axis=None))
 
     @property
     def initial_gap(self) -> NDArray[np.float64]:
-        """Gap at first touch [m], a new array of shape (ny, nx); NaN where a height is missing."""
+        """Gap at first touch [m], a new array of shape (rows, nx); NaN where one is missing."""
         heights = self.heights
-        gap: NDArray[np.float64] = _highest(heights) - heights
+        gap: NDArray[np.float64] = self._highest(heights) - heights
         return gap
 
     @cached_property
     def rms_slope(self) -> float:
         """Root-mean-square slope of both bodies together; NaN if no point has both neighbors."""
+        self.require_whole("the slope")
         try:
             return roughness.rms_gradient(self.initial_gap, self.pixel)
         except InputError:
@@ -218,13 +259,13 @@ class Pair:
         softness : float
             Factor of all displacements.
         """
-        return self.boundary.operators(
-            self.shape,
-            self.pixel,
-            self.contact_modulus / softness,
-            precision=precision,
-            workspace=workspace,
-        )
+        where = self.shape, self.pixel, self.contact_modulus / softness
+        if isinstance(self.share, Slab):
+            return self.boundary.slab_operators(
+                self.share.edges, *where, self.share.ranks,
+                precision=precision, workspace=workspace,
+            )  # fmt: skip
+        return self.boundary.operators(*where, precision=precision, workspace=workspace)
 
     def record(self) -> dict[str, Any]:
         """Return what ``resume.claimed`` has to know of the bodies, and the program's version."""
@@ -237,11 +278,6 @@ class Pair:
             "material": _words(self.material),
             "counter_material": _words(self.counter_material),
         }
-
-
-def _highest(heights: NDArray[np.float64]) -> float:
-    # An empty maximum, unlike np.nanmax's warning, leaves NaN.
-    return float(np.fmax.reduce(heights, axis=None))
 
 
 def _words(material: Material) -> dict[str, str]:

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.arguments import checked
-from roughcontact.contact import area
 from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.checks import check
@@ -234,8 +233,8 @@ class _Study:
             except InsufficientMemoryError as error:
                 self.notes.append(f"The grid with {factor:g} × the pixel was left out: {error}.")
                 continue
-            at_edge = result.ceiling is None and area.at_edge(result.contact, boundary)
-            found.append((_variant(factor, result), bool(result.saturated.any()), at_edge))
+            at_edge = result.ceiling is None and result.totals.edge_load is not None
+            found.append((_variant(factor, result), result.totals.saturated > 0, at_edge))
         return found
 
     def cutoffs(self) -> tuple[Variant, ...]:
@@ -273,7 +272,7 @@ def _changed(pair: Pair, change: Callable[[Surface], Surface]) -> Pair:
     """Return a pair with both maps changed."""
     surface, counter = change(pair.surface), pair.counter_surface
     counter = None if counter is None else change(counter)
-    return replace(pair, surface=surface, counter_surface=counter)
+    return replace(pair, share=surface, counter_surface=counter)
 
 
 def _variant(value: float, result: ContactResult) -> Variant:

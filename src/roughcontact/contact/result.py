@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
+from operator import is_not
 from typing import Any
 
 import numpy as np
@@ -12,9 +14,11 @@ from numpy.typing import NDArray
 
 from roughcontact.contact import area, spots
 from roughcontact.contact.advice import AgreedCeiling, Calibrated
+from roughcontact.contact.area import Totals
 from roughcontact.contact.cautions import Caution
 from roughcontact.contact.loads import GivenLoad
 from roughcontact.contact.pair import Pair
+from roughcontact.contact.slab import Share
 from roughcontact.contact.smooth import Smooth, smooth
 from roughcontact.contact.spots import Spots
 from roughcontact.halfspace.boundary import Boundary
@@ -63,7 +67,9 @@ def regime_of(pair: Pair, max_pressure: float, saturated: bool) -> Regime:
 class ContactResult(Result):
     """Pressure and gap of a solved contact, with everything that went in.
 
-    Maps are read-only, ``[y, x]``, in SI units; NaN marks missing points of the gap.
+    Maps are read-only, ``[y, x]``, in SI units; NaN marks missing points of the gap. Where several
+    processes hold the map together, each has maps of its own rows, all have the same numbers, and
+    all call `save` and `report`; what needs the whole map raises `InputError`.
 
     Parameters
     ----------
@@ -84,9 +90,9 @@ class ContactResult(Result):
         as zero, and where the map is periodic along one axis, a uniform line load along it
         displaces nothing at a distance of the longer side of the map. Where the bodies tilt,
         that of the centre of the map from their first touch without tilt.
-    pressure : ndarray, shape (ny, nx)
+    pressure : ndarray, shape (rows, nx)
         Contact pressure [Pa].
-    gap : ndarray, shape (ny, nx)
+    gap : ndarray, shape (rows, nx)
         Displacement plus initial gap plus tilt minus approach [m]. Negative where the pressure
         is at the ceiling: that much material has to flow away.
     certificate : float
@@ -120,6 +126,13 @@ class ContactResult(Result):
         The load in the form in which it was given, where that was no force.
     calibrated : Calibrated or None
         The same contact under the calibrated ceiling, where that was computed.
+    communication : float
+        Mean time that processes which hold the map together spent in communication and in waiting
+        for each other [s].
+    sent : int
+        Bytes that each of them sent to others, on average.
+    _counted : tuple, optional
+        The `totals` of a copy, and the maps that they are of.
     """
 
     pair: Pair
@@ -145,11 +158,33 @@ class ContactResult(Result):
     remarks: tuple[Caution, ...] = ()
     given: GivenLoad | None = None
     calibrated: Calibrated | None = None
+    communication: float = 0.0
+    sent: int = 0
+    # The totals, and of what: a copy with the same maps need not count again.
+    _counted: tuple[Totals, tuple[Any, ...]] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        """Make the maps read-only."""
+        """Make the maps read-only, and count what needs all pixels."""
         self.pressure.flags.writeable = False
         self.gap.flags.writeable = False
+        of = self.pair, self.pressure, self.gap, self.ceiling
+        if self._counted is None or any(map(is_not, self._counted[1], of)):
+            object.__setattr__(self, "_counted", (area.totals(*of), of))
+
+    @property
+    def totals(self) -> Totals:
+        """Numbers that need all pixels of the map, those of other processes included."""
+        assert self._counted is not None
+        return self._counted[0]
+
+    @property
+    def share(self) -> Share:
+        """The map that was pressed, or the rows of it that this process holds."""
+        return self.pair.share
+
+    def require_whole(self, what: str) -> None:
+        """Raise `InputError` where several processes hold the map; ``what`` needs all of it."""
+        self.pair.require_whole(what)
 
     @property
     def converged(self) -> bool:
@@ -218,14 +253,14 @@ class ContactResult(Result):
     @property
     def nominal_area(self) -> float:
         """Area of the whole map [m²], missing points included."""
-        return self.pressure.size * self.pixel_area
+        return math.prod(self.pair.shape) * self.pixel_area
 
-    @cached_property
+    @property
     def contact_area(self) -> float:
         """Real contact area [m²]: the pixels with pressure."""
-        return int(np.count_nonzero(self.contact)) * self.pixel_area
+        return self.totals.contact * self.pixel_area
 
-    @cached_property
+    @property
     def corrected_contact_area(self) -> float:
         """Contact area without the excess that its elastic rim gains from the pixels [m²].
 
@@ -240,29 +275,28 @@ class ContactResult(Result):
         ----------
         Yastrebov, Anciaux and Molinari 2017, doi:10.1016/j.triboint.2017.04.023
         """
-        elastic = self.contact & ~self.saturated
-        excess = area.rim_excess(self.contact, elastic, self.boundary) * self.pixel_area
+        excess = area.RIM_EXCESS * self.totals.rims * self.pixel_area
         return max(self.contact_area - excess, 0.0)
 
-    @cached_property
+    @property
     def contact_fraction(self) -> float:
         """Contact area over the area of the whole map."""
-        return self.contact_area / (self.pressure.size * self.pixel_area)
+        return self.contact_area / self.nominal_area
 
-    @cached_property
+    @property
     def saturated_fraction(self) -> float:
         """Saturated area over the area of the whole map."""
-        return int(np.count_nonzero(self.saturated)) / self.pressure.size
+        return self.totals.saturated / math.prod(self.pair.shape)
 
-    @cached_property
+    @property
     def max_pressure(self) -> float:
         """Largest pressure [Pa]."""
-        return float(self.pressure.max())
+        return self.totals.max_pressure
 
-    @cached_property
+    @property
     def mean_gap(self) -> float:
         """Mean open gap [m] over the points that are there; indented pixels count as closed."""
-        return float(np.nanmean(np.maximum(self.gap, 0)))
+        return self.totals.mean_gap
 
     @cached_property
     def smooth(self) -> Smooth | None:
@@ -276,14 +310,16 @@ class ContactResult(Result):
     def estimate(self) -> Any:
         """What formulas of nominally flat contact say; see `roughcontact.joint.estimate`.
 
-        None where they do not hold, as where the map is not periodic along both axes.
+        None where they do not hold, as where the map is not periodic along both axes, and where
+        several processes hold it.
         """
         return face().estimate(self)
 
     @cached_property
     def centre_of_pressure(self) -> tuple[float, float]:
         """Where the pressure acts: (y, x) from the centre of the map [m]; NaN without load."""
-        return area.centre_of_pressure(self.pressure, self.surface.pixel)
+        self.require_whole("the centre of pressure")
+        return area.centre_of_pressure(self.pressure, self.pair.pixel)
 
     @property
     def moment_error(self) -> float:
@@ -323,7 +359,8 @@ class ContactResult(Result):
 
     @cached_property
     def _spots(self) -> Spots:
-        return spots.find(self.pressure, self.surface.pixel, self.boundary.periodic_axes)
+        self.require_whole("contact spots")
+        return spots.find(self.pressure, self.pair.pixel, self.boundary.periodic_axes)
 
     def elastic(self) -> ContactResult:
         """Return the solution of the same problem without a ceiling; ``self`` if it has none."""

@@ -47,7 +47,7 @@ def of(pair: Pair, terms: Terms, gap: NDArray[np.float64]) -> Scale:
         The bodies.
     terms : Terms
         How they are pressed together.
-    gap : ndarray, shape (ny, nx)
+    gap : ndarray, shape (rows, nx)
         Gap at first touch [m], infinite where the bodies never touch.
 
     Raises
@@ -55,15 +55,11 @@ def of(pair: Pair, terms: Terms, gap: NDArray[np.float64]) -> Scale:
     InputError
         If the load is a mean pressure, or the approach a length, whose square no number holds.
     """
-    deepest = float(np.max(gap, where=np.isfinite(gap), initial=0.0))
-    return of_depth(pair, terms, gap.size, deepest)
-
-
-def of_depth(pair: Pair, terms: Terms, points: int, deepest: float) -> Scale:
-    """Return what `of` does, from the number of points of the map and its largest finite gap."""
+    here = np.max(gap, where=np.isfinite(gap), initial=0.0, keepdims=True)
+    deepest = pair.sums.largest(here)
     softness = math.sqrt(pair.pixel_area) / pair.contact_modulus
     if terms.load is not None:
-        mean = terms.load / pair.pixel_area / points
+        mean = terms.load / pair.pixel_area / math.prod(pair.shape)
         _require_range(
             "load", f"{terms.load:.6g} {pair.load_unit} is a mean pressure of {mean:.3g} Pa", mean
         )

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,7 @@ from roughcontact.halfspace.slabs import SlabSums
 from roughcontact.ranks import Ranks
 from roughcontact.solvers import bounded
 from roughcontact.surface.provenance import Operation, Provenance
+from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, quantity
 
 Array = NDArray[np.float64]
@@ -107,6 +110,13 @@ class Slab:
     holes_masked : bool
         Whether missing points are accepted as points that never touch.
 
+    Attributes
+    ----------
+    missing : int
+        Points of the map that are missing.
+    highest : float
+        The largest height of the map [m].
+
     Raises
     ------
     InputError
@@ -119,6 +129,8 @@ class Slab:
     ranks: Ranks
     provenance: Provenance = field(default_factory=Provenance)
     holes_masked: bool = False
+    missing: int = field(init=False)
+    highest: float = field(init=False)
 
     @checked
     def __init__(
@@ -140,8 +152,13 @@ class Slab:
         for name, value in values.items():
             object.__setattr__(self, name, value)
         object.__setattr__(self, "heights", ranks.agreed(lambda: self._checked(heights)))
-        if not self.sums.count(np.isfinite(self.heights)):
+        finite = np.isfinite(self.heights)
+        known = self.sums.count(finite)
+        if not known:
             raise InputError("hold no finite value", argument="heights")
+        # Counted here: what a property returns must not wait for other ranks.
+        object.__setattr__(self, "missing", self.shape[0] * self.shape[1] - known)
+        object.__setattr__(self, "highest", self.sums.largest(self.heights[finite]))
 
     def _checked(self, heights: ArrayLike) -> Array:
         require_pixel(self.pixel)
@@ -178,21 +195,10 @@ class Slab:
         """Lengths of the sides ``(ny·dy, nx·dx)`` of the map [m]."""
         return self.shape[0] * self.pixel[0], self.shape[1] * self.pixel[1]
 
-    @cached_property
-    def missing(self) -> int:
-        """Points of the map that are missing."""
-        return self.sums.count(np.isnan(self.heights))
-
-    @cached_property
-    def highest(self) -> float:
-        """The largest height of the map [m]."""
-        return self.sums.largest(self.heights[np.isfinite(self.heights)])
-
     @property
-    def initial_gap(self) -> Array:
-        """Gap at first touch of the rows of this rank [m]; NaN where a height is missing."""
-        gap: Array = self.highest - self.heights
-        return gap
+    def is_profile(self) -> bool:
+        """Whether it is a profile: never, as those fit into one process."""
+        return False
 
     def leveled(self) -> Slab:
         """Return a copy without its plane of least squares; all ranks call it.
@@ -224,6 +230,13 @@ class Slab:
             heights = heights - plane
         about = self.provenance.then(Operation("leveled", _PLANE))
         return Slab(heights, self.shape, self.pixel, self.ranks, about, self.holes_masked)
+
+    def pieces(self, points: int) -> Iterator[tuple[int, int, int]]:
+        """Yield rank, first row on it and rows of parts of the map with at most so many points."""
+        step = max(1, points // self.shape[1])
+        for rank, (first, last) in enumerate(pairwise(self.edges)):
+            for top in range(0, last - first, step):
+                yield rank, top, min(step, last - first - top)
 
     def reduced(self, values: NDArray[Any], largest: bool = False) -> Array | None:
         """Return a map in blocks of pixels, the mean or the largest of each, on the first rank.
@@ -258,3 +271,7 @@ class Slab:
                   strict=False)]  # fmt: skip
         whole = self.ranks.joined(here, counts)
         return whole if self.ranks.first else None
+
+
+Share = Surface | Slab
+"""What a process holds of a map: all of it, or a band of its rows."""

@@ -107,8 +107,7 @@ def shape_of(pair: Pair) -> Shape | None:
     Shape or None
         None where both are flat, or one is no body of Hertz's theory.
     """
-    bodies = (pair.surface, pair.counter_surface)
-    found = [curvature.of(body.provenance) for body in bodies if body is not None]
+    found = [curvature.of(origin) for origin in pair.origins]
     known = [one for one in found if one is not None]
     total = sum(known[1:], known[0]) if len(known) == len(found) else None
     if total is None or not total.any():

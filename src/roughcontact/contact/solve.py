@@ -21,6 +21,7 @@ from roughcontact.contact.loads import Load, on
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.scale import Scale
+from roughcontact.contact.slab import Share
 from roughcontact.contact.terms import Terms
 from roughcontact.errors import (
     CapacityError,
@@ -69,7 +70,7 @@ TOO_STEEP = (
 @drawn
 @checked
 def solve(
-    surface: Surface,
+    surface: Share,
     *,
     material: Material,
     load: Quantity | Load | None = None,
@@ -87,13 +88,16 @@ def solve(
     on_interrupt: str = "raise",
     progress: Tell = None,
     calibrated: bool = True,
+    workers: int | None = None,
 ) -> ContactResult:
     """Press a rough body against another one and return pressure, contact and gap.
 
     Parameters
     ----------
-    surface : Surface
-        Heights of the rough body, without unhandled holes.
+    surface : Surface or Slab
+        Heights of the rough body, without unhandled holes. Of a map that several processes hold
+        each gives its `Slab`, and all call this; moments, a measured counter-surface, a map of
+        ceilings, a recommended or calibrated one and a start need the map in one process.
     material, counter_material : Material
         Of the rough body and of its counter-body.
     load : float, str, quantity of pint, NominalPressure, LineLoad or HertzPressure
@@ -145,6 +149,9 @@ def solve(
         Whether to solve again under the calibrated ceiling, see `recommended_ceiling`, where it
         changes the contact area. ``calibrated`` of the result holds its areas and gap. It takes
         about half as long as the solve itself.
+    workers : int, optional
+        Threads; by default the cores that the process may use, shared with the processes beside
+        it on the machine that hold the same map.
 
     Returns
     -------
@@ -179,9 +186,12 @@ def solve(
     terms = Terms(force, approach, moments, ceiling, tolerance, max_iterations, precision, given)
     watch = numbered(progress, 1, 1)
     result = press(
-        pair, terms, start=start, on_failure=on_failure, on_interrupt=on_interrupt, progress=watch
-    )
-    return replace(result, calibrated=_calibrated(result, terms)) if calibrated else result
+        pair, terms, start=start, on_failure=on_failure, on_interrupt=on_interrupt, progress=watch,
+        workers=workers,
+    )  # fmt: skip
+    if pair.is_shared or not calibrated:
+        return result
+    return replace(result, calibrated=_calibrated(result, terms))
 
 
 def press(
@@ -192,6 +202,7 @@ def press(
     on_failure: str = "raise",
     on_interrupt: str = "raise",
     progress: Callable[[Step], None] | None = None,
+    workers: int | None = None,
 ) -> ContactResult:
     """Press two bodies together; see `solve`.
 
@@ -201,22 +212,26 @@ def press(
         The bodies.
     terms : Terms
         How they are pressed together.
-    start, on_failure, on_interrupt
+    start, on_failure, on_interrupt, workers
         As for `solve`.
     progress : callable, optional
         Called with a `Step` every time the solver has looked at the whole map.
     """
     require_choice(("raise", "return"), on_failure=on_failure, on_interrupt=on_interrupt)
     checks.check_profile(pair, terms)
+    checks.check_share(pair, terms, start)
+    if on_interrupt == "return":
+        pair.require_whole("a part of a solve")
     if isinstance(terms.ceiling, str) and terms.ceiling == RECOMMENDED:
         return _agreed(pair, terms, start, on_failure, progress)
-    began = time.perf_counter()
+    began, before = time.perf_counter(), pair.sums.cost()
     stated = checks.stated(pair, terms, start)
     interruptible = on_interrupt == "return"
-    solution, slope = _solved(pair, terms, stated, start, progress, interruptible)
+    work = Workspace(workers or pair.sums.workers())
+    solution, slope = _solved(pair, terms, stated, start, progress, interruptible, work)
     # An error that is kept would keep the memory of the solve with it.
-    del stated.problem
-    result = _result(pair, terms, stated, solution, slope, began)
+    del stated.problem, work
+    result = _result(pair, terms, stated, solution, slope, began, before)
     asked = solution.status is bounded.Status.INTERRUPTED
     if not result.converged and on_failure == "raise" and not asked:
         raise _unsolved(result)
@@ -306,6 +321,7 @@ def _solved(
     start: ContactResult | ArrayLike | None,
     progress: Callable[[Step], None] | None,
     interruptible: bool,
+    workspace: Workspace,
 ) -> tuple[bounded.Solution, tuple[float, float]]:
     """Return the solution and the tilt."""
     options: dict[str, Any] = {
@@ -315,7 +331,7 @@ def _solved(
         "progress": progress,
     }
     units = stated.scale
-    make = pair.operators(terms.precision, Workspace(), units.pressure / units.length)
+    make = pair.operators(terms.precision, workspace, units.pressure / units.length)
     if stated.target is None:
         return bounded.solve(stated.problem, make, interruptible=interruptible, **options), (
             0.0,
@@ -343,15 +359,16 @@ def _result(
     solution: bounded.Solution,
     slope: tuple[float, float],
     began: float,
+    before: NDArray[np.float64],
 ) -> ContactResult:
-    units = stated.scale
-    pressure = np.zeros(pair.shape)
+    units, sums = stated.scale, pair.sums
+    pressure = np.zeros(solution.gap.shape)
     pressure.ravel()[solution.index] = solution.pressure
     pressure *= units.pressure
     if stated.ceiling is not None:
         # One that is too small for the units of the solver is met to the last digit, too.
         np.minimum(pressure, stated.ceiling, out=pressure)
-    carried = float(pressure.sum()) * pair.pixel_area
+    carried = sums.total(pressure) * pair.pixel_area
     load = carried if terms.load is None else terms.load
     load_error = 0.0 if terms.load is None else abs(carried - load) / load
     gap = solution.gap.astype(np.float64, copy=False)
@@ -359,6 +376,7 @@ def _result(
     if stated.holes:
         gap[np.isinf(gap)] = np.nan
     moments = terms.moments
+    communication, sent = sums.cost() - before
     return ContactResult(
         pair=pair,
         ceiling=stated.ceiling,
@@ -374,11 +392,13 @@ def _result(
         status=_status(pair, stated, solution, slope, pressure, load_error),
         iterations=solution.iterations,
         convolutions=solution.convolutions,
-        seconds=time.perf_counter() - began,
+        seconds=sums.largest(np.array([time.perf_counter() - began])),
         version=__version__,
         tilt=slope,
         moments=None if moments is None else (float(moments[0]), float(moments[1])),
         given=terms.given,
+        communication=float(communication),
+        sent=int(sent),
     )
 
 
@@ -463,6 +483,7 @@ def under(result: ContactResult, ceiling: str | float | ArrayLike | None) -> Con
     InputError, CapacityError, ConvergenceError
         As for `solve`.
     """
+    result.require_whole("a solve with another ceiling")
     terms = Terms(
         load=result.load,
         moments=result.moments,

@@ -101,6 +101,7 @@ def unloading_stiffness(result: ContactResult) -> float:
     It depends on the outline of the contact alone, and so does what the contact conducts: see
     `roughcontact.contact.curve.LoadCurve.constriction_length`.
     """
+    result.require_whole("the stiffness")
     index = np.flatnonzero(result.contact)
     punch = _punch(result, index) if index.size else None
     return 0.0 if punch is None else punch.total * result.pixel_area
@@ -137,6 +138,7 @@ def local_stiffness(
     over the nominal area; over a part of a free map the compliance of the bodies below it, which
     displaces all of the part, drops out.
     """
+    result.require_whole("the stiffness")
     whole = _local(result, np.flatnonzero(result.contact), window)
     if not result.saturated.any():
         return whole, whole
@@ -163,6 +165,7 @@ def _local(
 
 def growth(result: ContactResult) -> Growth:
     """Return the contact stiffness of a solution with what it comes from; see `stiffness`."""
+    result.require_whole("the stiffness")
     index = np.flatnonzero(result.contact & ~result.saturated)
     if index.size == 0:
         return Growth(0.0)
@@ -176,7 +179,7 @@ def growth(result: ContactResult) -> Growth:
 
 def _punch(result: ContactResult, index: NDArray[np.int64]) -> Punch:
     """Return the rigid flat that some pixels of a solution follow."""
-    shape, pair = result.surface.shape, result.pair
+    shape, pair = result.pair.shape, result.pair
     Room(shape, pair.boundary, result.precision).require(index.size / result.pressure.size)
     punch = flat_punch(shape, index, pair.operators(result.precision, Workspace()))
     if punch is None:

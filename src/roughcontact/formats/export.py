@@ -278,7 +278,9 @@ def save_surface(surface: Surface, path: str | os.PathLike[str]) -> None:
 
 def save_contact(result: ContactResult, path: Target) -> None:
     """Write a contact in the format that the suffix of the file names; see `save_surface`."""
-    _require_kept(result.surface, path)
+    if Path(path).suffix.lower() != ".nc":
+        result.require_whole("a file other than .nc")
+        _require_kept(result.surface, path)
     _writer(Kind.CONTACT, path)(result, path)
 
 

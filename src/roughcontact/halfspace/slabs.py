@@ -26,7 +26,7 @@ from roughcontact.halfspace.convolution import (
     multiply_columns,
 )
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.halfspace.sums import LocalSums
+from roughcontact.halfspace.sums import Found, LocalSums
 from roughcontact.ranks import Exchange, Ranks
 
 Array = NDArray[np.float64]
@@ -79,6 +79,22 @@ class SlabSums:
     def added(self, parts: NDArray[Any]) -> NDArray[Any]:
         """Return the sums, entry by entry, of what the ranks made of their own pixels."""
         return self.ranks.added(parts)
+
+    def agreed(self, task: Callable[[], Found]) -> Found:
+        """Return the result of a task of each rank, or raise the error of one on all."""
+        return self.ranks.agreed(task)
+
+    def following(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """Return the same rows of the next rank, and of the first one after the last."""
+        return self.ranks.following(rows)
+
+    def workers(self) -> int:
+        """Return the number of threads of this rank: its part of the cores of its machine."""
+        return max(1, fft.default_workers() // self.ranks.beside())
+
+    def cost(self) -> Array:
+        """Return time in communication [s] and bytes sent, up to now, mean of all ranks."""
+        return self.added(np.array([self.ranks.seconds, self.ranks.sent])) / self.ranks.count
 
 
 @dataclass(frozen=True)

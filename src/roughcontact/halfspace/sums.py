@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from roughcontact.halfspace.fft import default_workers
+
+Found = TypeVar("Found")
 
 
 class LocalSums:
@@ -45,3 +50,21 @@ class LocalSums:
     def added(self, parts: NDArray[Any]) -> NDArray[Any]:
         """Return the sums, entry by entry, of what the processes made of their own pixels."""
         return parts
+
+    # What else a contact needs where several processes hold its map.
+
+    def agreed(self, task: Callable[[], Found]) -> Found:
+        """Return the result of a task, or raise its error on all processes."""
+        return task()
+
+    def following(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """Return the same rows of the next process, and of the first one after the last."""
+        return rows
+
+    def workers(self) -> int:
+        """Return the number of threads of this process."""
+        return default_workers()
+
+    def cost(self) -> NDArray[np.float64]:
+        """Return time in communication [s] and bytes sent, up to now, mean of all processes."""
+        return np.zeros(2)

@@ -210,10 +210,10 @@ def of_result(result: ContactResult) -> Estimate | None:
     -------
     Estimate or None
         None unless the contact is one of a periodic, nominally flat map under one ceiling or
-        none, within the domain of the formulas.
+        none, within the domain of the formulas, which one process holds.
     """
     pair = result.pair
-    flat = not pair.is_profile and len(result.boundary.periodic_axes) == 2
+    flat = not (pair.is_profile or pair.is_shared) and len(result.boundary.periodic_axes) == 2
     if not flat or result.smooth is not None or isinstance(result.ceiling, np.ndarray):
         return None
     gap = Surface(-np.asarray(result.initial_gap), pair.pixel)

@@ -8,12 +8,12 @@ from typing import Any
 
 from roughcontact.contact.cautions import Caution
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.slab import Share
 from roughcontact.material.material import Material
 from roughcontact.report import inputs
 from roughcontact.report.kind import Kind
 from roughcontact.report.quantities import PROBLEM, TRUST, Row, rows_of
 from roughcontact.report.wording import is_rigid
-from roughcontact.surface.surface import Surface
 
 Cells = tuple[str, ...]
 
@@ -81,7 +81,7 @@ def usual(kind: Kind, result: Any) -> Blocks:
     ]
 
 
-def _map(surface: Surface) -> list[Cells]:
+def _map(surface: Share) -> list[Cells]:
     done = surface.provenance.steps or ("none",)
     prepared = [("" if index else "preparation", str(step)) for index, step in enumerate(done)]
     return [*cells(rows_of(inputs.table_of(surface), surface, brief=True)), *prepared]
@@ -102,7 +102,7 @@ def problem(
     kind: Kind, result: Any, contact: ContactResult, without: Sequence[str] = ()
 ) -> list[Cells]:
     """Return maps and bodies of a contact, and what was asked for."""
-    told = [*_map(contact.surface), ("body", body(contact.material))]
+    told = [*_map(contact.share), ("body", body(contact.material))]
     other = body(contact.counter_material)
     if contact.counter_surface is None:
         told.append(("counter-body", f"{other}, flat"))

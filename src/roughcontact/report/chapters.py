@@ -15,6 +15,7 @@ from roughcontact.contact import hertzian
 from roughcontact.contact.cautions import Caution
 from roughcontact.contact.pair import BODIES
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.slab import Slab
 from roughcontact.contact.smooth import LINE
 from roughcontact.contact.spots import Spots
 from roughcontact.errors import InputError
@@ -56,11 +57,13 @@ _LIBRARIES = ("numpy", "scipy", "ducc0", "matplotlib")
 
 def subtitle(result: ContactResult) -> str:
     """Return bodies, size and grid in one line."""
-    ny, nx = result.surface.shape
-    height, width = (engineering(side, "m", 3) for side in result.surface.size)
+    ny, nx = result.pair.shape
+    height, width = (engineering(side, "m", 3) for side in result.pair.size)
     other = result.counter_surface
     grid = f"{height} × {width}, {ny} × {nx} points (y × x)"
-    if result.surface.is_profile:
+    if isinstance(result.share, Slab):
+        grid += f", on {result.share.ranks.count} ranks"
+    if result.pair.is_profile:
         grid = f"profile of {width}, {nx} points"
     against = "a flat counter-body"
     if other is not None:

@@ -16,17 +16,19 @@ from roughcontact.contact import judgment
 from roughcontact.contact.cautions import ordered
 from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.result import ContactResult
+from roughcontact.contact.slab import Share, Slab
 from roughcontact.contact.solve import under
 from roughcontact.contact.study import ResolutionStudy
 from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError
 from roughcontact.formats import export
-from roughcontact.plots import maps, profiles, traces as draw
+from roughcontact.plots import maps, profiles, reduced, traces as draw
 from roughcontact.references import NO_REFERENCES
 from roughcontact.report import (
     blocks,
     chapters,
     curve as curves,
     figures,
+    inputs,
     page,
     profile,
     regimes,
@@ -50,6 +52,7 @@ from roughcontact.report.quantities import (
     beside,
     capital,
     quantity_of,
+    rows_of,
 )
 from roughcontact.units import engineering, percent
 
@@ -101,7 +104,7 @@ def render(
     if study is not None:
         found.append(_study(study))
     found += [chapters.added(addition) for addition in additions]
-    lines = script.repeating(result)
+    lines = "" if result.pair.is_shared else script.repeating(result)
     found += [exactness(result), chapters.repetition(result.version, edition.command, lines)]
     works = sources.of(KIND, result) + (
         NO_REFERENCES if curve is None else sources.of(curves.KIND, curve)
@@ -129,10 +132,13 @@ def _chapters(
     study: ResolutionStudy | None,
 ) -> list[Chapter]:
     """Return what every report on a contact has."""
-    spots = result.spots()
-    stated = chapters.stated(result, spots)
     kind = kind_of(result)
     given = [kind.row(result, result.control), *kind.rows(result, PROBLEM)]
+    if result.pair.is_shared:
+        pressed = chapters.problem(result, given, "ceiling")
+        return [_input(result.share), pressed, results_chapter(result, study)]
+    spots = result.spots()
+    stated = chapters.stated(result, spots)
     found = [
         *chapters.prepared(result),
         chapters.problem(result, given, "ceiling"),
@@ -145,6 +151,22 @@ def _chapters(
     if result.saturated_fraction > 0:
         found.append(comparison(result, elastic, usual))
     return found
+
+
+def _input(share: Share) -> Chapter:
+    """Return the chapter on a map that several ranks hold."""
+    chapter = Chapter("Input and preparation")
+    rows = rows_of(inputs.table_of(share), share, brief=True)
+    chapter.add("table", Table([(row.title, row.text) for row in rows]))
+    chapter.add("steps", [page.sentence(step) for step in share.provenance.steps])
+    return chapter
+
+
+def _blocks(result: ContactResult, maps: Sequence[Any]) -> Addition:
+    """Return the chapter with reduced maps of a contact whose map several ranks hold."""
+    found = reduced.figures(result.share.size, *maps)
+    drawn = tuple((f"{name}.", draw()) for name, draw in found.items())
+    return Addition("Maps in blocks of points", figures=drawn)
 
 
 def _check_alike(result: ContactResult, **others: ContactResult | None) -> None:
@@ -175,6 +197,24 @@ def compared(
     return render(result, edition, elastic=elastic, usual=usual, additions=additions, study=study)
 
 
+def _shared(
+    result: ContactResult,
+    edition: Edition = PLAIN,
+    additions: Sequence[Addition] = (),
+    study: ResolutionStudy | None = None,
+) -> str:
+    """Return a report as `render`, with reduced maps; all ranks that hold the map call it."""
+    share, gap, pressure = result.share, result.gap, result.pressure
+    assert isinstance(share, Slab)
+    blocks = [share.reduced(values, largest=values is pressure)
+              for values in (share.heights, pressure, gap)]  # fmt: skip
+    return share.ranks.by_first(
+        lambda: render(
+            result, edition, study=study, additions=[*additions, _blocks(result, blocks)]
+        )
+    )
+
+
 def _best(solve: Callable[[], ContactResult]) -> ContactResult | None:
     """Return the same problem under another ceiling, or the best that was found of it."""
     try:
@@ -188,7 +228,7 @@ def _best(solve: Callable[[], ContactResult]) -> ContactResult | None:
 
 
 def _title(result: ContactResult) -> str:
-    name = result.surface.provenance.source or "an unnamed surface"
+    name = result.share.provenance.source or "an unnamed surface"
     if result.control == "load":
         return f"Contact of {name} under {engineering(result.load, result.pair.load_unit)}"
     return f"Contact of {name} at an approach of {engineering(result.approach, 'm')}"
@@ -236,7 +276,8 @@ def results_chapter(result: ContactResult, study: ResolutionStudy | None) -> Cha
         chapter.add("text", f"{sureness.WHAT} {sureness.NOT_BOUNDED}")
         told = [(capital(name), *texts) for name, *texts in sureness.rows(result, study)]
         chapter.add("table", Table(told, sureness.HEADS))
-    chapters.show(chapter, kind_of(result).figures, figures.ContactScene(result))
+    if not result.pair.is_shared:
+        chapters.show(chapter, kind_of(result).figures, figures.ContactScene(result))
     return chapter
 
 
@@ -425,7 +466,14 @@ PROFILE_KIND = replace(
     figures=traces.CONTACT, plots=(draw.pressed,),
 )  # fmt: skip
 
+SHARED_KIND = replace(
+    KIND, table=tables.SHARED, when=lambda result: result.pair.is_shared, figures=(), plots=(),
+    report=_shared, ranks=lambda result: result.share.ranks,
+)  # fmt: skip
+
 
 def kind_of(result: ContactResult) -> Kind:
-    """Return the kind of a contact: of a map, or of a profile."""
+    """Return the kind of a contact: of a map in one place or on several ranks, or of a profile."""
+    if result.pair.is_shared:
+        return SHARED_KIND
     return PROFILE_KIND if result.pair.is_profile else KIND

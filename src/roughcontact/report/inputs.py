@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from roughcontact.contact.slab import Share
 from roughcontact.formats import export
 from roughcontact.material.material import Material
 from roughcontact.plots import maps, profiles, traces
@@ -31,8 +32,8 @@ def _range(surface: Surface) -> str:
     )
 
 
-def _missing(surface: Surface) -> str:
-    share = surface.missing / surface.heights.size
+def _missing(surface: Share) -> str:
+    share = surface.missing / math.prod(surface.shape)
     return f"{surface.missing} ({percent(share)})" if surface.missing else "none"
 
 
@@ -79,8 +80,8 @@ TRACE: Table = (
 """Of a `Surface` that is a profile."""
 
 
-def table_of(surface: Surface) -> Table:
-    """Return the quantities of a map or of a profile."""
+def table_of(surface: Share) -> Table:
+    """Return the quantities of a map, of the rows of one, or of a profile."""
     return TRACE if surface.is_profile else SURFACE
 
 

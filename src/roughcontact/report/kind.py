@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact._version import __version__
 from roughcontact.files import require_suffix, to_json, write
+from roughcontact.ranks import Ranks
 from roughcontact.references import Reference
 from roughcontact.report.quantities import (
     ANSWER,
@@ -76,6 +77,9 @@ class Kind:
         By default one with a title has a chapter in the report on its contact.
     blocks : callable, optional
         ``blocks(result)`` returns what the console shows, see `report.blocks`; some take more.
+    ranks : callable
+        ``ranks(result)`` are those that hold it together, so that all ask for its report and the
+        first writes it; None where one process holds it.
     """
 
     result: type
@@ -94,6 +98,7 @@ class Kind:
     save: Callable[[Any, str | os.PathLike[str]], None] | None = None
     report: Callable[..., str] | None = None
     blocks: Callable[..., list[Any]] | None = None
+    ranks: Callable[[Any], Ranks | None] = lambda _: None
 
     def rows(self, result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
         """Return what is told of a result; see `quantities.rows_of`."""

@@ -89,4 +89,8 @@ def report(result: Any, path: str | os.PathLike[str], edition: Edition, **more: 
     if render is None:
         raise InputError(f"there is no report on a {type(result).__name__} alone")
     more = {name: one for name, one in more.items() if one}
-    page.save(render(result, edition, **more), path)
+    text, ranks = render(result, edition, **more), kind.ranks(result)
+    if ranks is None:
+        page.save(text, path)
+    else:
+        ranks.agreed(lambda: page.save(text, path) if ranks.first else None)

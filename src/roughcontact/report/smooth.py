@@ -27,7 +27,8 @@ SIZE = (
 
 def applies(result: ContactResult) -> bool:
     """Return whether there is a contact of nominal bodies to tell of."""
-    return result.converged and result.smooth is not None and result.contact_area > 0
+    known = result.smooth is not None and not result.pair.is_shared
+    return result.converged and known and result.contact_area > 0
 
 
 def bodies(smooth: Smooth) -> str:

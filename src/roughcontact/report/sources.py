@@ -9,7 +9,6 @@ from roughcontact.contact.advice import RECOMMENDED
 from roughcontact.contact.compared import Comparison
 from roughcontact.contact.curve import LoadCurve
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.slab_result import SlabResult
 from roughcontact.contact.smooth import ELLIPSE
 from roughcontact.contact.stress import StressResult
 from roughcontact.formats import instruments
@@ -111,7 +110,11 @@ def _elastic(result: ContactResult) -> Uses:
     """Yield what any contact is solved by, with or without a ceiling."""
     pair = result.pair
     known = pair.softer is not None and pair.softer.yield_strength is not None
-    yield from _of_maps(pair.origins, pair.is_profile)
+    if pair.is_shared:
+        # Parameters of a map are those of all of it.
+        yield from _of_provenance(result.share.provenance)
+    else:
+        yield from _of_maps(pair.origins, pair.is_profile)
     yield from _solved(result.boundary, pair.is_profile, known)
     if result.moments is not None:
         yield cited("bodies that tilt", "Nocedal2006", "Gilbert1988")
@@ -166,16 +169,6 @@ def of_comparison(found: Comparison) -> Uses:
         yield cited("intervals of the differences", "Games1976" if wide else "Welch1947")
     if any(found.components(name) for name in found.names):
         yield cited("scatter between groups and within", "Searle1992")
-
-
-def of_slab(result: SlabResult) -> Uses:
-    """Yield the works of a contact on several ranks."""
-    pair = result.pair
-    known = pair.softer is not None and pair.softer.yield_strength is not None
-    yield from _of_provenance(result.slab.provenance)
-    yield from _solved(result.boundary, is_profile=False, yields=known)
-    if result.ceiling is not None:
-        yield _CEILING
 
 
 def _of_provenance(provenance: Provenance) -> Uses:

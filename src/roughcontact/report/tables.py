@@ -57,10 +57,6 @@ def _given(quantity: str, unit: str) -> Callable[[ContactResult], str]:
     return text
 
 
-def _nominal_area(result: ContactResult) -> float:
-    return result.pressure.size * result.pixel_area
-
-
 def _tilts(result: ContactResult) -> bool:
     return result.moments is not None
 
@@ -153,12 +149,12 @@ CONTACT: Table = (
         text=wording.ceiling,
     ),
     Quantity(
-        "nominal_area", "nominal area", unit="m²", meaning="of the whole map", of=_nominal_area,
+        "nominal_area", "nominal area", unit="m²", meaning="of the whole map",
         stored=False, brief=False,
     ),
     Quantity(
         "nominal_pressure", "nominal pressure", unit="Pa", meaning="load over nominal area",
-        of=lambda r: r.load / _nominal_area(r), stored=False, brief=False,
+        of=lambda r: r.load / r.nominal_area, stored=False, brief=False,
     ),
     Quantity(
         "contact_area", "contact area", unit="m²",
@@ -193,7 +189,7 @@ CONTACT: Table = (
     Quantity(
         "max_residual_indentation", "residual indentation", unit="m",
         meaning="depth that saturated points keep",
-        of=lambda r: float(r.residual_indentation.max()), form=_up_to, when=_limited,
+        of="totals.max_indentation", form=_up_to, when=_limited,
     ),
     Quantity(
         "recommended", "with three yield strengths",
@@ -209,10 +205,10 @@ CONTACT: Table = (
     *estimated.BESIDE,
     Quantity("hertz", of=smooth.record),
     *_cautions(),
-    Quantity("shape", of=lambda r: list(r.pressure.shape)),
-    Quantity("pixel", unit="m", of=lambda r: list(r.surface.pixel)),
-    Quantity("source", of=lambda r: r.surface.provenance.source),
-    Quantity("preparation", of=lambda r: list(r.surface.provenance.steps)),
+    Quantity("shape", of=lambda r: list(r.share.shape)),
+    Quantity("pixel", unit="m", of=lambda r: list(r.share.pixel)),
+    Quantity("source", of=lambda r: r.share.provenance.source),
+    Quantity("preparation", of=lambda r: list(r.share.provenance.steps)),
     Quantity("iterations", "iterations", part=TRUST, brief=False),
     Quantity("convolutions", "convolutions on the full grid", part=TRUST),
     Quantity("seconds", "time of the solve", unit="s", part=TRUST),
@@ -223,6 +219,15 @@ CONTACT: Table = (
     Quantity("version"),
 )  # fmt: skip
 """Of a `ContactResult`."""
+
+SHARED: Table = (
+    *CONTACT,
+    Quantity("ranks", "ranks", of="share.ranks.count", part=TRUST),
+    Quantity("communication", "communication", unit="s", part=TRUST,
+             text=lambda r: f"{percent(r.communication / r.seconds)} of the time"),
+    Quantity("sent"),
+)  # fmt: skip
+"""Of a `ContactResult` whose map several ranks hold."""
 
 HEADLINES = ("contact_fraction", "mean_pressure", "saturated_fraction", "mean_gap")
 """What a report on a contact says first."""
@@ -460,7 +465,7 @@ def _share(key: str) -> Callable[[LoadCurve | LoadHistory], list[float]]:
 def _nominal(result: LoadCurve | LoadHistory) -> float:
     if isinstance(result, LoadCurve):
         return result.nominal_area
-    return _nominal_area(result.last)
+    return result.last.nominal_area
 
 
 def _worst(result: LoadCurve | LoadHistory) -> float:

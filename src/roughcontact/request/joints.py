@@ -8,7 +8,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import IO, TYPE_CHECKING, Any
 
 from roughcontact import limits
@@ -216,15 +216,15 @@ def once() -> Iterator[Solve]:
         process, so that one contact at a time is in memory.
     """
     with ExitStack() as stack:
-        kept: list[tuple[dict[str, Any], ContactResult, IO[bytes]]] = []
+        kept: list[tuple[dict[str, Any], dict[str, Any], IO[bytes]]] = []
 
         def solve_once(
             surface: Surface, *, progress: Any = None, **arguments: Any
         ) -> ContactResult:
             asked = {"surface": surface, **arguments}
-            for known, result, file in kept:
+            for known, rest, file in kept:
                 if _same(known, asked):
-                    return _filled(result, file)
+                    return _filled(rest, file)
             result = solve_afresh(surface, progress=progress, **arguments)
             file = stack.enter_context(tempfile.TemporaryFile())
             kept.append((asked, _emptied(result, file), file))
@@ -254,18 +254,21 @@ def _alike(first: Surface | None, second: Surface | None) -> bool:
     )
 
 
-def _emptied(result: ContactResult, file: IO[bytes]) -> ContactResult:
-    """Return a contact without its maps, which go to a file."""
+def _emptied(result: ContactResult, file: IO[bytes]) -> dict[str, Any]:
+    """Return what makes a contact but for its maps, which go to a file."""
     import numpy as np
 
     np.save(file, result.pressure)
     np.save(file, result.gap)
-    return replace(result, pressure=np.empty((0, 0)), gap=np.empty((0, 0)))
+    there = {one.name: getattr(result, one.name) for one in fields(result)}
+    return {name: there[name] for name in there.keys() - {"pressure", "gap", "_counted"}}
 
 
-def _filled(result: ContactResult, file: IO[bytes]) -> ContactResult:
+def _filled(known: dict[str, Any], file: IO[bytes]) -> ContactResult:
     """Return a contact with its maps again."""
     import numpy as np
 
+    from roughcontact.contact.result import ContactResult
+
     file.seek(0)
-    return replace(result, pressure=np.load(file), gap=np.load(file))
+    return ContactResult(**known, pressure=np.load(file), gap=np.load(file))

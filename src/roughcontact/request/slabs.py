@@ -2,45 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.ranks import Ranks
-from roughcontact.request import options, solve
+from roughcontact.request import options, outputs, problem, run as runs, solve
+from roughcontact.request.outcome import Look, Outcome, Work
+from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
-from roughcontact.solvers.progress import Step
 
 if TYPE_CHECKING:
     from roughcontact.contact.slab import Slab
-    from roughcontact.contact.slab_result import SlabResult
-
-
-@dataclass(frozen=True)
-class SlabOutcome:
-    """What a request gave.
-
-    Parameters
-    ----------
-    result : SlabResult
-        The contact, the same numbers on all ranks.
-    written : tuple of Path
-        Files that are complete.
-    failure : RoughcontactError or OSError or None
-        Why a file could not be written.
-    """
-
-    result: SlabResult
-    written: tuple[Path, ...] = ()
-    failure: RoughcontactError | OSError | None = None
-
-    def record(self) -> dict[str, Any]:
-        """Return all numbers by name, in SI units, ready for JSON."""
-        from roughcontact.report import results
-
-        return {**results.summary(self.result), "written": [str(path) for path in self.written]}
 
 
 def check(request: Request) -> None:
@@ -76,12 +49,7 @@ def check(request: Request) -> None:
             )
 
 
-def run(
-    request: Request,
-    ranks: Ranks,
-    say: Callable[[str], None],
-    look: Callable[[Step], None] | None = None,
-) -> SlabOutcome:
+def run(request: Request, ranks: Ranks, say: Say, look: Look) -> Outcome:
     """Read, level, solve, and write what was asked for; all ranks call it.
 
     Parameters
@@ -90,40 +58,44 @@ def run(
         What to do: a solve with a ceiling.
     ranks : Ranks
         Those that will hold the map.
-    say : callable
-        Called with a few words before every stage.
-    look : callable, optional
-        Called with every `Step` of the solver.
+    say, look : callable
+        As for `roughcontact.request.run.run`.
+
+    Returns
+    -------
+    Outcome
+        The contact, the same numbers on all ranks.
 
     Raises
     ------
     RoughcontactError, OSError
         If the request cannot be done, on all ranks.
     """
-    from roughcontact.contact.slabs import solve_slab
+    from roughcontact.contact import solve as solving
 
     check(request)
     # The others need not see where the first writes.
     ranks.agreed(lambda: request.check_places() if ranks.first else None)
     slab = _read(request, ranks, say)
-    material, counter = request.bodies()
-    result = solve_slab(
+    found = solving.solve(
         slab,
-        material=material,
-        counter_material=counter,
+        **problem.arguments(request, (), *options.SOLVER),
         load=request.load[0],
         approach=request[options.APPROACH],
-        ceiling=request[options.CEILING],
-        boundary=request[options.BOUNDARY],
         on_failure="return",
         progress=look,
-        **request.solver(*options.SOLVER),
     )
-    outcome = SlabOutcome(result)
-    return _written(request, outcome, say) if result.converged else outcome
+    outcome = Outcome(request, found, found)
+    if not outcome.converged:
+        return outcome
+    work = Work(request, lambda: (), say, look)
+    try:
+        return replace(outcome, written=tuple(outputs.write(runs.files(outcome, work), say)))
+    except RoughcontactError as error:
+        return replace(outcome, failure=error)
 
 
-def _read(request: Request, ranks: Ranks, say: Callable[[str], None]) -> Slab:
+def _read(request: Request, ranks: Ranks, say: Say) -> Slab:
     from roughcontact.formats.slabs import read_slab
 
     assert request.file is not None
@@ -133,34 +105,3 @@ def _read(request: Request, ranks: Ranks, say: Callable[[str], None]) -> Slab:
         request[options.OVERRIDE_SIZE], holes_masked=request[options.HOLES] == "mask",
     )  # fmt: skip
     return slab if request[options.LEVEL] == "none" else slab.leveled()
-
-
-def _written(request: Request, outcome: SlabOutcome, say: Callable[[str], None]) -> SlabOutcome:
-    """Write the files of an outcome, and return it with their names."""
-    from roughcontact.contact.slab_archive import save_slabs
-    from roughcontact.contact.slab_result import reduced
-
-    result, ranks = outcome.result, outcome.result.slab.ranks
-    try:
-        for path in request.outputs:
-            say(f"writing {path}")
-            save_slabs(result, path)
-            outcome = replace(outcome, written=(*outcome.written, path))
-        if request[options.REPORT] is not None:
-            from roughcontact.report import slabs as report
-            from roughcontact.report.page import Edition
-
-            say(f"writing {request[options.REPORT]}")
-            maps = reduced(result)
-            edition = Edition(request.command, spell=request.task.spelled)
-            ranks.agreed(
-                lambda: (
-                    report.save(result, maps, request[options.REPORT], edition)
-                    if ranks.first
-                    else None
-                )
-            )
-            outcome = replace(outcome, written=(*outcome.written, request[options.REPORT]))
-    except (RoughcontactError, OSError) as error:
-        return replace(outcome, failure=error)
-    return outcome
