@@ -19,6 +19,7 @@ from roughcontact.report import kinds, results
 from roughcontact.report.kind import Kind
 from roughcontact.report.quantities import PROBLEM, Column, Quantity
 from roughcontact.report.scenes import Illustration
+from roughcontact.request import solve
 from roughcontact.result import Result
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ def test_a_session_shows_a_new_kind(squeaking: Squeaking) -> None:
 def test_the_console_shows_it(squeaking: Squeaking, capsys: Capture) -> None:
     outcome: Any = SimpleNamespace(
         found=squeaking,
-        request=SimpleNamespace(task="squeak"),
+        request=SimpleNamespace(task=solve.TASK),
         written=(Path("a.json"),),
         beside={},
     )

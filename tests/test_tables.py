@@ -47,7 +47,7 @@ from roughcontact.report.quantities import (
     within,
     written,
 )  # fmt: skip
-from roughcontact.request import outputs
+from roughcontact.request import outputs, solve
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 Capture = pytest.CaptureFixture[str]
@@ -107,7 +107,7 @@ def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple
     solved = request.getfixturevalue("solved")
     result = request.getfixturevalue(kind)
     report: Callable[[], str]
-    console.show_result(result, "solve")
+    console.show_result(result, solve.TASK)
     if kind == "solved":
         report = lambda: text_of(contact.render(result))  # noqa: E731
     elif kind == "pressed":
