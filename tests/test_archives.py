@@ -67,6 +67,13 @@ def test_a_header_too_long_for_a_tree(x3p: Path) -> None:
         archives.check(x3p)
 
 
+@pytest.mark.parametrize("packing", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_packings_that_have_no_bounds(x3p: Path, packing: int) -> None:
+    add(x3p, "more.bin", bytes(100), packing)
+    with pytest.raises(FormatError, match=r"'more.bin' packed by another method than deflate"):
+        archives.check(x3p)
+
+
 @needs_reader
 def test_archives_behind_other_bytes_are_judged_too(x3p: Path) -> None:
     for number in range(3):

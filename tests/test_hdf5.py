@@ -1,3 +1,4 @@
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -183,6 +184,41 @@ def test_one_value_that_marks_missing_points(tmp_path: Path) -> None:
     with h5py.File(path, "a") as file:
         file["height"].attrs["_FillValue"] = HEIGHTS[1, 1]
     assert np.argwhere(np.isnan(read_surface(path).heights)).tolist() == [[1, 1]]
+
+
+def test_blocks_that_unpack_to_more_than_they_state(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    heights = np.random.default_rng(0).normal(size=(300, 400)) * 1e-9
+    path = map_file(
+        tmp_path / "map.nc",
+        lambda file: file.create_dataset(
+            "height", data=heights, chunks=(100, 100), compression="gzip", shuffle=True
+        ),
+        (300, 400),
+    )
+    # Looked at, and sound.
+    monkeypatch.setattr(memory, "free", lambda: 20 * 300 * 400)
+    np.testing.assert_array_equal(read_surface(path).heights, heights)
+    with h5py.File(path, "a") as file:
+        file["height"].id.write_direct_chunk((0, 100), zlib.compress(bytes(10**8)))
+    refused(path, "holds 'height' in blocks that unpack to more than they state")
+
+
+def test_a_block_that_states_more_bytes_than_the_file_has(tmp_path: Path) -> None:
+    path = tmp_path / "packed.h5"
+    with h5py.File(path, "w") as file:
+        made = file.create_dataset(
+            "z", data=np.random.default_rng(1).random((64, 64)), chunks=(64, 64), compression="gzip"
+        )
+        size = made.id.get_chunk_info(0).size
+    content = path.read_bytes()
+    # The size of the block, in the tree of blocks, and no mask of filters.
+    stated, other = (number.to_bytes(4, "little") + bytes(4) for number in (size, 2**31 - 1))
+    assert content.count(stated) == 1
+    path.write_bytes(content.replace(stated, other))
+    with pytest.raises(FormatError, match=r"states 2147483647 bytes for a block of '/?z'"):
+        hdf5.check(path)
 
 
 @pytest.mark.parametrize("chunks", [None, (100, 100)])

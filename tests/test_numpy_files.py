@@ -83,6 +83,11 @@ def test_a_size_that_is_a_lie(tmp_path: Path) -> None:
     refused(path, "CRC-32", channel="more", **GIVEN)
 
 
+@pytest.mark.parametrize("packing", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_packings_that_have_no_bounds(tmp_path: Path, packing: int) -> None:
+    refused(archive(tmp_path / "map.npz", {}, packing), "packed by another method than deflate")
+
+
 @pytest.mark.parametrize("kind", ["npy", "npz"])
 def test_a_head_without_an_end(tmp_path: Path, kind: str) -> None:
     content = b"\x93NUMPY\x02\x00" + struct.pack("<I", 2**31) + b" " * 2**20

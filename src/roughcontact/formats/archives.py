@@ -15,6 +15,7 @@ from pathlib import Path
 from roughcontact import limits, memory
 from roughcontact.errors import FormatError
 
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _BLOCK = 2**20
 
 _XML = (b"<", b"\xef\xbb\xbf<", b"\xff\xfe<", b"\xfe\xff\0<")
@@ -36,7 +37,8 @@ def check(path: Path) -> None:
     Raises
     ------
     FormatError
-        If it unpacks to more than `limits.BYTES`, or holds a text too long for a header.
+        If it unpacks to more than `limits.BYTES`, holds a text too long for a header, or a member
+        that is packed in a way in which it could unpack to any size.
     InsufficientMemoryError
         If it unpacks to more than the memory that is free.
     ValueError
@@ -56,7 +58,7 @@ def check(path: Path) -> None:
 
 
 def check_sizes(path: Path) -> int:
-    """Refuse an archive that states more than a map may take.
+    """Refuse an archive that states more than a map may take, or is packed in an unusual way.
 
     Parameters
     ----------
@@ -74,8 +76,11 @@ def check_sizes(path: Path) -> int:
         As `check`.
     """
     with zipfile.ZipFile(path) as archive:
-        size = sum(member.file_size for member in archive.infolist())
+        members = archive.infolist()
+    size = sum(member.file_size for member in members)
     limits.require_size(path.name, size, packed=path.stat().st_size)
+    for member in members:
+        check_method(path, member)
     return size
 
 
@@ -124,6 +129,15 @@ def _unpack(path: Path, target: Path) -> None:
             f"{path.name} cannot be unpacked ({error}); check that the file is complete"
         ) from None
     limits.require_size(path.name, size, packed=packed)
+
+
+def check_method(path: Path, member: zipfile.ZipInfo) -> None:
+    """Refuse a member that is packed in a way in which a block may unpack to any size."""
+    if member.compress_type not in _METHODS:
+        raise FormatError(
+            f"{path.name} holds {member.filename!r} packed by another method than deflate; pack "
+            "it again as an ordinary ZIP archive"
+        )
 
 
 def _check_member(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> None:

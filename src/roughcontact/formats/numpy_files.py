@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from roughcontact import limits
 from roughcontact.errors import FormatError, RoughcontactError
+from roughcontact.formats import archives
 from roughcontact.formats.source import one_line
 
 # Heads have a hundred bytes; NumPy takes none of more than ten thousand.
@@ -112,6 +113,7 @@ def _members(path: Path) -> Iterator[tuple[str, Head]]:
     """Yield the arrays in an archive."""
     with zipfile.ZipFile(path) as archive:
         for member in archive.infolist():
+            archives.check_method(path, member)
             name = member.filename.removesuffix(_SUFFIX)
             if name == member.filename:
                 yield name, _NO_ARRAY
